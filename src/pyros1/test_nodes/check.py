@@ -62,7 +62,7 @@ def list_param(node: Node, name: str, defaults: Mapping[str, Any]) -> list[dict[
         defaults: values for keys that an entry does not have.
 
     Raises:
-        SetupError: the value is not such a list.
+        SetupError: the value is not a list of such dictionaries.
     """
     value = node.params.get(f"~{name}", [])
     if not isinstance(value, list) or not all(isinstance(entry, dict) and "name" in entry for entry in value):

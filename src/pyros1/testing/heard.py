@@ -116,7 +116,7 @@ class Heard(Generic[M]):
             seconds: how long to wait.
 
         Raises:
-            AssertionError: there was such a message, or one arrived.
+            AssertionError: there was another message, or another message arrived.
         """
         with self._changed:
             if self._changed.wait_for(lambda: self.count > self._num_returned, seconds):

@@ -80,9 +80,9 @@ class Program:
         regex = re.compile(pattern, re.MULTILINE)
         with self._changed:
             self._changed.wait_for(lambda: regex.search(self._output) or self._output_ended, timeout)
-            found = regex.search(self._output)
-            if found:
-                return found
+            match = regex.search(self._output)
+            if match:
+                return match
             problem = "exited without printing" if self._output_ended else f"did not print within {timeout:g} s"
             raise AssertionError(f"{' '.join(self.words)}\n{problem} {pattern!r}, but:\n{self._output or '(nothing)'}")
 

@@ -1,4 +1,4 @@
-"""The turtles of the tf2 tutorials: one publishes its position, and another one follows it using tf.
+"""The turtles of the tf2 tutorials: one publishes its position, and another turtle follows it using tf.
 
 https://wiki.ros.org/tf2/Tutorials/Introduction%20to%20tf2
 """

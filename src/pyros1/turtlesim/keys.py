@@ -86,14 +86,14 @@ class KeyReader:
 
 def key_names(text: str) -> list[str]:
     """Return the names of the keys in a terminal's input: characters, or up, down, left and right."""
-    found = []
+    names = []
     characters = iter(text)
     for character in characters:
         if character == "\x1b" and next(characters, "") in ("[", "O"):
-            found.append(_ARROW_NAMES.get(next(characters, ""), ""))
+            names.append(_ARROW_NAMES.get(next(characters, ""), ""))
         else:
-            found.append(character)
-    return [name for name in found if name]
+            names.append(character)
+    return [name for name in names if name]
 
 
 def _in_foreground(descriptor: int) -> bool:

@@ -50,7 +50,7 @@ class Turtle:
     Attributes:
         x, y: position in units.
         theta: heading in radians: 0 is to the right, and angles increase to the left.
-        forward, sideways: speeds along its heading, and to the left of that, in units per second.
+        forward, sideways: speeds along the heading, and at right angles to it, to the left, in units per second.
         turning: angular speed in radians per second.
         pen: the turtle's pen.
         commanded_at: time of the last command in seconds, by the clock used for `step`.
@@ -80,7 +80,7 @@ class Turtle:
         self.forward, self.sideways, self.turning, self.commanded_at = forward, sideways, turning, now
 
     def teleport_absolute(self, x: float, y: float, theta: float) -> None:
-        """Move to a position. If this is outside the walls (never above the upper one), the next step corrects it."""
+        """Move to a position. If it is outside the walls (never above the upper wall), the next step corrects it."""
         self.x, self.y, self.theta = x, min(y, SIZE), theta
 
     def teleport_relative(self, distance: float, angle: float) -> None:
@@ -98,7 +98,7 @@ class Turtle:
             seconds: duration of the movement.
 
         Returns:
-            The position it would have without walls; None if it did not hit a wall.
+            The position that the turtle would have without walls; None if it did not hit a wall.
         """
         if now - self.commanded_at > COMMAND_TIMEOUT:
             self.forward = self.sideways = self.turning = 0.0

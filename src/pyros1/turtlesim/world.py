@@ -26,7 +26,7 @@ class StepResult(NamedTuple):
         name: the turtle's name.
         turtle: a copy of the turtle.
         colour: the colour below the turtle before it draws its line.
-        requested: the position it would have without walls; None if it did not hit a wall.
+        requested: the position that the turtle would have without walls; None if it did not hit a wall.
     """
 
     name: str

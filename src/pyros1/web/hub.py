@@ -1,6 +1,6 @@
 """One subscription per topic, shared by all views of all pages.
 
-A message arrives in a thread of the node, undecoded; each listener decodes it if it needs to.
+A message arrives in a thread of the node, undecoded; a listener that needs its fields decodes it.
 """
 
 from __future__ import annotations
@@ -70,7 +70,7 @@ class Arrival:
         """The message, which is decoded only once.
 
         Raises:
-            MessageError: the publisher sent no usable definition, or the bytes are not such a message.
+            MessageError: the publisher sent no usable definition, or the bytes are not a message of its type.
         """
         if self._message is None:
             self._message = self._decoder.decode(self.raw)
@@ -155,20 +155,20 @@ class Hub:
             topic: the topic's full name.
             listener: see `Listener`.
             ready: called once, from any thread, when the subscription exists and its publishers are connected, or when
-                this was not possible.
+                subscribing has failed.
 
         If a latched message is available, the listener is called with it immediately, in this thread.
 
         Returns:
-            A function that removes the listener. The listener may still be called once while it runs.
+            A function that removes the listener. While it runs, the listener may still be called once.
         """
         with self._lock:
-            known = self._feeds.get(topic)
-            feed = self._feeds[topic] = known or _Feed(self._now)
+            existing_feed = self._feeds.get(topic)
+            feed = self._feeds[topic] = existing_feed or _Feed(self._now)
             token, late_listener = feed.add_listener(listener)  # before the first message can arrive
         if ready is not None:
             feed.call_when_ready(ready)
-        if known is None:
+        if existing_feed is None:
             self._submit(lambda: self._open(topic, feed))
         if late_listener is not None:
             late_listener.catch_up()
@@ -204,7 +204,7 @@ class Hub:
 
 
 class _LateListener:
-    """Calls a listener with the latched messages before those that arrive in another thread meanwhile.
+    """Passes the latched messages to a listener before the messages that arrive in another thread meanwhile.
 
     Args:
         listener: the listener.

@@ -107,7 +107,7 @@ class Publishing:
         if existing is not publisher:
             publisher.unregister()  # another page was faster
             return existing
-        # Wait for all of them: otherwise only the fastest subscriber would receive the first message.
+        # Wait for all subscribers: otherwise only the fastest subscriber would receive the first message.
         publisher.wait_for_subscribers(len(Graph(node.master).state().subscribers.get(topic, ())), _CONNECT_TIMEOUT)
         return publisher
 

@@ -122,7 +122,7 @@ class Robot:
         """
         return FullName(self.node.resolve(name))
 
-    def type_of(self, topic: str, expected: str = "") -> str:
+    def type_of(self, topic: str, expected_type: str = "") -> str:
         """Return the type of a topic; ``*`` if it is unknown.
 
         The cached type is used only if it is known and as expected: otherwise, a topic that another client has just
@@ -130,13 +130,13 @@ class Robot:
 
         Args:
             topic: the topic's full name.
-            expected: the expected type; empty for any.
+            expected_type: the expected type; empty for any.
 
         Raises:
             MasterUnreachableError: the master does not respond.
         """
         type_name = self.graph.topic_types().get(topic, "*")
-        if type_name == "*" or type_name != (expected or type_name):
+        if type_name == "*" or type_name != (expected_type or type_name):
             type_name = Graph(self.master).topic_types().get(topic, "*")
         return type_name
 

@@ -53,7 +53,7 @@ class Library:
         self._entries: dict[_FileKey, _Entry] = {}
 
     def open(self, raw_path: str, progress: Callable[[int], object]) -> OpenBag:
-        """Open a bag, or return it if it is already open. Each call must be followed by one of `release`.
+        """Open a bag, or return it if it is already open. Call `release` once for each call.
 
         Args:
             raw_path: the bag's path, as sent by the page.

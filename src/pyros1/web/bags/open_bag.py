@@ -166,8 +166,8 @@ class OpenBag:
 
     def topic(self, name: str) -> BagTopic | None:
         """Return a topic by its name, with or without the leading slash; None if there is none."""
-        other = name[1:] if name.startswith("/") else f"/{name}"
-        return self.topics.get(name) or self.topics.get(other)
+        other_form = name[1:] if name.startswith("/") else f"/{name}"
+        return self.topics.get(name) or self.topics.get(other_form)
 
     def histogram(self, begin: float, end: float, columns: int, topics: list[str]) -> tuple[NDArray[np.float32], bool]:
         """Count the messages per column; see `Density.histogram`. Times are in seconds since the bag's start."""
@@ -213,30 +213,30 @@ class OpenBag:
         for chunk in reader.chunks:
             for conn, count in chunk.counts.items():
                 counts[conn] = counts.get(conn, 0) + count
-        found: dict[str, BagTopic] = {}
+        topics: dict[str, BagTopic] = {}
         for conn, connection in reader.connections.items():
             name = connection.topic
             if may_see("/" + name.lstrip("/")):
-                known = found.get(name, BagTopic(name, connection.type, 0, 0))
-                count = known.count + counts.get(conn, 0)
-                found[name] = BagTopic(name, known.type, count, known.publishers + 1)
-        return dict(sorted(found.items()))
+                topic_so_far = topics.get(name, BagTopic(name, connection.type, 0, 0))
+                count = topic_so_far.count + counts.get(conn, 0)
+                topics[name] = BagTopic(name, topic_so_far.type, count, topic_so_far.publishers + 1)
+        return dict(sorted(topics.items()))
 
     def _chunk_times(self, number: int) -> Iterable[tuple[int, NDArray[np.int64]]]:
         """Return the times of a chunk's messages by row, from its index; see `Density.histogram`."""
         with self._lock:
-            known = self._cached_times.get(number)
-            if known is not None:
+            times_by_row = self._cached_times.get(number)
+            if times_by_row is not None:
                 self._cached_times.move_to_end(number)
-        if known is None:
-            known = self._read_times(self.bag.reader.chunks[number])
+        if times_by_row is None:
+            times_by_row = self._read_times(self.bag.reader.chunks[number])
             with self._lock:
-                self._cached_times[number] = known
-                self._num_cached_times += sum(len(times) for _, times in known)
+                self._cached_times[number] = times_by_row
+                self._num_cached_times += sum(len(times) for _, times in times_by_row)
                 while self._num_cached_times > _MAX_CACHED_TIMES and len(self._cached_times) > 1:
-                    _, old = self._cached_times.popitem(last=False)
-                    self._num_cached_times -= sum(len(times) for _, times in old)
-        return known
+                    _, dropped = self._cached_times.popitem(last=False)
+                    self._num_cached_times -= sum(len(times) for _, times in dropped)
+        return times_by_row
 
     def _read_times(self, chunk: Chunk) -> list[tuple[int, NDArray[np.int64]]]:
         reader = self.bag.reader
@@ -264,20 +264,20 @@ class _CachingReader(BagReader):
 
     def content(self, chunk: Chunk) -> tuple[bytes, Messages]:
         with self._cache_lock:
-            known = self._cache.get(chunk.pos)
-            if known is not None:
+            cached_content = self._cache.get(chunk.pos)
+            if cached_content is not None:
                 self._cache.move_to_end(chunk.pos)
-                return known
-        found = super().content(chunk)
-        size = _content_size(found)
+                return cached_content
+        new_content = super().content(chunk)
+        size = _content_size(new_content)
         if size <= _MAX_CACHED_BYTES // 4:
             with self._cache_lock:
                 if chunk.pos not in self._cache:
-                    self._cache[chunk.pos] = found
+                    self._cache[chunk.pos] = new_content
                     self._cache_size += size
                 while self._cache_size > _MAX_CACHED_BYTES:
                     self._cache_size -= _content_size(self._cache.popitem(last=False)[1])
-        return found
+        return new_content
 
 
 class _SharedBag(Bag):

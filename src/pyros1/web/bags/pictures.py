@@ -20,7 +20,7 @@ def thumbnail(message: Any, height: int) -> tuple[bytes, int, int]:
         height: maximum height of the thumbnail in pixels.
 
     Raises:
-        MessageError: the image is damaged, too large, or its encoding is not supported.
+        MessageError: the image is damaged or too large, or its encoding is not supported.
         Error: Pillow is not installed; the message says how to install it.
     """
     pil = import_extra("PIL.Image", "images")

@@ -26,7 +26,7 @@ def form(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def send(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
-    """Send a goal. Args: action, value: the goal. Returns its id, and the number of servers that received it."""
+    """Send a goal. Args: action, value: the goal. Returns its id, and the number of servers that received the goal."""
     name = string_arg(args, "action")
     robot.check_visible(f"{name}/goal")
     now = robot.node.now()

@@ -54,31 +54,31 @@ def _find_problems(robot: Robot, name: str, nodes: Iterable[str]) -> list[dict[s
     machine = collect_machine({**os.environ, "ROS_MASTER_URI": robot.master_uri})
     all_names = {*system.state.publishers, *system.state.subscribers, *system.state.services}
     hidden = {name_in_use for name_in_use in all_names if not robot.access.may_see(name_in_use)}
-    found = [*check_connectivity(system, machine), *findings_about(check_topics(system), name)]
-    return [finding.as_json() for finding in without_hidden(found, hidden)]
+    findings = [*check_connectivity(system, machine), *findings_about(check_topics(system), name)]
+    return [finding.as_json() for finding in without_hidden(findings, hidden)]
 
 
 def findings_about(findings: Iterable[Finding], name: str) -> list[Finding]:
     """Return the findings that mention a topic or node, with only those items that mention it."""
-    found = []
+    selected = []
     for finding in findings:
         items = finding.items
         if name not in _names(finding.text):
             items = tuple(item for item in items if name in _names(item))
             if not items and finding.kind not in _GLOBAL_KINDS:
                 continue
-        found.append(replace(finding, items=items[:_MAX_ITEMS]))
-    return found
+        selected.append(replace(finding, items=items[:_MAX_ITEMS]))
+    return selected
 
 
 def without_hidden(findings: Iterable[Finding], hidden: Collection[str]) -> list[Finding]:
     """Remove the findings, and the items of findings, that mention names which pages may not see; return the others."""
-    found = []
+    visible = []
     for finding in findings:
         items = tuple(item for item in finding.items if _names(item).isdisjoint(hidden))
         if _names(finding.text).isdisjoint(hidden) and (items or not finding.items):
-            found.append(replace(finding, items=items))
-    return found
+            visible.append(replace(finding, items=items))
+    return visible
 
 
 def _names(line: str) -> set[str]:

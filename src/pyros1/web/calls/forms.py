@@ -25,9 +25,9 @@ def yaml(robot: Robot, args: Mapping[str, Any]) -> str:
 def parse_yaml(robot: Robot, args: Mapping[str, Any]) -> Any:
     """Return a message in YAML text as a value for the form. Args: type, part ("request" of a service's type), yaml."""
     cls = _class(robot, args)
-    found = from_yaml(cls, load_yaml(string_arg(args, "yaml")))
-    from_json(cls, found, robot.node.now())  # raises an error if a value does not fit its field
-    return to_page_json(found)
+    message = from_yaml(cls, load_yaml(string_arg(args, "yaml")))
+    from_json(cls, message, robot.node.now())  # raises an error if a value does not fit its field
+    return to_page_json(message)
 
 
 def _class(robot: Robot, args: Mapping[str, Any]) -> type[Message]:

@@ -47,12 +47,15 @@ def info(robot: Robot, args: Mapping[str, Any]) -> dict[str, str]:
     """Return the command line and the folder of a process. Args: launch, process: its label."""
     launch = find(robot, args)
     try:
-        found = launch.info(string_arg(args, "process"))
+        process_info = launch.info(string_arg(args, "process"))
     finally:
         launch.close()
-    arguments = found.get("args")
+    arguments = process_info.get("args")
     arguments = [each for each in arguments if isinstance(each, str)] if isinstance(arguments, list) else []
-    return {"command": shlex.join(arguments)[:_MAX_TEXT_LENGTH], "cwd": str(found.get("cwd", ""))[:_MAX_TEXT_LENGTH]}
+    return {
+        "command": shlex.join(arguments)[:_MAX_TEXT_LENGTH],
+        "cwd": str(process_info.get("cwd", ""))[:_MAX_TEXT_LENGTH],
+    }
 
 
 def forget(robot: Robot, args: Mapping[str, Any]) -> None:

@@ -10,7 +10,7 @@ from pyros1.web.robot import Robot
 
 
 def about(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
-    """Return information about the server and its master. Pages poll this."""
+    """Return information about the server and its master. Pages call this repeatedly."""
     return {
         "version": pyros1.__version__,
         "master": robot.master_uri,

@@ -15,17 +15,17 @@ from pyros1.web.views.view import string_arg
 
 def tree(robot: Robot, args: Mapping[str, Any]) -> Any:
     """Return all parameters that pages may see, as a flat object: full name -> value."""
-    found = {name: _to_json(value) for name, value in flatten(robot.parameters.get("/"))}
-    return {name: value for name, value in sorted(found.items()) if name}
+    value_by_name = {name: _to_json(value) for name, value in flatten(robot.parameters.get("/"))}
+    return {name: value for name, value in sorted(value_by_name.items()) if name}
 
 
 def get(robot: Robot, args: Mapping[str, Any]) -> str:
     """Return a parameter, or the visible part of a namespace, as YAML text. Args: name."""
     name = string_arg(args, "name")
-    found = editable_yaml(robot.parameters.get(name))
-    if len(found) > MAX_REQUEST:
-        raise RequestError(f"{name} is too long to display: {len(found)} characters")
-    return found
+    yaml = editable_yaml(robot.parameters.get(name))
+    if len(yaml) > MAX_REQUEST:
+        raise RequestError(f"{name} is too long to display: {len(yaml)} characters")
+    return yaml
 
 
 def put(robot: Robot, args: Mapping[str, Any]) -> None:

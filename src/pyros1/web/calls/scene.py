@@ -13,8 +13,8 @@ from pyros1.web.views.view import string_arg
 
 def rviz(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
     """Return the contents of an rviz file: ``settings`` of the panel, and ``notes``, lines for the user. Args: text."""
-    found = read_rviz(string_arg(args, "text"), lambda name: canonicalize_name(SEP + name))
-    return {"settings": found.settings, "notes": found.notes}
+    rviz_file = read_rviz(string_arg(args, "text"), lambda name: canonicalize_name(SEP + name))
+    return {"settings": rviz_file.settings, "notes": rviz_file.notes}
 
 
 CALLS: dict[str, Callable[[Robot, Mapping[str, Any]], Any]] = {"rviz": rviz}

@@ -64,17 +64,17 @@ def types(robot: Robot, args: Mapping[str, Any]) -> list[str]:
 def fields(robot: Robot, args: Mapping[str, Any]) -> list[str]:
     """Return completions for a text field: paths of numeric fields. Args: begin (the current text)."""
     begin = string_arg(args, "begin", "")
-    found: list[str] = []
+    paths: list[str] = []
     for topic, type_name in sorted(robot.graph.topic_types().items()):
         if not robot.access.may_see(topic) or not (topic.startswith(begin) or begin.startswith(topic)):
             continue
         try:
-            found += [path for path in numeric_paths(load_message(type_name), topic) if path.startswith(begin)]
+            paths += [path for path in numeric_paths(load_message(type_name), topic) if path.startswith(begin)]
         except MessageError:
             continue  # a type that is not installed, or no type at all
-        if len(found) >= _MAX_FIELDS:
+        if len(paths) >= _MAX_FIELDS:
             break
-    return found[:_MAX_FIELDS]
+    return paths[:_MAX_FIELDS]
 
 
 CALLS: dict[str, Callable[[Robot, Mapping[str, Any]], Any]] = {

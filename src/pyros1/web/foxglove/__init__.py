@@ -1,7 +1,8 @@
 """The Foxglove WebSocket protocol, version 1, on the port of the page: for Foxglove, Lichtblick and other viewers.
 
-https://github.com/foxglove/ws-protocol/blob/main/docs/spec.md. `requests` and `frames` are the protocol, `machine` is
-one viewer's state (all pure), `catalogue` has the channels and services for all viewers, `connection` runs a machine.
+https://github.com/foxglove/ws-protocol/blob/main/docs/spec.md. `requests` and `frames` define the protocol, `machine`
+keeps one viewer's state (all pure), `catalogue` has the channels and services for all viewers,
+`connection` runs a machine.
 """
 
 PROTOCOLS = ("foxglove.websocket.v1", "foxglove.sdk.v1")

@@ -65,7 +65,7 @@ class Catalogue:
         self._offers = Offers()
         self._ids: dict[Hashable, int] = {}
         self._next_ids = count(1)
-        # By publisher, where they differ from the installed ones. The first publisher that is still registered decides.
+        # topic -> publisher -> definition that is not the installed one; the first publisher still registered decides.
         self._topic_definitions: dict[str, dict[str, _Definition]] = {}
         self._unusable: dict[str, tuple[str, str]] = {}  # topic -> (publisher, problem)
         self._service_types: dict[str, tuple[list[str], str]] = {}  # service -> (its nodes, its type)
@@ -98,7 +98,7 @@ class Catalogue:
         return self._offers
 
     def query_nodes(self) -> None:
-        """Query nodes for missing definitions; takes about a second if they do not respond."""
+        """Query nodes for missing definitions; this takes about a second if nodes do not respond."""
         with self._query_lock:
             with self._lock:
                 queries = dict(islice(self._pending_queries.items(), _MAX_QUERIES))
@@ -217,10 +217,10 @@ class Catalogue:
         )
 
     def _service(self, name: str) -> Service | None:
-        known = self._service_types.get(name)
-        if known is None:
+        nodes_and_type = self._service_types.get(name)
+        if nodes_and_type is None:
             return None
-        type_name = known[1]
+        type_name = nodes_and_type[1]
         try:
             cls = load_service(type_name)
         except MessageError:

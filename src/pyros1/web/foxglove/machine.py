@@ -224,10 +224,10 @@ class Machine:
             case requests.Subscribe(pairs):
                 return self._subscribe(pairs)
             case requests.Unsubscribe(numbers):
-                known = [
+                ended = [
                     number for number in dict.fromkeys(numbers) if self._subscriptions.pop(number, None) is not None
                 ]
-                return [StopListening(number) for number in known], []
+                return [StopListening(number) for number in ended], []
             case requests.ClientMessage(number, payload):
                 channel = self._client_channels.get(number)
                 if channel is None:
@@ -294,10 +294,10 @@ class Machine:
             elif len(self._client_channels) >= MAX_CLIENT_CHANNELS:
                 problems.append(f"a viewer can have at most {MAX_CLIENT_CHANNELS} channels")
             else:
-                known = self._offers.channels.get(channel.topic)
-                if known is not None and known.type != payloads.type_name(channel):
+                existing = self._offers.channels.get(channel.topic)
+                if existing is not None and existing.type != payloads.type_name(channel):
                     problems.append(
-                        f"{channel.topic} carries {known.type}, so no subscriber would accept {channel.type}"
+                        f"{channel.topic} carries {existing.type}, so no subscriber would accept {channel.type}"
                     )
                 self._client_channels[channel.id] = channel
                 actions.append(Advertise(channel))

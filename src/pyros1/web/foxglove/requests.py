@@ -195,22 +195,22 @@ def _parse_text(text: str) -> Request:
     if len(text) > MAX_TEXT:
         raise FrameError(f"a text frame must have at most {MAX_TEXT} characters")
     try:
-        value = loads(text)
+        request = loads(text)
     except ValueError:
         raise FrameError("a text frame must be JSON") from None
-    if not isinstance(value, dict) or not isinstance(value.get("op"), str):
+    if not isinstance(request, dict) or not isinstance(request.get("op"), str):
         raise FrameError("a text frame must be a JSON object with a string 'op'")
-    parser = _PARSERS.get(value["op"])
+    parser = _PARSERS.get(request["op"])
     if parser is None:
-        raise FrameError(f"unknown op {value['op'][:_MAX_QUOTED_LENGTH]!r}")
-    return parser(value)
+        raise FrameError(f"unknown op {request['op'][:_MAX_QUOTED_LENGTH]!r}")
+    return parser(request)
 
 
-def _subscribe(value: dict[str, Any]) -> Request:
-    return Subscribe(tuple((_id(each, "id"), _id(each, "channelId")) for each in _objects(value, "subscriptions")))
+def _subscribe(request: dict[str, Any]) -> Request:
+    return Subscribe(tuple((_id(each, "id"), _id(each, "channelId")) for each in _objects(request, "subscriptions")))
 
 
-def _advertise(value: dict[str, Any]) -> Request:
+def _advertise(request: dict[str, Any]) -> Request:
     return ClientAdvertise(
         tuple(
             ClientChannel(
@@ -220,62 +220,62 @@ def _advertise(value: dict[str, Any]) -> Request:
                 _string(each, "schemaName"),
                 _string(each, "schema", ""),
             )
-            for each in _objects(value, "channels")
+            for each in _objects(request, "channels")
         )
     )
 
 
-def _set_parameters(value: dict[str, Any]) -> Request:
-    found = (
+def _set_parameters(request: dict[str, Any]) -> Request:
+    parameters = (
         SetParameter(_string(each, "name"), each.get("value"), _string(each, "type", ""))
-        for each in _objects(value, "parameters")
+        for each in _objects(request, "parameters")
     )
-    return SetParameters(tuple(found), _request_id(value))
+    return SetParameters(tuple(parameters), _request_id(request))
 
 
 _PARSERS: dict[str, Callable[[dict[str, Any]], Request]] = {
     "subscribe": _subscribe,
-    "unsubscribe": lambda value: Unsubscribe(_ids(value, "subscriptionIds")),
+    "unsubscribe": lambda request: Unsubscribe(_ids(request, "subscriptionIds")),
     "advertise": _advertise,
-    "unadvertise": lambda value: ClientUnadvertise(_ids(value, "channelIds")),
-    "getParameters": lambda value: GetParameters(_strings(value, "parameterNames"), _request_id(value)),
+    "unadvertise": lambda request: ClientUnadvertise(_ids(request, "channelIds")),
+    "getParameters": lambda request: GetParameters(_strings(request, "parameterNames"), _request_id(request)),
     "setParameters": _set_parameters,
-    "subscribeParameterUpdates": lambda value: WatchParameters(_strings(value, "parameterNames")),
-    "unsubscribeParameterUpdates": lambda value: UnwatchParameters(_strings(value, "parameterNames")),
-    "subscribeConnectionGraph": lambda value: WatchGraph(),
-    "unsubscribeConnectionGraph": lambda value: UnwatchGraph(),
-    "fetchAsset": lambda value: FetchAsset(_string(value, "uri"), _id(value, "requestId")),
+    "subscribeParameterUpdates": lambda request: WatchParameters(_strings(request, "parameterNames")),
+    "unsubscribeParameterUpdates": lambda request: UnwatchParameters(_strings(request, "parameterNames")),
+    "subscribeConnectionGraph": lambda request: WatchGraph(),
+    "unsubscribeConnectionGraph": lambda request: UnwatchGraph(),
+    "fetchAsset": lambda request: FetchAsset(_string(request, "uri"), _id(request, "requestId")),
 }
 
 
-def _list(value: dict[str, Any], name: str) -> list[Any]:
-    found = value.get(name)
-    if not isinstance(found, list):
+def _list(request: dict[str, Any], name: str) -> list[Any]:
+    value = request.get(name)
+    if not isinstance(value, list):
         raise FrameError(f"{name} must be a list")
-    return found
+    return value
 
 
-def _objects(value: dict[str, Any], name: str) -> list[dict[str, Any]]:
-    found = _list(value, name)
-    if not all(isinstance(each, dict) for each in found):
+def _objects(request: dict[str, Any], name: str) -> list[dict[str, Any]]:
+    values = _list(request, name)
+    if not all(isinstance(each, dict) for each in values):
         raise FrameError(f"{name} must be a list of objects")
-    return found
+    return values
 
 
-def _strings(value: dict[str, Any], name: str) -> tuple[str, ...]:
-    found = _list(value, name)
-    if not all(isinstance(each, str) for each in found):
+def _strings(request: dict[str, Any], name: str) -> tuple[str, ...]:
+    values = _list(request, name)
+    if not all(isinstance(each, str) for each in values):
         raise FrameError(f"{name} must be a list of strings")
-    return tuple(found)
+    return tuple(values)
 
 
-def _ids(value: dict[str, Any], name: str) -> tuple[int, ...]:
-    found = _list(value, name)
-    return tuple(_number(each, name) for each in found)
+def _ids(request: dict[str, Any], name: str) -> tuple[int, ...]:
+    values = _list(request, name)
+    return tuple(_number(each, name) for each in values)
 
 
-def _id(value: dict[str, Any], name: str) -> int:
-    return _number(value.get(name), name)
+def _id(request: dict[str, Any], name: str) -> int:
+    return _number(request.get(name), name)
 
 
 def _number(value: Any, name: str) -> int:
@@ -284,17 +284,17 @@ def _number(value: Any, name: str) -> int:
     return value
 
 
-def _string(value: dict[str, Any], name: str, default: str | None = None) -> str:
-    found = value.get(name)
-    if found is None and default is not None:
+def _string(request: dict[str, Any], name: str, default: str | None = None) -> str:
+    value = request.get(name)
+    if value is None and default is not None:
         return default
-    if not isinstance(found, str):
+    if not isinstance(value, str):
         raise FrameError(f"{name} must be a string")
-    return found
+    return value
 
 
-def _request_id(value: dict[str, Any]) -> str | None:
-    found = value.get("id")
-    if found is not None and not isinstance(found, str):
+def _request_id(request: dict[str, Any]) -> str | None:
+    value = request.get("id")
+    if value is not None and not isinstance(value, str):
         raise FrameError("id must be a string")
-    return found
+    return value

@@ -79,19 +79,19 @@ def from_yaml(cls: type[Message], value: Any) -> Any:
         value = {}
     if not isinstance(value, dict):
         raise MessageError(f"a message must be written as fields with values, not as {_to_json(value)!r}")
-    found: dict[str, Any] = to_json(cls())
+    message: dict[str, Any] = to_json(cls())
     field_types = dict(zip(cls.__slots__, cls._slot_types, strict=True))
     for name, field_value in value.items():
         if name not in field_types:
             raise MessageError(f"{cls._type} has no field {str(name)[:100]!r}")
         nested = cls._classes.get(field_types[name].partition("[")[0])
         if nested is not None and "[" not in field_types[name] and isinstance(field_value, dict):
-            found[name] = from_yaml(nested, field_value)
+            message[name] = from_yaml(nested, field_value)
         elif nested is not None and isinstance(field_value, list):
-            found[name] = [from_yaml(nested, each) for each in field_value]
+            message[name] = [from_yaml(nested, each) for each in field_value]
         else:
-            found[name] = _to_json(field_value)
-    return found
+            message[name] = _to_json(field_value)
+    return message
 
 
 def _to_json(value: Any) -> Any:
@@ -129,7 +129,7 @@ def choices(cls: type[Message]) -> dict[str, list[list[Any]]]:
     except MessageError:
         return {}
     fields = [pair for pair in zip(cls.__slots__, cls._slot_types, strict=True) if pair[0] not in _COUNTER_FIELDS]
-    found: dict[str, list[list[Any]]] = {}
+    choices_by_field: dict[str, list[list[Any]]] = {}
     unassigned: list[Constant] = []
     for constant in constants:
         owners = [
@@ -139,7 +139,7 @@ def choices(cls: type[Message]) -> dict[str, list[list[Any]]]:
             and (field_type == constant.type or {field_type, constant.type} <= _INTEGER_TYPES)
         ]
         if owners:
-            found.setdefault(max(owners, key=len), []).append([constant.name, to_page_json(constant.value)])
+            choices_by_field.setdefault(max(owners, key=len), []).append([constant.name, to_page_json(constant.value)])
         else:
             unassigned.append(constant)
     for field_type in dict.fromkeys(constant.type for constant in unassigned):
@@ -149,10 +149,10 @@ def choices(cls: type[Message]) -> dict[str, list[list[Any]]]:
         runs = _runs([constant for constant in unassigned if constant.type == field_type])
         for number, name in enumerate(names):
             field_runs = [runs[number]] if len(runs) == len(names) else runs
-            found.setdefault(name, []).extend(
+            choices_by_field.setdefault(name, []).extend(
                 [each.name, to_page_json(each.value)] for run in field_runs for each in run
             )
-    return found
+    return choices_by_field
 
 
 def _runs(constants: list[Constant]) -> list[list[Constant]]:

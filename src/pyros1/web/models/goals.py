@@ -49,9 +49,9 @@ class Goals:
         """Process an actionlib_msgs/GoalStatusArray."""
         for status in array.status_list[-MAX_GOALS:]:
             self._update_goal(status).missed = 0
-        known = {status.goal_id.id for status in array.status_list}
+        listed_ids = {status.goal_id.id for status in array.status_list}
         for goal in self._goals.values():
-            if goal.id not in known and goal.missed is not None:
+            if goal.id not in listed_ids and goal.missed is not None:
                 goal.missed += 1
                 if goal.missed >= _MAX_MISSED and goal.status in _ACTIVE:
                     goal.status = LOST

@@ -27,14 +27,14 @@ def _joint(states: JointStates, name: str) -> dict[str, Any]:
     limits = [joint.lower, joint.zero, joint.upper]
     if mimic:
         limits = [position * mimic.multiplier + mimic.offset for position in limits]
-    found = {
+    description = {
         "name": name,
         "type": states.joint_types[name],
         "lower": min(limits[::2]),
         "upper": max(limits[::2]),
         "zero": limits[1],
     }
-    return {**found, "follows": mimic.joint} if mimic else found
+    return {**description, "follows": mimic.joint} if mimic else description
 
 
 def publisher_options(params: object) -> Options:
@@ -67,7 +67,7 @@ def positions(value: object) -> dict[str, float]:
         value: an object: joint -> position in radians or metres.
 
     Raises:
-        RequestError: the value is not such an object.
+        RequestError: the value is not an object of this form.
     """
     if not isinstance(value, dict) or len(value) > MAX_JOINTS:
         raise RequestError(f"positions must be an object with at most {MAX_JOINTS} joints")

@@ -30,7 +30,7 @@ _MAX_LARGE_INPUTS = 1
 _BATCH_FRAMES = 64
 """Number of frames created at a time."""
 _POLL_PERIOD = 0.02
-"""Seconds between checks whether the client has read its responses."""
+"""Seconds between checks for whether the client has read its responses."""
 _START_TIMEOUT = 10.0
 """Seconds for which a client waits for the server's node before it receives an error."""
 _MAX_THREADS = 32

@@ -1,4 +1,4 @@
-"""Services that a client provides: calls are sent to it as frames and wait for responses in threads of the node."""
+"""Services that a client provides: calls are sent to it as frames, and wait for responses in threads of the node."""
 
 from __future__ import annotations
 

@@ -17,7 +17,7 @@ _DATATYPES = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 8: 
 _PACKED_COLOUR_FIELDS = ("rgb", "rgba")
 _XYZ = ("x", "y", "z")
 RED_GREEN_BLUE = "r, g, b"
-"""Colour points by their three fields of these names, from 0 to 1 (RGBF32 in rviz)."""
+"""Colour points by their three fields r, g and b, which are from 0 to 1 (RGBF32 in rviz)."""
 MONO = "rgb as grey"
 """Colour points by the brightness of their "rgb" or "rgba" (MONO8 in rviz)."""
 _COMPUTED_COLOURS = (RED_GREEN_BLUE, MONO)
@@ -90,9 +90,9 @@ def point_cloud(
     """Return the shape of a sensor_msgs/PointCloud, like `point_cloud2`. Its channels count as fields."""
     stride = -(-len(cloud.points) // max_points) or 1
     channels = {
-        "intensity" if one.name == "intensities" else one.name: one.values  # as in rviz
-        for one in cloud.channels
-        if len(one.values) == len(cloud.points) and one.name not in _XYZ
+        "intensity" if cloud_channel.name == "intensities" else cloud_channel.name: cloud_channel.values  # as in rviz
+        for cloud_channel in cloud.channels
+        if len(cloud_channel.values) == len(cloud.points) and cloud_channel.name not in _XYZ
     }
     fields = _colour_choices([*_XYZ, *channels])
     if colour_field not in fields:

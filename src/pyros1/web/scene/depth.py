@@ -27,7 +27,7 @@ def depths(message: Any) -> NDArray[np.float32]:
             of compressed_depth_image_transport that contains a PNG file.
 
     Raises:
-        ShapeError: the message is not such an image, or is damaged.
+        ShapeError: the message is not a depth image in one of these forms, or is damaged.
     """
     try:
         if message._type == _COMPRESSED:

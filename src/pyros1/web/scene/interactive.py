@@ -1,7 +1,7 @@
 """The current interactive markers of a topic's servers (https://wiki.ros.org/interactive_markers) (pure).
 
 A server publishes all its markers, latched, on ``TOPIC/update_full``, and changes on ``TOPIC/update``. The sequence
-numbers of these messages show which of them belong together.
+numbers of these messages show which messages belong together.
 """
 
 from __future__ import annotations
@@ -101,7 +101,7 @@ class InteractiveMarkers:
 
         Returns:
             The current version; new or changed markers; "server", "name", "frame" and "pose" of markers that have
-            only moved; servers and names of removed ones.
+            only moved; servers and names of removed markers.
         """
         new = [marker for version, marker in self._markers.values() if version > known_version]
         moved = [

@@ -26,7 +26,7 @@ def laser_scan(scan: Any) -> Shape:
     """Return the ranges, and then the intensities if there are any, as float32; as in rviz, missing intensities are 0.
 
     Raises:
-        ShapeError: its angles or bounds are not finite, so nothing can be drawn.
+        ShapeError: the scan's angles or bounds are not finite, so nothing can be drawn.
     """
     for name in ("angle_min", "angle_increment", "range_min", "range_max"):
         value = getattr(scan, name)

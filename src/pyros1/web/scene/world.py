@@ -87,7 +87,7 @@ class World:
         Args:
             fixed_frame: the frame in which the pose is expressed.
             frame: the frame whose pose is returned.
-            stamp: the time; None, or a time for which the buffer has no data, stands for the latest one.
+            stamp: the time; None, or a time for which the buffer has no data, stands for the latest time.
 
         Returns:
             The pose; None if there is no connection between the frames, or a transform has non-finite numbers.

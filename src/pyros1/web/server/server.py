@@ -1,4 +1,4 @@
-"""The server: the page's files, a WebSocket for each page, and those of other viewers and programs, on one port.
+"""The server: the page's files, and the WebSockets of pages, viewers and other programs, all on one port.
 
 See https://www.rfc-editor.org/rfc/rfc6455. Everything that can take time runs in threads, so that a slow page, node or
 master does not delay others.
@@ -71,7 +71,7 @@ _MAX_CALLS = 16
 _MAX_FINAL_REQUESTS = 64
 """Maximum number of remaining requests that are handled after a page has disconnected."""
 _MAX_THREADS = 32
-"""Maximum number of threads for pushes, and of separate ones for calls, which may take long."""
+"""Maximum number of threads for pushes, and of separate threads for calls, which may take long."""
 _MAX_LOGGED_ERRORS = 100
 _CLEANUP_PERIOD = 10.0
 """Seconds between cleanups of unused resources."""

@@ -76,7 +76,7 @@ class ThreadPool(Executor):
         """Stop accepting work, and end the threads when their work is done.
 
         Args:
-            wait: whether to wait until they have ended.
+            wait: whether to wait until the threads have ended.
             cancel_futures: whether to cancel work that has not started.
         """
         with self._changed:

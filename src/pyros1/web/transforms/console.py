@@ -112,7 +112,7 @@ class Console:
         return entries, start - number - 1
 
     def listen(self, listener: Callable[[], object]) -> Callable[[], None]:
-        """Call a function, in a thread of the node, after each message; return a function that stops this."""
+        """Call a function, in a thread of the node, after each message; return a function that removes it."""
         with self._lock:
             self._listeners = (*self._listeners, listener)
 

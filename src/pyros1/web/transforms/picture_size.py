@@ -14,7 +14,7 @@ _SIZE_MARKERS = {*range(0xC0, 0xD0)} - {0xC4, 0xC8, 0xCC}
 
 
 def picture_size(data: bytes) -> tuple[int, int] | None:
-    """Return the claimed width and height of a PNG, JPEG, WebP, GIF or BMP file; None if it is not such a file."""
+    """Return the claimed width and height of a PNG, JPEG, WebP, GIF or BMP file; None for other files."""
     try:
         if data[:8] == b"\x89PNG\r\n\x1a\n":
             return struct.unpack_from(">II", data, 16)

@@ -43,5 +43,5 @@ NAMES = frozenset(_EXPORTS)
 def view_class(name: str) -> type[View]:
     """Return the class of a view, given one of `NAMES`."""
     module, _, class_name = _EXPORTS[name].rpartition(".")
-    found: type[View] = getattr(import_module(f"pyros1.web.views.{module}"), class_name)
-    return found
+    cls: type[View] = getattr(import_module(f"pyros1.web.views.{module}"), class_name)
+    return cls

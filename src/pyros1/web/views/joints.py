@@ -42,7 +42,7 @@ class JointsView(View):
 
     Args (of the page):
         description: name of the parameter; the topic is joint_states in the same namespace.
-        publish: whether to publish the joints while this is open, if no other node does.
+        publish: whether to publish the joints while this view is open, if no other node does.
         positions: joint -> desired position, in radians or metres. Pass these to `change` to move joints.
 
     Pushes ``{"facts": {...}, "positions": [...]}``, each only when it has changed; `_facts` describes the facts.

@@ -1,4 +1,4 @@
-"""Publishes a message at a rate while a page displays this."""
+"""Publishes a message at a rate while a page displays this view."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Reads values in rviz's files. As they are untrusted, all that rviz would not write is treated as absent (pure)."""
+"""Reads values in rviz's files. They are untrusted: anything that rviz would not write is treated as absent (pure)."""
 
 from __future__ import annotations
 

@@ -21,7 +21,7 @@ _DEFAULT_SCALE = 50.0
 
 
 def view_settings(view: Mapping[Any, Any], height: float) -> tuple[dict[str, Any], str]:
-    """Return the settings ``view`` and ``target``, if the file has them, and a note about unsupported ones.
+    """Return the settings ``view`` and ``target``, if the file has them, and a note about unsupported settings.
 
     Args:
         view: the current view.

@@ -24,7 +24,7 @@ class _ViewClosedError(Error):
 
 
 class BagFileView(View):
-    """The contents of a bag, which stays open while this or another view of it exists.
+    """The contents of a bag, which stays open while this or another view of the bag exists.
 
     Args (of the page):
         path: path of the file.
@@ -115,7 +115,7 @@ def topics_arg(args: Mapping[str, Any], max_topics: int) -> list[str]:
     Raises:
         RequestError: the argument is not a list of topics, or is too long.
     """
-    found = args.get("topics", [])
-    if not isinstance(found, list) or len(found) > max_topics or not all(isinstance(name, str) for name in found):
+    topics = args.get("topics", [])
+    if not isinstance(topics, list) or len(topics) > max_topics or not all(isinstance(name, str) for name in topics):
         raise RequestError(f"topics must be a list of at most {max_topics} names")
-    return found
+    return topics

@@ -24,8 +24,8 @@ class BagTimelineView(BagView):
         topics: the topics of the rows.
 
     Pushes ``{"begin", "end", "columns", "topics", "exact"}`` with a float32 for each column of each row: the number
-    of messages. If "exact", each message is counted at most one column away from its own; otherwise, some may be further
-    away.
+    of messages. If "exact", each message is counted at most one column away from its own; otherwise, some may be
+    further away.
     """
 
     def change(self, args: Mapping[str, Any]) -> None:

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 _CAMERA_INFO = "sensor_msgs/CameraInfo"
 _STAMP_SIZE = 12
-"""Number of bytes at the beginning of a message that differ even if it is repeated: sequence number and stamp."""
+"""Number of bytes at the beginning of a message that differ if the message is repeated: sequence number and stamp."""
 
 
 class CameraView(View):
@@ -99,7 +99,7 @@ class CameraView(View):
         self._unsubscribers = {}
 
     def listen(self, name: str, topic: str, listener: Callable[[Arrival], object]) -> None:
-        """Listen to a topic instead of the previous one under this name; to none if it is empty."""
+        """Listen to a topic instead of the previous topic under this name; if `topic` is empty, to none."""
         self._unsubscribers.pop(name, lambda: None)()
         if topic:
             self._unsubscribers[name] = self.robot.listen(topic, listener)

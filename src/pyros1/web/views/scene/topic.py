@@ -42,7 +42,7 @@ class SceneTopicView(View):
     Pushes a shape of `pyros1.web.scene.shapes` with "frame", "stamp" and "pose", the pose of the message's frame at
     its time, or null if unknown (the message is sent again as soon as it is known); or
     ``{"kind": "markers", "new": [...], "gone": [[NS, ID], ...], "poses": {FRAME: POSE}, "all": BOOL}``, with null for
-    each unknown frame; all markers are sent again as soon as one of these is known.
+    each unknown frame; all markers are sent again as soon as one of these frames is known.
     """
 
     def __init__(self, robot: Robot, args: Mapping[str, Any], wake: Callable[[], object]) -> None:
