@@ -166,7 +166,7 @@ def test_keys(simulator: Node, make_node: Make, user: User) -> None:
         assert teleop.handle_key(key)
         twist = twists.get(timeout=PATIENCE)
         assert (twist.linear.x, twist.angular.z) == wanted, key
-    assert teleop.wait(PATIENCE)
+    assert teleop.wait_for_pose(PATIENCE)
     for key, theta in {"D": 3.141593, "r": 1.570796, "b": -0.785398, "G": 0.0}.items():
         assert teleop.handle_key(key)
         user.until("/turtle1/pose", Pose, lambda pose, theta=theta: abs(abs(pose.theta) - abs(theta)) < 1e-5)

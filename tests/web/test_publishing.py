@@ -102,6 +102,6 @@ def test_a_type_that_nobody_takes_is_refused(node: Any, make_node: Callable[...,
         publishing.publish("/vel_cmd", "std_msgs/String", {"data": "x"})
     assert publishing.publish("/vel_cmd", FLOAT, {"data": 1.0}) == 1
     subscriber.unregister()
-    publishing.end("/vel_cmd")
+    publishing.unadvertise("/vel_cmd")
     assert publishing.publish("/vel_cmd", "std_msgs/String", {"data": "x"}) == 0  # it is free
     publishing.close()

@@ -40,10 +40,10 @@ class Program:
             stderr=subprocess.STDOUT,
             start_new_session=True,
         )
-        self._reader = threading.Thread(target=self._read, name=f"output of {self.words[-1]}", daemon=True)
+        self._reader = threading.Thread(target=self._read_output, name=f"output of {self.words[-1]}", daemon=True)
         self._reader.start()
 
-    def _read(self) -> None:
+    def _read_output(self) -> None:
         assert self._process.stdout is not None
         with self._process.stdout as pipe:
             while data := os.read(pipe.fileno(), 65536):

@@ -33,7 +33,7 @@ def render_blocks(
     used_columns = max(1, min(columns, 2 * rows * width // height))
     used_rows = max(1, used_columns * height // width // 2)
     grid = _shrink(numpy.frombuffer(pixels, numpy.uint8).reshape(height, width, 3), used_columns, 2 * used_rows)
-    marks = _marks(turtles, width, height, used_columns, used_rows)
+    marks = _turtle_marks(turtles, width, height, used_columns, used_rows)
     lines = []
     for row in range(used_rows):
         line = []
@@ -41,7 +41,7 @@ def render_blocks(
         for column in range(used_columns):
             top, bottom = grid[2 * row][column], grid[2 * row + 1][column]
             mark = marks.get((column, row))
-            colours = _foreground_code(top if mark is None else _contrasting(bottom)) + _background_code(bottom)
+            colours = _foreground_code(top if mark is None else _contrasting_colour(bottom)) + _background_code(bottom)
             line.append((colours if colours != previous_colours else "") + (mark or "▀"))
             previous_colours = colours
         lines.append("".join(line) + _RESET)
@@ -60,7 +60,7 @@ def _shrink(picture: Any, new_width: int, new_height: int) -> Any:
     return numpy.take_along_axis(samples, most_distinct[:, :, None, None], axis=2)[:, :, 0].tolist()
 
 
-def _marks(
+def _turtle_marks(
     turtles: Mapping[str, tuple[float, float, float]], width: int, height: int, columns: int, rows: int
 ) -> dict[tuple[int, int], str]:
     marks: dict[tuple[int, int], str] = {}
@@ -75,7 +75,7 @@ def _marks(
     return marks
 
 
-def _contrasting(colour: Colour) -> Colour:
+def _contrasting_colour(colour: Colour) -> Colour:
     return (0, 0, 0) if sum(colour) > 480 else (255, 255, 255)
 
 

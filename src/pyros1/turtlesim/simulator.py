@@ -169,10 +169,10 @@ class _TurtleInterface:
         self._lock = lock
         base = node.resolve(name)
         with ExitStack() as cleanup:
-            self._pose = node.advertise(f"{base}/pose", Pose, queue_size=1)
-            cleanup.callback(self._pose.unregister)
-            self._colour = node.advertise(f"{base}/color_sensor", Color, queue_size=1)
-            cleanup.callback(self._colour.unregister)
+            self._pose_publisher = node.advertise(f"{base}/pose", Pose, queue_size=1)
+            cleanup.callback(self._pose_publisher.unregister)
+            self._colour_publisher = node.advertise(f"{base}/color_sensor", Color, queue_size=1)
+            cleanup.callback(self._colour_publisher.unregister)
             command_subscriber = node.subscribe(f"{base}/cmd_vel", Twist, self._on_command, queue_size=1)
             cleanup.callback(command_subscriber.unregister)
             services: tuple[tuple[str, Any, Callable[[Any], None]], ...] = (
@@ -200,8 +200,8 @@ class _TurtleInterface:
             x, y = result.requested.x, SIZE - result.requested.y
             self._node.log.warn("Oh no! I hit the wall! (Clamping from [x=%f, y=%f])", x, y)
         with suppress(NodeError):  # it is being killed
-            self._pose.publish(Pose(turtle.x, turtle.y, turtle.theta, turtle.speed, turtle.turning))
-            self._colour.publish(Color(*result.colour))
+            self._pose_publisher.publish(Pose(turtle.x, turtle.y, turtle.theta, turtle.speed, turtle.turning))
+            self._colour_publisher.publish(Color(*result.colour))
 
     def _make_handler(self, service_type: Any, call: Callable[[Any], None]) -> Callable[[Any], Any]:
         def handle(request: Any) -> Any:

@@ -75,7 +75,7 @@ class Teleop:
         except Error as error:
             self._node.log.error("%s", error)
 
-    def wait(self, timeout: float) -> bool:
+    def wait_for_pose(self, timeout: float) -> bool:
         """Wait until the turtle's first pose arrives; return whether it did within ``timeout`` seconds."""
         return self._pose_received.wait(timeout)
 

@@ -62,14 +62,14 @@ class World:
             raise TurtleError(f"There are {MAX_TURTLES} turtles already")
         check_range(x=x, y=y, theta=theta)
         if not name:
-            name = self._free_name()
+            name = self._next_free_name()
         if name in self.turtles:
             raise TurtleError(f"A turtle named [{name}] already exists")
         turtle = self.turtles[name] = Turtle()
         turtle.teleport_absolute(x, y, theta)
         return name
 
-    def _free_name(self) -> str:
+    def _next_free_name(self) -> str:
         while True:
             self._last_number += 1
             if (name := f"turtle{self._last_number}") not in self.turtles:
@@ -105,7 +105,7 @@ class World:
         Raises:
             TurtleError: no turtle has this name.
         """
-        turtle = self._turtle(name)
+        turtle = self._get_turtle(name)
         turtle.pen = turtle.pen._replace(off=True) if pen.off else pen
 
     def teleport_absolute(self, name: str, x: float, y: float, theta: float) -> None:
@@ -115,7 +115,7 @@ class World:
             TurtleError: the pose is not valid, or no turtle has this name.
         """
         check_range(x=x, y=y, theta=theta)
-        turtle = self._turtle(name)
+        turtle = self._get_turtle(name)
         previous = turtle.position
         turtle.teleport_absolute(x, y, theta)
         self.canvas.draw_line(previous, turtle.position, turtle.pen)
@@ -127,12 +127,12 @@ class World:
             TurtleError: a number is out of range, or no turtle has this name.
         """
         check_range(linear=distance, angular=angle)
-        turtle = self._turtle(name)
+        turtle = self._get_turtle(name)
         previous = turtle.position
         turtle.teleport_relative(distance, angle)
         self.canvas.draw_line(previous, turtle.position, turtle.pen)
 
-    def _turtle(self, name: str) -> Turtle:
+    def _get_turtle(self, name: str) -> Turtle:
         try:
             return self.turtles[name]
         except KeyError:

@@ -169,12 +169,12 @@ class Hub:
         if ready is not None:
             feed.call_when_ready(ready)
         if existing_feed is None:
-            self._submit(lambda: self._open(topic, feed))
+            self._submit(lambda: self._open_feed(topic, feed))
         if late_listener is not None:
             late_listener.catch_up()
         return lambda: self._remove_listener(topic, feed, token)
 
-    def _open(self, topic: str, feed: _Feed) -> None:
+    def _open_feed(self, topic: str, feed: _Feed) -> None:
         try:
             subscriber = self._subscribe(topic, feed.on_message)
             if feed.set_subscriber(subscriber):

@@ -58,14 +58,14 @@ class PackageFiles:
         Raises:
             FileError: the file does not exist, or may not be read.
         """
-        package, parts = _split(uri)
+        package, parts = _parse_uri(uri)
         if not package:
-            return self._read(uri, self._path_in_package(uri, parts))
-        folder = os.path.realpath(self._folder(package))
+            return self._read_file(uri, self._path_in_package(uri, parts))
+        folder = os.path.realpath(self._find_package_folder(package))
         path = os.path.realpath(os.path.join(folder, *parts))
         if os.path.commonpath([folder, path]) != folder:
             raise FileError(f"{uri} leads out of its package")
-        return self._read(uri, path)
+        return self._read_file(uri, path)
 
     def _path_in_package(self, uri: str, parts: list[str]) -> str:
         path = os.path.realpath(os.path.join(os.sep, *parts))
@@ -74,7 +74,7 @@ class PackageFiles:
         except (OSError, RuntimeError):  # the latter for circular links
             raise FileError(f"{uri} cannot be resolved") from None
         try:
-            package_folder = os.path.realpath(self._folder(name))
+            package_folder = os.path.realpath(self._find_package_folder(name))
         except FileError:
             package_folder = ""
         # A package that another one of the same name shadows counts as missing, like a folder outside packages.
@@ -82,7 +82,7 @@ class PackageFiles:
             raise FileError(f"{uri} is not in a package that is found here")
         return path
 
-    def _folder(self, package: str) -> str:
+    def _find_package_folder(self, package: str) -> str:
         with self._lock:
             if self._index is not None:
                 try:
@@ -98,7 +98,7 @@ class PackageFiles:
             finally:
                 self._indexed_at = self._clock()  # after the search, which may take long
 
-    def _read(self, uri: str, path: str) -> bytes:
+    def _read_file(self, uri: str, path: str) -> bytes:
         try:
             # Links were resolved before: a link created meanwhile is not followed. Opening a pipe does not block.
             with open(path, "rb", opener=lambda name, flags: os.open(name, flags | _SAFE_OPEN_FLAGS)) as file:
@@ -112,7 +112,7 @@ class PackageFiles:
             raise FileError(f"{uri} cannot be read: {error.strerror}") from None
 
 
-def _split(uri: str) -> tuple[str, list[str]]:
+def _parse_uri(uri: str) -> tuple[str, list[str]]:
     if len(uri) > _MAX_URI_LENGTH:
         raise FileError(f"a URI must have at most {_MAX_URI_LENGTH} characters")
     try:

@@ -111,7 +111,7 @@ class Publishing:
         publisher.wait_for_subscribers(len(Graph(node.master).state().subscribers.get(topic, ())), _CONNECT_TIMEOUT)
         return publisher
 
-    def end(self, topic: str) -> None:
+    def unadvertise(self, topic: str) -> None:
         """Stop publishing on a topic."""
         with self._lock:
             removed = [self._publishers.pop(key) for key in list(self._publishers) if key.topic == topic]

@@ -49,7 +49,7 @@ class Robot:
 
     Attributes:
         movers: topic -> the view that publishes joint states on it; only one view may do so at a time.
-        when_killed: called from any thread when another program has shut down the server's node.
+        on_killed: called from any thread when another program has shut down the server's node.
     """
 
     def __init__(self, master_uri: str, access: Access, make_node: Callable[[], Node]) -> None:
@@ -65,7 +65,7 @@ class Robot:
         self.bags = Library(BagFolders(access.bags, access.granted), access.may_see)
         self.movers: dict[str, object] = {}
         self.problem = "looking for the master"
-        self.when_killed: Callable[[], object] = lambda: None
+        self.on_killed: Callable[[], object] = lambda: None
         self._make_node = make_node
         self._node: Node | None = None
         self._closed = threading.Event()
@@ -219,7 +219,7 @@ class Robot:
     def _node_shut_down(self) -> None:
         if not self._closed.is_set():
             self.problem = "the server's node was requested to shut down"
-            self.when_killed()
+            self.on_killed()
 
     def _wait_for_publishers(self, topic: str, subscriber: Any) -> None:
         publishers = self.graph.state().publishers.get(topic, ())

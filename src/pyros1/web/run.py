@@ -53,7 +53,7 @@ async def _serve(robot: Robot, access: Access, host: str, port: int, on_started:
         with contextlib.suppress(RuntimeError):  # the loop is already closed
             loop.call_soon_threadsafe(exit_requested.set)
 
-    robot.when_killed = on_killed
+    robot.on_killed = on_killed
     async with WebServer(robot, access).listen(host, port) as server:
         robot.start()
         on_started(next(iter(server.sockets)).getsockname()[1])

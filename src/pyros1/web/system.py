@@ -64,7 +64,7 @@ class System:
         self._uris: dict[str, str] = {}
         self._tracks: dict[str, _Tracks] = {}
         self._missing_edges: set[Edge] = set()
-        self._latest: dict[str, Any] | None = None
+        self._latest_description: dict[str, Any] | None = None
         self._described_at = float("-inf")
 
     def describe(self, max_age: float) -> dict[str, Any]:
@@ -85,15 +85,15 @@ class System:
         Raises:
             MasterUnreachableError: the master does not respond.
         """
-        latest = self._latest
+        latest = self._latest_description
         if not self._lock.acquire(blocking=latest is None):
             assert latest is not None
             return latest  # another thread is already querying the nodes, which may take a while
         try:
-            if self._latest is None or self._clock() - self._described_at >= max_age:
-                self._latest = self._collect()
+            if self._latest_description is None or self._clock() - self._described_at >= max_age:
+                self._latest_description = self._collect()
                 self._described_at = self._clock()
-            return self._latest
+            return self._latest_description
         finally:
             self._lock.release()
 
@@ -111,7 +111,7 @@ class System:
         for name in unreachable:
             self._uris.pop(name, None)  # another process may be using its name by now
         reported = actual_edges({name: report.connections for name, report in reports.items()}, self._uris)
-        edges = _edges(reports, reported, rates)
+        edges = _edges_with_rates(reports, reported, rates)
         topics = {*state.publishers, *state.subscribers}
         absent = [edge for edge in expected_edges(state) if is_missing_edge(edge, reported)]
         missing = [list(edge) for edge in absent if edge in self._missing_edges]
@@ -220,7 +220,9 @@ def _topic_traffic(topic: str, rates: _Rates) -> dict[str, float | None]:
     return {"hz": sum(rate.hz for rate in fastest), "bytes": sum(rate.bytes for rate in fastest)}
 
 
-def _edges(reports: dict[str, _NodeReport], reported: Mapping[str, set[Edge]], rates: _Rates) -> list[list[Any]]:
+def _edges_with_rates(
+    reports: dict[str, _NodeReport], reported: Mapping[str, set[Edge]], rates: _Rates
+) -> list[list[Any]]:
     rate_by_edge: dict[Edge, float | None] = {}
     for edges in reported.values():
         rate_by_edge.update(dict.fromkeys(edges))

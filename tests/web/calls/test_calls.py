@@ -154,7 +154,7 @@ def test_nodes_loggers_and_their_end(make_node: Make, robot: Robot) -> None:
 
 def test_who_tells_the_servers_node_to_end_is_heard(make_node: Make, robot: Robot) -> None:
     killed = threading.Event()
-    robot.when_killed = killed.set
+    robot.on_killed = killed.set
     other = Graph(make_node("other").master).node_api(robot.graph.node_uri(robot.node.name) or "", PATIENCE)
     other.shutdown("user request")
     other.close()

@@ -99,7 +99,7 @@ def test_subscriptions() -> None:
     assert one.offer(offers(A, services=(ADD,)))[0] == [machine.StopListening(6)]  # its channel has gone
     again = text("subscribe", subscriptions=[{"id": 6, "channelId": 1}])
     assert one.handle(again)[0] == [machine.Listen(6, A)]
-    one.refuse(6)
+    one.remove_subscription(6)
     assert one.handle(again)[0] == [machine.Listen(6, A)]
 
 

@@ -42,7 +42,7 @@ class GrantedFiles:
         new_lines = dict.fromkeys(json.dumps(os.path.realpath(path)) for path in paths)
         self._file.parent.mkdir(parents=True, exist_ok=True)
         try:
-            existing = self._lines()
+            existing = self._read_lines()
         except FileNotFoundError:
             existing = []
         lines = [*(line for line in dict.fromkeys(existing) if line not in new_lines), *new_lines]
@@ -51,12 +51,12 @@ class GrantedFiles:
             first -= 1
         if len(lines) - first < len(new_lines):
             raise OSError(errno.EFBIG, "too many bags at once", str(self._file))
-        self._replace("".join(f"{line}\n" for line in lines[first:]))
+        self._replace_file("".join(f"{line}\n" for line in lines[first:]))
 
     def __contains__(self, path: object) -> bool:
         """Return whether a path is in the list; symbolic links in it must have been resolved."""
         try:
-            return json.dumps(str(path)) in self._lines()
+            return json.dumps(str(path)) in self._read_lines()
         except (OSError, ValueError):
             return False
 
@@ -65,7 +65,7 @@ class GrantedFiles:
         with contextlib.suppress(OSError):
             self._file.unlink()
 
-    def _lines(self) -> list[str]:
+    def _read_lines(self) -> list[str]:
         """Return the lines of the file. Raises OSError, including when the file cannot be trusted."""
         if self._file.is_symlink():
             raise self._permission_error("is a symbolic link")
@@ -87,7 +87,7 @@ class GrantedFiles:
     def _permission_error(self, reason: str) -> OSError:
         return PermissionError(errno.EPERM, f"the list of bags {reason}: remove it", str(self._file))
 
-    def _replace(self, text: str) -> None:
+    def _replace_file(self, text: str) -> None:
         """Replace the file atomically, since the server may read it at any time."""
         descriptor, temporary = tempfile.mkstemp(
             prefix=f"{self._file.name}.", dir=self._file.parent

@@ -67,7 +67,7 @@ class Playback:
         self._control: Control | None = None
         self._restart_requested = False  # whether to play again from self._time
         self._closed = False
-        self._resume = threading.Event()  # ends the wait at the end of the bag
+        self._resume_event = threading.Event()  # ends the wait at the end of the bag
         self._state = "paused" if settings.paused else "running"
         self._problem = ""
         self._num_dropped = 0
@@ -88,7 +88,7 @@ class Playback:
             elif self._control is not None:
                 self._control.set_paused(settings.paused)
             if self._restart_requested or old.paused != settings.paused:
-                self._resume.set()
+                self._resume_event.set()
 
     def status(self) -> dict[str, Any]:
         """Return the state of playback for a page; the time is in seconds since the bag's start."""
@@ -108,13 +108,13 @@ class Playback:
             self._closed = True
             if self._control is not None:
                 self._control.end()
-            self._resume.set()
+            self._resume_event.set()
         self._thread.join()
 
     def _run(self) -> None:
         player: Player | None = None
         while not self._closed:
-            self._resume.clear()
+            self._resume_event.clear()
             started_at, problem = monotonic(), ""
             try:
                 player = self._play(player)
@@ -133,9 +133,9 @@ class Playback:
                     self._state, self._time = ("failed", self._time) if problem else ("ended", self._bag.length)
             self._on_change()
             if loop:
-                self._resume.wait(max(0.0, _MIN_LOOP_SECONDS - (monotonic() - started_at)))
+                self._resume_event.wait(max(0.0, _MIN_LOOP_SECONDS - (monotonic() - started_at)))
                 continue
-            self._resume.wait()  # ends on a change, or on `close`
+            self._resume_event.wait()  # ends on a change, or on `close`
             with self._lock:
                 if not self._restart_requested and not self._closed:
                     self._time = 0.0  # resuming at the end means starting again

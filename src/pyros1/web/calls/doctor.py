@@ -22,7 +22,7 @@ _MAX_NODES = 200
 """Maximum number of nodes that are queried."""
 _GLOBAL_KINDS = frozenset({"no-clock", "unused-clock"})
 """Kinds of findings that do not mention a topic, but may be the reason why no messages arrive."""
-_NAME = re.compile(r"/[A-Za-z0-9_/]*[A-Za-z0-9_]")
+_NAME_PATTERN = re.compile(r"/[A-Za-z0-9_/]*[A-Za-z0-9_]")
 
 
 def topic(robot: Robot, args: Mapping[str, Any]) -> list[dict[str, Any]]:
@@ -63,8 +63,8 @@ def findings_about(findings: Iterable[Finding], name: str) -> list[Finding]:
     selected = []
     for finding in findings:
         items = finding.items
-        if name not in _names(finding.text):
-            items = tuple(item for item in items if name in _names(item))
+        if name not in _names_in(finding.text):
+            items = tuple(item for item in items if name in _names_in(item))
             if not items and finding.kind not in _GLOBAL_KINDS:
                 continue
         selected.append(replace(finding, items=items[:_MAX_ITEMS]))
@@ -75,14 +75,14 @@ def without_hidden(findings: Iterable[Finding], hidden: Collection[str]) -> list
     """Remove the findings, and the items of findings, that mention names which pages may not see; return the others."""
     visible = []
     for finding in findings:
-        items = tuple(item for item in finding.items if _names(item).isdisjoint(hidden))
-        if _names(finding.text).isdisjoint(hidden) and (items or not finding.items):
+        items = tuple(item for item in finding.items if _names_in(item).isdisjoint(hidden))
+        if _names_in(finding.text).isdisjoint(hidden) and (items or not finding.items):
             visible.append(replace(finding, items=items))
     return visible
 
 
-def _names(line: str) -> set[str]:
-    return set(_NAME.findall(line))
+def _names_in(line: str) -> set[str]:
+    return set(_NAME_PATTERN.findall(line))
 
 
 CALLS: dict[str, Callable[[Robot, Mapping[str, Any]], Any]] = {"topic": topic, "node": node}

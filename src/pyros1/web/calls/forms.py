@@ -24,13 +24,13 @@ def yaml(robot: Robot, args: Mapping[str, Any]) -> str:
 
 def parse_yaml(robot: Robot, args: Mapping[str, Any]) -> Any:
     """Return a message in YAML text as a value for the form. Args: type, part ("request" of a service's type), yaml."""
-    cls = _class(robot, args)
+    cls = _message_class(robot, args)
     message = from_yaml(cls, load_yaml(string_arg(args, "yaml")))
     from_json(cls, message, robot.node.now())  # raises an error if a value does not fit its field
     return to_page_json(message)
 
 
-def _class(robot: Robot, args: Mapping[str, Any]) -> type[Message]:
+def _message_class(robot: Robot, args: Mapping[str, Any]) -> type[Message]:
     name = string_arg(args, "type")
     if args.get("part") == "request":
         request: type[Message] = load_service(name)._request_class

@@ -16,7 +16,7 @@ _TIMEOUT = 3.0
 def info(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
     """Return information about a node. Args: node."""
     name = string_arg(args, "node")
-    uri = _uri(robot, name)
+    uri = _find_uri(robot, name)
     registered = robot.graph.state().of_node(name)
     details: dict[str, Any] = {
         "name": name,
@@ -47,7 +47,7 @@ def kill(robot: Robot, args: Mapping[str, Any]) -> None:
         raise RequestError(
             f"{name} is the node of this page's server: stop pyros1 web in the terminal where it was started"
         )
-    node = robot.graph.node_api(_uri(robot, name), _TIMEOUT)
+    node = robot.graph.node_api(_find_uri(robot, name), _TIMEOUT)
     try:
         node.shutdown("user request")
     finally:
@@ -56,7 +56,7 @@ def kill(robot: Robot, args: Mapping[str, Any]) -> None:
 
 def loggers(robot: Robot, args: Mapping[str, Any]) -> list[list[str]]:
     """Return the names and levels of a node's loggers. Args: node."""
-    response = _call(robot, string_arg(args, "node"), "get_loggers", "roscpp/GetLoggers", {})
+    response = _call_logger_service(robot, string_arg(args, "node"), "get_loggers", "roscpp/GetLoggers", {})
     return [[logger.name, logger.level.lower()] for logger in response.loggers]
 
 
@@ -66,17 +66,17 @@ def set_level(robot: Robot, args: Mapping[str, Any]) -> None:
     if level not in ("debug", "info", "warn", "error", "fatal"):
         raise RequestError(f"unknown level {level[:50]!r}")
     request = {"logger": string_arg(args, "logger"), "level": level}
-    _call(robot, string_arg(args, "node"), "set_logger_level", "roscpp/SetLoggerLevel", request)
+    _call_logger_service(robot, string_arg(args, "node"), "set_logger_level", "roscpp/SetLoggerLevel", request)
 
 
-def _uri(robot: Robot, name: str) -> str:
+def _find_uri(robot: Robot, name: str) -> str:
     uri = robot.graph.node_uri(name)
     if uri is None:
         raise RequestError(f"there is no node {name}")
     return uri
 
 
-def _call(robot: Robot, node: str, service: str, type_name: str, request: dict[str, str]) -> Any:
+def _call_logger_service(robot: Robot, node: str, service: str, type_name: str, request: dict[str, str]) -> Any:
     robot.check_visible(f"{node}/{service}")
     with robot.node.service(f"{node}/{service}", type_name) as client:
         try:

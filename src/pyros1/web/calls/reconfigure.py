@@ -30,7 +30,7 @@ def update(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
         config = encode(new_values, types)
     except (ValueError, TypeError, OverflowError) as error:
         raise RequestError(str(error)) from None
-    return _send(robot, args, config)
+    return _send_config(robot, args, config)
 
 
 def turn(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
@@ -44,10 +44,10 @@ def turn(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
         fill_message(config, {"groups": args.get("groups")})
     except MessageError as error:
         raise RequestError(f"groups: {error}") from None
-    return _send(robot, args, config)
+    return _send_config(robot, args, config)
 
 
-def _send(robot: Robot, args: Mapping[str, Any], config: Any) -> dict[str, Any]:
+def _send_config(robot: Robot, args: Mapping[str, Any], config: Any) -> dict[str, Any]:
     name = f"{string_arg(args, 'node')}/set_parameters"
     robot.check_visible(name)
     with robot.node.service(name, Reconfigure) as client:

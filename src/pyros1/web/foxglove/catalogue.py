@@ -67,7 +67,7 @@ class Catalogue:
         self._next_ids = count(1)
         # topic -> publisher -> definition that is not the installed one; the first publisher still registered decides.
         self._topic_definitions: dict[str, dict[str, _Definition]] = {}
-        self._unusable: dict[str, tuple[str, str]] = {}  # topic -> (publisher, problem)
+        self._unusable_definitions: dict[str, tuple[str, str]] = {}  # topic -> (publisher, problem)
         self._service_types: dict[str, tuple[list[str], str]] = {}  # service -> (its nodes, its type)
         self._pending_queries: dict[str, Callable[[], _TopicReply | str]] = {}
         self._retry_at: dict[str, float] = {}
@@ -128,7 +128,7 @@ class Catalogue:
             )
         except MessageError as error:
             problem = f"{topic}: the definition of {untrusted(publisher) or 'a publisher'} is unusable: {error}"
-            self._unusable[topic] = (publisher, problem)
+            self._unusable_definitions[topic] = (publisher, problem)
             return
         self._store_definition(topic, publisher, definition)
 
@@ -148,9 +148,9 @@ class Catalogue:
         self._topic_definitions = {
             topic: definitions for topic, definitions in self._topic_definitions.items() if definitions
         }
-        for topic, (publisher, _) in list(self._unusable.items()):
+        for topic, (publisher, _) in list(self._unusable_definitions.items()):
             if publisher and publisher not in nodes.publishers.get(topic, ()):
-                del self._unusable[topic]
+                del self._unusable_definitions[topic]
 
     def _definition_problems(self) -> dict[str, str]:
         """Return a description for each topic whose publishers have different or unusable definitions."""
@@ -163,7 +163,7 @@ class Catalogue:
                         f"{untrusted(publisher)} publishes a different {untrusted(definition.type)} than other nodes"
                     )
                     problems[topic] = f"{topic}: {problem}; its messages are omitted"
-        return {**problems, **{topic: text for topic, (_, text) in self._unusable.items()}}
+        return {**problems, **{topic: text for topic, (_, text) in self._unusable_definitions.items()}}
 
     def _refresh(self) -> None:
         try:
@@ -174,12 +174,18 @@ class Catalogue:
         self._master_problem = ""
         while self._new_headers:
             self._apply_header(*self._new_headers.popleft())
-        self._update(state, {name: type_name for name, type_name in types.items() if self._may_see(name)})
+        self._update_offers(state, {name: type_name for name, type_name in types.items() if self._may_see(name)})
 
-    def _update(self, state: SystemState, types: Mapping[str, str]) -> None:
-        tables = [self._visible(table) for table in state]
+    def _update_offers(self, state: SystemState, types: Mapping[str, str]) -> None:
+        tables = [self._visible_names(table) for table in state]
         nodes = Nodes(*tables)
-        for entries in (self._topic_definitions, self._retry_at, self._problems, self._service_types, self._unusable):
+        for entries in (
+            self._topic_definitions,
+            self._retry_at,
+            self._problems,
+            self._service_types,
+            self._unusable_definitions,
+        ):
             for name in [name for name in entries if name not in types and name not in nodes.services]:
                 del entries[name]
         self._forget_unregistered(nodes)
@@ -187,9 +193,11 @@ class Catalogue:
             if nodes.services.get(name) != providers:  # another node may have another type
                 del self._service_types[name]
         channels = {
-            offer.topic: offer for name, type_name in types.items() if (offer := self._channel(name, type_name, nodes))
+            offer.topic: offer
+            for name, type_name in types.items()
+            if (offer := self._make_channel(name, type_name, nodes))
         }
-        services = {offer.name: offer for offer in map(self._service, nodes.services) if offer}
+        services = {offer.name: offer for offer in map(self._make_service, nodes.services) if offer}
         if len(self._ids) > 2 * (len(channels) + len(services)) + _MAX_STALE_IDS:
             current = {*(offer.id for offer in channels.values()), *(offer.id for offer in services.values())}
             self._ids = {key: number for key, number in self._ids.items() if number in current}
@@ -198,10 +206,10 @@ class Catalogue:
         self._offers = Offers(channels, services, nodes, problems, has_pending_queries=bool(self._pending_queries))
         self._refreshed_at = self._clock()
 
-    def _visible(self, table: Table) -> Table:
+    def _visible_names(self, table: Table) -> Table:
         return {name: nodes for name, nodes in table.items() if self._may_see(name)}
 
-    def _channel(self, topic: str, type_name: str, nodes: Nodes) -> Channel | None:
+    def _make_channel(self, topic: str, type_name: str, nodes: Nodes) -> Channel | None:
         if topic not in nodes.publishers and topic not in nodes.subscribers:
             return None
         definitions = self._topic_definitions.get(topic)
@@ -216,7 +224,7 @@ class Catalogue:
             self._id_for("topic", topic, *definition), topic, definition.type, definition.text, definition.md5sum
         )
 
-    def _service(self, name: str) -> Service | None:
+    def _make_service(self, name: str) -> Service | None:
         nodes_and_type = self._service_types.get(name)
         if nodes_and_type is None:
             return None

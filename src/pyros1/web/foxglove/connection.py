@@ -273,7 +273,7 @@ class Viewer:
         except Error:
             done()
             self._outbox.close(ticket)
-            self._machine.refuse(subscription)
+            self._machine.remove_subscription(subscription)
             raise
         self._unsubscribers[subscription] = unsubscribe
 

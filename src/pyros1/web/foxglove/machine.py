@@ -206,7 +206,7 @@ class Machine:
             response.append(frames.status(Level.WARNING, f"at most {MAX_WATCHED} parameters can be watched"))
         return response
 
-    def refuse(self, subscription: int) -> None:
+    def remove_subscription(self, subscription: int) -> None:
         """Remove a subscription that could not be established."""
         self._subscriptions.pop(subscription, None)
 

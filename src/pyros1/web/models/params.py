@@ -60,7 +60,7 @@ class Changes:
     """Tracks changes of the parameters between updates."""
 
     def __init__(self) -> None:
-        self._known: dict[str, ValueSummary] | None = None
+        self._known_summaries: dict[str, ValueSummary] | None = None
         self._last_repr = ""
 
     def update(self, tree: Any, may_see: Callable[[str], bool]) -> dict[str, Any] | None:
@@ -75,12 +75,12 @@ class Changes:
             ``more``: number of parameters that are omitted because there are too many. None if nothing has changed.
         """
         raw = repr(tree)  # unlike ==, this distinguishes 1, 1.0 and true
-        if self._known is not None and raw == self._last_repr:
+        if self._known_summaries is not None and raw == self._last_repr:
             return None
         self._last_repr = raw
         visible = [(name, value) for name, value in flatten(tree) if may_see(name)]
         current = {name: summarize(value) for name, value in sorted(visible[:MAX_PARAMETERS], key=lambda pair: pair[0])}
-        previous, self._known = self._known, current
+        previous, self._known_summaries = self._known_summaries, current
         more = max(0, len(visible) - MAX_PARAMETERS)
         if previous is None:
             return {"all": True, "set": current, "gone": [], "more": more}
@@ -97,7 +97,7 @@ def editable_yaml(value: Any) -> str:
     """
 
     if isinstance(value, str) and "\n" in value:
-        text = _block(value)
+        text = _block_scalar(value)
         with contextlib.suppress(YamlError):
             if load_yaml(text) == value:
                 return text
@@ -109,7 +109,7 @@ def editable_yaml(value: Any) -> str:
     return dump(value, inline=lambda part: isinstance(part, list) and is_flat(part), ordered=True).removesuffix("...\n")
 
 
-def _block(value: str) -> str:
+def _block_scalar(value: str) -> str:
     """Return a multi-line string as a YAML block; this is not possible for all strings."""
     chomping_indicator = (
         "-" if not value.endswith("\n") else "+" if value.endswith("\n\n") or not value.strip("\n") else ""

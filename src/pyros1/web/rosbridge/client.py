@@ -115,7 +115,7 @@ class Client:
                 if not self._unsubscribe(action):
                     self._send_status("warning", f"you do not subscribe to {action.topic}", id)
             case operations.CallService():
-                self._call(id, action)
+                self._queue_call(id, action)
             case operations.AdvertiseService():
                 self._check_may_change()
                 self._provided_services.advertise(action.service, action.type)
@@ -172,7 +172,7 @@ class Client:
             queue.unsubscribe()
         return True
 
-    def _call(self, id: Id, call: operations.CallService) -> None:
+    def _queue_call(self, id: Id, call: operations.CallService) -> None:
         with self._calls_lock:
             is_refused = self._num_running_calls + len(self._queued_calls) >= MAX_CALLS
             if not is_refused:

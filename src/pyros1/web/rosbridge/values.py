@@ -88,7 +88,7 @@ def _converter(cls: type[Message], field_type: str, convert_array: Callable[[Any
     if base in cls._classes:
         convert_element: _Convert = lambda value: _to_dict(value, convert_array)  # noqa: E731 - it needs no name
     elif base in _TIME_TYPES:
-        convert_element = _time
+        convert_element = _time_to_dict
     elif not bracket:
         return None
     else:
@@ -96,7 +96,7 @@ def _converter(cls: type[Message], field_type: str, convert_array: Callable[[Any
     return (lambda values: [convert_element(value) for value in values]) if bracket else convert_element
 
 
-def _time(value: Any) -> dict[str, int]:
+def _time_to_dict(value: Any) -> dict[str, int]:
     return {"secs": value.secs, "nsecs": value.nsecs}
 
 
@@ -111,11 +111,11 @@ def _cbor_array(value: Any, base: str) -> Any:
         return bytes(value)
     if base not in _CBOR_TAGS:
         return [bool(each) for each in value]
-    array = np.asarray(value, _dtype(base))
+    array = np.asarray(value, _numpy_type(base))
     return tagged(_CBOR_TAGS[base], array.tobytes())
 
 
-def _dtype(base: str) -> str:
+def _numpy_type(base: str) -> str:
     return "int8" if base == "byte" else np.dtype(base).newbyteorder("<").str
 
 
@@ -162,16 +162,16 @@ def _prepare(cls: type[Message], value: Any, now: Time) -> Any:
     if not isinstance(value, dict):
         return value
     types = dict(zip(cls.__slots__, cls._slot_types, strict=True))
-    fields = {name: _field(cls, types.get(name, ""), child, now) for name, child in value.items()}
+    fields = {name: _prepare_field(cls, types.get(name, ""), child, now) for name, child in value.items()}
     if cls._type in _HEADER_TYPES:
         fields["stamp"] = {"secs": now.secs, "nsecs": now.nsecs} | _time_fields(value.get("stamp"))
     return fields
 
 
-def _field(cls: type[Message], field_type: str, value: Any, now: Time) -> Any:
+def _prepare_field(cls: type[Message], field_type: str, value: Any, now: Time) -> Any:
     base, bracket, _ = field_type.partition("[")
     if bracket and isinstance(value, list) and (base in _TIME_TYPES or base in cls._classes or None in value):
-        return [_field(cls, base, each, now) for each in value]
+        return [_prepare_field(cls, base, each, now) for each in value]
     if bracket and base in _BYTE_TYPES and isinstance(value, str):
         return _decode_base64(value)
     if base in _FLOAT_TYPES:  # clients receive null for NaN

@@ -12,7 +12,7 @@ from pyros1.web.scene.shape import Shape, ShapeError
 
 MAX_POINTS = 1_500_000
 """Maximum number of points of a cloud that are sent."""
-_DATATYPES = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 8: "f8"}
+_NUMPY_TYPES = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 8: "f8"}
 """Datatype in a sensor_msgs/PointField -> its name in numpy."""
 _PACKED_COLOUR_FIELDS = ("rgb", "rgba")
 _XYZ = ("x", "y", "z")
@@ -58,7 +58,7 @@ def point_cloud2(
     Raises:
         ShapeError: the sizes in the message are inconsistent, or it lacks x, y or z.
     """
-    points = _points(cloud)
+    points = _read_points(cloud)
     fields = _colour_choices(list(points.dtype.names or ()))
     stride = -(-len(points) // max_points) or 1
     points = points[::stride]
@@ -68,7 +68,7 @@ def point_cloud2(
             positions[:, index] = points[name]
     if colour_field not in fields:
         colour_field = next((name for name in _PREFERRED_COLOUR_FIELDS if name in fields), "z")
-    colours = _colours(colour_field, points.dtype.names or (), lambda name: points[name]).copy()
+    colours = _colour_values(colour_field, points.dtype.names or (), lambda name: points[name]).copy()
     indices = np.arange(len(points), dtype=np.uint32) * np.uint32(stride) if with_indices else None
     with np.errstate(all="ignore"):
         all_finite = np.isfinite(positions.sum())  # most clouds; checking each point takes five times as long
@@ -108,14 +108,14 @@ def point_cloud(
         if colour_field in _XYZ:
             values = positions[:, "xyz".index(colour_field)]
         else:
-            values = _colours(colour_field, [*channels], channel)
+            values = _colour_values(colour_field, [*channels], channel)
     valid = np.isfinite(positions).all(axis=1)
     description = {"kind": "cloud", "count": int(valid.sum()), "every": stride, "fields": fields}
     indices = (np.flatnonzero(valid) * stride).astype(np.uint32) if with_indices else None
     return _add_colours(description, positions[valid], values[valid], colour_field, indices, bounds)
 
 
-def _points(cloud: Any) -> NDArray[Any]:
+def _read_points(cloud: Any) -> NDArray[Any]:
     width, height, step, row_step = cloud.width, cloud.height, cloud.point_step, cloud.row_step
     names = [field.name for field in cloud.fields]
     if not {"x", "y", "z"} <= {*names}:
@@ -130,7 +130,7 @@ def _points(cloud: Any) -> NDArray[Any]:
         raise ShapeError(f"{width} x {height} points of {step} bytes do not fit into {len(cloud.data)} bytes")
     order = ">" if cloud.is_bigendian else "<"
     fields = {
-        field.name: (order + _DATATYPES[field.datatype], field.offset) for field in cloud.fields if _is_usable(field)
+        field.name: (order + _NUMPY_TYPES[field.datatype], field.offset) for field in cloud.fields if _is_usable(field)
     }
     if any(offset + np.dtype(dtype).itemsize > step for dtype, offset in fields.values()):
         raise ShapeError(f"a field extends beyond its point, which has {step} bytes")
@@ -158,7 +158,7 @@ def _colour_choices(fields: list[str]) -> list[str]:
     return [*fields, *combined, *([MONO] if {*_PACKED_COLOUR_FIELDS} & {*fields} else [])]
 
 
-def _colours(colour_field: str, fields: Sequence[str], column: Callable[[str], NDArray[Any]]) -> NDArray[Any]:
+def _colour_values(colour_field: str, fields: Sequence[str], column: Callable[[str], NDArray[Any]]) -> NDArray[Any]:
     """Return the values of a field, or packed colours from one or three fields."""
     if colour_field in fields:
         return column(colour_field)
@@ -180,7 +180,7 @@ def _as_integers(values: NDArray[Any]) -> NDArray[np.uint32]:
 
 
 def _is_usable(field: Any) -> bool:
-    return field.datatype in _DATATYPES and bool(field.name)
+    return field.datatype in _NUMPY_TYPES and bool(field.name)
 
 
 def _add_colours(

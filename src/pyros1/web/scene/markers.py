@@ -35,7 +35,7 @@ class Markers:
     def __init__(self) -> None:
         # (version, marker, size in bytes, time when it was added, time when it expires)
         self._markers: dict[Key, tuple[int, Any, int, float, float]] = {}
-        self._bytes = 0
+        self._total_size = 0
         self._version = 0
         self._removed: dict[Key, int] = {}
 
@@ -79,8 +79,8 @@ class Markers:
         lifetime = marker.lifetime.to_sec()
         self._discard(key)
         self._removed.pop(key, None)
-        size = _size(marker)
-        while self._markers and (len(self._markers) >= MAX_MARKERS or self._bytes + size > MAX_BYTES):
+        size = _estimate_size(marker)
+        while self._markers and (len(self._markers) >= MAX_MARKERS or self._total_size + size > MAX_BYTES):
             self._remove(next(iter(self._markers)))
         self._markers[key] = (
             self._version,
@@ -89,7 +89,7 @@ class Markers:
             now,
             now + lifetime if lifetime > _MIN_LIFETIME else math.inf,
         )
-        self._bytes += size
+        self._total_size += size
 
     def _remove(self, key: Key) -> None:
         if self._discard(key):
@@ -102,11 +102,11 @@ class Markers:
         """Remove a marker without recording it; return whether it existed."""
         entry = self._markers.pop(key, None)
         if entry is not None:
-            self._bytes -= entry[2]
+            self._total_size -= entry[2]
         return entry is not None
 
 
-def _size(marker: Any) -> int:
+def _estimate_size(marker: Any) -> int:
     texts = (marker.ns, marker.text, marker.mesh_resource, marker.header.frame_id)
     return _MARKER_OVERHEAD + _POINT_SIZE * (len(marker.points) + len(marker.colors)) + sum(map(len, texts))
 
@@ -129,9 +129,9 @@ def as_json(marker: Any) -> dict[str, Any]:
             position.x, position.y, position.z, orientation.x, orientation.y, orientation.z, orientation.w
         ),
         "scale": _finite_or_zero(size.x, size.y, size.z),
-        "color": _colour(marker.color),
+        "color": _rgba(marker.color),
         "points": [_finite_or_zero(point.x, point.y, point.z) for point in marker.points[:MAX_POINTS]],
-        "colors": [_colour(colour) for colour in marker.colors[:MAX_POINTS]],
+        "colors": [_rgba(colour) for colour in marker.colors[:MAX_POINTS]],
         "text": marker.text[:1000],
         "mesh": marker.mesh_resource[:1000],
         "finite": _is_finite(marker),
@@ -160,7 +160,7 @@ def _finite_or_zero(*values: float) -> list[float]:
     return [value if abs(value) < MAX_MAGNITUDE else 0.0 for value in values]
 
 
-def _colour(colour: Any) -> list[float]:
+def _rgba(colour: Any) -> list[float]:
     return [
         min(1.0, max(0.0, value)) if math.isfinite(value) else 0.0 for value in (colour.r, colour.g, colour.b, colour.a)
     ]

@@ -38,10 +38,10 @@ def laser_scan(scan: Any) -> Shape:
     intensities = np.pad(intensities, (0, len(ranges) - len(intensities)))
     description = {
         "kind": "scan",
-        "start": _finite(scan.angle_min),
-        "step": _finite(scan.angle_increment),
-        "least": _finite(scan.range_min),
-        "most": _finite(scan.range_max),
+        "start": _none_if_not_finite(scan.angle_min),
+        "step": _none_if_not_finite(scan.angle_increment),
+        "least": _none_if_not_finite(scan.range_min),
+        "most": _none_if_not_finite(scan.range_max),
         "count": len(ranges),
         "intensities": has_intensities,
     }
@@ -60,14 +60,14 @@ def occupancy_grid(grid: Any) -> Shape:
         raise ShapeError(f"a map of {info.width} x {info.height} cells is too large to be drawn")
     if not math.isfinite(info.resolution) or (count and not info.resolution):
         raise ShapeError(f"the map's resolution is {info.resolution}")
-    if None in (origin := _pose(info.origin)):
+    if None in (origin := _pose_values(info.origin)):
         raise ShapeError("the map's origin is not finite")
     cells = np.asarray(grid.data, np.int8)
     description: dict[str, Any] = {
         "kind": "map",
         "width": info.width,
         "height": info.height,
-        "resolution": _finite(info.resolution),
+        "resolution": _none_if_not_finite(info.resolution),
         "origin": origin,
     }
     if len(cells) != count:
@@ -78,29 +78,29 @@ def occupancy_grid(grid: Any) -> Shape:
 
 def path(message: Any) -> Shape:
     """Return the poses as float32: x, y, z, and a quaternion x, y, z, w."""
-    return _poses("path", [each.pose for each in message.poses[:MAX_POSES]])
+    return _pose_shape("path", [each.pose for each in message.poses[:MAX_POSES]])
 
 
 def pose_array(message: Any) -> Shape:
     """Return the poses like `path`, without those whose orientation is not finite; "odd" says how many."""
-    return _poses("poses", message.poses[:MAX_POSES], needs_orientation=True)
+    return _pose_shape("poses", message.poses[:MAX_POSES], needs_orientation=True)
 
 
 def pose_stamped(message: Any) -> Shape:
     """Return the pose like `pose_array`."""
-    return _poses("poses", [message.pose], needs_orientation=True)
+    return _pose_shape("poses", [message.pose], needs_orientation=True)
 
 
 def pose_with_covariance(message: Any) -> Shape:
     """Return the pose like `pose_array`, with the ellipsoid of its covariance; see `_ellipsoid`."""
-    description, blob = _poses("poses", [message.pose.pose], needs_orientation=True)
+    description, blob = _pose_shape("poses", [message.pose.pose], needs_orientation=True)
     return {**description, **_ellipsoid(message.pose.covariance)}, blob
 
 
 def point_stamped(message: Any) -> Shape:
     """Return the point."""
     point = message.point
-    return {"kind": "point", "point": [_finite(value) for value in (point.x, point.y, point.z)]}, b""
+    return {"kind": "point", "point": [_none_if_not_finite(value) for value in (point.x, point.y, point.z)]}, b""
 
 
 def range_(message: Any) -> Shape:
@@ -111,8 +111,8 @@ def range_(message: Any) -> Shape:
     detects_object = message.min_range == message.max_range and message.range == -math.inf
     description = {
         "kind": "range",
-        "range": _finite(message.min_range if detects_object else message.range),
-        "angle": _finite(message.field_of_view),
+        "range": _none_if_not_finite(message.min_range if detects_object else message.range),
+        "angle": _none_if_not_finite(message.field_of_view),
         "inside": detects_object or message.min_range <= message.range <= message.max_range,
     }
     return description, b""
@@ -123,8 +123,10 @@ def imu(message: Any) -> Shape:
     orientation, acceleration = message.orientation, message.linear_acceleration
     description = {
         "kind": "imu",
-        "orientation": [_finite(value) for value in (orientation.x, orientation.y, orientation.z, orientation.w)],
-        "acceleration": [_finite(value) for value in (acceleration.x, acceleration.y, acceleration.z)],
+        "orientation": [
+            _none_if_not_finite(value) for value in (orientation.x, orientation.y, orientation.z, orientation.w)
+        ],
+        "acceleration": [_none_if_not_finite(value) for value in (acceleration.x, acceleration.y, acceleration.z)],
     }
     return description, b""
 
@@ -139,7 +141,10 @@ def grid_cells(message: Any) -> Shape:
     """Return the width and height of the cells, and their centres as float32: x, y, z."""
     centres = _finite_rows([(cell.x, cell.y, cell.z) for cell in message.cells[:MAX_POSES]], 3)
     description = {"kind": "cells", "count": len(centres), "more": len(message.cells) - len(centres)}
-    return {**description, "size": [_finite(message.cell_width), _finite(message.cell_height)]}, centres.tobytes()
+    return {
+        **description,
+        "size": [_none_if_not_finite(message.cell_width), _none_if_not_finite(message.cell_height)],
+    }, centres.tobytes()
 
 
 def wrench(message: Any) -> Shape:
@@ -159,7 +164,9 @@ def accel(message: Any) -> Shape:
 
 def joint_efforts(message: Any) -> Shape:
     """Return the "names" and "efforts" (in newtons or newton metres) of the joints that have an effort."""
-    pairs = [(name, _finite(value)) for name, value in zip(message.name, message.effort, strict=False)][:MAX_JOINTS]
+    pairs = [(name, _none_if_not_finite(value)) for name, value in zip(message.name, message.effort, strict=False)][
+        :MAX_JOINTS
+    ]
     joints_with_effort = [(name[:200], value) for name, value in pairs if value is not None]
     description = {
         "kind": "efforts",
@@ -172,8 +179,8 @@ def joint_efforts(message: Any) -> Shape:
 def _linear_and_angular(linear: Any, angular: Any, linear_unit: str, angular_unit: str) -> Shape:
     description = {
         "kind": "screw",
-        "straight": [_finite(value) for value in (linear.x, linear.y, linear.z)],
-        "around": [_finite(value) for value in (angular.x, angular.y, angular.z)],
+        "straight": [_none_if_not_finite(value) for value in (linear.x, linear.y, linear.z)],
+        "around": [_none_if_not_finite(value) for value in (angular.x, angular.y, angular.z)],
         "units": [linear_unit, angular_unit],
     }
     return description, b""
@@ -188,7 +195,7 @@ def _scalar_shape(
     """
 
     def shape(message: Any) -> Shape:
-        value = _finite(getattr(message, field))
+        value = _none_if_not_finite(getattr(message, field))
         return {
             "kind": "measured",
             "value": value,
@@ -259,15 +266,15 @@ def _finite_rows(rows: Sequence[tuple[float, ...]], size: int, num_required: int
     return numbers
 
 
-def _pose(pose: Any) -> list[float | None]:
+def _pose_values(pose: Any) -> list[float | None]:
     position, orientation = pose.position, pose.orientation
     return [
-        _finite(value)
+        _none_if_not_finite(value)
         for value in (position.x, position.y, position.z, orientation.x, orientation.y, orientation.z, orientation.w)
     ]
 
 
-def _poses(kind: str, poses: list[Any], needs_orientation: bool = False) -> Shape:
+def _pose_shape(kind: str, poses: list[Any], needs_orientation: bool = False) -> Shape:
     rows = [
         (position.x, position.y, position.z, orientation.x, orientation.y, orientation.z, orientation.w)
         for position, orientation in ((pose.position, pose.orientation) for pose in poses)
@@ -281,5 +288,5 @@ def _poses(kind: str, poses: list[Any], needs_orientation: bool = False) -> Shap
     }, valid_rows.tobytes()
 
 
-def _finite(value: float) -> float | None:
+def _none_if_not_finite(value: float) -> float | None:
     return value if abs(value) < MAX_MAGNITUDE else None

@@ -97,7 +97,7 @@ class WebServer:
         self._call_threads = ThreadPool(_MAX_THREADS, "web: calls")
         self._service_threads = ThreadPool(MAX_PAGES * MAX_CONCURRENT_CALLS, "web: services")
         self._bridge = Bridge(robot, self._service_threads)
-        self._viewers = ViewerContext(robot)
+        self._viewer_context = ViewerContext(robot)
         self._pending_connections = PendingConnections(access.allowlist)
         self._num_pages = 0
 
@@ -120,7 +120,7 @@ class WebServer:
         )  # asyncio warns about each frame sent to a closed connection
         asyncio.get_running_loop().set_exception_handler(_LoopErrorLog())
         try:
-            async with await self._serve(host, port) as server:
+            async with await self._start_listening(host, port) as server:
                 cleanup_task = asyncio.create_task(self._clean_up_periodically())
                 try:
                     yield server
@@ -131,14 +131,14 @@ class WebServer:
                 threads.shutdown(wait=False, cancel_futures=True)
             self._bridge.close()
 
-    async def _serve(self, host: str, port: int) -> Server:
+    async def _start_listening(self, host: str, port: int) -> Server:
         """Start listening; port 0 stands for one free port for all addresses of the host."""
         for remaining in range(_MAX_PORT_ATTEMPTS - 1, -1, -1):
             try:
                 server: Server = await serve(
                     self._serve_connection,
                     host,
-                    port or await _free_port(host),
+                    port or await _find_free_port(host),
                     create_connection=self._pending_connections.create_connection,  # type: ignore[arg-type]  # returns a connection
                     process_request=self._process_request,
                     select_subprotocol=_choose_protocol,
@@ -200,7 +200,7 @@ class WebServer:
 
     def _page_file(self, path: str, etag: str | None) -> Response:
         if path == "/panels.json":
-            return _response(
+            return _make_response(
                 HTTPStatus.OK, json.dumps(self._assets.panels).encode(), {"Content-Type": "application/json"}
             )
         asset = self._assets.get(path)
@@ -208,8 +208,8 @@ class WebServer:
             return _text_response(HTTPStatus.NOT_FOUND, "Not found.\n")
         headers = {"Content-Type": asset.content_type, "ETag": asset.tag}
         if etag == asset.tag:
-            return _response(HTTPStatus.NOT_MODIFIED, b"", headers)
-        return _response(HTTPStatus.OK, asset.body, headers)
+            return _make_response(HTTPStatus.NOT_MODIFIED, b"", headers)
+        return _make_response(HTTPStatus.OK, asset.body, headers)
 
     def _package_file(self, path: str) -> Response:
         try:
@@ -220,7 +220,7 @@ class WebServer:
         if content_type is None:
             return _text_response(HTTPStatus.FORBIDDEN, f"only {', '.join(_CONTENT_TYPES)} files are served\n")
         try:
-            return _response(HTTPStatus.OK, self._robot.files.read(uri), {"Content-Type": content_type})
+            return _make_response(HTTPStatus.OK, self._robot.files.read(uri), {"Content-Type": content_type})
         except FileError as error:
             return _text_response(HTTPStatus.NOT_FOUND, f"{error}\n")
 
@@ -233,7 +233,7 @@ class WebServer:
                 threads.queue() for threads in (self._push_threads, self._call_threads, self._service_threads)
             )
             if connection.subprotocol in FOXGLOVE_PROTOCOLS:
-                await Viewer(connection, self._viewers, push_queue, call_queue, service_queue).run()
+                await Viewer(connection, self._viewer_context, push_queue, call_queue, service_queue).run()
             elif connection.request is not None and urlsplit(connection.request.path).path in _ROSBRIDGE_PATHS:
                 await self._bridge.serve(connection)
             else:
@@ -362,7 +362,7 @@ class _LoopErrorLog:
             logging.getLogger("asyncio").error("pyros1 web: %s", text)
 
 
-async def _free_port(host: str) -> int:
+async def _find_free_port(host: str) -> int:
     """Return a port that is free at one address of a host, and so probably at the others; 0 if there is none."""
     getaddrinfo = asyncio.get_running_loop().getaddrinfo
     for family, socket_type, protocol, _, address in await getaddrinfo(host or None, None, type=socket.SOCK_STREAM):
@@ -391,9 +391,9 @@ def _choose_protocol(_: ServerConnection, offered: Sequence[Subprotocol]) -> Sub
 
 
 def _text_response(status: HTTPStatus, text: str) -> Response:
-    return _response(status, text.encode(), {"Content-Type": "text/plain; charset=utf-8"})
+    return _make_response(status, text.encode(), {"Content-Type": "text/plain; charset=utf-8"})
 
 
-def _response(status: HTTPStatus, body: bytes, headers: dict[str, str]) -> Response:
+def _make_response(status: HTTPStatus, body: bytes, headers: dict[str, str]) -> Response:
     all_headers = {**SECURITY_HEADERS, **headers, "Content-Length": str(len(body)), "Connection": "close"}
     return Response(status.value, status.phrase, Headers(all_headers), body)

@@ -96,7 +96,7 @@ class Session:
             return None
         with stream.lock:
             try:
-                return self._frame(number, stream)
+                return self._next_frame(number, stream)
             finally:
                 stream.is_pushing = False
                 self._wake()
@@ -161,7 +161,7 @@ class Session:
             stream.has_update, stream.pushed_at, stream.problem = True, float("-inf"), ""
         self._wake()
 
-    def _frame(self, number: int, stream: _Stream) -> str | bytes | None:
+    def _next_frame(self, number: int, stream: _Stream) -> str | bytes | None:
         if stream.closed:
             return None
         try:

@@ -100,7 +100,7 @@ class Frames:
                     "hz": None if frame.static else _rate(frame.arrivals, now),
                     "age": None if frame.static else max(0.0, now - frame.stamp),
                     "transform": frame.transform,
-                    "problem": _problem(name, {parent for _, parent in recent_sources}, parents),
+                    "problem": _find_problem(name, {parent for _, parent in recent_sources}, parents),
                 }
             )
         roots = sorted({parent for parent in parents.values() if parent not in parents})
@@ -124,7 +124,7 @@ def _rate(arrivals: deque[float], now: float) -> float:
     return (len(arrivals) - 1) / duration if duration > 0 else 0.0
 
 
-def _problem(name: str, claimed_parents: set[str], parents: dict[str, str]) -> str:
+def _find_problem(name: str, claimed_parents: set[str], parents: dict[str, str]) -> str:
     if len(claimed_parents) > 1:
         return f"has {len(claimed_parents)} parents: {', '.join(sorted(claimed_parents))}; a frame can have only one"
     visited = {name}

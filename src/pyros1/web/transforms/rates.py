@@ -16,7 +16,7 @@ _SILENCE_FACTOR = 3.0
 """Multiple of the usual interval after which a topic is considered stopped."""
 _MAX_INTERVAL = 2.5
 """Seconds between checks above which the times of messages are unknown; longer if checks are rare."""
-_MAX_TIMES = 10_000
+_MAX_ARRIVALS = 10_000
 
 
 class Rate(NamedTuple):
@@ -39,7 +39,7 @@ class Meter:
     def __init__(self, now: float) -> None:
         self._lock = threading.Lock()
         self._started_at = now
-        self._arrivals: deque[tuple[float, int]] = deque(maxlen=_MAX_TIMES)
+        self._arrivals: deque[tuple[float, int]] = deque(maxlen=_MAX_ARRIVALS)
 
     def add(self, at: float, size: int) -> None:
         """Count a message."""

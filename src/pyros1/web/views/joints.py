@@ -21,11 +21,11 @@ if TYPE_CHECKING:
     from pyros1.web.hub import Arrival
     from pyros1.web.robot import Robot
 
-_PARAMETER = "/robot_description"
+_DEFAULT_DESCRIPTION = "/robot_description"
 _REFRESH_PERIOD = 1.0
 """Seconds between checks of the description and the publishers."""
 _MESSAGES_PER_SECOND = 10.0
-_TYPE = "sensor_msgs/JointState"
+_JOINT_STATE = "sensor_msgs/JointState"
 _MAX_NAMES = 50
 
 
@@ -54,7 +54,7 @@ class JointsView(View):
 
     def __init__(self, robot: Robot, args: Mapping[str, Any], wake: Callable[[], object]) -> None:
         super().__init__(robot, args, wake)
-        self._description = string_arg(args, "description", _PARAMETER)
+        self._description = string_arg(args, "description", _DEFAULT_DESCRIPTION)
         self._topic = f"{self._description.rpartition('/')[0]}/joint_states"
         robot.check_visible(self._description)
         self._lock = threading.Lock()  # guards the states and the received messages
@@ -130,7 +130,7 @@ class JointsView(View):
         if not self._position_topic:
             raise RequestError(f"no node subscribes to {self._topic}")
         value = {"header": {"stamp": "now"}, "name": list(positions), "position": list(positions.values())}
-        self.robot.publishing.publish(self._position_topic, _TYPE, value)
+        self.robot.publishing.publish(self._position_topic, _JOINT_STATE, value)
 
     def _publish(self) -> int:
         with self._lock:
@@ -139,13 +139,13 @@ class JointsView(View):
             names, positions, velocities, efforts = self._states.message()
         numbers = {"position": positions, "velocity": velocities, "effort": efforts}
         value = {"header": {"stamp": "now"}, "name": names, **numbers}
-        return self.robot.publishing.publish(self._topic, _TYPE, value)
+        return self.robot.publishing.publish(self._topic, _JOINT_STATE, value)
 
     def _stop_publishing(self) -> None:
         if self._publisher is not None:
             self._publisher.close()
             self._publisher = None
-            self.robot.publishing.end(self._topic)
+            self.robot.publishing.unadvertise(self._topic)
         if self.robot.movers.get(self._topic) is self:
             del self.robot.movers[self._topic]
 
@@ -211,7 +211,7 @@ class JointsView(View):
         }
 
     def _all_descriptions(self) -> list[str]:
-        names = (name for name in self.robot.master.get_param_names() if name.endswith(_PARAMETER))
+        names = (name for name in self.robot.master.get_param_names() if name.endswith(_DEFAULT_DESCRIPTION))
         return sorted(filter(self.robot.access.may_see, names))[:_MAX_NAMES]
 
     def _on_joint_states(self, arrival: Arrival) -> None:

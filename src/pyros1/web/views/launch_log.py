@@ -34,7 +34,7 @@ class LaunchLogView(View):
     def __init__(self, robot: Robot, args: Mapping[str, Any], wake: Callable[[], object]) -> None:
         super().__init__(robot, args, wake)
         self._folder = log_folder(os.environ)
-        self._base = self._find_log_path(args)
+        self._log_base_path = self._find_log_path(args)
         self._last_stamps: object = None
 
     def _find_log_path(self, args: Mapping[str, Any]) -> str:
@@ -54,7 +54,7 @@ class LaunchLogView(View):
 
     def poll(self) -> Push | None:
         try:
-            files = log_files(self._base, self._folder)
+            files = log_files(self._log_base_path, self._folder)
             stamps = [(path, path.stat().st_size, path.stat().st_mtime_ns) for path in files]
             if stamps == self._last_stamps:
                 return None
@@ -62,4 +62,4 @@ class LaunchLogView(View):
         except (OSError, ValueError) as error:  # ValueError: for example, the path contains a null character
             raise RequestError(f"the log files cannot be read: {error}") from None
         self._last_stamps = stamps
-        return Push({"files": contents, "base": self._base, "folder": str(self._folder)})
+        return Push({"files": contents, "base": self._log_base_path, "folder": str(self._folder)})

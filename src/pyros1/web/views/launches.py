@@ -47,7 +47,9 @@ class LaunchesView(View):
         params = launch_uris(self.robot.master)
         selected = dict(sorted(params.items())[:_MAX_LAUNCHES])
         self._forget({*selected.values()})
-        entries = [self._describe_launch(param, uri, reply) for (param, uri), reply in self._query(selected).items()]
+        entries = [
+            self._describe_launch(param, uri, reply) for (param, uri), reply in self._query_launches(selected).items()
+        ]
         self.period = max(_PERIOD, (monotonic() - start) / _MAX_BUSY_SHARE) if not self._unreachable else _PERIOD
         return Push({"launches": entries, "more": len(params) - len(selected)})
 
@@ -64,7 +66,7 @@ class LaunchesView(View):
             self._cpu_times.pop(uri, None)
         self._unreachable = {uri: failure for uri, failure in self._unreachable.items() if uri in current}
 
-    def _query(self, params: Mapping[str, str]) -> dict[tuple[str, str], Report | Exception | str]:
+    def _query_launches(self, params: Mapping[str, str]) -> dict[tuple[str, str], Report | Exception | str]:
         now = monotonic()
         replies: dict[tuple[str, str], Report | Exception | str] = {}
         jobs = {}

@@ -57,7 +57,7 @@ class TurtlesView(View):
             poses, drawing = dict(self._poses), self._drawing
         current = {
             "facts": self._node_info,
-            "turtles": {name: _position(poses[name]) for name in self._turtles if name in poses},
+            "turtles": {name: _read_pose(poses[name]) for name in self._turtles if name in poses},
         }
         changed: dict[str, Any] = {key: value for key, value in current.items() if value != self._last_pushed.get(key)}
         blob = None
@@ -115,7 +115,7 @@ class TurtlesView(View):
             self._drawing = arrival
 
 
-def _position(arrival: Arrival) -> list[float] | None:
+def _read_pose(arrival: Arrival) -> list[float] | None:
     with suppress(MessageError, AttributeError):
         pose: Any = arrival.checked_message
         numbers = [float(pose.x), float(pose.y), float(pose.theta)]

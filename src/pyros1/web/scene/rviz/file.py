@@ -164,19 +164,21 @@ class _Reader:
             self._read_grid(display)
         elif class_name == "Axes":
             if enabled:
-                self._note(f"{_name(display)}: use the TF display for axes of frames")
+                self._note(f"{_display_name(display)}: use the TF display for axes of frames")
         elif class_name == "RobotModel":
             self._read_robot(display, enabled)
         elif class_name in KINDS:
             self._read_topic(display, enabled, class_name)
         else:
-            self._note(f"{_name(display)}: unsupported display {one_line(text(display, 'Class')) or 'without a class'}")
+            self._note(
+                f"{_display_name(display)}: unsupported display {one_line(text(display, 'Class')) or 'without a class'}"
+            )
 
     def _read_topic(self, display: Properties, enabled: bool, class_name: str) -> None:
         options, keys, prefix, shows_images = KINDS[class_name]
         topic = text(display, *keys)
         if not topic:
-            self._note(f"{_name(display)}: it has no topic")
+            self._note(f"{_display_name(display)}: it has no topic")
             return
         name = self._resolve(topic)
         hint = text(display, "Transport Hint")
@@ -184,7 +186,7 @@ class _Reader:
             name = f"{name}/{hint}"
         key = f"{prefix}{name}"
         if key in self._topics:
-            self._note(f"{_name(display)}: {one_line(name)} is displayed only once")
+            self._note(f"{_display_name(display)}: {one_line(name)} is displayed only once")
             return
         self._topics.append(key)
         self._options[key] = options(display)
@@ -205,13 +207,13 @@ class _Reader:
             if key.partition("/")[0] not in ignored and differs_from_default(class_name, key, value)
         ]
         if missing:
-            self._note(one_line(f"{name or _name(values)}: not supported: {', '.join(missing)}"))
+            self._note(one_line(f"{name or _display_name(values)}: not supported: {', '.join(missing)}"))
 
     def _read_robot(self, display: Properties, enabled: bool) -> None:
         name = self._resolve(text(display, "Robot Description") or "robot_description")
         key = f"robot:{name}"
         if name in self._robots:
-            self._note(f"{_name(display)}: the robot in {one_line(name)} is displayed only once")
+            self._note(f"{_display_name(display)}: the robot in {one_line(name)} is displayed only once")
             return
         self._robots.append(name)
         self._options[key] = drop_none(
@@ -228,7 +230,7 @@ class _Reader:
             boolean(link, "Show Axes") or boolean(link, "Show Trail") or number(link, "Alpha", 0, 1) not in (None, 1)
             for link in links
         ):
-            self._note(f"{_name(display)}: axes, trails and the alpha of single links are not supported")
+            self._note(f"{_display_name(display)}: axes, trails and the alpha of single links are not supported")
         self._note_unsupported(display, ignored=("Links",))
 
     def _read_frames(self, display: Properties) -> None:
@@ -244,7 +246,7 @@ class _Reader:
 
     def _read_grid(self, display: Properties) -> None:
         if _GRID in self._options:
-            self._note(f"{_name(display)}: only one grid is supported")
+            self._note(f"{_display_name(display)}: only one grid is supported")
             return
         tint = colour(display)
         count = number(display, "Plane Cell Count", 1, 200)
@@ -294,6 +296,6 @@ def _hidden_parts(parts: Any) -> list[str] | None:
     return [name for name in hidden if isinstance(name, str)][:_MAX_HIDDEN_PARTS] or None
 
 
-def _name(display: Mapping[Any, Any]) -> str:
+def _display_name(display: Mapping[Any, Any]) -> str:
     name, class_name = text(display, "Name"), class_of(display)
     return one_line(f"{class_name} {name!r}" if name and name != class_name else class_name or "a display")

@@ -248,23 +248,23 @@ class Kind(NamedTuple):
     shows_images: bool = False
 
 
-_PICTURES = ("Image Topic", "Topic")
-_MARKERS = ("Marker Topic", "Topic")
+_IMAGE_TOPIC_KEYS = ("Image Topic", "Topic")
+_MARKER_TOPIC_KEYS = ("Marker Topic", "Topic")
 KINDS: Mapping[str, Kind] = {
     "AccelStamped": Kind(_twist_and_wrench),
-    "Camera": Kind(_camera, _PICTURES, "camera:", shows_images=True),
+    "Camera": Kind(_camera, _IMAGE_TOPIC_KEYS, "camera:", shows_images=True),
     "DepthCloud": Kind(_point_options, ("Depth Map Topic",), "depth:"),
     "Effort": Kind(_effort),
     "FluidPressure": Kind(),
     "GridCells": Kind(_colour_and_alpha),
     "Illuminance": Kind(),
-    "Image": Kind(_no_options, _PICTURES, shows_images=True),
+    "Image": Kind(_no_options, _IMAGE_TOPIC_KEYS, shows_images=True),
     "Imu": Kind(_box),
     "InteractiveMarkers": Kind(_interactive_markers, ("Update Topic",)),
     "LaserScan": Kind(_point_options),
     "Map": Kind(_map),
-    "Marker": Kind(_namespaces, _MARKERS),
-    "MarkerArray": Kind(_namespaces, _MARKERS),
+    "Marker": Kind(_namespaces, _MARKER_TOPIC_KEYS),
+    "MarkerArray": Kind(_namespaces, _MARKER_TOPIC_KEYS),
     "Odometry": Kind(_odometry),
     "Path": Kind(_path),
     "PointCloud": Kind(_point_options),

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 MAX_CURVES = 16
 MAX_LINES = 64
 """Maximum number of lines; each element of an array is a line of its own."""
-_PARTS = 800
+_NUM_PARTS = 800
 """Number of parts of the time range, in each of which up to four points of a line are kept."""
 _BATCH_SIZE = 200
 _POLL_PERIOD = 0.3
@@ -134,7 +134,7 @@ class _Job:
                 return
         try:
             if self._curves:
-                self._read()
+                self._read_messages()
         except (Error, OSError) as error:
             with self._lock:
                 self._problems.update(
@@ -146,7 +146,7 @@ class _Job:
             self._progress = 1.0
         self._wake()
 
-    def _read(self) -> None:
+    def _read_messages(self) -> None:
         bag, reader = self._bag, self._bag.bag.reader
         first, last = bag.nanoseconds(self._begin), bag.nanoseconds(self._end)
         span = max(1, min(last, bag.end) - max(first, bag.begin))
@@ -158,13 +158,13 @@ class _Job:
             for _, curve in self._curves.get(stored.connection.topic, ()):
                 curve.add(message, bag.seconds(stored.time))
             if count % _BATCH_SIZE == 0:
-                self._collect()
+                self._collect_points()
                 with self._lock:
                     self._progress = min(0.999, (stored.time - max(first, bag.begin)) / span)
                 self._wake()
-        self._collect()
+        self._collect_points()
 
-    def _collect(self) -> None:
+    def _collect_points(self) -> None:
         with self._lock:
             for curve_id, curve in (pair for curves in self._curves.values() for pair in curves):
                 for part, (times, values) in curve.take(_BATCH_SIZE).items():
@@ -180,7 +180,7 @@ class _Job:
     def _get_line(self, curve_id: int, part: int) -> Envelope | None:
         line = self._lines.get((curve_id, part))
         if line is None and len(self._lines) < MAX_LINES:
-            line = self._lines[curve_id, part] = Envelope(self._begin, self._end, _PARTS)
+            line = self._lines[curve_id, part] = Envelope(self._begin, self._end, _NUM_PARTS)
         return line
 
 

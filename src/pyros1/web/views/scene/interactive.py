@@ -35,16 +35,16 @@ class SceneInteractiveView(View):
 
     def __init__(self, robot: Robot, args: Mapping[str, Any], wake: Callable[[], object]) -> None:
         super().__init__(robot, args, wake)
-        self._base = string_arg(args, "topic").removesuffix("/update")
+        self._base_topic = string_arg(args, "topic").removesuffix("/update")
         self._lock = threading.Lock()
         self._markers = InteractiveMarkers()
         self._seen_version = -1
         self._problem = ""
         self._missed_updates = False
         self._resubscribed_at = monotonic()
-        self._unsubscribe_full = robot.listen(f"{self._base}/update_full", self._on_message)
+        self._unsubscribe_full = robot.listen(f"{self._base_topic}/update_full", self._on_message)
         try:
-            self._unsubscribe = robot.listen(f"{self._base}/update", self._on_message)
+            self._unsubscribe = robot.listen(f"{self._base_topic}/update", self._on_message)
         except BaseException:
             self._unsubscribe_full()
             raise
@@ -54,7 +54,7 @@ class SceneInteractiveView(View):
         if self._missed_updates and now > self._resubscribed_at + RESUBSCRIBE_PERIOD:
             self._missed_updates, self._resubscribed_at = False, now
             self._unsubscribe_full()  # a new subscription receives the latched message
-            self._unsubscribe_full = self.robot.listen(f"{self._base}/update_full", self._on_message)
+            self._unsubscribe_full = self.robot.listen(f"{self._base_topic}/update_full", self._on_message)
         if self._problem:
             raise RequestError(self._problem)
         with self._lock:
@@ -77,7 +77,7 @@ class SceneInteractiveView(View):
     def _on_message(self, arrival: Arrival) -> None:
         type_name = (arrival.raw._connection_header or {}).get("type", "")
         if type_name not in _TYPES:
-            self._problem = f"the type of {self._base} is not that of interactive markers, but {type_name}"
+            self._problem = f"the type of {self._base_topic} is not that of interactive markers, but {type_name}"
             return
         try:
             message: Any = arrival.checked_message
