@@ -33,7 +33,7 @@ class Canvas:
         self.version += 1
 
     def draw_line(self, start: Position, end: Position, pen: Pen) -> None:
-        """Draw a straight line, with round ends, if the pen is not off."""
+        """Draw a straight line with round ends, or nothing if the pen is off."""
         if pen.off:
             return
         (x, y), (to_x, to_y) = _to_pixels(start), _to_pixels(end)

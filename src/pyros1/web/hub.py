@@ -148,13 +148,15 @@ class Hub:
         self._lock = threading.Lock()
         self._feeds: dict[str, _Feed] = {}
 
-    def listen(self, topic: str, listener: Listener, ready: Callable[[], object] | None = None) -> Callable[[], None]:
+    def listen(
+        self, topic: str, listener: Listener, on_ready: Callable[[], object] | None = None
+    ) -> Callable[[], None]:
         """Call a listener with each message of a topic from now on.
 
         Args:
             topic: the topic's full name.
             listener: see `Listener`.
-            ready: called once, from any thread, when the subscription exists and its publishers are connected, or when
+            on_ready: called once, from any thread, when the subscription exists and its publishers are connected, or when
                 subscribing has failed.
 
         If a latched message is available, the listener is called with it immediately, in this thread.
@@ -166,8 +168,8 @@ class Hub:
             existing_feed = self._feeds.get(topic)
             feed = self._feeds[topic] = existing_feed or _Feed(self._now)
             token, late_listener = feed.add_listener(listener)  # before the first message can arrive
-        if ready is not None:
-            feed.call_when_ready(ready)
+        if on_ready is not None:
+            feed.call_when_ready(on_ready)
         if existing_feed is None:
             self._submit(lambda: self._open_feed(topic, feed))
         if late_listener is not None:
@@ -259,24 +261,24 @@ class _Feed:
         subscriber.unregister()
         return False
 
-    def call_when_ready(self, ready: Callable[[], object]) -> None:
+    def call_when_ready(self, on_ready: Callable[[], object]) -> None:
         """Call a function when `set_ready` is called, or now if it has already been called."""
         with self._lock:
             if not self._is_ready:
-                self._ready_callbacks.append(ready)
+                self._ready_callbacks.append(on_ready)
                 return
-        ready()
+        on_ready()
 
     def set_ready(self) -> None:
         """Record that the subscription exists or has failed."""
         with self._lock:
             self._is_ready = True
             callbacks, self._ready_callbacks = self._ready_callbacks, []
-        for ready in callbacks:
-            ready()
+        for on_ready in callbacks:
+            on_ready()
 
     def end(self) -> None:
-        """Stop listening."""
+        """End the subscription, and remove all listeners."""
         with self._lock:
             self._ended, self._listeners, self._listeners_snapshot = True, {}, ()
             subscriber, self._subscriber = self._subscriber, None
@@ -334,6 +336,6 @@ class _Feed:
     def _store_latched(self, publisher: str, arrival: Arrival) -> None:
         self._latched.pop(publisher, None)
         self._latched[publisher] = arrival
-        size = sum(len(each.raw._buff) for each in self._latched.values())
+        size = sum(len(latched.raw._buff) for latched in self._latched.values())
         while len(self._latched) > _MAX_LATCHED or (size > MAX_BYTES and len(self._latched) > 1):
             size -= len(self._latched.pop(next(iter(self._latched))).raw._buff)

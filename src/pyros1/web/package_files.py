@@ -102,11 +102,11 @@ class PackageFiles:
         try:
             # Links were resolved before: a link created meanwhile is not followed. Opening a pipe does not block.
             with open(path, "rb", opener=lambda name, flags: os.open(name, flags | _SAFE_OPEN_FLAGS)) as file:
-                info = os.fstat(file.fileno())
-                if not stat.S_ISREG(info.st_mode):
+                file_status = os.fstat(file.fileno())
+                if not stat.S_ISREG(file_status.st_mode):
                     raise FileError(f"{uri} is not a file")
-                if info.st_size > self._max_size:
-                    raise FileError(f"{uri} has {info.st_size} bytes; the limit is {self._max_size}")
+                if file_status.st_size > self._max_size:
+                    raise FileError(f"{uri} has {file_status.st_size} bytes; the limit is {self._max_size}")
                 return file.read(self._max_size)
         except OSError as error:
             raise FileError(f"{uri} cannot be read: {error.strerror}") from None

@@ -99,7 +99,7 @@ class Robot:
         """
         return self._node_found.wait(timeout)
 
-    def listen(self, topic: str, listener: Any, ready: Callable[[], object] | None = None) -> Callable[[], None]:
+    def listen(self, topic: str, listener: Any, on_ready: Callable[[], object] | None = None) -> Callable[[], None]:
         """See `Hub.listen`.
 
         Raises:
@@ -111,7 +111,7 @@ class Robot:
         except InvalidNameError:  # another node's topic, which delivers no messages
             name = FullName(topic)
         self.check_visible(name)
-        return self._hub.listen(name, listener, ready)
+        return self._hub.listen(name, listener, on_ready)
 
     def full_name(self, name: str) -> FullName:
         """Return the full form of a name from a client, with the server's remappings applied once.

@@ -54,7 +54,7 @@ class Types:
 
         Raises:
             UnknownTypeError: the type is neither installed nor learned.
-            DefinitionError: the type's definition is wrong.
+            DefinitionError: the type's definition is invalid.
         """
         learned = self._learned_classes.get(name)
         return load_message(name) if learned is None else learned
@@ -67,7 +67,7 @@ class Types:
 
         Raises:
             UnknownTypeError: the type is not installed, and no message has arrived, now or before.
-            DefinitionError: the type's definition is wrong.
+            DefinitionError: the type's definition is invalid.
             MessageError: the publisher's definition cannot be used.
             RequestError: there is no master yet, or pages may not see the topic.
         """

@@ -115,8 +115,10 @@ class BagFolders:
             if entry.is_dir():
                 folders.append({"name": entry.name, "path": entry.path})
             elif entry.name.endswith(SUFFIXES) and entry.is_file():
-                info = entry.stat()
-                files.append({"name": entry.name, "path": entry.path, "size": info.st_size, "time": info.st_mtime})
+                file_status = entry.stat()
+                files.append(
+                    {"name": entry.name, "path": entry.path, "size": file_status.st_size, "time": file_status.st_mtime}
+                )
         except OSError:
             return  # it was deleted, or cannot be accessed
 

@@ -71,15 +71,15 @@ class GrantedFiles:
             raise self._permission_error("is a symbolic link")
         flags = os.O_RDONLY | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)  # opening a pipe would block
         with open(os.open(self._file, flags), "rb") as file:
-            info = os.fstat(file.fileno())
-            if not stat.S_ISREG(info.st_mode):
+            file_status = os.fstat(file.fileno())
+            if not stat.S_ISREG(file_status.st_mode):
                 raise self._permission_error("is not a file")
             if hasattr(os, "geteuid"):
-                if info.st_uid != os.geteuid():
+                if file_status.st_uid != os.geteuid():
                     raise self._permission_error("belongs to another user")
-                if info.st_mode & _GROUP_OR_OTHERS:
+                if file_status.st_mode & _GROUP_OR_OTHERS:
                     raise self._permission_error(
-                        f"can be read or written by other users (mode {stat.S_IMODE(info.st_mode):o})"
+                        f"can be read or written by other users (mode {stat.S_IMODE(file_status.st_mode):o})"
                     )
             text = file.read(MAX_BYTES).decode("ascii", errors="replace")
         return [line for line in text.split("\n")[:-1] if line and line.isascii()]  # the last line may be cut off

@@ -132,10 +132,10 @@ class Library:
     def _file_key(self, raw_path: str) -> _FileKey:
         path = self.bag_folders.file(raw_path)
         try:
-            info = path.stat()
+            file_status = path.stat()
         except OSError as error:  # it was just deleted
             raise RequestError(f"{untrusted(str(path))}: {error.strerror}") from None
-        return path, info.st_dev, info.st_ino
+        return path, file_status.st_dev, file_status.st_ino
 
     def _release_key(self, key: _FileKey) -> None:
         with self._lock:

@@ -52,7 +52,7 @@ class Playback:
         bag: the bag, which must stay open until `close` returns.
         settings: the initial settings.
         start: where to start, in seconds since the bag's start.
-        on_change: called from the thread after each change of `status`.
+        on_change: called from the thread after each change to `status`.
     """
 
     def __init__(

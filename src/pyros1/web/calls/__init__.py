@@ -48,7 +48,7 @@ def run(robot: Robot, name: str, args: Mapping[str, Any], exchanges: ServiceExch
         exchanges: the service calls of the page, which end with its connection.
 
     Raises:
-        RequestError: the call does not exist, is not allowed, or has wrong arguments.
+        RequestError: the call does not exist, is not allowed, or has invalid arguments.
         Error: the call failed.
     """
     robot.check_running()

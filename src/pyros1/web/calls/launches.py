@@ -51,7 +51,7 @@ def info(robot: Robot, args: Mapping[str, Any]) -> dict[str, str]:
     finally:
         launch.close()
     arguments = process_info.get("args")
-    arguments = [each for each in arguments if isinstance(each, str)] if isinstance(arguments, list) else []
+    arguments = [argument for argument in arguments if isinstance(argument, str)] if isinstance(arguments, list) else []
     return {
         "command": shlex.join(arguments)[:_MAX_TEXT_LENGTH],
         "cwd": str(process_info.get("cwd", ""))[:_MAX_TEXT_LENGTH],

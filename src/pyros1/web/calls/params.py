@@ -29,7 +29,7 @@ def get(robot: Robot, args: Mapping[str, Any]) -> str:
 
 
 def put(robot: Robot, args: Mapping[str, Any]) -> None:
-    """Set a parameter. Args: name, yaml (the value, like for `rosparam set`)."""
+    """Set a parameter. Args: name, yaml (the value, as for `rosparam set`)."""
     name = string_arg(args, "name")
     robot.parameters.set(name, load_yaml(string_arg(args, "yaml")))
 

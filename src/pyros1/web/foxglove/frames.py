@@ -165,7 +165,7 @@ def asset_failure(request: int, text: str) -> Frame:
 
 
 def graph_update(previous: Nodes, current: Nodes) -> Frame | None:
-    """Return the frame with the changes of the graph; None if nothing has changed."""
+    """Return the frame with the changes to the graph; None if nothing has changed."""
     published, subscribed, services = (
         [(name, list(nodes)) for name, nodes in new.items() if old.get(name) != nodes]
         for old, new in zip(previous, current, strict=True)

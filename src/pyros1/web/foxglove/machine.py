@@ -186,7 +186,7 @@ class Machine:
         return [frames.parameter_values([parameters.entry(*each) for each in changed.items()])]
 
     def watch(self, names: Iterable[str], values: ParameterValues) -> list[Frame]:
-        """Start reporting changes of parameters.
+        """Start reporting changes to parameters.
 
         Args:
             names: names of the parameters; empty for all.
@@ -210,7 +210,7 @@ class Machine:
         """Remove a subscription that could not be established."""
         self._subscriptions.pop(subscription, None)
 
-    # Requests of the viewer -------------------------------------------------------------------------------------------
+    # Requests from the viewer -----------------------------------------------------------------------------------------
 
     def handle(self, frame: str | bytes) -> Result:
         """Process a frame; return the actions to perform and the frames of the response."""

@@ -23,7 +23,7 @@ def message_class(channel: ClientChannel) -> type[Message]:
     """Return the message class of a viewer's channel, from the channel's definition if the type is not installed here.
 
     Raises:
-        MessageError: there is no definition, or it is wrong.
+        MessageError: there is no definition, or it is invalid.
     """
     name = type_name(channel)
     try:

@@ -117,14 +117,14 @@ class SetParameters:
 
 @dataclass(frozen=True)
 class WatchParameters:
-    """Report changes of parameters; if there are no names, of all existing ones."""
+    """Report changes to parameters; if there are no names, to all existing parameters."""
 
     names: tuple[str, ...]
 
 
 @dataclass(frozen=True)
 class UnwatchParameters:
-    """Stop reporting changes of parameters; if there are no names, of all."""
+    """Stop reporting changes to parameters; if there are no names, to all parameters."""
 
     names: tuple[str, ...]
 

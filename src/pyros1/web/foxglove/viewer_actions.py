@@ -32,7 +32,7 @@ class Publishers:
         """Start publishing.
 
         Raises:
-            Error: the topic's name or type is wrong, or the server already publishes the topic with another type.
+            Error: the topic's name or type is invalid, or the server already publishes the topic with another type.
         """
         node = self._robot.node
         name = self._robot.full_name(channel.topic)

@@ -75,7 +75,7 @@ class Goals:
         goal = self._goals.get(goal_id)
         if goal is None:
             if len(self._goals) >= MAX_GOALS:
-                del self._goals[min(self._goals.values(), key=lambda each: each.stamp).id]
+                del self._goals[min(self._goals.values(), key=lambda other: other.stamp).id]
             goal = self._goals[goal_id] = Goal(goal_id)
         goal.stamp, goal.status = status.goal_id.stamp.to_sec(), status.status
         goal.text = status.text[:500]

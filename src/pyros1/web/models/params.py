@@ -57,7 +57,7 @@ def summarize(value: Any) -> ValueSummary:
 
 
 class Changes:
-    """Tracks changes of the parameters between updates."""
+    """Tracks changes to the parameters between updates."""
 
     def __init__(self) -> None:
         self._known_summaries: dict[str, ValueSummary] | None = None

@@ -184,7 +184,7 @@ class Client:
         self._start_calls()
 
     def _start_calls(self) -> None:
-        """Start queued calls, unless the client does not read its responses."""
+        """Start as many queued calls as possible; none if the client does not read its responses."""
         while not self.outbox.is_full():
             with self._calls_lock:
                 if not self._queued_calls or self._num_running_calls >= MAX_CONCURRENT_CALLS:
@@ -209,7 +209,7 @@ class Client:
             now: monotonic time in seconds.
 
         Returns:
-            The frames, and the time of the next call; None if the next call is after `wake`.
+            The frames, and the time of the next call; None if no call is needed before `wake`.
         """
         ready_frames, arrivals, next_time = self.outbox.take(now)
         self._start_calls()

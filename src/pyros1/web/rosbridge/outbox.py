@@ -167,5 +167,5 @@ class Outbox:
             if arrivals:  # queues that were served last come first next time
                 self._queues.sort(key=lambda queue: queue.next_time)
             next_time = min((time for queue in self._queues if (time := queue.due_time()) is not None), default=None)
-        arrivals.sort(key=lambda each: each[1].at)
+        arrivals.sort(key=lambda queue_and_arrival: queue_and_arrival[1].at)
         return ready_frames, arrivals, next_time

@@ -147,7 +147,7 @@ def _is_finite(marker: Any) -> bool:
     orientation = marker.pose.orientation
     colours = [marker.color, *marker.colors[:MAX_POINTS]]
     return math.isfinite(orientation.x + orientation.y + orientation.z + orientation.w) and all(
-        math.isfinite(each.r + each.g + each.b + each.a) for each in colours
+        math.isfinite(colour.r + colour.g + colour.b + colour.a) for colour in colours
     )
 
 

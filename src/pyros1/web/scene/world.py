@@ -21,7 +21,7 @@ MAX_FRAMES = 5_000
 _MAX_STAMP_STEP_BACK = 5.0
 """Seconds; if a publisher's stamps jump back by more than this, a bag or a simulation has restarted."""
 _MAX_CLOCK_STEP_BACK = 0.1
-"""The same for the node's clock, which follows the bag or simulation if that publishes the time."""
+"""The same limit for the node's clock, which follows a bag or a simulation that publishes the time."""
 IDENTITY: Pose = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]
 
 

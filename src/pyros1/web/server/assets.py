@@ -1,4 +1,4 @@
-"""The files of the page. Only files that existed at the start are served, so no path can lead anywhere else."""
+"""The files of the page. Only files that existed at the start are served, so that no path can lead anywhere else."""
 
 from __future__ import annotations
 

@@ -267,12 +267,12 @@ class _Page:
 
     async def run(self) -> None:
         self._start_task(self._push_due_streams)
-        remaining = _MAX_FINAL_REQUESTS
+        remaining_requests = _MAX_FINAL_REQUESTS
         try:
             async for text in self._connection:
                 await self._handle_request(text)
-                remaining -= self._connection.state is not State.OPEN
-                if remaining <= 0:
+                remaining_requests -= self._connection.state is not State.OPEN
+                if remaining_requests <= 0:
                     break
         except ConnectionClosed:
             pass

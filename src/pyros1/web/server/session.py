@@ -74,7 +74,7 @@ class Session:
             now: monotonic time in seconds.
 
         Returns:
-            The numbers of the streams, and the time of the next call; None if it is not to be called before `wake`.
+            The numbers of the streams, and the time of the next call; None if no call is needed before `wake`.
         """
         numbers: list[int] = []
         next_time: float | None = None

@@ -150,7 +150,7 @@ class JointsView(View):
             del self.robot.movers[self._topic]
 
     def _refresh(self) -> None:
-        """Check for changes of the description and the publishers."""
+        """Check for changes to the description and the publishers."""
         self._refreshed_at = monotonic()
         node = self.robot.node
         description = node.params.cached(self._description)

@@ -1,4 +1,4 @@
-"""Rates of topics without other subscribers, whose publishers send nothing that they could count."""
+"""Rates of topics that only this server subscribes to: without subscribers, publishers send nothing to be counted."""
 
 from __future__ import annotations
 

@@ -86,7 +86,7 @@ class ReconfigureView(View):
 
 def parameters(description: Any) -> list[dict[str, Any]]:
     """Return the parameters of a dynamic_reconfigure/ConfigDescription for a page; see `ReconfigureView`."""
-    paths = _paths(description.groups)
+    paths = _group_paths(description.groups)
     minimums, maximums, defaults = values(description.min), values(description.max), values(description.dflt)
     return [
         {
@@ -111,7 +111,7 @@ def groups(description: Any, config: Any) -> list[dict[str, Any]]:
         description: a dynamic_reconfigure/ConfigDescription.
         config: a dynamic_reconfigure/Config.
     """
-    paths = _paths(description.groups)
+    paths = _group_paths(description.groups)
     states = {group.id: group.state for group in config.groups}
     return [
         {
@@ -126,7 +126,7 @@ def groups(description: Any, config: Any) -> list[dict[str, Any]]:
     ]
 
 
-def _paths(groups: Any) -> dict[int, list[str]]:
+def _group_paths(groups: Any) -> dict[int, list[str]]:
     """Return group id -> path; parents may be missing or circular."""
     group_by_id = {group.id: group for group in groups}
     paths: dict[int, list[str]] = {}

@@ -23,7 +23,7 @@ class View(ABC):
         wake: to be called from any thread when there may be new data.
 
     Raises:
-        RequestError: the arguments are wrong.
+        RequestError: the arguments are invalid.
         Error: the data is not available.
     """
 
@@ -48,7 +48,7 @@ class View(ABC):
         """Change the arguments.
 
         Raises:
-            RequestError: the arguments are wrong.
+            RequestError: the arguments are invalid.
         """
         raise RequestError("this view cannot be changed")
 

@@ -44,7 +44,7 @@ def run(robot: Robot, name: str, args: Any) -> dict[str, Any]:
         The values of the response.
 
     Raises:
-        BridgeError: the service does not exist, is not allowed, or has wrong arguments.
+        BridgeError: the service does not exist, is not allowed, or has invalid arguments.
         Error: the request failed.
     """
     fields, handler = _services().get(name.removeprefix(PREFIX), ((), None))

@@ -36,7 +36,7 @@ def _get(robot: Robot, args: Mapping[str, str]) -> dict[str, Any]:
 
 
 def _default(default: str) -> str:
-    """Return a default value as JSON; a default that is not JSON is taken as a string."""
+    """Return a default value as JSON; a default that is not JSON is treated as a string."""
     try:
         return to_json(loads(default) if default else None)
     except ValueError:
