@@ -156,8 +156,8 @@ class Hub:
         Args:
             topic: the topic's full name.
             listener: see `Listener`.
-            on_ready: called once, from any thread, when the subscription exists and its publishers are connected, or when
-                subscribing has failed.
+            on_ready: called once, from any thread, when the subscription exists and its publishers are connected, or
+                when subscribing has failed.
 
         If a latched message is available, the listener is called with it immediately, in this thread.
 
