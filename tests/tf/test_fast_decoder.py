@@ -131,7 +131,7 @@ def test_the_memory_for_names_is_bounded() -> None:
 
 def test_two_threads_may_receive_new_names_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
     """/tf and /tf_static share the names; one must not look for what the other has just forgotten."""
-    monkeypatch.setattr(fast_decoder, "MAX_NAMES", 4)
+    monkeypatch.setattr(fast_decoder, "MAX_CACHED_NAMES", 4)
     take: Any = make_decoder(lambda *_: None)
     bodies, failed, interval = [], [], sys.getswitchinterval()
     for number in range(500):

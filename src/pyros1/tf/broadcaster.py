@@ -21,12 +21,12 @@ class TransformBroadcaster:
     """
 
     def __init__(self, node: Node) -> None:
-        self._message: Any = load_message("tf2_msgs/TFMessage")
-        self._publisher = node.advertise("/tf", self._message, queue_size=100)
+        self._message_class: Any = load_message("tf2_msgs/TFMessage")
+        self._publisher = node.advertise("/tf", self._message_class, queue_size=100)
 
     def send_transform(self, transform: Any) -> None:
         """Publish a geometry_msgs/TransformStamped, or several in one message."""
-        self._publisher.publish(self._message(_as_list(transform)))
+        self._publisher.publish(self._message_class(_as_list(transform)))
 
     def close(self) -> None:
         """Stop publishing."""
@@ -37,31 +37,31 @@ class StaticTransformBroadcaster:
     """Publishes transforms that are valid at all times on /tf_static, latched. One per node is enough.
 
     Earlier transforms are sent again with each new one, since later subscribers only receive the last message; a new
-    transform of the same child frame replaces the old one.
+    transform for the same child frame replaces the old one.
 
     Args:
         node: the node that publishes.
     """
 
     def __init__(self, node: Node) -> None:
-        self._message: Any = load_message("tf2_msgs/TFMessage")
-        self._publisher = node.advertise("/tf_static", self._message, queue_size=100, latch=True)
+        self._message_class: Any = load_message("tf2_msgs/TFMessage")
+        self._publisher = node.advertise("/tf_static", self._message_class, queue_size=100, latch=True)
         self._lock = threading.RLock()  # a signal handler may send as well
-        self._sent: dict[str, Any] = {}
-        self._changes = 0
+        self._sent_transforms: dict[str, Any] = {}
+        self._num_changes = 0
 
     def send_transform(self, transform: Any) -> None:
         """Publish a geometry_msgs/TransformStamped, or several."""
         with self._lock:
             for item in _as_list(transform):
-                self._sent[item.child_frame_id] = copy.deepcopy(item)  # since programs reuse message objects
-            self._changes += 1
-            published = 0
+                self._sent_transforms[item.child_frame_id] = copy.deepcopy(item)  # since programs reuse message objects
+            self._num_changes += 1
+            num_published = 0
             while (
-                published != self._changes
-            ):  # repeated if a handler has sent more in the meantime: the last message must be complete
-                published = self._changes
-                self._publisher.publish(self._message(list(self._sent.values())))
+                num_published != self._num_changes
+            ):  # again if a signal handler has sent more in the meantime: the last message must be complete
+                num_published = self._num_changes
+                self._publisher.publish(self._message_class(list(self._sent_transforms.values())))
 
     def close(self) -> None:
         """Stop publishing; later subscribers will not receive the transforms."""

@@ -22,7 +22,7 @@ from pyros1.tf.tree import Tree
 _T = TypeVar("_T")
 _NS = 1_000_000_000
 _new_object = object.__new__
-_RETRY_ERRORS = (LookupException, ConnectivityException, ExtrapolationException)
+_RETRYABLE_ERRORS = (LookupException, ConnectivityException, ExtrapolationException)
 """Errors that may be resolved when further transforms arrive."""
 
 When = Any
@@ -37,10 +37,10 @@ class FrameState(NamedTuple):
 
     Attributes:
         parent: name of the parent frame; None for the root of a tree, and after `Buffer.clear`.
-        authority: the node that sent the last transform.
+        authority: name of the node that sent the last transform.
         static: whether the transform is valid at all times.
         rate: transforms per second; 0 if there are fewer than two.
-        latest, oldest: stamps in seconds; 0 for a static transform.
+        latest, oldest: stamps in seconds of the newest and the oldest transform; 0 for a static transform.
         transforms: number of transforms in the buffer.
     """
 
@@ -55,15 +55,16 @@ class FrameState(NamedTuple):
 
 
 class Buffer:
-    """Stores the transforms of the last seconds, for lookups between any two frames.
+    """Stores the transforms of the last few seconds, for lookups between any two frames.
 
     It is filled by a `TransformListener`, or with `set_transform`. Frame names have no leading slash.
 
     Args:
         cache_time: seconds for which transforms are kept, relative to the newest one of their frame.
-        warn: called with a warning when a transform is ignored; None writes it to stderr until a listener is attached,
-            and then to the log of its node. The same problem of a frame is reported the 1st, 10th, 100th... time.
-        time_class: class of the times in results, created from seconds and nanoseconds.
+        warn: called with a message when a transform is ignored; if None, messages go to stderr until a listener is
+            attached, and then to the log of the listener's node. When a frame has the same problem again, only the
+            10th, 100th, ... time is reported.
+        time_class: class of the times in results; called with seconds and nanoseconds.
     """
 
     def __init__(
@@ -75,19 +76,19 @@ class Buffer:
     ) -> None:
         self.cache_time = _to_seconds(cache_time)
         self.warn = warn
-        self._time = time_class
+        self._time_class = time_class
         self._tree = Tree(round(self.cache_time * _NS))
         self._lock = threading.RLock()  # a signal handler may do a lookup while it interrupts a method of this object
         self._changed = threading.Condition(self._lock)
-        self._waiting = 0
+        self._num_waiting = 0
         self._now: Callable[[], float] = monotonic
         self._ended = False
-        self._num_ignored: dict[str, int] = {}
-        self._stamped: Any = load_message("geometry_msgs/TransformStamped")
-        self._header: Any = load_message("std_msgs/Header")
-        self._transform: Any = load_message("geometry_msgs/Transform")
-        self._vector: Any = load_message("geometry_msgs/Vector3")
-        self._quaternion: Any = load_message("geometry_msgs/Quaternion")
+        self._ignored_counts: dict[str, int] = {}
+        self._transform_stamped_class: Any = load_message("geometry_msgs/TransformStamped")
+        self._header_class: Any = load_message("std_msgs/Header")
+        self._transform_class: Any = load_message("geometry_msgs/Transform")
+        self._vector_class: Any = load_message("geometry_msgs/Vector3")
+        self._quaternion_class: Any = load_message("geometry_msgs/Quaternion")
 
     # Filling ----------------------------------------------------------------------------------------------------------
 
@@ -124,7 +125,7 @@ class Buffer:
         """Add several transforms, given as `Row` tuples; waiting lookups are woken once."""
         with self._lock:
             problems = self._tree.insert_rows(rows, static, authority)
-            if self._waiting:
+            if self._num_waiting:
                 self._changed.notify_all()
         for problem in problems:
             self._warn_ignored(problem)
@@ -135,18 +136,18 @@ class Buffer:
             self._tree.clear()
 
     def _warn_ignored(self, problem: str) -> None:
-        """Report why a transform is ignored: the first time, and then less and less often, since it may happen every
-        time.
+        """Report why a transform is ignored. A repeated problem is reported less and less often, since every transform
+        may have it.
         """
         problem_key = problem.split(" at time ", maxsplit=1)[0].split(" in the transform ", maxsplit=1)[0]
-        count = self._num_ignored[problem_key] = self._num_ignored.get(problem_key, 0) + 1
+        count = self._ignored_counts[problem_key] = self._ignored_counts.get(problem_key, 0) + 1
         if count > 1:
             if str(count).strip("0") != "1":
                 return
             problem += f" ({count} times)"
         problem = one_line(problem)
         if self.warn is None:
-            is_old_data = problem.startswith(("TF_OLD_DATA", "TF_REPEATED_DATA"))  # others are errors of the sender
+            is_old_data = problem.startswith(("TF_OLD_DATA", "TF_REPEATED_DATA"))  # other problems are mistakes of the sender
             sys.stderr.write(f"{'Warning: ' if is_old_data else 'Error:   '}{problem}\n")
         else:
             self.warn(problem)
@@ -158,9 +159,10 @@ class Buffer:
         target.
 
         Args:
-            time: time of the transform; None or 0 for the latest common time of all frames between the two.
-            timeout: seconds to wait for it, in the time of the listener's node; the wait ends when that node shuts
-                down.
+            time: time of the transform; None or 0 for the latest time at which all transforms between the two frames
+                are known.
+            timeout: seconds to wait for the transform, of simulated time if the listener's node uses it; the wait ends
+                with an error when that node shuts down.
 
         Returns:
             A geometry_msgs/TransformStamped.
@@ -172,12 +174,12 @@ class Buffer:
             InvalidArgumentException: a frame's name is empty or begins with a slash.
             NodeShutdownError: the node shut down during the wait.
         """
-        when = _to_nanoseconds(time)
+        time_ns = _to_nanoseconds(time)
         if not timeout:
             with self._lock:
-                stamp, transform = self._tree.lookup(target_frame, source_frame, when)
+                stamp, transform = self._tree.lookup(target_frame, source_frame, time_ns)
         else:
-            stamp, transform = self._retry_until(lambda: self._tree.lookup(target_frame, source_frame, when), timeout)
+            stamp, transform = self._retry_until(lambda: self._tree.lookup(target_frame, source_frame, time_ns), timeout)
         return self._make_message(target_frame, source_frame, stamp, transform)
 
     def lookup_transform_full(
@@ -211,9 +213,9 @@ class Buffer:
         Raises:
             NodeShutdownError: the node shut down during the wait.
         """
-        when = _to_nanoseconds(time)
+        time_ns = _to_nanoseconds(time)
         return (
-            self._wait_until_possible(lambda: self._tree.can_transform(target_frame, source_frame, when), timeout)
+            self._wait_until_possible(lambda: self._tree.transform_problem(target_frame, source_frame, time_ns), timeout)
             is None
         )
 
@@ -234,17 +236,19 @@ class Buffer:
             _to_nanoseconds(source_time),
             fixed_frame,
         )
-        return self._wait_until_possible(lambda: self._tree.can_transform_full(*arguments), timeout) is None
+        return self._wait_until_possible(lambda: self._tree.transform_problem_full(*arguments), timeout) is None
 
     def why_not(self, target_frame: str, source_frame: str, time: When = None) -> str | None:
-        """Return None if there is such a transform, or the reason in tf2's words, which may be empty."""
+        """Return None if `lookup_transform` would succeed now, or the reason why not in tf2's words, which may be an
+        empty string.
+        """
         with self._lock:
-            return self._tree.can_transform(target_frame, source_frame, _to_nanoseconds(time))
+            return self._tree.transform_problem(target_frame, source_frame, _to_nanoseconds(time))
 
     def why_not_full(
         self, target_frame: str, target_time: When, source_frame: str, source_time: When, fixed_frame: str
     ) -> str | None:
-        """Return the reason why `lookup_transform_full` fails, or None, like `why_not`."""
+        """Return None if `lookup_transform_full` would succeed now, or the reason why not, like `why_not`."""
         arguments = (
             target_frame,
             _to_nanoseconds(target_time),
@@ -253,7 +257,7 @@ class Buffer:
             fixed_frame,
         )
         with self._changed:
-            return self._tree.can_transform_full(*arguments)
+            return self._tree.transform_problem_full(*arguments)
 
     def get_latest_common_time(self, target_frame: str, source_frame: str) -> Any:
         """Return the latest time at which all transforms between the two frames are known, or 0 if all of them are
@@ -265,12 +269,12 @@ class Buffer:
         """
         with self._changed:
             stamp = self._tree.latest_common_time(target_frame, source_frame)
-        return self._time(stamp // _NS, stamp % _NS)
+        return self._time_class(stamp // _NS, stamp % _NS)
 
     def chain(
         self, target_frame: str, source_frame: str, time: When = None, fixed_frame: str | None = None
     ) -> list[str]:
-        """Return the names of the frames from source (through ``fixed_frame``) to target, both included.
+        """Return the names of the frames on the path from source (through ``fixed_frame``) to target, both included.
 
         Raises the same errors as `lookup_transform`."""
         return self.chain_full(target_frame, time, source_frame, time, fixed_frame or source_frame)
@@ -278,7 +282,8 @@ class Buffer:
     def chain_full(
         self, target_frame: str, target_time: When, source_frame: str, source_time: When, fixed_frame: str
     ) -> list[str]:
-        """Return the names of the frames from source at its time, through ``fixed_frame``, to target at its time.
+        """Return the names of the frames on the path from ``source_frame`` at ``source_time``, through ``fixed_frame``,
+        to ``target_frame`` at ``target_time``.
 
         Raises the same errors as `lookup_transform`."""
         arguments = (
@@ -318,7 +323,9 @@ class Buffer:
         return name in self._tree.frames
 
     def all_frames_as_yaml(self, now: float | None = None) -> str:
-        """Return parent, broadcaster, rate and times of each frame as YAML; with ``now`` in seconds, also the delay."""
+        """Return parent, broadcaster, rate and times of each frame as YAML; with ``now`` in seconds, also the age of
+        its newest transform.
+        """
         with self._changed:
             return as_yaml(self._tree.frames.values(), now)
 
@@ -328,30 +335,33 @@ class Buffer:
             return as_string(self._tree.frames.values())
 
     def all_frames_as_dot(self, now: float | None = None) -> str:
-        """Return the tree as a graph of Graphviz's dot; with ``now``, in seconds, also ages and a legend."""
+        """Return the tree as a graph in Graphviz's dot language; with ``now`` in seconds, also the age of each frame's
+        newest transform, and a legend.
+        """
         with self._changed:
             return as_dot(self._tree.frames.values(), now)
 
     def _make_message(self, target: str, source: str, stamp: int, transform: Transform) -> Any:
-        # Bypasses the constructors, which would take as long as the lookup.
-        message = _new_object(self._stamped)
-        message.header = header = _new_object(self._header)
-        header.seq, header.stamp, header.frame_id = 0, self._time(stamp // _NS, stamp % _NS), target
+        # The constructors are bypassed, since they would take as long as the lookup.
+        message = _new_object(self._transform_stamped_class)
+        message.header = header = _new_object(self._header_class)
+        header.seq, header.stamp, header.frame_id = 0, self._time_class(stamp // _NS, stamp % _NS), target
         message.child_frame_id = source
-        message.transform = body = _new_object(self._transform)
-        body.translation = v = _new_object(self._vector)
-        body.rotation = q = _new_object(self._quaternion)
+        message.transform = pose = _new_object(self._transform_class)
+        pose.translation = v = _new_object(self._vector_class)
+        pose.rotation = q = _new_object(self._quaternion_class)
         v.x, v.y, v.z, q.x, q.y, q.z, q.w = transform
         return message
 
     # Waiting ----------------------------------------------------------------------------------------------------------
 
     def use_time(self, now: Callable[[], float]) -> None:
-        """Use a clock, in seconds, for timeouts; the caller must call `wake` whenever its time changes."""
+        """Measure timeouts with ``now``, which returns seconds; the caller must call `wake` whenever that time changes.
+        """
         self._now = now
 
     def wake(self) -> None:
-        """Let waiting lookups check the time again."""
+        """Make waiting lookups check the time again."""
         with self._changed:
             self._changed.notify_all()
 
@@ -368,7 +378,7 @@ class Buffer:
             while True:
                 try:
                     return lookup()
-                except _RETRY_ERRORS:
+                except _RETRYABLE_ERRORS:
                     if not timeout:
                         raise
                     if deadline is None:
@@ -384,17 +394,21 @@ class Buffer:
             return problem
 
     def _wait(self, deadline: float) -> bool:
-        """Wait for a change; return False at the timeout. The caller must hold the lock."""
+        """Wait for a change; return False if the deadline has passed. The caller must hold the lock.
+
+        Raises:
+            NodeShutdownError: the node has shut down.
+        """
         if self._ended:
             raise NodeShutdownError("the wait for a transform was interrupted because the node has shut down")
         remaining = deadline - self._now()
         if remaining <= 0:
             return False
-        self._waiting += 1
+        self._num_waiting += 1
         try:
             self._changed.wait(remaining if self._now is monotonic else None)
         finally:
-            self._waiting -= 1
+            self._num_waiting -= 1
         return True
 
 

@@ -19,15 +19,15 @@ if TYPE_CHECKING:
     from pyros1.node import Node
     from pyros1.tf.buffer import Buffer
 
-ACTION = "tf2_buffer_server"
+DEFAULT_ACTION_NAME = "tf2_buffer_server"
 """Default name of the action."""
 _CHECK_INTERVAL = 0.01
 _STATUS_INTERVAL = 0.2
 STATUS_RETENTION = Duration(5)
 """Time for which the status of a goal is published after it has ended."""
-_QUEUE = 50
+_QUEUE_SIZE = 50
 
-CODES: dict[int, type[errors.TransformException]] = {
+EXCEPTIONS_BY_CODE: dict[int, type[errors.TransformException]] = {
     1: errors.LookupException,
     2: errors.ConnectivityException,
     3: errors.ExtrapolationException,
@@ -43,23 +43,23 @@ class _Goal:
     """A requested lookup.
 
     Attributes:
-        status: its actionlib_msgs/GoalStatus.
-        lookup: returns the transform.
+        status: the goal's actionlib_msgs/GoalStatus.
+        lookup: returns the transform, or raises a TransformException if it is not available yet.
         deadline: time until which the lookup may wait.
-        ended: time at which the goal ended; None while it waits.
+        ended_at: time at which the goal ended; None while the lookup waits.
     """
 
     status: Any
     lookup: Callable[[], Any]
     deadline: Time
-    ended: Time | None = None
+    ended_at: Time | None = None
 
 
 class BufferServer:
     """Performs lookups for other nodes; responds when the transform is available or the timeout has expired.
 
     Programs use it through a `BufferClient` instead of receiving all transforms themselves. In a node that spins, it
-    responds while the node spins.
+    only responds while the node spins.
 
     Args:
         node: the node whose topics and time are used.
@@ -68,25 +68,25 @@ class BufferServer:
             ``NAME/result``.
     """
 
-    def __init__(self, node: Node, buffer: Buffer, name: str = ACTION) -> None:
+    def __init__(self, node: Node, buffer: Buffer, name: str = DEFAULT_ACTION_NAME) -> None:
         name = node.resolve(name)
         self._node = node
         self._buffer = buffer
         self._lock = threading.Lock()
         self._goals: dict[str, _Goal] = {}
-        self._numbers = itertools.count(1)
-        self._cancelled = Time()  # goals with stamps up to this are cancelled, even if they arrive later
-        self._checked = Time()
+        self._goal_numbers = itertools.count(1)
+        self._cancelled_up_to = Time()  # goals with stamps up to this are cancelled, even if they arrive later
+        self._last_check_time = Time()
         self._closed = False
-        self._header: Any = load_message("std_msgs/Header")
-        self._status: Any = load_message("actionlib_msgs/GoalStatus")
-        self._statuses: Any = load_message("actionlib_msgs/GoalStatusArray")
-        self._outcome: Any = load_message("tf2_msgs/LookupTransformActionResult")
-        self._result: Any = load_message("tf2_msgs/LookupTransformResult")
-        feedback: Any = load_message("tf2_msgs/LookupTransformActionFeedback")
-        self._feedback = node.advertise(f"{name}/feedback", feedback, queue_size=_QUEUE)  # part of the protocol
-        self._results = node.advertise(f"{name}/result", self._outcome, queue_size=_QUEUE)
-        self._status_publisher = node.advertise(f"{name}/status", self._statuses, queue_size=_QUEUE, latch=True)
+        self._header_class: Any = load_message("std_msgs/Header")
+        self._status_class: Any = load_message("actionlib_msgs/GoalStatus")
+        self._status_array_class: Any = load_message("actionlib_msgs/GoalStatusArray")
+        self._action_result_class: Any = load_message("tf2_msgs/LookupTransformActionResult")
+        self._result_class: Any = load_message("tf2_msgs/LookupTransformResult")
+        feedback_class: Any = load_message("tf2_msgs/LookupTransformActionFeedback")
+        self._feedback_publisher = node.advertise(f"{name}/feedback", feedback_class, queue_size=_QUEUE_SIZE)  # part of the protocol
+        self._result_publisher = node.advertise(f"{name}/result", self._action_result_class, queue_size=_QUEUE_SIZE)
+        self._status_publisher = node.advertise(f"{name}/status", self._status_array_class, queue_size=_QUEUE_SIZE, latch=True)
         self._subscribers = [
             node.subscribe(f"{name}/goal", "tf2_msgs/LookupTransformActionGoal", self._on_goal_message),
             node.subscribe(f"{name}/cancel", "actionlib_msgs/GoalID", self._on_cancel_message),
@@ -102,11 +102,11 @@ class BufferServer:
         self._stop()
         for subscriber in self._subscribers:
             subscriber.unregister()
-        for publisher in (self._feedback, self._results, self._status_publisher):
+        for publisher in (self._feedback_publisher, self._result_publisher, self._status_publisher):
             publisher.unregister()
 
     def _stop(self) -> None:
-        """Stop publishing."""
+        """Stop the timers, and ignore messages from now on."""
         for timer in self._timers:
             timer.shutdown()
         with self._lock:
@@ -115,22 +115,22 @@ class BufferServer:
     def _on_goal_message(self, message: Any) -> None:
         goal_id, now = message.goal_id, self._node.now()
         if not goal_id.id:
-            goal_id.id = f"{self._node.name}-{next(self._numbers)}-{now.to_sec():.9f}"
+            goal_id.id = f"{self._node.name}-{next(self._goal_numbers)}-{now.to_sec():.9f}"
         goal_id.stamp = goal_id.stamp or now
         with self._lock:
             existing = self._goals.get(goal_id.id)
             if self._closed:
                 return
             if existing is None:
-                status = self._status(goal_id, self._status.ACTIVE, "")
+                status = self._status_class(goal_id, self._status_class.ACTIVE, "")
                 goal = _Goal(status, self._make_lookup(message.goal), now + message.goal.timeout)
                 self._goals[goal_id.id] = goal
-                if goal_id.stamp <= self._cancelled:
-                    self._finish(goal, self._status.RECALLED)
+                if goal_id.stamp <= self._cancelled_up_to:
+                    self._finish(goal, self._status_class.RECALLED)
                 elif not self._try_lookup(goal):
                     self._publish_status_locked()
-            elif existing.status.status == self._status.RECALLING:
-                self._finish(existing, self._status.RECALLED)
+            elif existing.status.status == self._status_class.RECALLING:
+                self._finish(existing, self._status_class.RECALLED)
 
     def _make_lookup(self, goal: Any) -> Callable[[], Any]:
         if not goal.advanced:
@@ -140,50 +140,50 @@ class BufferServer:
         )
 
     def _on_cancel_message(self, goal_id: Any) -> None:
-        """Cancel the goal with the id, all goals up to the stamp, or all goals if both are empty."""
+        """Cancel the goal with the message's id and all goals up to its stamp, or all goals if both are empty."""
         with self._lock:
             if self._closed:
                 return
             for goal in list(self._goals.values()):
                 own_id = goal.status.goal_id
                 is_older = bool(goal_id.stamp) and own_id.stamp <= goal_id.stamp
-                if goal.ended is None and (own_id.id == goal_id.id or is_older or not (goal_id.id or goal_id.stamp)):
-                    self._finish(goal, self._status.PREEMPTED)
-            if goal_id.id and goal_id.id not in self._goals:  # it arrived before its goal
-                status, now = self._status(goal_id, self._status.RECALLING, ""), self._node.now()
+                if goal.ended_at is None and (own_id.id == goal_id.id or is_older or not (goal_id.id or goal_id.stamp)):
+                    self._finish(goal, self._status_class.PREEMPTED)
+            if goal_id.id and goal_id.id not in self._goals:  # the message arrived before its goal
+                status, now = self._status_class(goal_id, self._status_class.RECALLING, ""), self._node.now()
                 self._goals[goal_id.id] = _Goal(status, lambda: None, now, now)
-            self._cancelled = max(self._cancelled, goal_id.stamp)
+            self._cancelled_up_to = max(self._cancelled_up_to, goal_id.stamp)
 
     def _check_goals(self) -> None:
         with self._lock:
             now = self._node.now()
-            jumped_back, self._checked = now < self._checked, now
+            jumped_back, self._last_check_time = now < self._last_check_time, now
             if jumped_back:  # simulated time has restarted: goals that wait for earlier times get a response now
-                self._cancelled = Time()
+                self._cancelled_up_to = Time()
             for goal in list(self._goals.values()):
-                if goal.ended is None and not self._closed:
+                if goal.ended_at is None and not self._closed:
                     goal.deadline = min(goal.deadline, now) if jumped_back else goal.deadline
                     self._try_lookup(goal)
 
     def _try_lookup(self, goal: _Goal) -> bool:
-        """Respond to a goal if its transform is available or its time is over; return whether that was so. The lock is
-        held.
+        """Respond to a goal if its transform is available or its deadline has passed; return whether it was so. The
+        caller must hold the lock.
         """
-        result = self._result()
+        result = self._result_class()
         try:
             result.transform = goal.lookup()
         except errors.TransformException as error:
             if self._node.now() < goal.deadline:
                 return False
-            result.error.error = next(code for code, kind in CODES.items() if isinstance(error, kind))
+            result.error.error = next(code for code, exception_class in EXCEPTIONS_BY_CODE.items() if isinstance(error, exception_class))
             result.error.error_string = str(error)
-        self._finish(goal, self._status.SUCCEEDED, result)
+        self._finish(goal, self._status_class.SUCCEEDED, result)
         return True
 
     def _finish(self, goal: _Goal, status: int, result: Any = None) -> None:
-        goal.status.status, goal.ended = status, self._node.now()
-        result = self._result() if result is None else result
-        self._results.publish(self._outcome(self._make_header(), goal.status, result))
+        goal.status.status, goal.ended_at = status, self._node.now()
+        result = self._result_class() if result is None else result
+        self._result_publisher.publish(self._action_result_class(self._make_header(), goal.status, result))
         self._publish_status_locked()
 
     def _publish_status(self) -> None:
@@ -192,16 +192,16 @@ class BufferServer:
                 self._publish_status_locked()
 
     def _publish_status_locked(self) -> None:
-        """Publish the status of all goals, and remove those that ended long ago. The lock is held."""
+        """Publish the status of all goals, and remove goals that ended long ago. The caller must hold the lock."""
         now = self._node.now()
-        for name, goal in list(self._goals.items()):
+        for goal_id, goal in list(self._goals.items()):
             if (
-                goal.ended is not None and not goal.ended <= now <= goal.ended + STATUS_RETENTION
+                goal.ended_at is not None and not goal.ended_at <= now <= goal.ended_at + STATUS_RETENTION
             ):  # simulated time may jump back
-                del self._goals[name]
+                del self._goals[goal_id]
         self._status_publisher.publish(
-            self._statuses(self._make_header(), [goal.status for goal in self._goals.values()])
+            self._status_array_class(self._make_header(), [goal.status for goal in self._goals.values()])
         )
 
     def _make_header(self) -> Any:
-        return self._header(stamp=self._node.now())
+        return self._header_class(stamp=self._node.now())

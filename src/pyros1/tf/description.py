@@ -35,7 +35,7 @@ def as_yaml(frames: Collection[Frame], now: float | None = None) -> str:
         latest, oldest = to_sec(frame.latest), to_sec(frame.oldest)
         parts.append(
             f"{frame.name}: \n  parent: '{parent.name}'\n  broadcaster: '{frame.authority}'\n"
-            f"  rate: {frame.rate:.3f}\n  most_recent_transform: {latest:.3f}\n  oldest_transform: {oldest:.3f}\n"
+            f"  rate: {frame.tf2_rate:.3f}\n  most_recent_transform: {latest:.3f}\n  oldest_transform: {oldest:.3f}\n"
         )
         if now:
             parts.append(f"  transform_delay: {now - latest:.3f}\n")
@@ -61,7 +61,7 @@ def as_dot(frames: Collection[Frame], now: float | None = None) -> str:
         names = [_escape_label(name) for name in (parent.name, frame.name, frame.authority)]
         lines.append(
             f'"{names[0]}" -> "{names[1]}"[label="Broadcaster: {names[2]}\\n'
-            f"Average rate: {frame.rate:.3f} Hz\\nMost recent transform: {latest:.3f} {age}\\n"
+            f"Average rate: {frame.tf2_rate:.3f} Hz\\nMost recent transform: {latest:.3f} {age}\\n"
             f'Buffer length: {latest - to_sec(frame.oldest):.3f} sec\\n"];'
         )
     if now:

@@ -16,19 +16,19 @@ from pyros1.tf.rotation import Transform
 Row = tuple[str, str, int, Transform]
 """(parent, child, time in ns, pose of the child in the parent)."""
 
-_COUNT = Struct("<I").unpack_from
-_HEAD = Struct("<4I").unpack_from  # sequence number, seconds, nanoseconds, length of the parent's name
-_NUMBERS = Struct("<7d").unpack_from
+_unpack_count = Struct("<I").unpack_from
+_unpack_head = Struct("<4I").unpack_from  # sequence number, seconds, nanoseconds, length of the parent's name
+_unpack_numbers = Struct("<7d").unpack_from
 _NS = 1_000_000_000
-MAX_NAMES = 10_000
-"""Maximum number of cached names, since a sender that keeps inventing new ones must not exhaust memory."""
+MAX_CACHED_NAMES = 10_000
+"""Maximum number of cached names: a sender that keeps inventing new ones must not exhaust memory."""
 
 
 class ReceivedTransforms:
-    """The transforms that a listener receives instead of a message.
+    """What a listener receives instead of a message object.
 
     Attributes:
-        rows: the transforms in the message.
+        rows: the message's transforms.
     """
 
     __slots__ = ("_connection_header", "rows")
@@ -38,50 +38,50 @@ class ReceivedTransforms:
         self._connection_header: dict[str, str] | None = None
 
 
-def received_class(tf_message: type[Any]) -> type[Message]:
-    """Return a class to subscribe with, which decodes to `ReceivedTransforms`, or to ``tf_message`` in unusual cases.
+def make_subscription_class(message_class: type[Any]) -> type[Message]:
+    """Return a class to subscribe with, whose decoder returns `ReceivedTransforms`; in unusual cases, it returns a
+    ``message_class`` object or raises its error.
 
     Args:
-        tf_message: tf2_msgs/TFMessage.
+        message_class: the class of tf2_msgs/TFMessage.
     """
-    members = {"__slots__": (), "_decode": staticmethod(make_decoder(tf_message._decode))}
-    return cast(type[Message], MessageType(tf_message.__name__, (tf_message,), members))
+    members = {"__slots__": (), "_decode": staticmethod(make_decoder(message_class._decode))}
+    return cast(type[Message], MessageType(message_class.__name__, (message_class,), members))
 
 
 def make_decoder(decode_message: Callable[..., Any]) -> Callable[..., Any]:
-    """Return a decoder with the same arguments as those of message classes.
+    """Return a decoder that takes the same arguments as ``decode_message``, but returns `ReceivedTransforms`.
 
     Args:
-        decode_message: the regular decoder, which is called for incomplete messages and for non-UTF-8 names, to report
-            them.
+        decode_message: the message class's decoder, which handles incomplete messages and names that are not UTF-8.
     """
     names: dict[bytes, str] = {}
 
     def decode(buffer: bytes, start: int, end: int, exact: bool = False) -> Any:
         rows: list[Row] = []
         try:
-            (count,) = _COUNT(buffer, start)
+            (count,) = _unpack_count(buffer, start)
             position = start + 4
             for _ in range(count):
-                _, secs, nsecs, length = _HEAD(buffer, position)
+                _, secs, nsecs, length = _unpack_head(buffer, position)
                 begin = position + 16
                 position = begin + length
                 parent = buffer[begin:position]
-                (length,) = _COUNT(buffer, position)
+                (length,) = _unpack_count(buffer, position)
                 begin = position + 4
                 position = begin + length
                 child = buffer[begin:position]
-                numbers = _NUMBERS(buffer, position)
+                numbers = _unpack_numbers(buffer, position)
                 position += 56
                 if position > end:
                     break
                 try:
                     rows.append((names[parent], names[child], secs * _NS + nsecs, numbers))
                 except KeyError:
-                    if len(names) >= MAX_NAMES:
+                    if len(names) >= MAX_CACHED_NAMES:
                         names.clear()
-                    # /tf_static is received in another thread, which may clear the cache, so it must not be accessed
-                    # again here.
+                    # /tf_static is received in another thread, which may clear the cache, so the names just added may
+                    # already be gone.
                     names[parent] = parent_name = parent.decode()
                     names[child] = child_name = child.decode()
                     rows.append((parent_name, child_name, secs * _NS + nsecs, numbers))

@@ -7,21 +7,22 @@ from math import acos, sin, sqrt
 
 from pyros1.tf.rotation import Transform
 
-_COMPACT_AFTER = 512
+_MAX_OUTDATED_ITEMS = 512
+"""Number of outdated transforms beyond which they are removed from the lists, all at once."""
 
 Entry = tuple["Frame", Transform, float]
 """(parent of the frame, transform from the frame into the parent, square of the quaternion's length)."""
 
 
 class Frame:
-    """A frame and its recent past. Times are in nanoseconds.
+    """A frame and its recent transforms. Times are in nanoseconds.
 
     Attributes:
         name: name without a leading slash.
         static: whether its transform is valid at all times; None while the frame is only known as a parent. As in tf2,
             this is determined by the first transform.
-        authority: the node that sent the last transform.
-        stamps, entries: times and transforms, in order of time; those before `_head` are outdated.
+        authority: name of the node that sent the last transform.
+        stamps, entries: times and transforms, oldest first; those before the index `_head` are outdated.
     """
 
     __slots__ = ("_cached_entry", "_cached_time", "_head", "authority", "entries", "name", "stamps", "static")
@@ -32,7 +33,7 @@ class Frame:
         self.authority = "no recorded authority"
         self.stamps: list[int] = []
         self.entries: list[Entry] = []
-        self._head = 0  # earlier items are removed in batches
+        self._head = 0  # index of the oldest current item; earlier ones are removed in batches
         self._cached_time: int | None = None  # time and result of the last interpolation: programs often look up
         self._cached_entry: Entry | None = None  # the same time again, for several frames, or after can_transform
 
@@ -41,7 +42,8 @@ class Frame:
 
         Args:
             time: its stamp.
-            max_age: maximum age in ns, relative to the newest one, of transforms that are kept.
+            entry: the transform, with its parent.
+            max_age: age in nanoseconds, relative to the newest transform, up to which transforms are kept.
 
         Returns:
             None, or the reason why it was not added, in tf2's words.
@@ -68,7 +70,7 @@ class Frame:
         return None
 
     def append(self, time: int, entry: Entry, oldest: int) -> None:
-        """Add a transform that is newer than all others, and drop those from before ``oldest``."""
+        """Add a transform that is newer than all others, and drop transforms from before the time ``oldest``."""
         self._cached_time = None
         stamps = self.stamps
         stamps.append(time)
@@ -77,13 +79,13 @@ class Frame:
         if stamps[head] < oldest:
             while stamps[head] < oldest:
                 head += 1
-            if head > _COMPACT_AFTER:
+            if head > _MAX_OUTDATED_ITEMS:
                 del stamps[:head], self.entries[:head]
                 head = 0
             self._head = head
 
-    def at(self, time: int) -> Entry | None:  # noqa: PLR0911 - called for each frame of each lookup, so it must be fast
-        """Return the entry at a time, 0 for the newest; None if there is none, see `why_not`.
+    def entry_at(self, time: int) -> Entry | None:  # noqa: PLR0911 - called for each frame of each lookup, so it must be fast
+        """Return the entry at a time (0 for the newest), or None if there is none; `why_not` then returns the reason.
 
         Between two transforms, the position is interpolated linearly, and the rotation along the shortest arc (slerp).
         """
@@ -98,15 +100,15 @@ class Frame:
         index = bisect_right(stamps, time, self._head) - 1
         if index < self._head:
             return None
-        before = stamps[index]
+        older_stamp = stamps[index]
         older = entries[index]
-        if before == time:
+        if older_stamp == time:
             return older
         parent, (x, y, z, ax, ay, az, aw), square = older
-        newer, (x2, y2, z2, bx, by, bz, bw), square2 = entries[index + 1]
-        if newer is not parent:
+        newer_parent, (x2, y2, z2, bx, by, bz, bw), square2 = entries[index + 1]
+        if newer_parent is not parent:
             return older  # the frame changed its parent between the two
-        fraction = (time - before) / (stamps[index + 1] - before)
+        fraction = (time - older_stamp) / (stamps[index + 1] - older_stamp)
         remainder = 1.0 - fraction
         x = remainder * x + fraction * x2
         y = remainder * y + fraction * y2
@@ -135,8 +137,8 @@ class Frame:
         self._cached_entry = result = parent, transform, 1.0  # not used for further interpolation
         return result
 
-    def before(self, time: int) -> Entry | None:
-        """Return the entry like `at`, but without interpolation: the last one before the time."""
+    def entry_before(self, time: int) -> Entry | None:
+        """Return the same as `entry_at`, but without interpolation: the last entry at or before the time."""
         entries = self.entries
         if self.static or (not time and entries):
             return entries[-1]
@@ -186,7 +188,7 @@ class Frame:
 
     @property
     def parent(self) -> Frame | None:
-        """The current parent."""
+        """The parent in the newest transform; None if there are no transforms."""
         return self.entries[-1][0] if self.entries else None
 
     def __len__(self) -> int:
@@ -201,13 +203,13 @@ class Frame:
         return (len(self) - 1) / (to_sec(self.latest) - to_sec(self.oldest)) if len(self) > 1 else 0.0
 
     @property
-    def rate(self) -> float:
-        """The rate as tf2 computes it, which counts one transform too many, and is 10000 for a single one."""
+    def tf2_rate(self) -> float:
+        """The rate in Hz as tf2 computes it: one transform too many is counted, and a single one has a rate of 10000."""
         return len(self) / max(to_sec(self.latest) - to_sec(self.oldest), 0.0001)
 
 
 def to_sec(time: int) -> float:
-    """Convert to seconds with roscpp's rounding, so that printed times agree to the last digit."""
+    """Convert nanoseconds to seconds with roscpp's rounding, so that printed times equal tf2's to the last digit."""
     return time // 1_000_000_000 + 1e-9 * (time % 1_000_000_000)
 
 

@@ -8,21 +8,22 @@ from typing import TYPE_CHECKING, Any
 
 from pyros1.ground.errors import NodeError
 from pyros1.msgs import load_message
-from pyros1.tf.fast_decoder import ReceivedTransforms, received_class
+from pyros1.tf.fast_decoder import ReceivedTransforms, make_subscription_class
 
 if TYPE_CHECKING:
     from pyros1.node import Node
     from pyros1.tf.buffer import Buffer
 
-_QUEUE = 100
+_QUEUE_SIZE = 100
 
 
 class TransformListener:
-    """Adds transforms from /tf and /tf_static to a buffer until the node shuts down. Also a context manager.
+    """Adds transforms from /tf and /tf_static to a buffer until it is closed or the node shuts down. Also a context
+    manager.
 
     The callbacks run in separate threads, even in a node that spins, since a lookup may wait for them. When simulated
-    time jumps back, the buffer is cleared except for static transforms. The service ``~tf2_frames`` describes the
-    buffer.
+    time jumps back, the buffer is cleared except for static transforms. The service ``~tf2_frames`` returns a
+    description of the buffer's frames.
 
     Args:
         node: the node whose topics and time are used.
@@ -38,16 +39,16 @@ class TransformListener:
         self._subscribers: list[Any] = []
         if buffer.warn is None:
             buffer.warn = lambda text: node.log.warn("%s", text)
-        transforms = received_class(load_message("tf2_msgs/TFMessage"))
+        message_class = make_subscription_class(load_message("tf2_msgs/TFMessage"))
         if node.params.get("/use_sim_time", False) is True:
             buffer.use_time(lambda: node.now().to_sec())
-            # never undone, since lookups that wait in the buffer need the ticks even after `close`
+            # never unsubscribed, since lookups that wait in the buffer need the clock even after `close`
             self._subscribe("/clock", load_message("rosgraph_msgs/Clock"), self._on_clock, 1)
         self._subscribers = [
-            self._subscribe("/tf", transforms, self._on_transforms, _QUEUE),
-            self._subscribe("/tf_static", transforms, self._on_static_transforms, None),
+            self._subscribe("/tf", message_class, self._on_transforms, _QUEUE_SIZE),
+            self._subscribe("/tf_static", message_class, self._on_static_transforms, None),
         ]
-        node.on_shutdown(self._end)
+        node.on_shutdown(self._on_shutdown)
         with suppress(NodeError):  # the node already has another listener
             node.advertise_service("~tf2_frames", "tf2_msgs/FrameGraph", lambda _: buffer.all_frames_as_yaml())
 
@@ -58,18 +59,18 @@ class TransformListener:
         return topics.subscribe(name, message_class, callback, queue_size, direct=True)
 
     def _on_transforms(self, message: Any) -> None:
-        self._check_time()
-        add_to_buffer(self.buffer, message, _sender(message), static=False)
+        self._clear_if_time_jumped_back()
+        add_to_buffer(self.buffer, message, _sender_name(message), static=False)
 
     def _on_static_transforms(self, message: Any) -> None:
-        self._check_time()
-        add_to_buffer(self.buffer, message, _sender(message), static=True)
+        self._clear_if_time_jumped_back()
+        add_to_buffer(self.buffer, message, _sender_name(message), static=True)
 
     def _on_clock(self, _: Any) -> None:
-        self._check_time()
+        self._clear_if_time_jumped_back()
         self.buffer.wake()
 
-    def _check_time(self) -> None:
+    def _clear_if_time_jumped_back(self) -> None:
         with self._lock:
             now = self._node.now()
             jump = (now - self._last_time).to_sec()
@@ -79,7 +80,7 @@ class TransformListener:
         if jump < 0 and not self._closed:
             self._node.log.warn("Detected jump back in time of %fs. Clearing TF buffer.", -jump)
 
-    def _end(self) -> None:
+    def _on_shutdown(self) -> None:
         self.buffer.end_waits()
 
     def close(self) -> None:
@@ -104,6 +105,6 @@ def add_to_buffer(buffer: Any, message: Any, sender: str, *, static: bool) -> No
         buffer.set_transforms(message.transforms, sender, static=static)
 
 
-def _sender(message: Any) -> str:
+def _sender_name(message: Any) -> str:
     header = message._connection_header
     return header.get("callerid", "default_authority") if header else "default_authority"

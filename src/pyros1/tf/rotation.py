@@ -65,7 +65,7 @@ def chain(first: Transform, second: Transform) -> Transform:
 
 
 def product(steps: Sequence[Transform]) -> Transform:
-    """Return the product of one or more transforms, as in `chain`: the last one times ... times the first one."""
+    """Return the product (see `chain`) of one or more transforms: the last one times ... times the first one."""
     x, y, z, bx, by, bz, bw = steps[0]
     for tx, ty, tz, ax, ay, az, aw in steps[1:]:  # inlined from `chain`, since calls would take most of the time
         px = aw * x + ay * z - az * y
@@ -91,7 +91,9 @@ def invert(transform: Transform) -> Transform:
 
 
 def chain_normalized(first: Transform, second: Transform) -> Transform:
-    """Return `chain` with normalised quaternions, and with the sign that conversion to a matrix and back gives."""
+    """Return the result of `chain`, but with a normalised quaternion that has the same sign as after conversion to a
+    matrix and back.
+    """
     x, y, z, *rotation = chain(_normalized(first), _normalized(second))
     # Conversion from a matrix gives a positive w or, if w is small, a positive largest component.
     largest = 3 if rotation[3] * rotation[3] > 0.25 else max(range(3), key=lambda i: abs(rotation[i]))

@@ -21,14 +21,14 @@ _MAX_DEPTH = 1000
 """Maximum number of frames on a path; a longer one must be a loop."""
 
 _TOLERANCE = 10e-3
-"""Maximum deviation from 1 of the square of a quaternion's length."""
+"""Maximum deviation of a quaternion's squared length from 1."""
 
 
 class Tree:
     """The tree of frames, by name.
 
     Args:
-        max_age: maximum age in ns of transforms that are kept.
+        max_age: age in nanoseconds, relative to the frame's newest transform, up to which transforms are kept.
     """
 
     def __init__(self, max_age: int) -> None:
@@ -52,16 +52,16 @@ class Tree:
             if frame is not None and parent_frame is not None and frame is not parent_frame and frame.static is False:
                 # The usual case, inlined for speed: the frames are known, and the transform is the newest one.
                 x, y, z, qx, qy, qz, qw = transform
-                length = qx * qx + qy * qy + qz * qz + qw * qw
+                squared_length = qx * qx + qy * qy + qz * qz + qw * qw
                 stamps = frame.stamps
                 if (
-                    -_TOLERANCE < length - 1.0 < _TOLERANCE
+                    -_TOLERANCE < squared_length - 1.0 < _TOLERANCE
                     and not isnan(x + y + z)
                     and stamps
                     and time > stamps[-1]
                     and not self._has_slash_names
                 ):
-                    frame.append(time, (parent_frame, transform, length), time - max_age)
+                    frame.append(time, (parent_frame, transform, squared_length), time - max_age)
                     frame.authority = authority
                     continue
             problems += self.insert(parent, child, time, transform, static, authority)
@@ -88,14 +88,14 @@ class Tree:
                 return problems
             frame, parent_frame = self._get_or_add(child), self._get_or_add(parent)
         x, y, z, qx, qy, qz, qw = transform
-        length = qx * qx + qy * qy + qz * qz + qw * qw
-        if isnan(x + y + z) or not -_TOLERANCE < length - 1.0 < _TOLERANCE:
+        squared_length = qx * qx + qy * qy + qz * qz + qw * qw
+        if isnan(x + y + z) or not -_TOLERANCE < squared_length - 1.0 < _TOLERANCE:
             problems = _find_problems(parent, child, transform, authority)
             if problems:
                 return problems
         if frame.static is None:
             frame.static = static
-        problem = frame.insert(time, (parent_frame, transform, length), self.max_age)
+        problem = frame.insert(time, (parent_frame, transform, squared_length), self.max_age)
         if problem is None:
             frame.authority = authority
             return []
@@ -116,8 +116,8 @@ class Tree:
     # Lookups ----------------------------------------------------------------------------------------------------------
 
     def lookup(self, target: str, source: str, time: int) -> tuple[int, Transform]:
-        """Return the stamp and the transform of ``source`` in ``target``; time 0 is the latest common time of all
-        frames.
+        """Return the stamp and the transform of ``source`` in ``target``; time 0 means the latest time at which all
+        transforms between them are known.
 
         Raises:
             TransformException: see `pyros1.tf.errors`.
@@ -125,8 +125,8 @@ class Tree:
         if target == source:
             frame = self.frames.get(target)
             return (frame.latest if frame is not None and not time else time), IDENTITY
-        target_frame = self._find("lookupTransform argument target_frame", target)
-        return self._find_transform(target_frame, self._find("lookupTransform argument source_frame", source), time)
+        target_frame = self._find_frame("lookupTransform argument target_frame", target)
+        return self._find_transform(target_frame, self._find_frame("lookupTransform argument source_frame", source), time)
 
     def lookup_full(
         self, target: str, target_time: int, source: str, source_time: int, fixed: str
@@ -137,22 +137,22 @@ class Tree:
         Raises:
             TransformException: see `pyros1.tf.errors`.
         """
-        self._find("lookupTransform argument target_frame", target)
-        self._find("lookupTransform argument source_frame", source)
-        self._find("lookupTransform argument fixed_frame", fixed)
-        _, first = self.lookup(fixed, source, source_time)
-        stamp, second = self.lookup(target, fixed, target_time)
-        return stamp, chain_normalized(second, first)
+        self._find_frame("lookupTransform argument target_frame", target)
+        self._find_frame("lookupTransform argument source_frame", source)
+        self._find_frame("lookupTransform argument fixed_frame", fixed)
+        _, source_to_fixed = self.lookup(fixed, source, source_time)
+        stamp, fixed_to_target = self.lookup(target, fixed, target_time)
+        return stamp, chain_normalized(fixed_to_target, source_to_fixed)
 
     def latest_common_time(self, target: str, source: str) -> int:
-        """Return the newest time at which all transforms between the two are known, or 0 if all are static.
+        """Return the latest time at which all transforms between two frames are known, or 0 if all are static.
 
         Raises:
             LookupException: a frame does not exist, or there is a loop.
-            ConnectivityException: they are not connected.
+            ConnectivityException: the frames are not connected.
         """
-        target_frame = self._find("get_latest_common_time", target)
-        return self._common_time(target_frame, self._find("get_latest_common_time", source))
+        target_frame = self._find_frame("get_latest_common_time", target)
+        return self._common_time(target_frame, self._find_frame("get_latest_common_time", source))
 
     def chain(self, target: str, target_time: int, source: str, source_time: int, fixed: str) -> list[str]:
         """Return the names of the frames on the path from source through ``fixed`` to target, both included.
@@ -160,16 +160,16 @@ class Tree:
         Raises:
             TransformException: see `pyros1.tf.errors`.
         """
-        target_frame = self._find("chainAsVector argument target_frame", target)
-        source_frame = self._find("chainAsVector argument source_frame", source)
-        fixed_frame = self._find("chainAsVector argument fixed_frame", fixed)
+        target_frame = self._find_frame("chainAsVector argument target_frame", target)
+        source_frame = self._find_frame("chainAsVector argument source_frame", source)
+        fixed_frame = self._find_frame("chainAsVector argument fixed_frame", fixed)
         names = self._path_names(fixed_frame, source_frame, source_time)
         rest = self._path_names(target_frame, fixed_frame, target_time)
         if names and rest and names[-1] == rest[0]:
             rest = rest[1:]
         return names + rest
 
-    def _find(self, argument: str, name: str) -> Frame:
+    def _find_frame(self, argument: str, name: str) -> Frame:
         frame = self.frames.get(name)
         if frame is not None and name[0] != "/":
             return frame
@@ -180,23 +180,26 @@ class Tree:
 
     def _find_transform(self, target: Frame, source: Frame, time: int) -> tuple[int, Transform]:
         """Return the stamp and the transform of ``source`` in ``target``."""
-        time, source_steps, target_steps = self._find_path(target, source, time, Frame.at)
-        up = product(source_steps) if source_steps else IDENTITY
+        time, source_steps, target_steps = self._find_path(target, source, time, Frame.entry_at)
+        source_to_ancestor = product(source_steps) if source_steps else IDENTITY
         if not target_steps:
-            return time, up
-        down = invert(product(target_steps))
-        return time, chain(down, up) if source_steps else down
+            return time, source_to_ancestor
+        ancestor_to_target = invert(product(target_steps))
+        return time, chain(ancestor_to_target, source_to_ancestor) if source_steps else ancestor_to_target
 
     def _find_path(
-        self, target: Frame, source: Frame, time: int, find: Callable[[Frame, int], Entry | None]
+        self, target: Frame, source: Frame, time: int, find_entry: Callable[[Frame, int], Entry | None]
     ) -> tuple[int, list[Transform], list[Transform]]:
         """Go up from both frames to their common ancestor.
 
         Args:
-            find: returns the entry of a frame at a time.
+            find_entry: returns the entry of a frame at a time, or None.
 
         Returns:
-            The time, the transforms from source up to the ancestor, and those from target up to it.
+            The time, the transforms from source up to the ancestor, and those from target up to the ancestor.
+
+        Raises:
+            TransformException: see `pyros1.tf.errors`.
         """
         if target is source:
             return time or source.latest, [], []
@@ -205,7 +208,7 @@ class Tree:
         source_steps: list[Transform] = []
         current = source
         for _ in range(_MAX_DEPTH):
-            entry = find(current, time)
+            entry = find_entry(current, time)
             if entry is None:
                 break
             current, transform, _square = entry
@@ -218,7 +221,7 @@ class Tree:
         target_steps: list[Transform] = []
         frame = target
         while frame is not current:
-            entry = find(frame, time)
+            entry = find_entry(frame, time)
             if entry is None:
                 if frame.static is not None:
                     raise ExtrapolationException(frame.why_not(time) + _lookup_suffix(source, target))
@@ -238,63 +241,63 @@ class Tree:
             return source.latest
         times: dict[Frame, int] = {}  # ancestor of source -> newest time at which it can be reached
         frame = source
-        common = 0
+        common_time = 0
         while entries := frame.entries:
             latest = frame.stamps[-1]
-            if latest and (not common or latest < common):
-                common = latest
+            if latest and (not common_time or latest < common_time):
+                common_time = latest
             frame = entries[-1][0]
             if frame is target:
-                return common
+                return common_time
             if frame in times:
                 raise self._loop_error()
-            times[frame] = common
+            times[frame] = common_time
         frame = target
-        common = 0
-        seen = 0
+        common_time = 0
+        num_steps = 0
         while entries := frame.entries:
             latest = frame.stamps[-1]
-            if latest and (not common or latest < common):
-                common = latest
+            if latest and (not common_time or latest < common_time):
+                common_time = latest
             frame = entries[-1][0]
             if frame in times:
                 other = times[frame]
-                return min(common, other) if common and other else common or other
+                return min(common_time, other) if common_time and other else common_time or other
             if frame is source:
-                return common
-            seen += 1
-            if seen > _MAX_DEPTH:
+                return common_time
+            num_steps += 1
+            if num_steps > _MAX_DEPTH:
                 raise self._loop_error()
         raise _unconnected_error(source, target)
 
     def _path_names(self, target: Frame, source: Frame, time: int) -> list[str]:
-        time, _, _ = self._find_path(target, source, time, Frame.before)
-        source_steps = self._ancestors(source, time)
-        target_steps = self._ancestors(target, time)
-        while len(source_steps) > 1 and len(target_steps) > 1 and source_steps[-2] is target_steps[-2]:
-            source_steps.pop()
-            target_steps.pop()
-        if target in source_steps:
-            return [frame.name for frame in source_steps[: source_steps.index(target) + 1]]
-        if source in target_steps:
-            return [frame.name for frame in reversed(target_steps[: target_steps.index(source) + 1])]
-        return [frame.name for frame in [*source_steps, *reversed(target_steps[:-1])]]
+        time, _, _ = self._find_path(target, source, time, Frame.entry_before)
+        source_ancestors = self._ancestors(source, time)
+        target_ancestors = self._ancestors(target, time)
+        while len(source_ancestors) > 1 and len(target_ancestors) > 1 and source_ancestors[-2] is target_ancestors[-2]:
+            source_ancestors.pop()
+            target_ancestors.pop()
+        if target in source_ancestors:
+            return [frame.name for frame in source_ancestors[: source_ancestors.index(target) + 1]]
+        if source in target_ancestors:
+            return [frame.name for frame in reversed(target_ancestors[: target_ancestors.index(source) + 1])]
+        return [frame.name for frame in [*source_ancestors, *reversed(target_ancestors[:-1])]]
 
     @staticmethod
     def _ancestors(frame: Frame, time: int) -> list[Frame]:
         """Return the frame and its ancestors, up to the root."""
-        found = [frame]
-        while (entry := found[-1].before(time)) is not None and len(found) <= _MAX_DEPTH:
-            found.append(entry[0])
-        return found
+        frames = [frame]
+        while (entry := frames[-1].entry_before(time)) is not None and len(frames) <= _MAX_DEPTH:
+            frames.append(entry[0])
+        return frames
 
-    def can_transform(self, target: str, source: str, time: int) -> str | None:
+    def transform_problem(self, target: str, source: str, time: int) -> str | None:
         """Return None if `lookup` would succeed, or the reason why not."""
         if target == source:
             return None
         return self._frame_problem(target_frame=target, source_frame=source) or self._path_problem(target, source, time)
 
-    def can_transform_full(
+    def transform_problem_full(
         self, target: str, target_time: int, source: str, source_time: int, fixed: str
     ) -> str | None:
         """Return None if `lookup_full` would succeed, or the reason why not."""
@@ -305,7 +308,9 @@ class Tree:
         )
 
     def _frame_problem(self, **names_by_role: str) -> str:
-        """Return a message about frames that have an invalid name or do not exist, or an empty string if all exist."""
+        """Return a message about frames that have an invalid name or do not exist, or an empty string if there are
+        none.
+        """
         for role, name in names_by_role.items():
             problem = name_problem(f"canTransform argument {role}", name)
             if problem:
@@ -319,7 +324,7 @@ class Tree:
 
     def _path_problem(self, target: str, source: str, time: int) -> str | None:
         try:
-            self._find_path(self.frames[target], self.frames[source], time, Frame.before)
+            self._find_path(self.frames[target], self.frames[source], time, Frame.entry_before)
         except TransformException as error:
             return str(error)
         return None
@@ -331,10 +336,10 @@ class Tree:
 
 
 def name_problem(argument: str, name: str) -> str:
-    """Return the problem with a frame's name in a lookup, in tf2's words, or an empty string.
+    """Return the problem with a frame's name in a lookup, in tf2's words, or an empty string if it is valid.
 
     Raises:
-        TypeError: it is not a str.
+        TypeError: the name is not a str.
     """
     if not isinstance(name, str):
         raise TypeError(f"{argument} must be the name of a frame, not {name!r:.80}")
@@ -358,32 +363,32 @@ def _unconnected_error(source: Frame, target: Frame) -> ConnectivityException:
 
 def _find_problems(parent: str, child: str, transform: Transform, authority: str) -> list[str]:
     """Return the reasons why a transform cannot be used, if any."""
-    found = []
+    problems = []
     if child == parent:
-        found.append(
+        problems.append(
             f'TF_SELF_TRANSFORM: Ignoring transform from authority "{authority}" with frame_id and child_frame_id  '
             f'"{child}" because they are the same'
         )
     if not child:
-        found.append(
+        problems.append(
             f'TF_NO_CHILD_FRAME_ID: Ignoring transform from authority "{authority}" because child_frame_id not set '
         )
     if not parent:
-        found.append(
+        problems.append(
             f'TF_NO_FRAME_ID: Ignoring transform with child_frame_id "{child}"  from authority "{authority}" because '
             f"frame_id not set"
         )
     numbers = [f"{part:.6f}" for part in transform]
     rotation = " ".join(numbers[3:])
     if any(map(isnan, transform)):
-        found.append(
+        problems.append(
             f'TF_NAN_INPUT: Ignoring transform for child_frame_id "{child}" from authority "{authority}" because of a '
             f"nan value in the transform ({' '.join(numbers[:3])}) ({rotation})"
         )
     x, y, z, w = transform[3:]
     if not abs(w * w + x * x + y * y + z * z - 1.0) < _TOLERANCE:
-        found.append(
+        problems.append(
             f'TF_DENORMALIZED_QUATERNION: Ignoring transform for child_frame_id "{child}" from authority "{authority}" '
             f"because of an invalid quaternion in the transform ({rotation})"
         )
-    return found
+    return problems

@@ -15,7 +15,7 @@ from pyros1.urdf.description import parameter_getter, robot_description
 from pyros1.urdf.joints import SLIDERS, JointStates, options
 from pyros1.urdf.reading import read
 
-_QUEUE = 100
+_QUEUE_SIZE = 100
 
 
 class JointStatePublisher:
@@ -30,13 +30,13 @@ class JointStatePublisher:
         self._node = node
         self._states = states
         self._lock = threading.Lock()
-        self._publisher = node.advertise("joint_states", JointState, queue_size=_QUEUE)
+        self._publisher = node.advertise("joint_states", JointState, queue_size=_QUEUE_SIZE)
         own_topic = node.resolve("joint_states")
         for source in (*states.options.source_list, f"~{SLIDERS}"):
             if node.resolve(source) == own_topic:
                 node.log.error("source_list contains %s, to which this node publishes: it is ignored", own_topic)
                 continue
-            node.subscribe(source, JointState, self._receive, queue_size=_QUEUE)
+            node.subscribe(source, JointState, self._receive, queue_size=_QUEUE_SIZE)
 
     def _receive(self, message: Any) -> None:
         with self._lock:

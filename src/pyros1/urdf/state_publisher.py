@@ -24,7 +24,7 @@ from pyros1.urdf.kinematics import Kinematics
 from pyros1.urdf.reading import read
 from pyros1.urdf.tf_encoder import TransformBatch
 
-_QUEUE = 100
+_QUEUE_SIZE = 100
 _LEAD_TIME = 500_000_000
 """Nanoseconds by which poses of fixed links on /tf are dated ahead, so that they are valid until the next ones."""
 _MAX_AGE = 30.0
@@ -87,8 +87,8 @@ class RobotStatePublisher:
         self._joint_sets: dict[tuple[str, ...], _JointSet] = {}
         self._lock = threading.Lock()
         tf_type = topic_type(TFMessage)
-        self._tf_publisher = node.advertise("/tf", AnyMsg, queue_size=_QUEUE, raw_type=tf_type)
-        static = node.advertise("/tf_static", AnyMsg, queue_size=_QUEUE, latch=True, raw_type=tf_type)
+        self._tf_publisher = node.advertise("/tf", AnyMsg, queue_size=_QUEUE_SIZE, raw_type=tf_type)
+        static = node.advertise("/tf_static", AnyMsg, queue_size=_QUEUE_SIZE, latch=True, raw_type=tf_type)
         if kinematics.fixed:
             poses = [place for _, place in kinematics.fixed]
             self._fixed = self._make_batch(
@@ -101,7 +101,7 @@ class RobotStatePublisher:
                 node.timer(
                     self._interval / 1e9, lambda event: self._tf_publisher.publish(self._fixed_message(_LEAD_TIME))
                 )
-        node.subscribe("joint_states", JointState, self._receive, queue_size=_QUEUE)
+        node.subscribe("joint_states", JointState, self._receive, queue_size=_QUEUE_SIZE)
 
     def _fixed_message(self, ahead: int) -> AnyMsg:
         return AnyMsg(self._fixed.encode(*divmod(self._node.now().to_nsec() + ahead, 10**9), self._zero_positions))

@@ -14,14 +14,14 @@ from pyros1.tf.transformations.quaternions import (
     quaternion_multiply,
     quaternion_slerp,
 )
-from pyros1.tf.transformations.vectors import Array, numbers, unit_vector, vector_norm
+from pyros1.tf.transformations.vectors import Array, float_array, unit_vector, vector_norm
 
 
 class Arcball:
     """A sphere that is rotated by dragging points on it (Shoemake's arcball).
 
     Args:
-        initial: initial rotation, a quaternion (4,) or a matrix (4, 4); None for none.
+        initial: initial rotation, a quaternion (4,) or a matrix (4, 4); None for no rotation.
 
     Raises:
         ValueError: ``initial`` has a different shape.
@@ -38,19 +38,22 @@ class Arcball:
 
     def place(self, center: ArrayLike, radius: float) -> None:
         """Set the sphere's position on the screen: its center (2,) and its radius, in pixels."""
-        self._center = numbers(center, 2).copy()
+        self._center = float_array(center, 2).copy()
         self._radius = float(radius)
 
     def setaxes(self, *axes: ArrayLike) -> None:
-        """Set the axes (3,) about which it can rotate while it is constrained; without arguments, any."""
+        """Set the axes (3,) about which the sphere can rotate while it is constrained; without arguments, it can rotate
+        about any axis.
+        """
         self._axes = [unit_vector(axis) for axis in axes] if axes else None
 
     def setconstrain(self, constrain: bool) -> None:
-        """Set whether it only rotates about one of its axes, the one nearest to the dragged point."""
+        """Set whether a drag rotates the sphere only about one of its axes: the one nearest to the drag's first point.
+        """
         self._constrain = constrain is True
 
     def getconstrain(self) -> bool:
-        """Return whether it only rotates about one of its axes."""
+        """Return whether a drag rotates the sphere only about one of its axes."""
         return self._constrain
 
     def down(self, point: ArrayLike) -> None:
@@ -84,15 +87,15 @@ class Arcball:
 
 
 def arcball_map_to_sphere(point: ArrayLike, center: ArrayLike, radius: float) -> Array:
-    """Return the point (3,) of the unit sphere that is visible at a point on the screen (2,).
+    """Return the point (3,) on the unit sphere that appears at a screen position (2,).
 
-    For points outside of the sphere, return the nearest point on its edge.
+    For positions outside the sphere, return the nearest point on its edge.
 
     Args:
-        center: center of the sphere on the screen (2,), where y goes down.
-        radius: its radius.
+        center: center of the sphere on the screen (2,), where y points down.
+        radius: radius of the sphere on the screen.
     """
-    (px, py), (cx, cy) = numbers(point, 2).tolist(), numbers(center, 2).tolist()
+    (px, py), (cx, cy) = float_array(point, 2).tolist(), float_array(center, 2).tolist()
     x, y = (px - cx) / radius, (cy - py) / radius
     square = x * x + y * y
     if square > 1.0:
@@ -102,10 +105,10 @@ def arcball_map_to_sphere(point: ArrayLike, center: ArrayLike, radius: float) ->
 
 
 def arcball_constrain_to_axis(point: ArrayLike, axis: ArrayLike) -> Array:
-    """Return the point (3,) of the unit sphere's front half nearest to a point, in the plane perpendicular to an axis
-    (3,).
+    """Return the point (3,) nearest to ``point`` (3,) on the front half of the unit sphere, in the plane perpendicular
+    to ``axis`` (3,).
     """
-    p, a = numbers(point, 3), numbers(axis, 3)
+    p, a = float_array(point, 3), float_array(axis, 3)
     projected = p - a * (a @ p)
     length = vector_norm(projected)
     if length > EPS:
@@ -116,8 +119,10 @@ def arcball_constrain_to_axis(point: ArrayLike, axis: ArrayLike) -> Array:
 
 
 def arcball_nearest_axis(point: ArrayLike, axes: list[Array]) -> Array:
-    """Return the axis (3,) whose plane is nearest to a point (3,); the first one of several equally near."""
-    p = numbers(point, 3)
+    """Return the axis (3,) whose perpendicular plane is nearest to a point (3,); the first one if several are equally
+    near.
+    """
+    p = float_array(point, 3)
     return max(axes, key=lambda axis: float(arcball_constrain_to_axis(p, axis) @ p))
 
 

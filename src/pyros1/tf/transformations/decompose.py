@@ -22,12 +22,12 @@ def translation_from_matrix(matrix: ArrayLike) -> Array:
 
 
 def rotation_from_matrix(matrix: ArrayLike) -> tuple[float, Array, Array]:
-    """Return angle, direction (3,) and a point (x, y, z, 1) of the axis about which a matrix (4, 4) rotates.
+    """Return the angle by which a matrix (4, 4) rotates, and the direction (3,) and a point (x, y, z, 1) of the axis.
 
     The point is the one on the axis that is nearest to the origin, even if the matrix also translates along the axis.
 
     Raises:
-        ValueError: the matrix is of another kind.
+        ValueError: the matrix is not a rotation.
     """
     m = np.asarray(matrix, np.float64)
     point, rotation = _fixed_point(m), m[:3, :3]
@@ -41,12 +41,12 @@ def rotation_from_matrix(matrix: ArrayLike) -> tuple[float, Array, Array]:
 
 
 def reflection_from_matrix(matrix: ArrayLike) -> tuple[Array, Array]:
-    """Return a point (x, y, z, 1) and the normal (3,) of the plane at which a matrix (4, 4) reflects.
+    """Return a point (x, y, z, 1) and the normal (3,) of the plane in which a matrix (4, 4) reflects.
 
     The point is the one on the plane that is nearest to the origin.
 
     Raises:
-        ValueError: the matrix is of another kind.
+        ValueError: the matrix is not a reflection.
     """
     m = np.asarray(matrix, np.float64)
     normal = _eigenvector(m[:3, :3], -1.0)
@@ -54,11 +54,11 @@ def reflection_from_matrix(matrix: ArrayLike) -> tuple[Array, Array]:
 
 
 def scale_from_matrix(matrix: ArrayLike) -> tuple[float, Array, Array | None]:
-    """Return factor, origin (x, y, z, 1) and direction (3,) of a matrix (4, 4) that scales; a direction of None means
-    all.
+    """Return the factor, origin (x, y, z, 1) and direction (3,) of a matrix (4, 4) that scales; the direction is None
+    if it scales in all directions.
 
     Raises:
-        ValueError: the matrix is of another kind.
+        ValueError: the last row of the matrix is not 0, 0, 0, 1, or the matrix contains infinite numbers or nan.
     """
     m = np.asarray(matrix, np.float64)
     origin, trace = _fixed_point(m), float(m[:3, :3].trace())
@@ -69,12 +69,13 @@ def scale_from_matrix(matrix: ArrayLike) -> tuple[float, Array, Array | None]:
 
 
 def shear_from_matrix(matrix: ArrayLike) -> tuple[float, Array, Array, Array]:
-    """Return angle, direction (3,), a point (x, y, z, 1) and the plane's normal (3,) of a matrix (4, 4) that shears.
+    """Return the angle and direction (3,) in which a matrix (4, 4) shears, and a point (x, y, z, 1) and the normal (3,)
+    of the plane.
 
     The point is the one on the plane that is nearest to the origin.
 
     Raises:
-        ValueError: the matrix is of another kind, or the identity.
+        ValueError: the matrix is not a shear.
     """
     m = np.asarray(matrix, np.float64)
     point = _fixed_point(m)
@@ -92,14 +93,14 @@ def projection_from_matrix(
 
     Args:
         matrix: a projection matrix (4, 4).
-        pseudo: whether it keeps the depth, which cannot be inferred from its elements.
+        pseudo: whether the projection keeps the depth, which cannot be inferred from the matrix.
 
     Returns:
         The plane's point nearest to the origin (x, y, z, 1), its normal (3,), direction (3,) and perspective (3,) (one
         of these two is None), and pseudo.
 
     Raises:
-        ValueError: it is not a projection.
+        ValueError: the matrix is not a projection.
     """
     m = np.asarray(matrix, np.float64)
     size = np.linalg.norm(m[3, :3])
@@ -137,17 +138,17 @@ def decompose_matrix(matrix: ArrayLike) -> tuple[Array, list[float], list[float]
     return scale, shear, list(euler_from_matrix(rotation)), m[:3, 3].copy(), m[3] @ np.linalg.inv(affine)
 
 
-def _eigenvector(matrix: Array, value: float) -> Array:
+def _eigenvector(matrix: Array, eigenvalue: float) -> Array:
     """Return the unit eigenvector (3,) of a matrix (3, 3) for an eigenvalue; the last one if there are several.
 
     Raises:
-        ValueError: there is no such vector.
+        ValueError: the matrix does not have the eigenvalue.
     """
-    values, vectors = np.linalg.eig(matrix)
-    differences = abs(values - value)[::-1]
+    eigenvalues, vectors = np.linalg.eig(matrix)
+    differences = abs(eigenvalues - eigenvalue)[::-1]
     nearest = differences.argmin()
     if not differences[nearest] < _TOLERANCE:
-        raise ValueError(f"the matrix has no eigenvalue {value:g}, so it is of another kind")
+        raise ValueError(f"the matrix has no eigenvalue {eigenvalue:g}, so it is of another kind")
     return unit_vector(vectors[:, 2 - nearest].real)
 
 
@@ -161,6 +162,6 @@ def _fixed_point(matrix: Array) -> Array:
         raise ValueError("the matrix contains infinite numbers or nan")
     if not abs(matrix[3] - (0.0, 0.0, 0.0, 1.0)).max() < _TOLERANCE:
         raise ValueError("the last row of the matrix must be 0, 0, 0, 1")
-    moving = np.identity(3) - matrix[:3, :3]
-    moving[abs(moving) < _MIN_ANGLE] = 0.0
-    return np.append(np.linalg.lstsq(moving, matrix[:3, 3], _TOLERANCE)[0], 1.0)
+    displacement = np.identity(3) - matrix[:3, :3]
+    displacement[abs(displacement) < _MIN_ANGLE] = 0.0
+    return np.append(np.linalg.lstsq(displacement, matrix[:3, 3], _TOLERANCE)[0], 1.0)

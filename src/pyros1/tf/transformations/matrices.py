@@ -11,9 +11,10 @@ from numpy.typing import ArrayLike
 from pyros1.tf.rotation import EPS
 from pyros1.tf.transformations.angles import euler_matrix
 from pyros1.tf.transformations.quaternions import quaternion_about_axis, quaternion_matrix, random_quaternion
-from pyros1.tf.transformations.vectors import Array, numbers, unit_vector
+from pyros1.tf.transformations.vectors import Array, float_array, unit_vector
 
-_PERPENDICULAR = 1e-6
+_MAX_COSINE = 1e-6
+"""Maximum cosine of the angle between directions that count as perpendicular."""
 
 
 def identity_matrix() -> Array:
@@ -24,7 +25,7 @@ def identity_matrix() -> Array:
 def translation_matrix(direction: ArrayLike) -> Array:
     """Return the matrix (4, 4) that translates by a vector (3,)."""
     matrix = np.identity(4)
-    matrix[:3, 3] = numbers(direction, 3)
+    matrix[:3, 3] = float_array(direction, 3)
     return matrix
 
 
@@ -64,7 +65,7 @@ def shear_matrix(angle: float, direction: ArrayLike, point: ArrayLike, normal: A
         ValueError: the direction and the normal are not perpendicular.
     """
     d, n = _unit(direction), _unit(normal)
-    if abs(d @ n) > _PERPENDICULAR:
+    if abs(d @ n) > _MAX_COSINE:
         raise ValueError("the direction must lie in the plane: perpendicular to its normal")
     return _about_point(np.identity(3) + tan(angle) * np.outer(d, n), point)
 
@@ -81,16 +82,16 @@ def projection_matrix(
     Args:
         point: a point in the plane (3,).
         normal: the plane's normal (3,).
-        direction: direction of projection (3,); if neither this nor ``perspective`` is given, along the normal.
+        direction: direction of projection (3,), unless ``perspective`` is given; None for the normal's direction.
         perspective: the point (3,) through which all rays pass.
         pseudo: whether to keep the depth behind the plane, so that only a projection along the normal remains to be
             done.
     """
     n = _unit(normal)
     if perspective is None:
-        d = n if direction is None else numbers(direction, 3)
+        d = n if direction is None else float_array(direction, 3)
         return _about_point(np.identity(3) - np.outer(d, n) / (d @ n), point)
-    p, height = numbers(perspective, 3), numbers(point, 3) @ n
+    p, height = float_array(perspective, 3), float_array(point, 3) @ n
     # For a point x: (distance x - p n.x + height p) / (p.n - x.n); pseudo adds the part outside the plane, along n.
     q = p + n if pseudo else p
     matrix = np.empty((4, 4))
@@ -106,25 +107,25 @@ def clip_matrix(
     """Return the matrix (4, 4) that maps a box, or a frustum seen from the origin, to the cube from -1 to 1.
 
     Raises:
-        ValueError: the box has no volume, or the frustum begins behind the viewer.
+        ValueError: the box has no volume, or the frustum does not begin in front of the viewer.
     """
     if left >= right or bottom >= top or near >= far:
         raise ValueError("the bounds must be: left < right, bottom < top, near < far")
     if perspective and near <= EPS:
         raise ValueError("a frustum begins in front of the eye: near must be positive")
     low, high = np.array((left, bottom, near)), np.array((right, top, far))
-    size, middle = high - low, (low + high) / (high - low)
+    size, offset = high - low, (low + high) / (high - low)
     matrix = np.diag((*2.0 / size, 1.0))
-    matrix[:3, 3] = -middle
+    matrix[:3, 3] = -offset
     if perspective:
         matrix = np.diag((*-2.0 * near / size, 0.0))
-        matrix[:3, 2] = middle * (1.0, 1.0, -1.0)
-        matrix[2:, 2:] = (-middle[2], 2.0 * near * far / size[2]), (-1.0, 0.0)
+        matrix[:3, 2] = offset * (1.0, 1.0, -1.0)
+        matrix[2:, 2:] = (-offset[2], 2.0 * near * far / size[2]), (-1.0, 0.0)
     return matrix
 
 
 def orthogonalization_matrix(lengths: ArrayLike, angles: ArrayLike) -> Array:
-    """Return the matrix (4, 4) from a crystal cell's coordinates to perpendicular ones.
+    """Return the matrix (4, 4) that converts a crystal cell's coordinates to perpendicular ones.
 
     Args:
         lengths: lengths of the cell's edges a, b, c (3,).
@@ -133,7 +134,7 @@ def orthogonalization_matrix(lengths: ArrayLike, angles: ArrayLike) -> Array:
     Raises:
         ValueError: no cell has such angles.
     """
-    a, b, c = numbers(lengths)
+    a, b, c = float_array(lengths)
     alpha, beta, _ = radians = np.radians(angles)
     cos_alpha, cos_beta, cos_gamma = np.cos(radians)
     # c along z, b in the plane of y and z; the components of a follow from its angles to them
@@ -165,17 +166,17 @@ def compose_matrix(
     """
     matrix = np.identity(4)
     if perspective is not None:
-        matrix[3] = numbers(perspective, 4)
+        matrix[3] = float_array(perspective, 4)
     if translate is not None:
         matrix = matrix @ translation_matrix(translate)
     if angles is not None:
-        matrix = matrix @ euler_matrix(*numbers(angles, 3).tolist())
+        matrix = matrix @ euler_matrix(*float_array(angles, 3).tolist())
     if shear is not None:
         shear_part = np.identity(4)
-        shear_part[[0, 0, 1], [1, 2, 2]] = numbers(shear, 3)
+        shear_part[[0, 0, 1], [1, 2, 2]] = float_array(shear, 3)
         matrix = matrix @ shear_part
     if scale is not None:
-        x, y, z = numbers(scale, 3)
+        x, y, z = float_array(scale, 3)
         matrix = matrix * (x, y, z, 1.0)
     return np.asarray(matrix / matrix[3, 3])
 
@@ -185,14 +186,14 @@ def superimposition_matrix(v0: ArrayLike, v1: ArrayLike, scaling: bool = False, 
 
     Args:
         v0: x, y and z of the points, as three rows (3, n) with n of at least 3; further rows are ignored.
-        v1: the other points (3, n).
+        v1: the points (3, n) to which those of ``v0`` are mapped.
         scaling: whether to scale by a common factor as well.
         usesvd: ignored; both of stock's methods give the same result.
 
     Raises:
-        ValueError: the rows have different lengths, or there are too few.
+        ValueError: ``v0`` and ``v1`` have different shapes, or have fewer than three rows or points.
     """
-    start, end = numbers(v0, 3), numbers(v1, 3)
+    start, end = float_array(v0, 3), float_array(v1, 3)
     if start.shape != end.shape or min(start.shape) < 3:
         raise ValueError("the points must be three rows each, of equal lengths of at least 3")
     center0, center1 = start.mean(1), end.mean(1)
@@ -223,12 +224,12 @@ def inverse_matrix(matrix: ArrayLike) -> Array:
 
 def is_same_transform(matrix0: ArrayLike, matrix1: ArrayLike) -> bool:
     """Return whether two matrices (4, 4) are equal up to a common factor."""
-    one, other = np.asarray(matrix0, np.float64), np.asarray(matrix1, np.float64)
-    return np.allclose(one / one[3, 3], other / other[3, 3])
+    m0, m1 = np.asarray(matrix0, np.float64), np.asarray(matrix1, np.float64)
+    return np.allclose(m0 / m0[3, 3], m1 / m1[3, 3])
 
 
 def _unit(direction: ArrayLike) -> Array:
-    return unit_vector(numbers(direction, 3))
+    return unit_vector(float_array(direction, 3))
 
 
 def _about_point(linear: Array, point: ArrayLike | None) -> Array:
@@ -236,6 +237,6 @@ def _about_point(linear: Array, point: ArrayLike | None) -> Array:
     matrix = np.identity(4)
     matrix[:3, :3] = linear
     if point is not None:
-        p = numbers(point, 3)
+        p = float_array(point, 3)
         matrix[:3, 3] = p - linear @ p
     return matrix

@@ -8,13 +8,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from pyros1.tf.rotation import EPS
-from pyros1.tf.transformations.vectors import Array, numbers, unit_vector
+from pyros1.tf.transformations.vectors import Array, float_array, unit_vector
 
 
 def quaternion_multiply(quaternion1: ArrayLike, quaternion0: ArrayLike) -> Array:
-    """Return the product (4,) of ``quaternion1`` and ``quaternion0``, both (4,); ``quaternion0`` is applied first."""
-    x1, y1, z1, w1 = numbers(quaternion1).tolist()  # single numbers are faster as floats
-    x0, y0, z0, w0 = numbers(quaternion0).tolist()
+    """Return ``quaternion1`` (4,) times ``quaternion0`` (4,), the rotation (4,) that applies ``quaternion0`` first."""
+    x1, y1, z1, w1 = float_array(quaternion1).tolist()  # single numbers are faster as floats
+    x0, y0, z0, w0 = float_array(quaternion0).tolist()
     return np.array(
         (
             w1 * x0 + x1 * w0 + y1 * z0 - z1 * y0,
@@ -26,19 +26,19 @@ def quaternion_multiply(quaternion1: ArrayLike, quaternion0: ArrayLike) -> Array
 
 
 def quaternion_conjugate(quaternion: ArrayLike) -> Array:
-    """Return the conjugate (4,) of a quaternion (4,), which is the inverse if it has unit length."""
-    return numbers(quaternion, 4) * (-1.0, -1.0, -1.0, 1.0)
+    """Return the conjugate (4,) of a quaternion (4,); if the quaternion has unit length, that is its inverse."""
+    return float_array(quaternion, 4) * (-1.0, -1.0, -1.0, 1.0)
 
 
 def quaternion_inverse(quaternion: ArrayLike) -> Array:
     """Return the inverse (4,) of a quaternion (4,): their product is [0, 0, 0, 1]."""
-    q = numbers(quaternion, 4)
+    q = float_array(quaternion, 4)
     return quaternion_conjugate(q) / (q @ q)
 
 
 def quaternion_about_axis(angle: float, axis: ArrayLike) -> Array:
     """Return the quaternion (4,) of a rotation by an angle in radians about an axis (3,) of any length."""
-    x, y, z = numbers(axis, 3).tolist()
+    x, y, z = float_array(axis, 3).tolist()
     length = sqrt(x * x + y * y + z * z)
     scale = 1.0 if length <= EPS else sin(angle / 2.0) / length
     return np.array((x * scale, y * scale, z * scale, cos(angle / 2.0)))
@@ -56,7 +56,7 @@ def quaternion_slerp(
         spin: additional half turns.
         shortestpath: whether to take the nearer of ``quat1`` and its negative, which is the same rotation.
     """
-    start, end = unit_vector(numbers(quat0, 4)), unit_vector(numbers(quat1, 4))
+    start, end = unit_vector(float_array(quat0, 4)), unit_vector(float_array(quat1, 4))
     if fraction in (0.0, 1.0):
         return end if fraction else start
     cosine = float(start @ end)
@@ -75,16 +75,16 @@ def random_quaternion(rand: ArrayLike | None = None) -> Array:
     """Return a random unit quaternion (4,); all rotations are equally likely.
 
     Args:
-        rand: three numbers from 0 to 1 (3,) that determine the result; None for random ones.
+        rand: three numbers from 0 to 1 (3,) that determine the result; None for random numbers.
     """
-    a, b, c = np.random.rand(3) if rand is None else numbers(rand)
-    near, far, b, c = np.sqrt(1.0 - a), np.sqrt(a), 2.0 * pi * b, 2.0 * pi * c
-    return np.array((sin(b) * near, cos(b) * near, sin(c) * far, cos(c) * far))
+    a, b, c = np.random.rand(3) if rand is None else float_array(rand)
+    radius1, radius2, b, c = np.sqrt(1.0 - a), np.sqrt(a), 2.0 * pi * b, 2.0 * pi * c
+    return np.array((sin(b) * radius1, cos(b) * radius1, sin(c) * radius2, cos(c) * radius2))
 
 
 def quaternion_matrix(quaternion: ArrayLike) -> Array:
     """Return the rotation matrix (4, 4) of a quaternion (4,) of any length; the identity for length 0."""
-    x, y, z, w = numbers(quaternion, 4).tolist()
+    x, y, z, w = float_array(quaternion, 4).tolist()
     square = x * x + y * y + z * z + w * w
     if square < EPS:
         return np.identity(4)
@@ -102,11 +102,11 @@ def quaternion_matrix(quaternion: ArrayLike) -> Array:
 def quaternion_from_matrix(matrix: ArrayLike) -> Array:
     """Return the unit quaternion (4,) of the rotation in a matrix (4, 4).
 
-    Its w is positive or, for rotations by more than 120 degrees, the largest other component is.
+    The quaternion's w is positive or, for rotations by more than 120 degrees, its largest other component is positive.
     """
     m = np.asarray(matrix, np.float64).tolist()  # see quaternion_multiply
     factor, trace = m[3][3], m[0][0] + m[1][1] + m[2][2]
-    # Four times the products of one component with all components: a multiple of the quaternion.
+    # Four times the products of one component with each component: a multiple of the quaternion.
     if trace > 0.0:
         square = factor + trace
         products = [m[2][1] - m[1][2], m[0][2] - m[2][0], m[1][0] - m[0][1], square]

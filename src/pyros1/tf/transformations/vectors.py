@@ -10,8 +10,8 @@ from numpy.typing import ArrayLike, NDArray
 Array = NDArray[np.float64]
 
 
-def numbers(values: ArrayLike, max_values: int | None = None) -> Array:
-    """Return at most ``max_values`` values as an array of floats, shape (n,), which may be a view."""
+def float_array(values: ArrayLike, max_values: int | None = None) -> Array:
+    """Return ``values``, or the first ``max_values`` of them, as an array of floats; it may share their memory."""
     return np.asarray(values, np.float64)[:max_values]
 
 
@@ -24,8 +24,8 @@ def vector_norm(data: ArrayLike, axis: int | None = None, out: NDArray[Any] | No
         out: the array for the result; None for a new one.
 
     Returns:
-        A float for data of shape (n,); otherwise an array of data's shape without the axis, or of shape (1,) without
-        ``axis``; None with ``out``.
+        A float for data of shape (n,); otherwise an array of data's shape without the axis, or of shape (1,) if
+        ``axis`` is None; None if ``out`` is given.
     """
     data = np.asarray(data, np.float64)
     if out is not None:
@@ -49,7 +49,7 @@ def unit_vector(data: ArrayLike, axis: int | None = None, out: NDArray[Any] | No
         out: the array for the result, of data's shape; None for a new one.
 
     Returns:
-        An array of data's shape; None with ``out``.
+        An array of data's shape; None if ``out`` is given.
     """
     data = np.asarray(data, np.float64)
     length = np.sqrt(data @ data) if data.ndim == 1 else np.sqrt(np.sum(data * data, axis, keepdims=True))

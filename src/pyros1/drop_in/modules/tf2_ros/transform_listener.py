@@ -9,7 +9,7 @@ import rospy
 from tf2_py import BufferCore
 
 from pyros1.msgs.tf2_msgs.msg import TFMessage
-from pyros1.tf.fast_decoder import received_class
+from pyros1.tf.fast_decoder import make_subscription_class
 from pyros1.tf.listener import add_to_buffer
 
 
@@ -48,7 +48,7 @@ class TransformListener:
             TransformListener.callback,
             TransformListener.static_callback,
         )
-        transforms = received_class(TFMessage) if own else TFMessage
+        transforms = make_subscription_class(TFMessage) if own else TFMessage
         self.tf_sub = rospy.Subscriber("/tf", transforms, self.callback, **options)
         self.tf_static_sub = rospy.Subscriber("/tf_static", transforms, self.static_callback, **options)
 
