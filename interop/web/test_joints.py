@@ -22,7 +22,7 @@ from pyros1.node import Node
 from pyros1.tf import Buffer, TransformListener
 from pyros1.urdf import joint_publisher
 from pyros1.urdf.kinematics import Kinematics
-from pyros1.urdf.reading import read
+from pyros1.urdf.reading import read_robot
 from pyros1.urdf.state_publisher import RobotStatePublisher, Settings
 
 PACKAGES = Path(pyros1.__file__).parent / "packages"
@@ -39,7 +39,7 @@ def robot(make_node: Make) -> Iterator[Buffer]:
     """The example with its nodes; its frames as another node hears them."""
     node: Node = make_node("joint_state_publisher")
     node.params["/robot_description"] = ROBOT
-    RobotStatePublisher(make_node("robot_state_publisher"), Kinematics(read(ROBOT)), Settings())
+    RobotStatePublisher(make_node("robot_state_publisher"), Kinematics(read_robot(ROBOT)), Settings())
     running = threading.Thread(target=joint_publisher.make_publisher(node).run)
     running.start()
     buffer = Buffer()

@@ -29,7 +29,7 @@ from pyros1.msgs.sensor_msgs.msg import JointState, LaserScan
 from pyros1.msgs.std_msgs.msg import Float64
 from pyros1.tf import StaticTransformBroadcaster
 from pyros1.urdf.kinematics import Kinematics
-from pyros1.urdf.reading import read
+from pyros1.urdf.reading import read_robot
 from pyros1.urdf.state_publisher import RobotStatePublisher, Settings
 from pyros1.web.links import panel_link
 
@@ -157,7 +157,7 @@ def test_a_robot_in_space(
     browser: Browser, web: Web, take: Callable[[str], None], make_node: Callable[..., Any]
 ) -> None:
     node = make_node("robot")
-    model = read(ROBOT.read_text())
+    model = read_robot(ROBOT.read_text())
     node.params["/robot_description"] = ROBOT.read_text()
     RobotStatePublisher(make_node("robot_state_publisher"), Kinematics(model), Settings())
     pose = {"lift_joint": 0.1, "arm_joint": 0.5, "wrist_joint": -0.6, "left_finger_joint": 0.01}

@@ -27,7 +27,7 @@ from pyros1.msgs.text import format_message
 from pyros1.observe.expression import Expression
 from pyros1.reconfigure.values import choices
 from pyros1.urdf.model import UrdfError
-from pyros1.urdf.reading import read as read_urdf
+from pyros1.urdf.reading import read_robot
 from pyros1.values import YamlError, dump_yaml, load_all_yaml
 from pyros1.values.angles import evaluate_angle
 
@@ -199,7 +199,7 @@ def yaml(data: bytes) -> None:
 
 def urdf(data: bytes) -> None:
     """Read a robot."""
-    read_urdf(_text(data))
+    read_robot(_text(data))
 
 
 def manifest(data: bytes) -> None:

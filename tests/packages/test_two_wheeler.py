@@ -15,7 +15,7 @@ from pyros1.finding.packages import OWN_PACKAGES
 from pyros1.msgs.tf2_msgs.msg import TFMessage
 from pyros1.urdf.joints import JointStates, Options
 from pyros1.urdf.kinematics import Kinematics
-from pyros1.urdf.reading import read
+from pyros1.urdf.reading import read_robot
 
 PATIENCE = 20.0
 ROBOT = Path(OWN_PACKAGES) / "two_wheeler" / "urdf" / "two_wheeler.urdf"
@@ -23,7 +23,7 @@ SOURCE = Path(pyros1.__file__).parents[1]
 
 
 def test_the_description_is_one_of_a_robot() -> None:
-    robot = read(ROBOT.read_text("utf-8"))
+    robot = read_robot(ROBOT.read_text("utf-8"))
     states = JointStates(robot, Options())
     assert robot.warnings == () and states.warnings == []
     assert Kinematics(robot).root == "base_footprint"

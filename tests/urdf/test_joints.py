@@ -7,21 +7,21 @@ from typing import Any
 import pytest
 from robots import ALL, joint, pair
 
-from pyros1.urdf.joints import JointStates, Options, options
+from pyros1.urdf.joints import JointStates, Options, read_options
 from pyros1.urdf.model import UrdfError
-from pyros1.urdf.reading import read
+from pyros1.urdf.reading import read_robot
 
 NAMES = ["turn", "wheel", "lift", "twin", "another", "soft"]
 
 
 def states(text: str = ALL, **given: Any) -> JointStates:
-    return JointStates(read(text), options(given.get))
+    return JointStates(read_robot(text), read_options(given.get))
 
 
 def test_defaults_are_those_of_stock() -> None:
     found = states()
-    assert options(lambda name, default: default) == Options()
-    assert found.message() == (NAMES, [0.0, 0.0, 0.75, 0.25, 0.75, 0.6], [], [])
+    assert read_options(lambda name, default: default) == Options()
+    assert found.message_fields() == (NAMES, [0.0, 0.0, 0.75, 0.25, 0.75, 0.6], [], [])
     assert [(each.lower, each.upper) for each in found.free_joints.values()] == [
         *((-1.0, 2.0), (-3.141592653589793, 3.141592653589793), (0.5, 1.0), (0.2, 1.0)),
     ]
@@ -36,9 +36,9 @@ def test_all_parameters() -> None:
         use_mimic_tags=False,
         dependent_joints={"soft": {"parent": "wheel", "factor": -2, "offset": 0.1}},
     )
-    assert found.message()[1] == pytest.approx([7.0, 0.3, 0.75, 0.0, 0.0, -0.5])
+    assert found.message_fields()[1] == pytest.approx([7.0, 0.3, 0.75, 0.0, 0.0, -0.5])
     found.apply(["wheel", "nobody", "soft"], [1.0, 2.0, 9.0], [0.5, 1.0], [3.0, 4.0])
-    _, positions, velocities, efforts = found.message()
+    _, positions, velocities, efforts = found.message_fields()
     assert positions == pytest.approx([7.0, 1.0, 0.75, 0.0, 0.0, -1.9])
     assert velocities == [0.0, 0.5, 0.0, 0.0, 0.0, -1.0]
     assert efforts == [0.0, 3.0, 0.0, 0.0, 0.0, 3.0]
@@ -46,24 +46,24 @@ def test_all_parameters() -> None:
 
 def test_without_defaults_there_is_what_sources_say() -> None:
     found = states(publish_default_positions=False, use_mimic_tags=False)
-    assert found.message() == (NAMES, [], [], [])
+    assert found.message_fields() == (NAMES, [], [], [])
     found.apply(["wheel", "lift"], [], [1.0])
-    assert found.message() == (NAMES, [], [0.0, 1.0, 0.0, 0.0, 0.0, 0.0], [])
+    assert found.message_fields() == (NAMES, [], [0.0, 1.0, 0.0, 0.0, 0.0, 0.0], [])
     found.apply(["lift"], [9.0, 8.0])
-    assert found.message()[1] == [0.0, 0.0, 9.0, 0.0, 0.0, 0.0]
-    assert states(publish_default_positions=False).message()[1] == [0.0] * 6  # with followers
+    assert found.message_fields()[1] == [0.0, 0.0, 9.0, 0.0, 0.0, 0.0]
+    assert states(publish_default_positions=False).message_fields()[1] == [0.0] * 6  # with followers
 
 
 def test_numbers_that_are_none_are_passed_over() -> None:
     found = states()
     found.apply(["turn", "wheel"], [float("nan"), float("inf")])
-    assert found.message()[1][:2] == [0.0, 0.0]
+    assert found.message_fields()[1][:2] == [0.0, 0.0]
 
 
 def test_followers_of_followers_and_circles() -> None:
     found = states(dependent_joints={"turn": {"parent": "wheel", "factor": 2, "offset": 1}})
     found.apply(["wheel"], [1.0])
-    assert found.message()[1][:5] == [3.0, 1.0, 0.75, 6.25, 18.75]
+    assert found.message_fields()[1][:5] == [3.0, 1.0, 0.75, 6.25, 18.75]
     circle = states(dependent_joints={"turn": {"parent": "wheel"}, "wheel": {"parent": "turn"}})
     assert "turn" in circle.free_joints and circle.followers["wheel"].joint == "turn"
     assert circle.warnings == ["joint turn follows itself, so it is treated as free"]
@@ -98,5 +98,5 @@ def test_delta_goes_to_and_fro() -> None:
     seen = []
     for _ in range(8):
         found.step()
-        seen += found.message()[1]
+        seen += found.message_fields()[1]
     assert seen == pytest.approx([0.1, 0.1, 0.0, -0.1, -0.2, -0.2, -0.1, 0.0])

@@ -12,13 +12,13 @@ from robots import ALL, joint, pair
 from pyros1.tf.transformations import quaternion_about_axis, quaternion_from_euler, quaternion_multiply
 from pyros1.urdf.kinematics import Kinematics
 from pyros1.urdf.model import UrdfError
-from pyros1.urdf.reading import read
+from pyros1.urdf.reading import read_robot
 
 ANGLES = st.floats(-50.0, 50.0)
 
 
 def test_a_tree_with_all_types() -> None:
-    kinematics = Kinematics(read(ALL))
+    kinematics = Kinematics(read_robot(ALL))
     assert kinematics.root == "base"
     assert {each.name for each, _ in kinematics.fixed} == {"plate", "slide"}
     assert set(kinematics.moving) == {"turn", "wheel", "lift", "twin", "another", "soft"}
@@ -35,7 +35,7 @@ def test_a_tree_with_all_types() -> None:
 
 def test_a_position_that_is_given_wins_over_mimic() -> None:
     positions = {"turn": 1.0, "twin": 0.5}
-    Kinematics(read(ALL)).complete(positions)
+    Kinematics(read_robot(ALL)).add_followers(positions)
     assert positions == {"turn": 1.0, "twin": 0.5, "another": 1.5}
 
 
@@ -46,7 +46,7 @@ def test_rotations_are_those_of_matrices(
     if math.hypot(*axis) < 1e-3:
         return
     words = [" ".join(map(str, numbers)) for numbers in (rpy, axis)]
-    robot = read(pair(joint(f'<origin xyz="1 2 3" rpy="{words[0]}"/><axis xyz="{words[1]}"/>')))
+    robot = read_robot(pair(joint(f'<origin xyz="1 2 3" rpy="{words[0]}"/><axis xyz="{words[1]}"/>')))
     x, y, z, *rotation = Kinematics(robot).moving["j"].pose_at(angle)
     wanted = quaternion_multiply(quaternion_from_euler(*rpy), quaternion_about_axis(angle, axis))
     assert (x, y, z) == (1.0, 2.0, 3.0)
@@ -73,7 +73,7 @@ def test_rotations_are_those_of_matrices(
 )
 def test_links_that_are_no_tree(text: str, told: str) -> None:
     with pytest.raises(UrdfError, match=told):
-        Kinematics(read(text))
+        Kinematics(read_robot(text))
 
 
 def test_a_long_chain() -> None:
@@ -84,6 +84,6 @@ def test_a_long_chain() -> None:
         + (f'<mimic joint="j{index + 1}"/></joint>' if index + 1 < count else "</joint>")
         for index in range(count)
     )
-    kinematics = Kinematics(read(f"<robot>{links}{chain}</robot>"))
+    kinematics = Kinematics(read_robot(f"<robot>{links}{chain}</robot>"))
     assert kinematics.root == "l0"
     assert len(kinematics.transforms({f"j{count - 1}": 0.5})) == count

@@ -21,8 +21,8 @@ from pyros1.node import Node
 from pyros1.urdf import joint_publisher
 from pyros1.urdf.kinematics import Kinematics
 from pyros1.urdf.model import UrdfError
-from pyros1.urdf.reading import read
-from pyros1.urdf.state_publisher import RobotStatePublisher, Settings, frame_name, settings
+from pyros1.urdf.reading import read_robot
+from pyros1.urdf.state_publisher import RobotStatePublisher, Settings, frame_name, read_settings
 
 PATIENCE = 10.0
 Make = Callable[..., Node]
@@ -47,7 +47,7 @@ class Arm:
         self.user = make_node("user")
         self.fixed = Ear(self.user, "/tf_static", TFMessage)
         self.moving = Ear(self.user, "/tf", TFMessage)
-        RobotStatePublisher(self.node, Kinematics(read(text)), Settings(**given))
+        RobotStatePublisher(self.node, Kinematics(read_robot(text)), Settings(**given))
         self.publisher = self.user.advertise("joint_states", JointState)
         assert self.publisher.wait_for_subscribers(timeout=PATIENCE)
 
@@ -152,15 +152,15 @@ def test_time_that_jumps_back(make_node: Make) -> None:
 
 def test_parameters_of_the_node(make_node: Make) -> None:
     node = make_node("tool")
-    assert settings(node) == Settings()
+    assert read_settings(node) == Settings()
     node.params["~publish_frequency"] = 5
     node.params["~use_tf_static"] = False
     node.params["~ignore_timestamp"] = True
     node.params["/tf_prefix"] = "p"
-    assert settings(node) == Settings(5.0, True, False, "p")
+    assert read_settings(node) == Settings(5.0, True, False, "p")
     node.params["~publish_frequency"] = "often"
     with pytest.raises(UrdfError, match="publish_frequency must be a number"):
-        settings(node)
+        read_settings(node)
 
 
 def test_many_names_are_forgotten_again(make_node: Make) -> None:

@@ -6,13 +6,13 @@ import pytest
 from robots import ALL, joint, pair
 
 from pyros1.urdf.model import Limit, Mimic, UrdfError
-from pyros1.urdf.reading import MAX_LENGTH, read
+from pyros1.urdf.reading import MAX_LENGTH, read_robot
 
 pytestmark = pytest.mark.once
 
 
 def test_all_that_moves_links_is_read() -> None:
-    robot = read('<?xml version="1.0" encoding="utf-8"?>' + ALL.strip())
+    robot = read_robot('<?xml version="1.0" encoding="utf-8"?>' + ALL.strip())
     assert (robot.name, robot.links[:3], robot.warnings) == ("all", ("base", "a", "b"), ())
     assert [each.type for each in robot.joints.values()] == [
         *("revolute", "continuous", "prismatic", "fixed", "floating", "planar"),
@@ -61,11 +61,11 @@ def test_all_that_moves_links_is_read() -> None:
 )
 def test_faults_are_named(text: str, hint: str) -> None:
     with pytest.raises(UrdfError, match=hint):
-        read(text)
+        read_robot(text)
 
 
 def test_oddities_are_warnings() -> None:
-    still = read(pair(joint('<axis xyz="0 0 0"/><mimic joint="jj"/>')))
+    still = read_robot(pair(joint('<axis xyz="0 0 0"/><mimic joint="jj"/>')))
     assert still.joints["j"].axis == (0.0, 0.0, 0.0)
     assert [text.partition(",")[0] for text in still.warnings] == [
         "joint j has the axis 0 0 0: it does not move",
@@ -75,7 +75,7 @@ def test_oddities_are_warnings() -> None:
 
 def test_names_cannot_reach_a_terminal() -> None:
     with pytest.raises(UrdfError) as found:
-        read(pair(joint(type="&#x9b;31m")))
+        read_robot(pair(joint(type="&#x9b;31m")))
     assert "\x9b" not in str(found.value)
 
 
@@ -87,6 +87,6 @@ def test_many_joints_are_read_in_time() -> None:
         f'<mimic joint="j{index - 1 if index else count - 1}0"/></joint>'
         for index in range(count)
     )
-    robot = read(f"<robot>{links}{chain}</robot>")
+    robot = read_robot(f"<robot>{links}{chain}</robot>")
     assert len(robot.joints) == count
     assert len(robot.warnings) == 51 and "more like these" in robot.warnings[-1]

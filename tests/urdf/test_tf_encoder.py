@@ -6,12 +6,12 @@ from robots import ALL
 
 from pyros1.msgs.tf2_msgs.msg import TFMessage
 from pyros1.urdf.kinematics import Kinematics
-from pyros1.urdf.reading import read
+from pyros1.urdf.reading import read_robot
 from pyros1.urdf.tf_encoder import TransformBatch
 
 
 def test_bytes_are_a_message() -> None:
-    moving = Kinematics(read(ALL)).moving.values()
+    moving = Kinematics(read_robot(ALL)).moving.values()
     batch = TransformBatch((joint.parent, joint.child + "é", place) for joint, place in moving)
     positions = [0.1 * index for index in range(len(batch))]
     for secs in (7, 2**32 - 1):

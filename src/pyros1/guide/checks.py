@@ -28,7 +28,7 @@ from pyros1.node import Node
 from pyros1.observe.statistics import RateMeter
 from pyros1.tf import Buffer, TransformException, TransformListener
 from pyros1.urdf.description import robot_description
-from pyros1.urdf.reading import read
+from pyros1.urdf.reading import read_robot
 
 FLOAT_TYPE = "std_msgs/Float64"
 ACTION = "my_robot/Drive"
@@ -239,7 +239,7 @@ def check_camera(context: CheckContext) -> str:
 
 
 def check_robot_arm(context: CheckContext) -> str:
-    robot = read(robot_description(context.node))
+    robot = read_robot(robot_description(context.node))
     for link in ("arm", "hand"):
         if link not in robot.links:
             return f"the robot has no link {link}, only {', '.join(robot.links)}: launch the new description"

@@ -57,9 +57,8 @@ class StaticTransformBroadcaster:
                 self._sent_transforms[item.child_frame_id] = copy.deepcopy(item)  # since programs reuse message objects
             self._num_changes += 1
             num_published = 0
-            while (
-                num_published != self._num_changes
-            ):  # again if a signal handler has sent more in the meantime: the last message must be complete
+            # Repeated if a signal handler sends more in the meantime, since the last message must be complete.
+            while num_published != self._num_changes:
                 num_published = self._num_changes
                 self._publisher.publish(self._message_class(list(self._sent_transforms.values())))
 

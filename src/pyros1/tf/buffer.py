@@ -147,7 +147,8 @@ class Buffer:
             problem += f" ({count} times)"
         problem = one_line(problem)
         if self.warn is None:
-            is_old_data = problem.startswith(("TF_OLD_DATA", "TF_REPEATED_DATA"))  # other problems are mistakes of the sender
+            # Other problems are mistakes of the sender.
+            is_old_data = problem.startswith(("TF_OLD_DATA", "TF_REPEATED_DATA"))
             sys.stderr.write(f"{'Warning: ' if is_old_data else 'Error:   '}{problem}\n")
         else:
             self.warn(problem)
@@ -179,7 +180,9 @@ class Buffer:
             with self._lock:
                 stamp, transform = self._tree.lookup(target_frame, source_frame, time_ns)
         else:
-            stamp, transform = self._retry_until(lambda: self._tree.lookup(target_frame, source_frame, time_ns), timeout)
+            stamp, transform = self._retry_until(
+                lambda: self._tree.lookup(target_frame, source_frame, time_ns), timeout
+            )
         return self._make_message(target_frame, source_frame, stamp, transform)
 
     def lookup_transform_full(
@@ -215,7 +218,9 @@ class Buffer:
         """
         time_ns = _to_nanoseconds(time)
         return (
-            self._wait_until_possible(lambda: self._tree.transform_problem(target_frame, source_frame, time_ns), timeout)
+            self._wait_until_possible(
+                lambda: self._tree.transform_problem(target_frame, source_frame, time_ns), timeout
+            )
             is None
         )
 
@@ -356,7 +361,8 @@ class Buffer:
     # Waiting ----------------------------------------------------------------------------------------------------------
 
     def use_time(self, now: Callable[[], float]) -> None:
-        """Measure timeouts with ``now``, which returns seconds; the caller must call `wake` whenever that time changes.
+        """Measure timeouts with ``now``, which returns seconds; the caller must call `wake` whenever that time
+        changes.
         """
         self._now = now
 

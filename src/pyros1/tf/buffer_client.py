@@ -54,7 +54,9 @@ class BufferClient:
         remap: whether remappings of ``name`` apply, in addition to those of its topics.
     """
 
-    def __init__(self, node: Node, name: str = DEFAULT_ACTION_NAME, timeout_padding: Span = 2.0, *, remap: bool = True) -> None:
+    def __init__(
+        self, node: Node, name: str = DEFAULT_ACTION_NAME, timeout_padding: Span = 2.0, *, remap: bool = True
+    ) -> None:
         self.name = node.resolve(name, remap=remap)
         self._node = node
         self._timeout_padding = _to_seconds(timeout_padding)
@@ -68,7 +70,9 @@ class BufferClient:
         self._cancel_publisher = node.advertise(f"{self.name}/cancel", self._goal_id_class, queue_size=_QUEUE_SIZE)
         result_type = "tf2_msgs/LookupTransformActionResult"
         self._result_subscriber = self._subscribe(f"{self.name}/result", result_type, self._on_result)
-        self._status_subscriber = self._subscribe(f"{self.name}/status", "actionlib_msgs/GoalStatusArray", self._on_status)
+        self._status_subscriber = self._subscribe(
+            f"{self.name}/status", "actionlib_msgs/GoalStatusArray", self._on_status
+        )
         node.on_shutdown(self._wake)
 
     def _subscribe(self, topic: str, type_name: str, callback: Callable[[Any], None]) -> Subscriber[Any]:

@@ -84,9 +84,12 @@ class BufferServer:
         self._action_result_class: Any = load_message("tf2_msgs/LookupTransformActionResult")
         self._result_class: Any = load_message("tf2_msgs/LookupTransformResult")
         feedback_class: Any = load_message("tf2_msgs/LookupTransformActionFeedback")
-        self._feedback_publisher = node.advertise(f"{name}/feedback", feedback_class, queue_size=_QUEUE_SIZE)  # part of the protocol
+        # The protocol requires this topic, although nothing is published on it.
+        self._feedback_publisher = node.advertise(f"{name}/feedback", feedback_class, queue_size=_QUEUE_SIZE)
         self._result_publisher = node.advertise(f"{name}/result", self._action_result_class, queue_size=_QUEUE_SIZE)
-        self._status_publisher = node.advertise(f"{name}/status", self._status_array_class, queue_size=_QUEUE_SIZE, latch=True)
+        self._status_publisher = node.advertise(
+            f"{name}/status", self._status_array_class, queue_size=_QUEUE_SIZE, latch=True
+        )
         self._subscribers = [
             node.subscribe(f"{name}/goal", "tf2_msgs/LookupTransformActionGoal", self._on_goal_message),
             node.subscribe(f"{name}/cancel", "actionlib_msgs/GoalID", self._on_cancel_message),
@@ -175,7 +178,9 @@ class BufferServer:
         except errors.TransformException as error:
             if self._node.now() < goal.deadline:
                 return False
-            result.error.error = next(code for code, exception_class in EXCEPTIONS_BY_CODE.items() if isinstance(error, exception_class))
+            result.error.error = next(
+                code for code, exception_class in EXCEPTIONS_BY_CODE.items() if isinstance(error, exception_class)
+            )
             result.error.error_string = str(error)
         self._finish(goal, self._status_class.SUCCEEDED, result)
         return True
@@ -195,9 +200,8 @@ class BufferServer:
         """Publish the status of all goals, and remove goals that ended long ago. The caller must hold the lock."""
         now = self._node.now()
         for goal_id, goal in list(self._goals.items()):
-            if (
-                goal.ended_at is not None and not goal.ended_at <= now <= goal.ended_at + STATUS_RETENTION
-            ):  # simulated time may jump back
+            # Simulated time may have jumped back to before the end of the goal.
+            if goal.ended_at is not None and not goal.ended_at <= now <= goal.ended_at + STATUS_RETENTION:
                 del self._goals[goal_id]
         self._status_publisher.publish(
             self._status_array_class(self._make_header(), [goal.status for goal in self._goals.values()])

@@ -204,7 +204,9 @@ class Frame:
 
     @property
     def tf2_rate(self) -> float:
-        """The rate in Hz as tf2 computes it: one transform too many is counted, and a single one has a rate of 10000."""
+        """The rate in Hz as tf2 computes it: one transform too many is counted, and a single one has a rate of
+        10000.
+        """
         return len(self) / max(to_sec(self.latest) - to_sec(self.oldest), 0.0001)
 
 

@@ -126,7 +126,9 @@ class Tree:
             frame = self.frames.get(target)
             return (frame.latest if frame is not None and not time else time), IDENTITY
         target_frame = self._find_frame("lookupTransform argument target_frame", target)
-        return self._find_transform(target_frame, self._find_frame("lookupTransform argument source_frame", source), time)
+        return self._find_transform(
+            target_frame, self._find_frame("lookupTransform argument source_frame", source), time
+        )
 
     def lookup_full(
         self, target: str, target_time: int, source: str, source_time: int, fixed: str

@@ -1,1 +1,1 @@
-"""Robot descriptions (URDF), the poses of links, and the nodes that publish joint states and poses."""
+"""Robot descriptions (URDF), and the nodes that publish a robot's joint states and the poses of its links."""

@@ -10,29 +10,31 @@ from pyros1.urdf.model import UrdfError
 if TYPE_CHECKING:
     from pyros1.node import Node
 
-PARAMETER = "robot_description"
+DESCRIPTION_PARAMETER = "robot_description"
 
 
 def robot_description(node: Node) -> str:
-    """Return the parameter robot_description of the node itself, of its namespace, or of one above.
+    """Return the value of the parameter robot_description, found in the node itself, its namespace, or one above.
 
     Raises:
-        UrdfError: it is not set, or is not a string.
+        UrdfError: the parameter is not set, or is not a string.
     """
-    name = node.params.search(PARAMETER)
+    name = node.params.search(DESCRIPTION_PARAMETER)
     value = None if name is None else node.params.get(name)
     if value is None:
         raise UrdfError(
-            f'Could not find parameter {PARAMETER} on parameter server: a launch file sets it with <param name="'
-            f'{PARAMETER}" textfile="ROBOT.urdf"/>, or command="xacro ROBOT.xacro"'
+            f"Could not find parameter {DESCRIPTION_PARAMETER} on parameter server: a launch file sets it with <param "
+            f'name="{DESCRIPTION_PARAMETER}" textfile="ROBOT.urdf"/>, or command="xacro ROBOT.xacro"'
         )
     if not isinstance(value, str):
         raise UrdfError(f"the parameter {name} must be a string with the robot's description")
     return value
 
 
-def parameter_getter(node: Node) -> Any:
-    """Return a function that takes a parameter's name and default, and looks it up in the node and its namespace."""
+def make_parameter_getter(node: Node) -> Any:
+    """Return a function that takes a parameter's name and default, and returns its value from the node itself or its
+    namespace, or the default.
+    """
 
     def get(name: str, default: Any) -> Any:
         value = node.params.get(f"~{name}")
@@ -41,11 +43,11 @@ def parameter_getter(node: Node) -> Any:
     return get
 
 
-def number(value: object, name: str) -> float:
-    """Return a parameter's value as a number.
+def check_number(value: object, name: str) -> float:
+    """Return a parameter's value as a float.
 
     Raises:
-        UrdfError: it is not a number.
+        UrdfError: the value is not a finite number.
     """
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not isfinite(value):
         raise UrdfError(f"the parameter {name} must be a number")

@@ -1,4 +1,4 @@
-"""joint_state_publisher: publishes positions of all joints on joint_states
+"""joint_state_publisher: publishes the positions of a robot's joints on joint_states
 (https://wiki.ros.org/joint_state_publisher).
 """
 
@@ -11,9 +11,9 @@ from typing import Any
 from pyros1.ground.errors import Error
 from pyros1.msgs.sensor_msgs.msg import JointState
 from pyros1.node import Node
-from pyros1.urdf.description import parameter_getter, robot_description
-from pyros1.urdf.joints import SLIDERS, JointStates, options
-from pyros1.urdf.reading import read
+from pyros1.urdf.description import make_parameter_getter, robot_description
+from pyros1.urdf.joints import SLIDERS_TOPIC, JointStates, read_options
+from pyros1.urdf.reading import read_robot
 
 _QUEUE_SIZE = 100
 
@@ -23,7 +23,7 @@ class JointStatePublisher:
 
     Args:
         node: the node that publishes.
-        states: the joints.
+        states: the states of the joints.
     """
 
     def __init__(self, node: Node, states: JointStates) -> None:
@@ -32,7 +32,7 @@ class JointStatePublisher:
         self._lock = threading.Lock()
         self._publisher = node.advertise("joint_states", JointState, queue_size=_QUEUE_SIZE)
         own_topic = node.resolve("joint_states")
-        for source in (*states.options.source_list, f"~{SLIDERS}"):
+        for source in (*states.options.source_list, f"~{SLIDERS_TOPIC}"):
             if node.resolve(source) == own_topic:
                 node.log.error("source_list contains %s, to which this node publishes: it is ignored", own_topic)
                 continue
@@ -46,7 +46,7 @@ class JointStatePublisher:
         """Publish the states once."""
         with self._lock:
             self._states.step()
-            names, positions, velocities, efforts = self._states.message()
+            names, positions, velocities, efforts = self._states.message_fields()
         if not names:
             return  # as in stock, a robot without movable joints has no states
         message = JointState(name=names, position=positions, velocity=velocities, effort=efforts)
@@ -67,7 +67,7 @@ def make_publisher(node: Node) -> JointStatePublisher:
     Raises:
         UrdfError: the description or a parameter is invalid.
     """
-    states = JointStates(read(robot_description(node)), options(parameter_getter(node)))
+    states = JointStates(read_robot(robot_description(node)), read_options(make_parameter_getter(node)))
     for warning in states.warnings:
         node.log.warn("%s", warning)
     return JointStatePublisher(node, states)

@@ -8,11 +8,11 @@ from math import isfinite, pi
 from typing import Any
 
 from pyros1.ground.terminal_text import one_line
-from pyros1.urdf.model import MOVING, Joint, Mimic, Robot, UrdfError, limit_warnings
+from pyros1.urdf.model import MOVING_TYPES, Joint, Mimic, Robot, UrdfError, limit_warnings
 
-MAX_SOURCES = 100
-SLIDERS = "sliders"
-"""Topic below the name of the node joint_state_publisher, on which a web page sets the positions of joints."""
+MAX_SOURCE_TOPICS = 100
+SLIDERS_TOPIC = "sliders"
+"""Private topic of the node joint_state_publisher, on which a web page sets the positions of joints."""
 
 
 @dataclass(frozen=True)
@@ -21,14 +21,15 @@ class Options:
 
     Attributes:
         rate: messages per second.
-        source_list: topics with positions to use.
+        source_list: topics from which states of joints are taken.
         zeros: joint -> initial position in radians or metres.
         dependent_joints: joint -> the joint that it follows.
         use_mimic_tags: whether joints follow other joints as described by mimic tags.
         use_smallest_joint_limits: whether a safety_controller's limits apply.
-        publish_default_positions, publish_default_velocities, publish_default_efforts: whether values are published
-            before a source provides them.
-        delta: distance by which free joints move with each message, back and forth between their limits; 0 for none.
+        publish_default_positions, publish_default_velocities, publish_default_efforts: whether such values are
+            published before a source provides any.
+        delta: distance by which free joints move before each message, back and forth between their limits; 0 if they
+            do not move.
     """
 
     rate: float = 10.0
@@ -43,7 +44,7 @@ class Options:
     delta: float = 0.0
 
 
-def options(get: Callable[[str, Any], Any]) -> Options:
+def read_options(get: Callable[[str, Any], Any]) -> Options:
     """Read options from parameters.
 
     Args:
@@ -52,11 +53,11 @@ def options(get: Callable[[str, Any], Any]) -> Options:
     Raises:
         UrdfError: a value has the wrong type; the message names the parameter.
     """
-    sources = get("source_list", [])
-    if not isinstance(sources, (list, tuple)) or not all(isinstance(each, str) for each in sources):
+    topics = get("source_list", [])
+    if not isinstance(topics, (list, tuple)) or not all(isinstance(each, str) for each in topics):
         raise UrdfError("the parameter source_list must be a list of topics")
-    if len(sources) > MAX_SOURCES:
-        raise UrdfError(f"the parameter source_list has more than {MAX_SOURCES} topics")
+    if len(topics) > MAX_SOURCE_TOPICS:
+        raise UrdfError(f"the parameter source_list has more than {MAX_SOURCE_TOPICS} topics")
     rate = _read_number(get("rate", 10), "rate")
     if rate <= 0:
         raise UrdfError("the parameter rate must be above 0")
@@ -72,7 +73,7 @@ def options(get: Callable[[str, Any], Any]) -> Options:
     }
     return Options(
         rate=rate,
-        source_list=tuple(sources),
+        source_list=tuple(topics),
         zeros={
             name: _read_number(each, f"zeros/{name}") for name, each in _read_mapping(get("zeros", {}), "zeros").items()
         },
@@ -93,7 +94,7 @@ class FreeJoint:
         joint: the joint.
         lower, upper: its limits, in radians or metres. For a continuous joint, half a turn in each direction.
         zero: its initial and centre position.
-        position, velocity, effort: current values; None if not available.
+        position, velocity, effort: current values; None for values that are not available.
     """
 
     joint: Joint
@@ -105,9 +106,11 @@ class FreeJoint:
     effort: float | None = None
     _moves_back: bool = False
 
-    def step(self, delta: float) -> None:
-        """Move by ``delta``, and reverse at the limits."""
-        position = (self.zero if self.position is None else self.position) + (-delta if self._moves_back else delta)
+    def step(self, distance: float) -> None:
+        """Move by ``distance`` in the current direction; at a limit, stop and reverse the direction."""
+        position = (self.zero if self.position is None else self.position) + (
+            -distance if self._moves_back else distance
+        )
         if not self.lower <= position <= self.upper:
             self._moves_back = position > self.upper
             position = min(max(position, self.lower), self.upper)
@@ -115,24 +118,24 @@ class FreeJoint:
 
 
 class JointStates:
-    """The joints of a robot.
+    """The states of a robot's joints.
 
     Args:
         robot: the robot.
-        options: how they are published.
+        options: how the states are published.
 
     Attributes:
         names: names of all joints that have a position, in the order of the description.
-        joint_types: their types, by name.
+        joint_types: types of these joints, by name.
         free_joints: the joints that do not follow another joint, by name.
-        followers: joint -> the joint that it follows, which is always free.
-        warnings: problems that do not prevent its use.
+        followers: joint -> how it follows another joint, which is always free.
+        warnings: problems that do not prevent publishing.
     """
 
     def __init__(self, robot: Robot, options: Options) -> None:
         self.options = options
         self.warnings = list(robot.warnings)
-        joints = {name: joint for name, joint in robot.joints.items() if joint.type in MOVING}
+        joints = {name: joint for name, joint in robot.joints.items() if joint.type in MOVING_TYPES}
         leaders = {name: joint.mimic for name, joint in joints.items() if joint.mimic and options.use_mimic_tags}
         leaders.update({name: each for name, each in options.dependent_joints.items() if name in joints})
         for name in [*options.zeros, *options.dependent_joints]:
@@ -142,7 +145,7 @@ class JointStates:
             self.warnings.append(
                 f"joint {_escaped(name)} follows {_escaped(leaders.pop(name).joint)}, which does not move"
             )
-        self.followers = _followers(leaders, self.warnings)
+        self.followers = _resolve_followers(leaders, self.warnings)
         self.warnings = limit_warnings(self.warnings)
         self.names = tuple(joints)
         self.joint_types = {name: joint.type for name, joint in joints.items()}
@@ -157,7 +160,9 @@ class JointStates:
         velocities: Sequence[float] = (),
         efforts: Sequence[float] = (),
     ) -> None:
-        """Apply a message from a source. Unknown joints, joints that follow other joints, and NaNs are ignored."""
+        """Apply a message from a source. Unknown joints, joints that follow other joints, infinite numbers and NaNs are
+        ignored.
+        """
         for index, name in enumerate(names):
             joint = self.free_joints.get(name)
             if joint is None:
@@ -175,9 +180,9 @@ class JointStates:
             for joint in self.free_joints.values():
                 joint.step(self.options.delta)
 
-    def message(self) -> tuple[list[str], list[float], list[float], list[float]]:
-        """Return names, positions, velocities and efforts. Each of the last three is empty if no joint has such a
-        value.
+    def message_fields(self) -> tuple[list[str], list[float], list[float], list[float]]:
+        """Return the names, positions, velocities and efforts of the joints. Each of the last three lists is empty if
+        no joint has such a value.
         """
         free = self.free_joints.values()
         # As in stock, there are always positions if there are followers.
@@ -205,7 +210,7 @@ class JointStates:
         return (self._leader(name).velocity or 0.0) * (follower.multiplier if follower else 1.0)
 
     def _make_free_joint(self, joint: Joint) -> FreeJoint:
-        lower, upper = limits(joint, self.options.use_smallest_joint_limits)
+        lower, upper = joint_limits(joint, self.options.use_smallest_joint_limits)
         zero = self.options.zeros.get(joint.name, (lower + upper) / 2 if lower > 0 or upper < 0 else 0.0)
         free_joint = FreeJoint(joint, lower, upper, zero)
         if self.options.publish_default_positions:
@@ -217,11 +222,11 @@ class JointStates:
         return free_joint
 
 
-def limits(joint: Joint, smallest: bool = True) -> tuple[float, float]:
+def joint_limits(joint: Joint, smallest: bool = True) -> tuple[float, float]:
     """Return a joint's range, in radians or metres.
 
     Args:
-        joint: a joint of a type in `MOVING`.
+        joint: a joint whose type is in `MOVING_TYPES`.
         smallest: whether the limits of a safety_controller apply as well.
     """
     if joint.type == "continuous" or joint.limit is None:
@@ -234,17 +239,17 @@ def limits(joint: Joint, smallest: bool = True) -> tuple[float, float]:
     return lower, max(lower, upper)
 
 
-def _followers(leaders: Mapping[str, Mimic], warnings: list[str]) -> dict[str, Mimic]:
-    """Return the free joint that each following joint ultimately follows.
+def _resolve_followers(leaders: Mapping[str, Mimic], warnings: list[str]) -> dict[str, Mimic]:
+    """Return how each following joint follows a free joint, directly or by way of other joints.
 
-    If joints follow each other in a cycle, one of them is made free.
+    If joints follow each other in a cycle, one of them becomes free, and a warning is added to ``warnings``.
     """
-    found: dict[str, Mimic] = {}
+    resolved: dict[str, Mimic] = {}
     free: set[str] = set()
     for name in leaders:
         path: dict[str, None] = {}
         each = name
-        while each in leaders and each not in found and each not in free and each not in path:
+        while each in leaders and each not in resolved and each not in free and each not in path:
             path[each] = None
             each = leaders[each].joint
         if each in path:
@@ -253,13 +258,13 @@ def _followers(leaders: Mapping[str, Mimic], warnings: list[str]) -> dict[str, M
         for follower in reversed(path):
             if follower not in free:
                 mimic = leaders[follower]
-                further = found.get(mimic.joint, Mimic(mimic.joint))
-                found[follower] = Mimic(
-                    further.joint,
-                    mimic.multiplier * further.multiplier,
-                    mimic.multiplier * further.offset + mimic.offset,
+                leader = resolved.get(mimic.joint, Mimic(mimic.joint))
+                resolved[follower] = Mimic(
+                    leader.joint,
+                    mimic.multiplier * leader.multiplier,
+                    mimic.multiplier * leader.offset + mimic.offset,
                 )
-    return found
+    return resolved
 
 
 def _read_dependent_joint(value: object, name: str) -> Mimic:

@@ -8,17 +8,19 @@ from typing import NamedTuple
 
 from pyros1.ground.terminal_text import one_line
 from pyros1.tf.rotation import IDENTITY, Transform, chain_normalized
-from pyros1.urdf.model import MOVING, Joint, Robot, UrdfError
+from pyros1.urdf.model import MOVING_TYPES, Joint, Robot, UrdfError
 
-FIXED = frozenset({"fixed", "planar"})
-"""Types of joints that are published once, as in stock; for planar joints, only the origin is known."""
+FIXED_TYPES = frozenset({"fixed", "planar"})
+"""Types of joints whose child link is published with a fixed pose, as in stock; of planar joints, only the origin is
+known.
+"""
 
 
 class Edge(NamedTuple):
-    """A link and its parent.
+    """The connection between a moving link and its parent.
 
     Attributes:
-        joint: the joint between them.
+        joint: the joint between the two links.
         pose_at: returns the child's pose in the parent for a position of the joint, in radians or metres.
     """
 
@@ -42,19 +44,23 @@ class Kinematics:
     """
 
     def __init__(self, robot: Robot) -> None:
-        self.root = _root(robot)
+        self.root = _find_root(robot)
         joints = robot.joints.values()
-        self.fixed = [(joint, chain_normalized(joint.origin, IDENTITY)) for joint in joints if joint.type in FIXED]
-        self.moving = {joint.name: Edge(joint, pose_function(joint)) for joint in joints if joint.type in MOVING}
-        self._followers = _ordered_followers(robot)
+        self.fixed = [
+            (joint, chain_normalized(joint.origin, IDENTITY)) for joint in joints if joint.type in FIXED_TYPES
+        ]
+        self.moving = {
+            joint.name: Edge(joint, make_pose_function(joint)) for joint in joints if joint.type in MOVING_TYPES
+        }
+        self._ordered_followers = _ordered_followers(robot)
 
-    def complete(self, positions: dict[str, float]) -> None:
-        """Add the positions of joints that mimic other joints. Existing positions are not changed.
+    def add_followers(self, positions: dict[str, float]) -> None:
+        """Add the positions of joints that mimic other joints to ``positions``. Existing positions are not changed.
 
         Args:
-            positions: joint -> radians or metres.
+            positions: joint -> position in radians or metres.
         """
-        for name, leader, multiplier, offset in self._followers:
+        for name, leader, multiplier, offset in self._ordered_followers:
             position = positions.get(leader)
             if position is not None and name not in positions:
                 positions[name] = position * multiplier + offset
@@ -63,11 +69,11 @@ class Kinematics:
         """Return the poses of links: child -> (parent, transform).
 
         Args:
-            positions: joint -> radians or metres. Links of joints that are not included, and do not follow an included
-                joint, are left out unless they are fixed.
+            positions: joint -> position in radians or metres. The result does not contain moving links whose joint is
+                neither included nor follows an included joint.
         """
         all_positions = dict(positions)
-        self.complete(all_positions)
+        self.add_followers(all_positions)
         poses = {joint.child: (joint.parent, pose) for joint, pose in self.fixed}
         for name, (joint, pose_at) in self.moving.items():
             if name in all_positions:
@@ -75,11 +81,11 @@ class Kinematics:
         return poses
 
 
-def pose_function(joint: Joint) -> Callable[[float], Transform]:
+def make_pose_function(joint: Joint) -> Callable[[float], Transform]:
     """Return a function that returns the child's pose in the parent for a position of the joint.
 
     Args:
-        joint: a joint of a type in `MOVING`.
+        joint: a joint whose type is in `MOVING_TYPES`.
     """
     x, y, z, qx, qy, qz, qw = chain_normalized(joint.origin, IDENTITY)
     ax, ay, az = joint.axis
@@ -105,7 +111,7 @@ def pose_function(joint: Joint) -> Callable[[float], Transform]:
     return pose_at
 
 
-def _root(robot: Robot) -> str:
+def _find_root(robot: Robot) -> str:
     parents = {joint.child: joint.parent for joint in robot.joints.values()}
     roots = [link for link in robot.links if link not in parents]
     if len(roots) > 1:
@@ -118,12 +124,12 @@ def _root(robot: Robot) -> str:
     reached = {roots[0]}
     for link in robot.links:
         path: dict[str, None] = {}
-        each = link
-        while each not in reached:
-            if each in path:
+        ancestor = link
+        while ancestor not in reached:
+            if ancestor in path:
                 raise UrdfError(f"the joints form a cycle: {', '.join(one_line(name, 100) for name in list(path)[:5])}")
-            path[each] = None
-            each = parents[each]
+            path[ancestor] = None
+            ancestor = parents[ancestor]
         reached.update(path)
     return roots[0]
 

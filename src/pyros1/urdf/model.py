@@ -7,16 +7,18 @@ from dataclasses import dataclass, field
 from pyros1.ground.errors import Error
 from pyros1.tf.rotation import IDENTITY, Transform, Vector
 
-MOVING = frozenset({"revolute", "continuous", "prismatic"})
+MOVING_TYPES = frozenset({"revolute", "continuous", "prismatic"})
 """Types of joints whose position is a single number."""
-TYPES = MOVING | {"fixed", "floating", "planar"}
+JOINT_TYPES = MOVING_TYPES | {"fixed", "floating", "planar"}
 
 
 MAX_WARNINGS = 50
 
 
 class UrdfError(Error):
-    """A robot description cannot be used; the message names the element, and suggests a fix."""
+    """A robot description, or a parameter of its publishers, is invalid; the message says which part, and often how to
+    fix it.
+    """
 
 
 @dataclass(frozen=True)
@@ -36,7 +38,7 @@ class Limit:
 
 @dataclass(frozen=True)
 class Mimic:
-    """Relation to another joint: the position is ``multiplier`` times that of the other joint, plus ``offset``."""
+    """How a joint follows another one: its position is ``multiplier`` times that of ``joint``, plus ``offset``."""
 
     joint: str
     multiplier: float = 1.0
@@ -49,11 +51,11 @@ class Joint:
 
     Attributes:
         name: its name.
-        type: one of `TYPES`.
+        type: one of `JOINT_TYPES`.
         parent, child: the links that it connects.
         origin: the child's pose in the parent at position 0.
         axis: unit vector in the child's frame; (0, 0, 0) for a joint that cannot move.
-        limit: its range; None if it has none.
+        limit: its range; None if no range is specified.
         mimic: the joint that it follows; None if it does not follow another joint.
     """
 
@@ -75,7 +77,7 @@ class Robot:
         name: its name.
         links: names of its links, in the order of the description.
         joints: its joints by name, in the order of the description.
-        warnings: problems that do not prevent its use.
+        warnings: problems that do not prevent the robot's use.
     """
 
     name: str
@@ -85,6 +87,6 @@ class Robot:
 
 
 def limit_warnings(warnings: list[str]) -> list[str]:
-    """Return at most `MAX_WARNINGS` warnings, and a note about the remaining ones."""
+    """Return at most `MAX_WARNINGS` of the warnings, followed by the number of any others."""
     num_more = len(warnings) - MAX_WARNINGS
     return [*warnings[:MAX_WARNINGS], f"and {num_more} more like these"] if num_more > 0 else warnings

@@ -1,7 +1,7 @@
 """Reads robot descriptions (URDF). Pure.
 
-Nothing outside of the text is accessed, and there are no entities (defusedxml). Elements that do not affect the poses
-of links, such as visual and transmission, are ignored.
+Nothing outside the text is accessed, and XML entities are refused (by defusedxml). Elements that do not affect the
+poses of links, such as visual and transmission, are ignored.
 """
 
 from __future__ import annotations
@@ -13,26 +13,26 @@ from xml.etree.ElementTree import Element, ParseError
 from pyros1.ground.suggest import did_you_mean
 from pyros1.ground.terminal_text import one_line
 from pyros1.tf.rotation import IDENTITY, Transform, Vector, from_angles
-from pyros1.urdf.model import MOVING, TYPES, Joint, Limit, Mimic, Robot, UrdfError, limit_warnings
+from pyros1.urdf.model import JOINT_TYPES, MOVING_TYPES, Joint, Limit, Mimic, Robot, UrdfError, limit_warnings
 
 MAX_LENGTH = 64 << 20
 """Maximum length of a description in characters."""
 MAX_JOINTS = 100_000
 _MAX_HINT_NAMES = 1_000
-"""Maximum number of names with which a misspelt name is compared."""
+"""Maximum number of names with which an unknown name is compared, to suggest the intended one."""
 _MAX_HINTS = 5
-"""Maximum number of misspelt names that are compared if they only cause warnings."""
+"""Maximum number of unknown names that are compared if they only cause warnings."""
 _XACRO_NAMESPACE = "{http://www.ros.org/wiki/xacro}"
 
 
-def read(text: str) -> Robot:
+def read_robot(text: str) -> Robot:
     """Read a robot description.
 
     Args:
         text: the value of the parameter robot_description.
 
     Raises:
-        UrdfError: it is not URDF, or an element is invalid.
+        UrdfError: the text is not URDF, or an element is invalid.
     """
     root = _parse(text)
     links = _read_links(root)
@@ -102,27 +102,27 @@ def _read_joint(element: Element, warnings: list[str]) -> Joint:
     if not name:
         raise UrdfError("a joint has no name: <joint name=... type=...>")
     context = f"joint {_escaped(name)}"
-    kind = element.get("type", "")
-    if kind not in TYPES:
-        raise UrdfError(f"{context}: its type is {_escaped(kind)}; there are {', '.join(sorted(TYPES))}")
+    joint_type = element.get("type", "")
+    if joint_type not in JOINT_TYPES:
+        raise UrdfError(f"{context}: its type is {_escaped(joint_type)}; there are {', '.join(sorted(JOINT_TYPES))}")
     links = []
     for attribute in ("parent", "child"):
-        end = element.find(attribute)
-        link = "" if end is None else end.get("link", "")
+        link_element = element.find(attribute)
+        link = "" if link_element is None else link_element.get("link", "")
         if not link:
             raise UrdfError(f"{context} has no {attribute}: <{attribute} link=.../>")
         links.append(link)
     limit = _read_limit(element, context)
-    if limit is None and kind in ("revolute", "prismatic"):
+    if limit is None and joint_type in ("revolute", "prismatic"):
         raise UrdfError(
-            f"{context} is {kind} and has no limit: <limit lower=... upper=... effort=... velocity=.../>"
-            + (", or make it continuous" if kind == "revolute" else "")
+            f"{context} is {joint_type} and has no limit: <limit lower=... upper=... effort=... velocity=.../>"
+            + (", or make it continuous" if joint_type == "revolute" else "")
         )
-    axis = _read_axis(element, context) if kind in MOVING else (1.0, 0.0, 0.0)
+    axis = _read_axis(element, context) if joint_type in MOVING_TYPES else (1.0, 0.0, 0.0)
     if axis == (0.0, 0.0, 0.0):
         warnings.append(f"{context} has the axis 0 0 0: it does not move")
-    mimic = _read_mimic(element, context) if kind in MOVING else None
-    return Joint(name, kind, links[0], links[1], _read_origin(element, context), axis, limit, mimic)
+    mimic = _read_mimic(element, context) if joint_type in MOVING_TYPES else None
+    return Joint(name, joint_type, links[0], links[1], _read_origin(element, context), axis, limit, mimic)
 
 
 def _read_origin(element: Element, context: str) -> Transform:
@@ -150,15 +150,18 @@ def _read_limit(element: Element, context: str) -> Limit | None:
     if limit is None:
         return None
     safety = element.find("safety_controller")
-    soft: list[float | None] = [None, None]
+    soft_limits: list[float | None] = [None, None]
     if safety is not None:
-        words = ("soft_lower_limit", "soft_upper_limit")
-        soft = [
+        attributes = ("soft_lower_limit", "soft_upper_limit")
+        soft_limits = [
             _read_number(safety, attribute, context, 0.0) if safety.get(attribute) is not None else None
-            for attribute in words
+            for attribute in attributes
         ]
     return Limit(
-        _read_number(limit, "lower", context, 0.0), _read_number(limit, "upper", context, 0.0), soft[0], soft[1]
+        _read_number(limit, "lower", context, 0.0),
+        _read_number(limit, "upper", context, 0.0),
+        soft_limits[0],
+        soft_limits[1],
     )
 
 
@@ -179,15 +182,15 @@ def _check_mimics(joints: dict[str, Joint], warnings: list[str]) -> None:
         each = joints.get(name)
         while each is not None and each.mimic is not None and each.name not in checked:
             if each.name in path:
-                raise UrdfError(f"joint {_escaped(name)} follows itself, by way of mimic: {_names(path)}")
+                raise UrdfError(f"joint {_escaped(name)} follows itself, by way of mimic: {_join_names(path)}")
             path[each.name] = None
             leader = joints.get(each.mimic.joint)
-            if leader is None or leader.type not in MOVING:
+            if leader is None or leader.type not in MOVING_TYPES:
                 hint = f": it is {leader.type}" if leader else ""
                 if leader is None and len(warnings) < _MAX_HINTS:  # comparing names is slow
                     hint = did_you_mean(each.mimic.joint, list(joints)[:_MAX_HINT_NAMES])
-                names = f"joint {_escaped(each.name)} mimics {_escaped(each.mimic.joint)}"
-                warnings.append(f"{names}, which is not a movable joint{hint}")
+                relation = f"joint {_escaped(each.name)} mimics {_escaped(each.mimic.joint)}"
+                warnings.append(f"{relation}, which is not a movable joint{hint}")
             each = leader
         checked.update(path)
 
@@ -221,7 +224,7 @@ def _parse_float(text: str) -> float | None:
     return number if isfinite(number) and "_" not in text else None
 
 
-def _names(names: Iterable[str]) -> str:
+def _join_names(names: Iterable[str]) -> str:
     return ", ".join(_escaped(name) for name in list(names)[:10])
 
 

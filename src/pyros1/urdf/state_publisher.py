@@ -1,4 +1,4 @@
-"""robot_state_publisher: publishes poses of links, computed from positions of joints
+"""robot_state_publisher: publishes the poses of a robot's links, computed from the positions of its joints
 (https://wiki.ros.org/robot_state_publisher).
 """
 
@@ -19,18 +19,18 @@ from pyros1.msgs.tf2_msgs.msg import TFMessage
 from pyros1.node import Node
 from pyros1.node.topic_type import topic_type
 from pyros1.tf.rotation import Transform
-from pyros1.urdf.description import number, robot_description
+from pyros1.urdf.description import check_number, robot_description
 from pyros1.urdf.kinematics import Kinematics
-from pyros1.urdf.reading import read
+from pyros1.urdf.reading import read_robot
 from pyros1.urdf.tf_encoder import TransformBatch
 
 _QUEUE_SIZE = 100
 _LEAD_TIME = 500_000_000
-"""Nanoseconds by which poses of fixed links on /tf are dated ahead, so that they are valid until the next ones."""
+"""Nanoseconds by which poses of fixed links on /tf are dated ahead, so that they are valid until the next message."""
 _MAX_AGE = 30.0
 """Age in seconds above which a message is reported as old."""
-_MAX_UNKNOWN = 1_000
-"""Maximum number of names in a message that are not joints of the robot."""
+_MAX_UNKNOWN_NAMES = 1_000
+"""Maximum number of names in a message in addition to the robot's joints."""
 _MAX_JOINT_SETS = 32
 """Maximum number of different sets of joints for which the layout of the published message is cached."""
 
@@ -40,8 +40,8 @@ class Settings:
     """The node's parameters.
 
     Attributes:
-        publish_frequency: maximum number of messages per second for a joint, at least 1.
-        ignore_timestamp: whether every message is used, even if it is older than the last one or arrives too early.
+        publish_frequency: maximum number of messages per second for a joint; values below 1 count as 1.
+        ignore_timestamp: whether every message is used, even one that is older than the last or follows it too soon.
         use_tf_static: whether fixed links are published once, on /tf_static; otherwise repeatedly, on /tf.
         prefix: prefix of frame names; empty for none.
     """
@@ -54,12 +54,12 @@ class Settings:
 
 @dataclass(frozen=True)
 class _JointSet:
-    """What is common to the results of messages with the same joints.
+    """What is cached for JointState messages with the same joints.
 
     Attributes:
-        batch: the message to publish.
-        joints: the joints in that message, in its order.
-        unknown: name of a joint that is not in the description; empty if there is none.
+        batch: encoder of the message to publish.
+        joints: names of the joints whose links are in that message, in its order.
+        unknown: name of a joint that is not in the description; empty if all joints are.
     """
 
     batch: TransformBatch
@@ -80,37 +80,39 @@ class RobotStatePublisher:
         self._node = node
         self._kinematics = kinematics
         self._settings = settings
-        self._interval = int(1e9 / max(settings.publish_frequency, 1.0))
-        self._max_joints = len(kinematics.moving) + len(kinematics.fixed) + _MAX_UNKNOWN
-        self._published: dict[str, int] = {}  # joint -> time of the last message used, in nanoseconds
+        self._min_interval = int(1e9 / max(settings.publish_frequency, 1.0))
+        self._max_joints = len(kinematics.moving) + len(kinematics.fixed) + _MAX_UNKNOWN_NAMES
+        self._published_stamps: dict[str, int] = {}  # joint -> stamp of the last message used, in nanoseconds
         self._last_time = 0
         self._joint_sets: dict[tuple[str, ...], _JointSet] = {}
         self._lock = threading.Lock()
         tf_type = topic_type(TFMessage)
         self._tf_publisher = node.advertise("/tf", AnyMsg, queue_size=_QUEUE_SIZE, raw_type=tf_type)
-        static = node.advertise("/tf_static", AnyMsg, queue_size=_QUEUE_SIZE, latch=True, raw_type=tf_type)
+        static_publisher = node.advertise("/tf_static", AnyMsg, queue_size=_QUEUE_SIZE, latch=True, raw_type=tf_type)
         if kinematics.fixed:
-            poses = [place for _, place in kinematics.fixed]
-            self._fixed = self._make_batch(
+            poses = [pose for _, pose in kinematics.fixed]
+            self._fixed_batch = self._make_batch(
                 [(joint.parent, joint.child, _constant_pose(pose)) for joint, pose in kinematics.fixed]
             )
             self._zero_positions = [0.0] * len(poses)
             if settings.use_tf_static:
-                static.publish(self._fixed_message(0))
+                static_publisher.publish(self._fixed_message(0))
             else:
                 node.timer(
-                    self._interval / 1e9, lambda event: self._tf_publisher.publish(self._fixed_message(_LEAD_TIME))
+                    self._min_interval / 1e9, lambda event: self._tf_publisher.publish(self._fixed_message(_LEAD_TIME))
                 )
         node.subscribe("joint_states", JointState, self._receive, queue_size=_QUEUE_SIZE)
 
-    def _fixed_message(self, ahead: int) -> AnyMsg:
-        return AnyMsg(self._fixed.encode(*divmod(self._node.now().to_nsec() + ahead, 10**9), self._zero_positions))
+    def _fixed_message(self, lead_time: int) -> AnyMsg:
+        return AnyMsg(
+            self._fixed_batch.encode(*divmod(self._node.now().to_nsec() + lead_time, 10**9), self._zero_positions)
+        )
 
     def _receive(self, message: Any) -> None:
         with self._lock:
-            self._process(message)
+            self._publish_moving_links(message)
 
-    def _process(self, message: Any) -> None:
+    def _publish_moving_links(self, message: Any) -> None:
         names, positions, stamp = message.name, message.position, message.header.stamp
         if len(names) != len(positions) or len(names) > self._max_joints:
             self._report_invalid(names, positions)
@@ -118,30 +120,30 @@ class RobotStatePublisher:
         now, stamp_ns = self._node.now().to_nsec(), stamp.to_nsec()
         if now < self._last_time:
             self._node.log.warn("Moved backwards in time, re-publishing joint transforms!")
-            self._published.clear()
+            self._published_stamps.clear()
         self._last_time = now
         if now - stamp_ns > _MAX_AGE * 1e9:
             self._node.log.warn("Received JointState is %f seconds old.", (now - stamp_ns) / 1e9, throttle=30)
-        published = self._published
-        last = min(map(published.get, names, [0] * len(names)), default=0)
-        if not names or (stamp_ns < last + self._interval and not self._settings.ignore_timestamp):
+        published_stamps = self._published_stamps
+        last_stamp = min(map(published_stamps.get, names, [0] * len(names)), default=0)
+        if not names or (stamp_ns < last_stamp + self._min_interval and not self._settings.ignore_timestamp):
             return
-        key = tuple(names)
-        joint_set = self._joint_sets.get(key) or self._new_joint_set(key)
+        joint_names = tuple(names)
+        joint_set = self._joint_sets.get(joint_names) or self._new_joint_set(joint_names)
         if joint_set.unknown:
             text = 'Joint state with name: "%s" was received but not found in URDF'
             self._node.log.warn(text, one_line(joint_set.unknown, 200), throttle=10)
         positions_by_name = dict(zip(names, positions, strict=True))
-        self._kinematics.complete(positions_by_name)
+        self._kinematics.add_followers(positions_by_name)
         joint_positions = [positions_by_name[name] for name in joint_set.joints]
         if not isfinite(sum(joint_positions)) and not all(map(isfinite, joint_positions)):
             self._node.log.warn("messages with positions that are not numbers are ignored", throttle=10)
             return
         if joint_positions:
             self._tf_publisher.publish(AnyMsg(joint_set.batch.encode(stamp.secs, stamp.nsecs, joint_positions)))
-        published.update(dict.fromkeys(names, stamp_ns))
-        if len(published) > 2 * self._max_joints:  # a sender keeps inventing names
-            self._published = {}
+        published_stamps.update(dict.fromkeys(names, stamp_ns))
+        if len(published_stamps) > 2 * self._max_joints:  # a sender keeps inventing names
+            self._published_stamps = {}
 
     def _report_invalid(self, names: Sequence[str], positions: Sequence[float]) -> None:
         if positions:
@@ -155,7 +157,7 @@ class RobotStatePublisher:
 
     def _new_joint_set(self, names: tuple[str, ...]) -> _JointSet:
         positions = dict.fromkeys(names, 0.0)
-        self._kinematics.complete(positions)
+        self._kinematics.add_followers(positions)
         moving = self._kinematics.moving
         joints = tuple(name for name in positions if name in moving)
         edges = [(moving[name].joint.parent, moving[name].joint.child, moving[name].pose_at) for name in joints]
@@ -178,13 +180,13 @@ def frame_name(prefix: str, link: str) -> str:
 
     Args:
         prefix: the parameter tf_prefix.
-        link: the link's name; a name that begins with / gets no prefix.
+        link: the link's name; if it begins with a slash, it gets no prefix.
     """
     prefix = prefix.strip("/")
     return f"{prefix}/{link}" if prefix and not link.startswith("/") else link.removeprefix("/")
 
 
-def settings(node: Node) -> Settings:
+def read_settings(node: Node) -> Settings:
     """Read the node's parameters.
 
     Raises:
@@ -193,7 +195,7 @@ def settings(node: Node) -> Settings:
     params = node.params
     prefix = params.search("tf_prefix")
     return Settings(
-        publish_frequency=number(params.get("~publish_frequency", 50.0), "publish_frequency"),
+        publish_frequency=check_number(params.get("~publish_frequency", 50.0), "publish_frequency"),
         ignore_timestamp=bool(params.get("~ignore_timestamp", False)),
         use_tf_static=bool(params.get("~use_tf_static", True)),
         prefix=str(params[prefix]) if prefix else "",
@@ -212,7 +214,7 @@ def main(argv: list[str]) -> int:
     """
     with Node("robot_state_publisher", argv=argv[1:]) as node:
         try:
-            robot = read(robot_description(node))
+            robot = read_robot(robot_description(node))
             for warning in robot.warnings:
                 node.log.warn("%s", warning)
             for joint in robot.joints.values():
@@ -221,9 +223,9 @@ def main(argv: list[str]) -> int:
                         "joint %s is %s, which joint states cannot describe: %s",
                         joint.name,
                         joint.type,
-                        _UNSUPPORTED[joint.type],
+                        _UNSUPPORTED_HINTS[joint.type],
                     )
-            RobotStatePublisher(node, Kinematics(robot), settings(node))
+            RobotStatePublisher(node, Kinematics(robot), read_settings(node))
         except Error as error:
             node.log.fatal("%s", error)
             return 1
@@ -231,7 +233,10 @@ def main(argv: list[str]) -> int:
     return 0
 
 
-_UNSUPPORTED = {"floating": "another node must publish the pose of its link", "planar": "its link stays at the origin"}
+_UNSUPPORTED_HINTS = {
+    "floating": "another node must publish the pose of its link",
+    "planar": "its link stays at the origin",
+}
 
 if __name__ == "__main__":
     sys.exit(main(sys.argv))

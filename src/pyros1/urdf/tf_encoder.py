@@ -14,23 +14,24 @@ from pyros1.tf.rotation import Transform
 _STAMP = struct.Struct("<II")
 _NUMBERS = struct.Struct("<7d")
 _SEQ_SIZE = 4
-"""Size in bytes of a header before its stamp: the sequence number, which is always 0."""
+"""Size in bytes of the part of a header before the stamp: the sequence number, which is always 0."""
 
 
 class TransformBatch:
     """A message with the poses of some links.
 
     Args:
-        edges: parent, child, and a function that returns the pose of the child for a position of the joint.
+        edges: for each link, its parent's frame, its own frame, and a function that returns its pose in the parent for
+            a position of the joint.
     """
 
     def __init__(self, edges: Iterable[tuple[str, str, Callable[[float], Transform]]]) -> None:
         body = bytearray(4)
         self._fields: list[tuple[int, int, Callable[[float], Transform]]] = []
         for parent, child, pose_at in edges:
-            stamp = len(body) + _SEQ_SIZE
+            stamp_offset = len(body) + _SEQ_SIZE
             body += bytes(_SEQ_SIZE + _STAMP.size) + _encode_string(parent) + _encode_string(child)
-            self._fields.append((stamp, len(body), pose_at))
+            self._fields.append((stamp_offset, len(body), pose_at))
             body += bytes(_NUMBERS.size)
         body[:4] = len(self._fields).to_bytes(4, "little")
         self._body = body
@@ -42,17 +43,17 @@ class TransformBatch:
         """Encode the message.
 
         Args:
-            secs, nsecs: the time of all transforms.
+            secs, nsecs: the stamp of all transforms.
             positions: the positions of the joints in radians or metres, in the order of the edges.
         """
         body = self._body
         pack_stamp, pack_numbers = _STAMP.pack_into, _NUMBERS.pack_into
-        for (stamp, numbers, pose_at), position in zip(self._fields, positions, strict=True):
-            pack_stamp(body, stamp, secs, nsecs)
-            pack_numbers(body, numbers, *pose_at(position))
+        for (stamp_offset, numbers_offset, pose_at), position in zip(self._fields, positions, strict=True):
+            pack_stamp(body, stamp_offset, secs, nsecs)
+            pack_numbers(body, numbers_offset, *pose_at(position))
         return bytes(body)
 
 
 def _encode_string(text: str) -> bytes:
-    data = text.encode()
-    return len(data).to_bytes(4, "little") + data
+    encoded = text.encode()
+    return len(encoded).to_bytes(4, "little") + encoded

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from pyros1.urdf.joints import JointStates, Options
-from pyros1.urdf.reading import read
+from pyros1.urdf.reading import read_robot
 from pyros1.web.models import joints
 from pyros1.web.server.wire import RequestError
 
@@ -18,7 +18,7 @@ FINGERS = """
 
 
 def test_followers_have_the_limits_of_their_leaders() -> None:
-    assert joints.describe(JointStates(read(FINGERS), Options())) == [
+    assert joints.describe(JointStates(read_robot(FINGERS), Options())) == [
         {"name": "left", "type": "prismatic", "lower": 0.5, "upper": 1.0, "zero": 0.75},
         {"name": "right", "type": "prismatic", "lower": -1.5, "upper": -0.5, "zero": -1.0, "follows": "left"},
     ]
@@ -31,7 +31,9 @@ def test_long_lists_are_cut() -> None:
         f'<joint name="j{index}" type="continuous"><parent link="l0"/><child link="l{index + 1}"/></joint>'
         for index in range(count)
     )
-    assert len(joints.describe(JointStates(read(f"<robot>{links}{chain}</robot>"), Options()))) == joints.MAX_JOINTS
+    assert (
+        len(joints.describe(JointStates(read_robot(f"<robot>{links}{chain}</robot>"), Options()))) == joints.MAX_JOINTS
+    )
 
 
 def test_topics_on_which_a_node_takes_positions() -> None:

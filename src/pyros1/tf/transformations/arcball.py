@@ -48,7 +48,8 @@ class Arcball:
         self._axes = [unit_vector(axis) for axis in axes] if axes else None
 
     def setconstrain(self, constrain: bool) -> None:
-        """Set whether a drag rotates the sphere only about one of its axes: the one nearest to the drag's first point.
+        """Set whether a drag rotates the sphere only about one of its axes: the one nearest to the drag's first
+        point.
         """
         self._constrain = constrain is True
 

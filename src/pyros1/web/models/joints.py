@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from pyros1.ground.names import is_legal_name
-from pyros1.urdf.joints import SLIDERS, JointStates, Options, options
+from pyros1.urdf.joints import SLIDERS_TOPIC, JointStates, Options, read_options
 from pyros1.urdf.model import UrdfError
 from pyros1.web.server.wire import RequestError
 
@@ -41,7 +41,7 @@ def publisher_options(params: object) -> Options:
     """Return the options of a node that publishes joints; the defaults if its parameters are not valid options."""
     values = params if isinstance(params, Mapping) else {}
     try:
-        return options(values.get)
+        return read_options(values.get)
     except UrdfError:
         return Options()
 
@@ -57,7 +57,7 @@ def sources(node: str, params: object) -> list[str]:
     names = [name for name in listed if isinstance(name, str) and name] if isinstance(listed, (list, tuple)) else []
     namespace = node.rpartition("/")[0]
     full_names = [name if name.startswith("/") else f"{namespace}/{name}" for name in names[:_MAX_SOURCES]]
-    return [f"{node}/{SLIDERS}", *filter(is_legal_name, full_names)]
+    return [f"{node}/{SLIDERS_TOPIC}", *filter(is_legal_name, full_names)]
 
 
 def positions(value: object) -> dict[str, float]:

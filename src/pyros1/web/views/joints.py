@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from pyros1.ground.errors import Error, MessageError, ParameterNotSetError
 from pyros1.urdf.joints import JointStates
-from pyros1.urdf.reading import read
+from pyros1.urdf.reading import read_robot
 from pyros1.web.models import joints
 from pyros1.web.models.repeated_publisher import RepeatedPublisher
 from pyros1.web.server.wire import Push, RequestError
@@ -136,7 +136,7 @@ class JointsView(View):
         with self._lock:
             if self._states is None:
                 return 0
-            names, positions, velocities, efforts = self._states.message()
+            names, positions, velocities, efforts = self._states.message_fields()
         numbers = {"position": positions, "velocity": velocities, "effort": efforts}
         value = {"header": {"stamp": "now"}, "name": names, **numbers}
         return self.robot.publishing.publish(self._topic, _JOINT_STATE, value)
@@ -176,7 +176,7 @@ class JointsView(View):
         states, self._problem = None, ""
         if isinstance(description, str):
             try:
-                states = JointStates(read(description), joints.publisher_options(next(iter(params.values()), {})))
+                states = JointStates(read_robot(description), joints.publisher_options(next(iter(params.values()), {})))
             except Error as error:
                 self._problem = f"{self._description}: {error}"
         with self._lock:
