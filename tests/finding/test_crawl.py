@@ -155,7 +155,7 @@ def test_metapackages_and_names_in_comments(tmp_path: Path) -> None:
     package(tmp_path / "a", text="<package><!-- <name>no</name> <metapackage/> --><name> yes </name></package>")
     package(tmp_path / "b", text="<package><name>meta</name><export><metapackage/></export></package>")
     package(tmp_path / "c", text="nonsense")
-    found = [(each.name, each.meta) for each in Crawl({}).packages(str(tmp_path), DEPTH)]
+    found = [(each.name, each.is_meta) for each in Crawl({}).packages(str(tmp_path), DEPTH)]
     assert found == [("yes", False), ("meta", True), ("c", False)]
 
 

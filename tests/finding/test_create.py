@@ -6,31 +6,35 @@ from pathlib import Path
 
 import pytest
 
-from pyros1.finding.create import CreateError, NewPackage, create, name_problem
+from pyros1.finding.create import CreateError, NewPackage, create_package, package_name_problem
 from pyros1.finding.library import Library
 from pyros1.finding.manifest import ManifestError, read_manifest
 
 
 @pytest.mark.parametrize("name", ["ab", "my_robot", "robot2", "a_1_b"])
 def test_good_names(name: str) -> None:
-    assert name_problem(name) == ""
+    assert package_name_problem(name) == ""
 
 
 @pytest.mark.parametrize(
     "name", ["", "a", "My_robot", "my-robot", "2robots", "_a", "a__b", "a_", "class", "ö_b", "a b"]
 )
 def test_bad_names(name: str) -> None:
-    assert name_problem(name)
+    assert package_name_problem(name)
 
 
 def test_the_rule_for_names_is_not_two_letters() -> None:
-    assert name_problem("r2") == "" and "single underscores, two characters or more" in name_problem("R2")
+    assert package_name_problem("r2") == "" and "single underscores, two characters or more" in package_name_problem(
+        "R2"
+    )
 
 
 def test_package_with_examples(tmp_path: Path) -> None:
     person = "A <a@b.org>"
-    new = NewPackage("my_robot", ["std_msgs"], system=["python3-numpy"], licenses=["BSD & more"], maintainers=[person])
-    made = create(new, tmp_path)
+    new = NewPackage(
+        "my_robot", ["std_msgs"], system_depends=["python3-numpy"], licenses=["BSD & more"], maintainers=[person]
+    )
+    made = create_package(new, tmp_path)
     assert {"my_robot/package.xml", "my_robot/scripts/minimal_publisher", "my_robot/launch/minimal.launch"} <= {*made}
     manifest = read_manifest(tmp_path / "my_robot" / "package.xml")
     assert (manifest.name, manifest.version) == ("my_robot", "0.0.0")
@@ -44,20 +48,20 @@ def test_package_with_examples(tmp_path: Path) -> None:
 
 
 def test_bare_package_and_metapackage(tmp_path: Path) -> None:
-    assert create(NewPackage("bare", ["roscpp"], examples=False), tmp_path) == [
+    assert create_package(NewPackage("bare", ["roscpp"], examples=False), tmp_path) == [
         "bare/package.xml",
         "bare/CMakeLists.txt",
         "bare/include/bare/",
         "bare/src/",
     ]
-    create(NewPackage("all_of_it", ["bare"], meta=True), tmp_path)
+    create_package(NewPackage("all_of_it", ["bare"], is_meta=True), tmp_path)
     manifest = read_manifest(tmp_path / "all_of_it" / "package.xml")
     assert manifest.metapackage and manifest.run_dependencies() == ["bare"]
 
 
 def test_the_places_that_tutorials_name_are_there_to_be_uncommented(tmp_path: Path) -> None:
-    create(NewPackage("plain", ["roscpp", "std_msgs"], examples=False), tmp_path)
-    create(NewPackage("rich", ["std_msgs"]), tmp_path)
+    create_package(NewPackage("plain", ["roscpp", "std_msgs"], examples=False), tmp_path)
+    create_package(NewPackage("rich", ["std_msgs"]), tmp_path)
     text = (tmp_path / "plain" / "CMakeLists.txt").read_text()
     code = "".join(line for line in text.splitlines(keepends=True) if not line.lstrip().startswith("#"))
     for call in (
@@ -78,7 +82,7 @@ def test_nothing_is_overwritten(tmp_path: Path) -> None:
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine" / "README.md").write_text("mine")
     with pytest.raises(CreateError, match=r"README\.md already exists"):
-        create(NewPackage("mine"), tmp_path)
+        create_package(NewPackage("mine"), tmp_path)
     assert [path.name for path in (tmp_path / "mine").iterdir()] == ["README.md"]
 
 
@@ -91,7 +95,7 @@ def test_nothing_is_overwritten(tmp_path: Path) -> None:
 )
 def test_what_cannot_be_made(tmp_path: Path, new: NewPackage, text: str) -> None:
     with pytest.raises(CreateError, match=text):
-        create(new, tmp_path)
+        create_package(new, tmp_path)
     assert not [*tmp_path.iterdir()]
 
 

@@ -16,10 +16,10 @@ from pyros1.ground.errors import PackageNotFoundError
 NAMES_BELOW = """
 import resource, sys
 from pyros1.finding.packages import PackageIndex
-from pyros1.finding.crawl import identity
+from pyros1.finding.crawl import read_identity
 resource.setrlimit(resource.RLIMIT_AS, (1 << 30, 1 << 30))
 index = PackageIndex({"ROS_PACKAGE_PATH": sys.argv[1]}, installs=[], own=sys.argv[1] + "/none")
-print(index.list(), sorted(identity(f"{sys.argv[1]}/{name}", "package.xml")[0] for name in index.list()))
+print(index.list(), sorted(read_identity(f"{sys.argv[1]}/{name}", "package.xml")[0] for name in index.list()))
 """
 
 

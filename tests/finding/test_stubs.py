@@ -91,11 +91,11 @@ def test_the_programs_of_the_readme_have_types(tmp_path: Path, number: int) -> N
 
 def test_the_stubs_that_are_installed_are_current() -> None:
     shipped = stubs.shipped_library()
-    files = dict(stubs.stubs(shipped, shipped.packages()))
-    there = {path.relative_to(stubs.HOME) for path in stubs.HOME.glob("*/*.pyi")}
+    files = dict(stubs.generate_stubs(shipped, shipped.packages()))
+    there = {path.relative_to(stubs.STUBS_FOLDER) for path in stubs.STUBS_FOLDER.glob("*/*.pyi")}
     assert there == {*files}, "made by the build backend: install pyros1 again"
     for name, text in files.items():
-        assert (stubs.HOME / name).read_text(encoding="utf-8") == text, f"{name} is old: install pyros1 again"
+        assert (stubs.STUBS_FOLDER / name).read_text(encoding="utf-8") == text, f"{name} is old: install pyros1 again"
 
 
 def test_the_build_makes_them() -> None:
@@ -126,11 +126,11 @@ def test_names_that_hide_others(tmp_path: Path) -> None:
         (tmp_path / "src" / package / "package.xml").write_text(f"<package><name>{package}</name></package>")
     own = Library({"ROS_PACKAGE_PATH": str(tmp_path / "src")}, installs=())
     out = tmp_path / "out" / "pyros1" / "msgs"
-    written = stubs.write(stubs.stubs(own, ["base", "other_pkg"]), out)
+    written = stubs.write_stubs(stubs.generate_stubs(own, ["base", "other_pkg"]), out)
     assert {str(path.relative_to(out)) for path in written} == {
         f"{folder}/{name}.pyi" for folder in ("base_", "other_pkg") for name in ("__init__", "msg", "srv")
     }
-    assert stubs.write(stubs.stubs(own, ["base", "other_pkg"]), out) == [], "nothing has changed"
+    assert stubs.write_stubs(stubs.generate_stubs(own, ["base", "other_pkg"]), out) == [], "nothing has changed"
     text = (out / "base_" / "msg.pyi").read_text()
     names = next(each for each in ast.parse(text).body if isinstance(each, ast.ClassDef) and each.name == "Names")
     fields = {
@@ -168,14 +168,14 @@ def test_names_that_hide_others(tmp_path: Path) -> None:
 
 def test_an_unknown_package(tmp_path: Path) -> None:
     with pytest.raises(UnknownTypeError, match="did you mean 'std_msgs'"):
-        list(stubs.stubs(stubs.shipped_library(), ["std_msg"]))
+        list(stubs.generate_stubs(stubs.shipped_library(), ["std_msg"]))
 
 
 @pytest.mark.parametrize("form", ["{}", "/{}", "../{}", "", ".", "std_msgs/"])
 def test_a_path_is_not_a_package(tmp_path: Path, form: str) -> None:
     (tmp_path / "msg").mkdir()
     with pytest.raises(UnknownTypeError, match="there is no package"):
-        list(stubs.stubs(stubs.shipped_library(), [form.format(tmp_path)]))
+        list(stubs.generate_stubs(stubs.shipped_library(), [form.format(tmp_path)]))
 
 
 def test_msg_stubs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:

@@ -7,11 +7,11 @@ from pathlib import Path
 import codec
 import pytest
 
-from pyros1.finding.library import SHIPPED, Library
+from pyros1.finding.library import SHIPPED_DEFINITIONS, Library
 from pyros1.msgs.factory import make_message_class
 
 LIBRARY = Library({}, installs=[])
-FILES = sorted(path for path in Path(SHIPPED).rglob("*") if path.is_file())
+FILES = sorted(path for path in Path(SHIPPED_DEFINITIONS).rglob("*") if path.is_file())
 
 # Sums that the generated classes of ROS distributions carry.
 KNOWN = """

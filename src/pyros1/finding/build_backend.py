@@ -26,11 +26,11 @@ warnings.filterwarnings("ignore", r"(?s).*is absent from the `packages` configur
 
 
 def make_stubs() -> None:
-    """Write the stubs of the definitions that come with pyros1."""
+    """Write the stubs of the definitions that come with pyros1, and remove all other stubs."""
     library = stubs.shipped_library()
-    for old in stubs.HOME.glob("*/*.pyi"):  # stubs of the user's own packages do not belong in the wheel
-        old.unlink()
-    stubs.write(stubs.stubs(library, library.packages()), stubs.HOME)
+    for stub in stubs.STUBS_FOLDER.glob("*/*.pyi"):  # stubs of the user's own packages do not belong in the wheel
+        stub.unlink()
+    stubs.write_stubs(stubs.generate_stubs(library, library.packages()), stubs.STUBS_FOLDER)
 
 
 def build_wheel(wheel_directory: str, config_settings: Settings = None, metadata_directory: str | None = None) -> str:

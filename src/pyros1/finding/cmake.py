@@ -51,7 +51,7 @@ def cmake_lists(package: NewPackage, files: Collection[str]) -> str:
         files: paths of its definitions, scripts and launch files, relative to the package.
     """
     head = _HEAD.format(name=package.name)
-    if package.meta:
+    if package.is_meta:
         return f"{head}\nfind_package(catkin REQUIRED)\ncatkin_metapackage()\n"
     depends = sorted({*package.depends} - {"catkin", "message_generation", "message_runtime"})
     has_messages = has_definitions(files)
@@ -89,16 +89,16 @@ def _find_package_block(package: NewPackage, components: Sequence[str]) -> str:
         if components
         else "find_package(catkin REQUIRED)\n"
     )
-    text += "".join(f"find_package({each} REQUIRED)\n" for each in package.system)
+    text += "".join(f"find_package({each} REQUIRED)\n" for each in package.system_depends)
     boost = f"find_package(Boost REQUIRED COMPONENTS {' '.join(package.boost or ['system'])})\n"
     return text + (boost if package.boost else _comment_out(boost))
 
 
 def _definitions_block(depends: Sequence[str], files: Collection[str]) -> str:
     text = _DEFINITIONS
-    for folder, (function, default_file) in _DEFINITION_FOLDERS.items():
+    for folder, (function, placeholder) in _DEFINITION_FOLDERS.items():
         existing_files = _files_in(folder, files)
-        call = _cmake_call(function, "FILES", *(existing_files or [default_file]))
+        call = _cmake_call(function, "FILES", *(existing_files or [placeholder]))
         text += call if existing_files else _comment_out(call)
     text += "# After DEPENDENCIES: the packages whose messages are fields of yours\n"
     fields = [each for each in depends if each.endswith("_msgs")] or ["std_msgs"]
@@ -108,9 +108,9 @@ def _definitions_block(depends: Sequence[str], files: Collection[str]) -> str:
         text += _cmake_call("generate_messages", *(f"# {each}" for each in ["DEPENDENCIES", *fields]))
     else:
         text += _comment_out(_cmake_call("generate_messages", "DEPENDENCIES", *fields))
-    settings = [f"cfg/{name}" for name in _files_in("cfg", files)]
-    options = _cmake_call("generate_dynamic_reconfigure_options", *(settings or ["cfg/Settings1.cfg"]))
-    return f"{text}# Settings for dynamic_reconfigure\n{options if settings else _comment_out(options)}"
+    cfg_files = [f"cfg/{name}" for name in _files_in("cfg", files)]
+    options_call = _cmake_call("generate_dynamic_reconfigure_options", *(cfg_files or ["cfg/Settings1.cfg"]))
+    return f"{text}# Settings for dynamic_reconfigure\n{options_call if cfg_files else _comment_out(options_call)}"
 
 
 def _catkin_package_block(depends: Sequence[str], has_messages: bool) -> str:
@@ -128,16 +128,18 @@ def _include_directories_block(depends: Sequence[str]) -> str:
 
 def _install_block(files: Collection[str]) -> str:
     programs = _files_in("scripts", files)
-    scripts = _cmake_call(
+    scripts_call = _cmake_call(
         "catkin_install_python",
         "PROGRAMS",
         *(f"scripts/{name}" for name in programs or ["my_node"]),
         "DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION}",
     )
     folders = [folder for folder in ("config", "launch", "urdf") if _files_in(folder, files)]
-    others = f"install(DIRECTORY {' '.join(folders or ['launch'])} DESTINATION ${{CATKIN_PACKAGE_SHARE_DESTINATION}})\n"
+    folders_call = (
+        f"install(DIRECTORY {' '.join(folders or ['launch'])} DESTINATION ${{CATKIN_PACKAGE_SHARE_DESTINATION}})\n"
+    )
     targets = "install(TARGETS ${PROJECT_NAME}_node RUNTIME DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION})\n"
     text = "# What `catkin_make install` installs\n"
-    text += scripts if programs else _comment_out(scripts)
-    text += others if folders else _comment_out(others)
+    text += scripts_call if programs else _comment_out(scripts_call)
+    text += folders_call if folders else _comment_out(folders_call)
     return text + _comment_out(targets)

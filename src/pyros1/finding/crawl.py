@@ -17,13 +17,13 @@ from typing import Any, NamedTuple
 
 from pyros1.finding.packages import PackageIndex, manifest_text, package_name_in, strip_comments
 
-MANIFESTS = ("package.xml", "manifest.xml", "stack.xml")
-_IGNORED = frozenset({"CATKIN_IGNORE", "AMENT_IGNORE", "COLCON_IGNORE", "rospack_nosubdirs"})
+MANIFEST_NAMES = ("package.xml", "manifest.xml", "stack.xml")
+_IGNORE_MARKERS = frozenset({"CATKIN_IGNORE", "AMENT_IGNORE", "COLCON_IGNORE", "rospack_nosubdirs"})
 _VERSION = 1
 _MIN_TRUSTED_AGE = 2_000_000_000  # ns; some file systems store times in steps of two seconds
 
 # Record of a folder: [its mtime, names of its subfolders, file name of its manifest, that file's mtime, package name,
-# meta]
+# whether it is a metapackage]
 Record = list[Any]
 
 
@@ -34,13 +34,13 @@ class FoundPackage(NamedTuple):
         name: the package's name.
         folder: its path.
         manifest: file name of its manifest: ``package.xml``, ``manifest.xml`` or, for a rosbuild stack, ``stack.xml``.
-        meta: whether it is a metapackage.
+        is_meta: whether it is a metapackage.
     """
 
     name: str
     folder: str
     manifest: str
-    meta: bool
+    is_meta: bool
 
     @property
     def catkin(self) -> bool:
@@ -54,8 +54,8 @@ def search_folders(environ: Mapping[str, str]) -> list[tuple[str, int]]:
 
 
 def _normalize(folder: str) -> str:
-    """Normalise a path like ``pathlib``, which is not used since importing it takes a large part of a short command's
-    time.
+    """Normalise a path as ``pathlib`` does. That module is not used, since importing it takes a large part of a short
+    command's time.
     """
     steps = "/".join(part for part in folder.split("/") if part not in ("", "."))
     return f"/{steps}" if folder.startswith("/") else steps or "."
@@ -70,7 +70,8 @@ def cache_folder(environ: Mapping[str, str]) -> str:
 def all_packages(environ: Mapping[str, str], *, roots: list[tuple[str, int]] | None = None) -> list[FoundPackage]:
     """Return all packages in the order in which they are found; the first one with a name takes precedence.
 
-    Below one root, a package whose folder has its name and is directly in the root comes first, as for `PackageIndex`.
+    Of several packages with the same name below one root, one directly in the root, in a folder with that name, comes
+    first, as for `PackageIndex`.
 
     Args:
         environ: environment variables, which determine where to search and where the cache is.
@@ -120,23 +121,28 @@ def _is_direct(package: FoundPackage, root: str) -> bool:
 
 
 def _cached_packages(records: Mapping[str, Record], folder: str, depth: int, name: str) -> Iterator[FoundPackage]:
-    """Yield the packages with a name; raise LookupError if a record is missing or outdated."""
+    """Yield the packages with a name in a folder and below, from the records.
+
+    Raises:
+        LookupError: a record is missing or outdated.
+        OSError: a recorded folder no longer exists or cannot be accessed.
+    """
     record = records.get(folder)
     if record is None:
         if os.path.isdir(folder):
             raise LookupError
         return
-    mtime, folders, manifest, manifest_mtime, package, meta = record
+    mtime, folders, manifest, manifest_mtime, package, is_meta = record
     if not manifest or package == name:
         if os.stat(folder).st_mtime_ns != mtime or (
             manifest and _modification_time(folder, manifest) != manifest_mtime
         ):
             raise LookupError
         if manifest:
-            yield FoundPackage(package, folder, manifest, meta)
+            yield FoundPackage(package, folder, manifest, is_meta)
     if depth > 0:
-        for each in folders:
-            path = f"{folder.rstrip('/')}/{each}"
+        for subfolder in folders:
+            path = f"{folder.rstrip('/')}/{subfolder}"
             known_record = records.get(path)
             if (
                 known_record is None or not known_record[2] or known_record[4] == name or known_record[1]
@@ -150,21 +156,21 @@ def _record_file(environ: Mapping[str, str], roots: list[tuple[str, int]]) -> st
 
 
 class Crawl:
-    """A crawl through folders that uses the records of an earlier crawl.
+    """A search through folders that uses the records of an earlier one.
 
     Args:
         records: folder -> record.
         now: the current time in nanoseconds; None to use the clock.
 
     Attributes:
-        changed: whether anything differed from the records.
+        changed: whether any folder differed from its record or had none.
     """
 
     def __init__(self, records: Mapping[str, Record], now: int | None = None) -> None:
         self._old_records = records
         self._new_records: dict[str, Record] = {}
-        # Folders visited below the current root, to which links are not followed.
-        self._seen: set[tuple[int, int]] = set()
+        # Folders visited below the current root; links to them are not followed.
+        self._visited: set[tuple[int, int]] = set()
         self._now = time.time_ns() if now is None else now
         self.changed = False
 
@@ -174,32 +180,34 @@ class Crawl:
         Args:
             folder: the folder to search.
             depth: number of levels to search.
-            ancestors: device and inode of the parent folders, so that links back to them are not followed.
+            ancestors: (device, inode) of each parent folder, so that links back to them are not followed.
         """
         try:
             status = os.stat(folder)
         except OSError:
             return
         if not ancestors:
-            self._seen.clear()
-        here = (status.st_dev, status.st_ino)
-        if here in ancestors or (here in self._seen and os.path.islink(folder)):
+            self._visited.clear()
+        folder_id = (status.st_dev, status.st_ino)
+        if folder_id in ancestors or (folder_id in self._visited and os.path.islink(folder)):
             return
-        self._seen.add(here)
+        self._visited.add(folder_id)
         record = self._current_record(folder, status.st_mtime_ns)
         if record is None:
             return
-        _, folders, manifest, _, name, meta = record
+        _, folders, manifest, _, name, is_meta = record
         if manifest:
-            yield FoundPackage(name, folder, manifest, meta)
+            yield FoundPackage(name, folder, manifest, is_meta)
         if depth > 0:
-            for each in folders:
-                yield from self.packages(f"{folder.rstrip('/')}/{each}", depth - 1, (*ancestors, here))
+            for subfolder in folders:
+                yield from self.packages(f"{folder.rstrip('/')}/{subfolder}", depth - 1, (*ancestors, folder_id))
 
     def trusted_records(self) -> dict[str, Record]:
-        """Return the records on which a later crawl can rely."""
-        limit = self._now - _MIN_TRUSTED_AGE
-        return {folder: record for folder, record in self._new_records.items() if max(record[0], record[3]) < limit}
+        """Return the records of folders that have not just changed, on which a later crawl can rely."""
+        newest_trusted = self._now - _MIN_TRUSTED_AGE
+        return {
+            folder: record for folder, record in self._new_records.items() if max(record[0], record[3]) < newest_trusted
+        }
 
     def _current_record(self, folder: str, mtime: int) -> Record | None:
         record = self._old_records.get(folder)
@@ -220,31 +228,33 @@ def profile(roots: list[tuple[str, int]]) -> list[tuple[float, str, bool]]:
         roots: the folders to search, each with the number of levels.
 
     Returns:
-        For each folder (seconds, folder, whether it or a folder below contains a package).
+        For each folder that is not itself a package, (seconds, folder, whether a folder below is a package).
     """
-    result: list[tuple[float, str, bool]] = []
+    timings: list[tuple[float, str, bool]] = []
 
-    seen: set[str] = set()
+    visited: set[str] = set()
 
     def measure(folder: str, depth: int) -> bool:
         start = time.perf_counter()
-        real = os.path.realpath(folder)
-        if real in seen:
+        real_path = os.path.realpath(folder)
+        if real_path in visited:
             return True
-        seen.add(real)
+        visited.add(real_path)
         try:
             record = _read_folder(folder, 0)
         except OSError:
             return False
-        results = [measure(os.path.join(folder, each), depth - 1) for each in record[1]] if depth else []
-        has_packages = bool(record[2]) or any(results)
+        child_results = (
+            [measure(os.path.join(folder, subfolder), depth - 1) for subfolder in record[1]] if depth else []
+        )
+        has_packages = bool(record[2]) or any(child_results)
         if not record[2]:
-            result.append((time.perf_counter() - start, folder, has_packages))
+            timings.append((time.perf_counter() - start, folder, has_packages))
         return has_packages
 
     for root, depth in roots:
         measure(root, depth)
-    return sorted(result, reverse=True)
+    return sorted(timings, reverse=True)
 
 
 def _modification_time(folder: str, name: str) -> int:
@@ -257,14 +267,14 @@ def _modification_time(folder: str, name: str) -> int:
 def _read_folder(folder: str, mtime: int) -> Record:
     with os.scandir(folder) as listing:
         entries = {entry.name: entry for entry in listing}
-    manifest = next((name for name in MANIFESTS if name in entries), "")
+    manifest = next((name for name in MANIFEST_NAMES if name in entries), "")
     if manifest and "CATKIN_IGNORE" in entries:
         return [mtime, [], "", 0, "", False]
     if manifest and manifest != "stack.xml":  # packages do not nest, but stacks contain packages
         manifest_mtime = _modification_time(folder, manifest)
-        name, meta = identity(folder, manifest)
-        return [mtime, [], manifest, manifest_mtime, name, meta]
-    if not _IGNORED.isdisjoint(entries):
+        name, is_meta = read_identity(folder, manifest)
+        return [mtime, [], manifest, manifest_mtime, name, is_meta]
+    if not _IGNORE_MARKERS.isdisjoint(entries):
         folders: list[str] = []
     else:  # broken links are kept, since their targets may appear later
         folders = sorted(n for n, entry in entries.items() if n[0] != "." and (entry.is_symlink() or entry.is_dir()))
@@ -273,17 +283,17 @@ def _read_folder(folder: str, mtime: int) -> Record:
     return [mtime, folders, "", 0, "", False]
 
 
-def identity(folder: str, manifest: str) -> tuple[str, bool]:
+def read_identity(folder: str, manifest: str) -> tuple[str, bool]:
     """Return the name of the package in a folder, and whether it is a metapackage."""
-    base = os.path.basename(folder)
+    folder_name = os.path.basename(folder)
     if manifest != "package.xml":
-        return base, False
+        return folder_name, False
     try:
         text = manifest_text(os.path.join(folder, manifest))
     except OSError:
-        return base, False
+        return folder_name, False
     text = strip_comments(text)
-    return package_name_in(text) or base, "<metapackage" in text
+    return package_name_in(text) or folder_name, "<metapackage" in text
 
 
 def _load_records(file: str) -> dict[str, Record]:

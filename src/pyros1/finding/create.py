@@ -22,7 +22,7 @@ class CreateError(Error):
     """The package cannot be created."""
 
 
-def name_problem(name: str) -> str:
+def package_name_problem(name: str) -> str:
     """Return the problem with a package name (REP 144), or an empty string if it is valid."""
     if not name:
         return "it is empty"
@@ -37,7 +37,7 @@ def name_problem(name: str) -> str:
     return ""
 
 
-def create(package: NewPackage, parent: Path) -> list[str]:
+def create_package(package: NewPackage, parent: Path) -> list[str]:
     """Write a package.
 
     Args:
@@ -48,11 +48,11 @@ def create(package: NewPackage, parent: Path) -> list[str]:
         The paths of the new files and folders relative to ``parent``, in order; folders have a trailing slash.
 
     Raises:
-        CreateError: the name is not valid, a file already exists (nothing is written then), or a file cannot be
-            written.
+        CreateError: the name or version is not valid, a file already exists (nothing is written then), or a file cannot
+            be written.
     """
     if not re.fullmatch(r"[^\W]([\w-]*)", package.name):
-        raise CreateError(f"'{package.name}' is not a valid package name: {name_problem(package.name)}")
+        raise CreateError(f"'{package.name}' is not a valid package name: {package_name_problem(package.name)}")
     if not re.fullmatch(r"\d+\.\d+\.\d+", package.version):
         raise CreateError(f"'{package.version}' is not a valid version: use three numbers, for example 0.1.0")
     folder = parent / package.name
@@ -78,7 +78,7 @@ def create(package: NewPackage, parent: Path) -> list[str]:
 
 
 def _empty_folders(package: NewPackage) -> list[str]:
-    if package.meta or package.examples or package.files:
+    if package.is_meta or package.examples or package.files:
         return []
     return [
         *([f"include/{package.name}"] if "roscpp" in package.depends else []),
@@ -87,13 +87,17 @@ def _empty_folders(package: NewPackage) -> list[str]:
 
 
 def _package_files(package: NewPackage) -> dict[str, str]:
-    content = _content_files(package)
-    return {"package.xml": package_xml(package, content), "CMakeLists.txt": cmake_lists(package, content), **content}
+    content_files = _content_files(package)
+    return {
+        "package.xml": package_xml(package, content_files),
+        "CMakeLists.txt": cmake_lists(package, content_files),
+        **content_files,
+    }
 
 
 def _content_files(package: NewPackage) -> dict[str, str]:
-    """Return the files other than the manifest and CMakeLists.txt: path -> text."""
-    if package.meta:
+    """Return path -> text of all files other than package.xml and CMakeLists.txt."""
+    if package.is_meta:
         return {}
     files = {}
     if package.examples:
@@ -129,13 +133,15 @@ def package_xml(package: NewPackage, files: Collection[str]) -> str:
     lines += [f"  <license>{escape(each)}</license>" for each in package.licenses or ["TODO"]]
     lines += [f'  <!-- <url type="website">http://wiki.ros.org/{package.name}</url> -->']
     lines += ["", "  <buildtool_depend>catkin</buildtool_depend>"]
-    if package.meta:
+    if package.is_meta:
         lines += [f"  <exec_depend>{escape(each)}</exec_depend>" for each in sorted(package.depends)]
         lines += ["", "  <export>", "    <metapackage/>", "  </export>"]
     else:
         depends = _dependency_names(package, has_messages)
         lines += [f"  <depend>{escape(each)}</depend>" for each in depends]
-        lines += [f"  <exec_depend>{escape(each)}</exec_depend>" for each in sorted({*package.runs} - {*depends})]
+        lines += [
+            f"  <exec_depend>{escape(each)}</exec_depend>" for each in sorted({*package.run_depends} - {*depends})
+        ]
         if has_messages:
             lines += ["  <build_depend>message_generation</build_depend>"]
             lines += [f"  <{tag}>message_runtime</{tag}>" for tag in ("build_export_depend", "exec_depend")]
@@ -148,12 +154,14 @@ def package_xml(package: NewPackage, files: Collection[str]) -> str:
 
 def _dependency_names(package: NewPackage, has_messages: bool) -> list[str]:
     generated = {"message_generation", "message_runtime"} if has_messages else set()
-    return sorted({*package.depends, *package.system, *(["boost"] if package.boost else [])} - generated)
+    return sorted({*package.depends, *package.system_depends, *(["boost"] if package.boost else [])} - generated)
 
 
-def _person_tag(tag: str, text: str) -> str:
-    match = _PERSON.fullmatch(text)
+def _person_tag(tag: str, person: str) -> str:
+    match = _PERSON.fullmatch(person)
     if match:
         return f'  <{tag} email="{escape(match[2])}">{escape(match[1] or match[2])}</{tag}>'
-    address = f' email="{re.sub(r"[^a-z0-9.]+", ".", text.lower()) or "user"}@todo.todo"' if tag == "maintainer" else ""
-    return f"  <{tag}{address}>{escape(text)}</{tag}>"
+    email_attribute = (
+        f' email="{re.sub(r"[^a-z0-9.]+", ".", person.lower()) or "user"}@todo.todo"' if tag == "maintainer" else ""
+    )
+    return f"  <{tag}{email_attribute}>{escape(person)}</{tag}>"

@@ -17,15 +17,15 @@ class Packages:
         found: the packages in order of precedence; the first one with a name is used.
     """
 
-    def __init__(self, found: Sequence[FoundPackage]) -> None:
-        self.all = found
+    def __init__(self, packages: Sequence[FoundPackage]) -> None:
+        self.all = packages
         self.by_name: dict[str, FoundPackage] = {}
-        for package in found:
+        for package in packages:
             self.by_name.setdefault(package.name, package)
         self._manifests: dict[str, Manifest] = {}
 
     def find(self, name: str) -> FoundPackage:
-        """Return a package.
+        """Return the package with a name.
 
         Raises:
             PackageNotFoundError: there is no such package.
@@ -40,7 +40,7 @@ class Packages:
 
         Raises:
             PackageNotFoundError: there is no such package.
-            ManifestError: it cannot be read.
+            ManifestError: the manifest cannot be read.
         """
         manifest = self._manifests.get(name)
         if manifest is None:
@@ -50,9 +50,10 @@ class Packages:
         return manifest
 
     def direct_dependencies(self, name: str) -> list[str]:
-        """Return the direct dependencies of a package; names that are not packages are system dependencies.
+        """Return the packages on which a package depends directly; system dependencies are left out.
 
         Raises:
+            PackageNotFoundError: there is no such package.
             ManifestError: a rosbuild package depends on a package that does not exist, or a manifest cannot be read.
         """
         manifest = self.manifest(name)
@@ -83,28 +84,28 @@ class Packages:
 
     def all_dependents(self, name: str) -> list[str]:
         """Return the packages that depend on a package directly or indirectly, sorted."""
-        users: dict[str, list[str]] = {}
+        dependents: dict[str, list[str]] = {}
         for each in self.by_name:
-            for needed in self._readable_dependencies(each):
-                users.setdefault(needed, []).append(each)
+            for dependency in self._readable_dependencies(each):
+                dependents.setdefault(dependency, []).append(each)
         result: set[str] = set()
-        pending = list(users.get(name, []))
+        pending = list(dependents.get(name, []))
         while pending:
             each = pending.pop()
             if each not in result:
                 result.add(each)
-                pending += users.get(each, [])
+                pending += dependents.get(each, [])
         return sorted(result - {name})
 
     def tree(self, name: str, level: int = 0, ancestors: tuple[str, ...] = ()) -> Iterator[tuple[int, str]]:
-        """Yield (level, package) for the tree of a package's dependencies, from the top down."""
+        """Yield (level, package) for each entry in the tree of a package's dependencies, from the top down."""
         for each in self.direct_dependencies(name):
             yield level, each
             if each not in ancestors:
                 yield from self.tree(each, level + 1, (*ancestors, name))
 
     def chains(self, name: str, target: str) -> Iterator[tuple[str, ...]]:
-        """Yield all chains of dependencies from one package to another."""
+        """Yield all chains of dependencies from one package to another, both included."""
         candidates = {target, *self.all_dependents(target)}
         yield from self._chains((name,), target, candidates)
 
@@ -123,8 +124,8 @@ class Packages:
                 yield each
 
     def _readable_dependencies(self, name: str) -> Iterable[str]:
-        """Return a package's direct dependencies, or none if its manifest is invalid, since that must not stop a
-        search.
+        """Return a package's direct dependencies; empty if its manifest is invalid, since one invalid manifest must not
+        stop a search.
         """
         try:
             return self.manifest(name).run_dependencies()

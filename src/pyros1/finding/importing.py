@@ -27,8 +27,8 @@ class MessageFinder:
 
     Attributes:
         uses_stock_names: whether the ``__module__`` of classes is that of stock's generator, ``std_msgs.msg._String``.
-            This is set in programs written for stock, some of which take the package from it, and whose pickles stock
-            can read.
+            It is set in programs written for stock: some of them read the package's name from it, and stock can read
+            their pickles.
     """
 
     def __init__(self, environ: Mapping[str, str]) -> None:
@@ -58,33 +58,35 @@ class MessageFinder:
         module, *kind = name[len(MSGS_PACKAGE) + 1 :].split(".")
         package = ros_name(module)
         if not self.library.has_package(package):
-            text = f"No module named {name!r}: {self.library.missing_package_message(package)}"
-            raise ModuleNotFoundError(text, name=name)
+            message = f"No module named {name!r}: {self.library.missing_package_message(package)}"
+            raise ModuleNotFoundError(message, name=name)
         match kind:
             case ["msg" | "srv" as part, short]:
                 raise ImportError(self._import_problem(f"{package}/{short}", part), name=name)
 
     def fill(self, module: ModuleType) -> None:
         """Initialise a new module: msg and srv modules create each class when it is first used."""
-        package, *kind = module.__name__[len(MSGS_PACKAGE) + 1 :].split(".")
+        package, *kinds = module.__name__[len(MSGS_PACKAGE) + 1 :].split(".")
         package = ros_name(package)
         module.__doc__ = f"Definitions of the ROS package {package}."
-        if not kind:
+        if not kinds:
             return
-        make, names = (self.message, self._messages) if kind == ["msg"] else (self._service_part, self._services)
+        make_class, list_names = (
+            (self.message, self._messages) if kinds == ["msg"] else (self._service_part, self._services)
+        )
 
         def __getattr__(name: str) -> Any:
             if name == "__all__":
-                return names(package)
+                return list_names(package)
             if name.startswith("_"):
                 raise AttributeError(f"module {module.__name__} has no attribute {name}")
             try:
-                return make(f"{package}/{name}")
+                return make_class(f"{package}/{name}")
             except UnknownTypeError as error:
                 raise AttributeError(str(error)) from error
 
         vars(module)["__getattr__"] = __getattr__
-        vars(module)["__dir__"] = lambda: names(package)
+        vars(module)["__dir__"] = lambda: list_names(package)
 
     def _import_problem(self, name: str, kind: str) -> str:
         """Return the reason why a type cannot be imported from a msg or srv module."""
@@ -134,7 +136,7 @@ class MessageFinder:
         return f"{package}.{kind}._{short}" if self.uses_stock_names else module
 
     def _service_part(self, name: str) -> type[Any]:
-        """Return the class with a name in a srv module: a service, a request or a response."""
+        """Return the class with a name in a srv module: that of a service, its request or its response."""
         short = name.partition("/")[2]
         if short not in self.library.services(name.partition("/")[0]):
             for part, attribute in (("Request", "_request_class"), ("Response", "_response_class")):

@@ -22,7 +22,7 @@ from pyros1.msgs.spec import (
     parse_service,
 )
 
-SHIPPED = os.path.join(os.path.dirname(os.path.dirname(os.path.realpath(__file__))), "msgs", "definitions")
+SHIPPED_DEFINITIONS = os.path.join(os.path.dirname(os.path.dirname(os.path.realpath(__file__))), "msgs", "definitions")
 """Folder of the definitions that come with pyros1."""
 
 _MAX_HINTS = 3
@@ -33,7 +33,7 @@ class Library:
     """Parsed definitions of messages and services, each read once.
 
     Args:
-        environ: environment variables, for ``ROS_PACKAGE_PATH``.
+        environ: environment variables; ``ROS_PACKAGE_PATH`` and ``CMAKE_PREFIX_PATH`` are used.
         installs: ``share`` folders of stock installations; None for those on this machine.
         shipped: folder of the definitions that come with pyros1.
     """
@@ -43,12 +43,12 @@ class Library:
         environ: Mapping[str, str],
         *,
         installs: Sequence[str | os.PathLike[str]] | None = None,
-        shipped: str | os.PathLike[str] = SHIPPED,
+        shipped: str | os.PathLike[str] = SHIPPED_DEFINITIONS,
     ) -> None:
         roots = share_folders(environ) if installs is None else installs
         self._roots = [os.fspath(root) for root in (*roots, shipped)]
         self._packages = PackageIndex(environ, installs=installs)
-        self._has_path = bool(environ.get("ROS_PACKAGE_PATH"))
+        self._has_package_path = bool(environ.get("ROS_PACKAGE_PATH"))
         self._folders: dict[str, list[str]] = {}
         self._messages: dict[str, MessageSpec] = {}
         self._services: dict[str, ServiceSpec] = {}
@@ -69,7 +69,8 @@ class Library:
     def find_message(self, name: str) -> MessageSpec | None:
         """Return the parsed definition of a message type, or None if there is no such type.
 
-        This is for names received from peers, since searching for similar names for an error message is slow.
+        This is used for names received from peers: unlike `message`, it does not search for similar names, which is
+        slow.
 
         Raises:
             DefinitionError: the definition is invalid; the message names the file and the line.
@@ -82,43 +83,43 @@ class Library:
         return spec
 
     def service(self, name: str) -> ServiceSpec:
-        """Return the parsed definition of a service type; raises as :meth:`message`."""
+        """Return the parsed definition of a service type; raises the same errors as :meth:`message`."""
         spec = self._services.get(name)
         if spec is None:
-            path = self._find(name, "srv")
+            path = self._find_definition(name, "srv")
             if path is None:
                 raise UnknownTypeError(self._unknown_type_message(name, "service"))
             spec = self._services[name] = parse_service(name, _read_definition(path), path)
         return spec
 
     def has_package(self, package: str) -> bool:
-        """Return whether there is a package with that name and with definitions."""
+        """Return whether there is a package with that name that has definitions."""
         return any(map(_has_definitions, self.folders(package)))
 
     def messages(self, package: str) -> list[str]:
         """Return the short names of a package's messages, including those of its actions, sorted."""
-        names = set(self._names(package, "msg"))
-        for action in self._names(package, "action"):
+        names = set(self._definition_names(package, "msg"))
+        for action in self._definition_names(package, "action"):
             names.update(action + part for part in _ACTION_PARTS)
         return sorted(names)
 
     def services(self, package: str) -> list[str]:
         """Return the short names of a package's services, sorted."""
-        return sorted(set(self._names(package, "srv")))
+        return sorted(set(self._definition_names(package, "srv")))
 
     def packages(self) -> list[str]:
         """Return the names of all packages that have definitions, sorted."""
-        found: dict[str, None] = dict.fromkeys(self._packages.paths())
+        names: dict[str, None] = dict.fromkeys(self._packages.paths())
         for root in self._roots:
-            found.update(
+            names.update(
                 dict.fromkeys(name for name in _list_folder(root) if _has_definitions(os.path.join(root, name)))
             )
-        return sorted(name for name in found if self.has_package(name))
+        return sorted(name for name in names if self.has_package(name))
 
     def folders(self, package: str) -> list[str]:
         """Return the folders that may contain definitions of a package, in search order."""
         if "/" in package or not package.strip("."):
-            return []  # a path could lead outside of the searched folders
+            return []  # a path could lead outside the searched folders
         folders = self._folders.get(package)
         if folders is None:
             # Debian installs some message packages without a package.xml, so folders with the package's name are
@@ -134,19 +135,19 @@ class Library:
         return folders
 
     def _load_message(self, name: str) -> MessageSpec | None:
-        path = self._find(name, "msg")
+        path = self._find_definition(name, "msg")
         if path is not None:
             return parse_message(name, _read_definition(path), path)
         for part in _ACTION_PARTS:
             action = name.removesuffix(part)
             if action == name:
                 continue
-            path = self._find(action, "action")
+            path = self._find_definition(action, "action")
             if path is not None:
                 return parse_message(name, action_messages(action, _read_definition(path), path)[name], path)
         return None
 
-    def _find(self, name: str, kind: str) -> str | None:
+    def _find_definition(self, name: str, kind: str) -> str | None:
         if not is_type_name(name):
             return None
         package, _, short = name.partition("/")
@@ -156,39 +157,41 @@ class Library:
                 return path
         return None
 
-    def _names(self, package: str, kind: str) -> Iterator[str]:
+    def _definition_names(self, package: str, kind: str) -> Iterator[str]:
         for folder in self.folders(package):
             for name in _list_folder(os.path.join(folder, kind)):
                 if name.endswith("." + kind):
                     yield name.removesuffix("." + kind)
 
     def missing_package_message(self, package: str) -> str:
-        """Return the message that there is no such package, with a suggestion."""
+        """Return the error message for a package that does not exist, with a suggestion."""
         hint = did_you_mean(package, self.packages())
-        path = "" if hint and self._has_path else "; is ROS_PACKAGE_PATH set?"
-        return f"there is no package [{package}] with definitions{hint}{path}"
+        path_hint = "" if hint and self._has_package_path else "; is ROS_PACKAGE_PATH set?"
+        return f"there is no package [{package}] with definitions{hint}{path_hint}"
 
     def _unknown_type_message(self, name: str, kind: str) -> str:
-        names: Callable[[str], list[str]] = self.services if kind == "service" else self.messages
+        list_names: Callable[[str], list[str]] = self.services if kind == "service" else self.messages
         if not is_type_name(name):
-            full_names = [f"'{full}'" for full in self._full_names(name, names)]
+            full_names = [f"'{full}'" for full in self._full_names(name, list_names)]
             hint = f" (did you mean {' or '.join(full_names)}?)" if full_names else ""
             return f"[{name}] is not a {kind} type: it must have the form package/Type{hint}"
         package = name.partition("/")[0]
-        short_names = names(package)
+        short_names = list_names(package)
         if not self.has_package(package):
             return f"{kind} type [{name}] is unknown: {self.missing_package_message(package)}"
         hint = did_you_mean(name, (f"{package}/{short}" for short in short_names))
         available = f"; package [{package}] has {', '.join(short_names) or f'no {kind}s'}"
         return f"{kind} type [{name}] is unknown{hint or available}"
 
-    def _full_names(self, name: str, names: Callable[[str], list[str]]) -> list[str]:
-        """Return a few full names that may be meant by a name without a package, or with a folder as in ROS 2."""
+    def _full_names(self, name: str, list_names: Callable[[str], list[str]]) -> list[str]:
+        """Return a few existing full names that may be meant by a name without a package, or by one with a folder, as
+        in ROS 2.
+        """
         package, short = name.partition("/")[0], name.rpartition("/")[2]
         if "/" in name:
             suggestion = f"{package}/{short}"
-            return [suggestion] if suggestion != name and short in names(package) else []
-        found = [f"{package}/{short}" for package in self.packages() if short in names(package)]
+            return [suggestion] if suggestion != name and short in list_names(package) else []
+        found = [f"{package}/{short}" for package in self.packages() if short in list_names(package)]
         return found[:_MAX_HINTS]
 
 
@@ -197,7 +200,7 @@ def _has_definitions(folder: str) -> bool:
 
 
 def _list_folder(folder: str) -> list[str]:
-    """Return the names in a folder that are not hidden, or none if it cannot be read."""
+    """Return the names in a folder, except hidden ones; empty if the folder cannot be read."""
     try:
         return [name for name in os.listdir(folder) if name[0] != "."]
     except OSError:
@@ -205,7 +208,11 @@ def _list_folder(folder: str) -> list[str]:
 
 
 def _read_definition(path: str) -> str:
-    """Return the text of a definition file with ``\\n`` as line endings."""
+    """Return the text of a definition file with ``\\n`` as line endings.
+
+    Raises:
+        DefinitionError: the file cannot be read.
+    """
     try:
         with open(path, "rb") as file:
             data = file.read()

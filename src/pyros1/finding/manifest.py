@@ -25,7 +25,7 @@ _DEPENDENCY_TAGS = frozenset(
 
 
 class ManifestError(Error):
-    """A package.xml or manifest.xml cannot be read; the message names it."""
+    """A manifest cannot be read or is invalid; the message names the file or the package."""
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,7 @@ class Manifest:
         catkin: whether the file is a package.xml, not a manifest.xml.
         depends: (tag, package) of each dependency, as written.
         exports: (tag, attributes) of each export.
-        system: names of system packages, from a manifest.xml's ``rosdep`` tags.
+        system_keys: rosdep keys of system packages, from a manifest.xml's ``rosdep`` tags.
         version: the version as written; empty if there is none.
         metapackage: whether it is a metapackage.
     """
@@ -49,17 +49,17 @@ class Manifest:
     version: str = ""
     depends: list[tuple[str, str]] = field(default_factory=list)
     exports: list[tuple[str, dict[str, str]]] = field(default_factory=list)
-    system: list[str] = field(default_factory=list)
+    system_keys: list[str] = field(default_factory=list)
     metapackage: bool = False
 
     def run_dependencies(self) -> list[str]:
-        """Return the run-time dependencies without duplicates."""
+        """Return the names of the run-time dependencies, without duplicates; of a rosbuild package, all dependencies."""
         if not self.catkin:
             return list(dict.fromkeys(name for _, name in self.depends))
         return list(dict.fromkeys(name for tag in RUN_TAGS for each, name in self.depends if each == tag))
 
-    def exported(self, language: str, attribute: str) -> list[str]:
-        """Return the values of an attribute of exports, with ``${prefix}`` replaced."""
+    def exported_values(self, language: str, attribute: str) -> list[str]:
+        """Return the values of ``attribute`` in exports with the tag ``language``; ``${prefix}`` is replaced."""
         prefix = str(self.path.parent)
         values = [values[attribute] for tag, values in self.exports if tag == language and attribute in values]
         return [value.replace("${prefix}", prefix) for value in values]
@@ -70,7 +70,7 @@ def read_manifest(path: Path, name: str = "") -> Manifest:
 
     Args:
         path: path of package.xml, manifest.xml or stack.xml.
-        name: name of the package if the file contains none; empty for the folder's name.
+        name: the package's name if the file does not contain it; if empty, that is the folder's name.
 
     Raises:
         ManifestError: the file cannot be read, or is not a manifest.
@@ -98,7 +98,7 @@ def read_manifest(path: Path, name: str = "") -> Manifest:
         version=_element_text(root.find("version")),
         depends=_read_dependencies(root, catkin),
         exports=exports,
-        system=[child.attrib["name"] for child in root.findall("rosdep") if "name" in child.attrib],
+        system_keys=[child.attrib["name"] for child in root.findall("rosdep") if "name" in child.attrib],
         metapackage=any(tag == "metapackage" for tag, _ in exports),
     )
 

@@ -1,12 +1,13 @@
 """Finds the ROS packages on this machine (https://wiki.ros.org/ROS/EnvironmentVariables#ROS_PACKAGE_PATH).
 
-A package is a folder with a ``package.xml`` (catkin) or a ``manifest.xml`` (rosbuild). These are searched in order: the
-folders of ``ROS_PACKAGE_PATH`` with everything below them, the devel and install spaces of ``CMAKE_PREFIX_PATH``, stock
-installations on the machine, the Python packages of this interpreter that declare a ROS package (with a ``package.xml``
-in their folder, or by installing ``share/NAME/package.xml``), and the packages that come with pyros1. If one of these
-folders contains several packages with the same name, the one directly in it whose folder has that name is used, or else
-the first one in the order of folder names. (Stock uses the order of the file system.) Nothing is read before it is
-needed, and the index caches its results, so one index should be used for all searches.
+A package is a folder with a ``package.xml`` (catkin) or a ``manifest.xml`` (rosbuild). The following are searched, in
+this order: the folders of ``ROS_PACKAGE_PATH`` with everything below them, the devel and install spaces of
+``CMAKE_PREFIX_PATH``, stock installations on the machine, the Python packages of this interpreter that declare a ROS
+package (with a ``package.xml`` in their folder, or by installing ``share/NAME/package.xml``), and the packages that
+come with pyros1. If one of these folders contains several packages with the same name, the one directly in it whose
+folder has that name is used, or else the first one in the order of folder names. (Stock uses the order of the file
+system.) Nothing is read before it is needed, and the index caches its results, so one index should be used for all
+searches.
 
 Every node searches for the packages of its messages when it starts. So a package in its usual location is found without
 searching all others, and this module handles paths as strings: `pathlib` is only imported by methods that return its
@@ -38,12 +39,12 @@ _NAME_TAG = r"<name\s*>\s*([^<\s]+)\s*</name\s*>"
 _MAX_MANIFEST_SIZE = 1 << 20
 """Maximum number of characters of a package.xml that are read to find the name."""
 _IGNORE_MARKERS = frozenset({"CATKIN_IGNORE", "AMENT_IGNORE", "COLCON_IGNORE", "rospack_nosubdirs"})
-MAX_DEPTH = 20
+MAX_CRAWL_DEPTH = 20
 """Number of levels that are searched for packages below a folder of ``ROS_PACKAGE_PATH``."""
-_Names = list[str]
+_StrList = list[str]
 
 
-def stock_installs() -> _Names:
+def stock_installs() -> _StrList:
     """Return the ``share`` folders of stock installations: those in ``/opt/ros``, in reverse order of names, then
     Debian's.
     """
@@ -51,16 +52,16 @@ def stock_installs() -> _Names:
     return [*filter(os.path.isdir, found), "/usr/share"]
 
 
-def share_folders(environ: Mapping[str, str]) -> _Names:
+def share_folders(environ: Mapping[str, str]) -> _StrList:
     """Return the ``share`` folders of the spaces of ``CMAKE_PREFIX_PATH`` and of stock installations, in order."""
     return list(dict.fromkeys([*(os.path.join(prefix, "share") for prefix in _prefixes(environ)), *stock_installs()]))
 
 
-def _prefixes(environ: Mapping[str, str]) -> _Names:
+def _prefixes(environ: Mapping[str, str]) -> _StrList:
     return _normalize_all(environ.get("CMAKE_PREFIX_PATH", "").split(os.pathsep))
 
 
-def _normalize_all(folders: Iterable[str]) -> _Names:
+def _normalize_all(folders: Iterable[str]) -> _StrList:
     """Return the non-empty paths, without redundant slashes and dots."""
     result = []
     for folder in filter(None, folders):
@@ -69,7 +70,7 @@ def _normalize_all(folders: Iterable[str]) -> _Names:
     return result
 
 
-def _python_folders() -> _Names:
+def _python_folders() -> _StrList:
     """Return the folders of installed Python packages and of their data files."""
     libraries = [part for part in sys.path if os.path.basename(part) in ("site-packages", "dist-packages")]
     return [os.path.join(sys.prefix, "share"), *libraries]
@@ -104,11 +105,11 @@ class PackageIndex:
         self._flat_folders = list(dict.fromkeys(os.fspath(folder) for folder in (*flat_folders, self._own)))
         self._found_folders: dict[str, str] = {}
         self._crawled: dict[str, dict[str, str]] = {}
-        self._executables: dict[tuple[str, str], _Names] = {}
+        self._executables: dict[tuple[str, str], _StrList] = {}
 
     def search_folders(self) -> list[tuple[str, int]]:
         """Return the folders to search, in order, each with the number of levels."""
-        depths = [MAX_DEPTH] * len(self._roots) + [1] * len(self._flat_folders)
+        depths = [MAX_CRAWL_DEPTH] * len(self._roots) + [1] * len(self._flat_folders)
         return list(zip([*self._roots, *self._flat_folders], depths, strict=True))
 
     def find(self, name: str) -> Path:
@@ -146,7 +147,7 @@ class PackageIndex:
                     result.setdefault(name_found, folder)
         return dict(zip(result, _to_paths(result.values()), strict=True))
 
-    def packages_below_roots(self) -> _Names:
+    def packages_below_roots(self) -> _StrList:
         """Return the folders of all packages below the folders of ``ROS_PACKAGE_PATH``."""
         return list(dict.fromkeys(folder for root in self._roots for folder in self._crawl(root).values()))
 
@@ -170,13 +171,13 @@ class PackageIndex:
         return _to_paths(_without_duplicates(filter(os.path.isfile, _find_files(folder, filename))))
 
     def find_executable(self, package: str, name: str) -> _Paths:
-        """Return the paths of executables: first those in ``lib/<package>`` of an install prefix, then those in the
-        package.
+        """Return the paths of executables with a given name: first those in ``lib/<package>`` of an install prefix,
+        then those in the package.
 
         Args:
             package: package name.
-            name: file name, or path relative to the package's folder; in packages that come with pyros1 also
-                ``name.py``.
+            name: file name, or path relative to the package's folder. In packages that come with pyros1, the file may
+                also be ``name.py``.
 
         Raises:
             PackageNotFoundError: there is no such package.
@@ -196,7 +197,7 @@ class PackageIndex:
     def _is_own(self, folder: str) -> bool:
         return folder.startswith(self._own + os.sep)
 
-    def _library_folders(self, folder: str, package: str) -> _Names:
+    def _library_folders(self, folder: str, package: str) -> _StrList:
         """Return the folders ``lib/<package>`` that may contain the programs of a package."""
         prefixes = list(self._prefixes)
         share = os.path.dirname(folder)
@@ -204,21 +205,21 @@ class PackageIndex:
             prefixes.append(os.path.dirname(share))
         return [os.path.join(prefix, "lib", package) for prefix in prefixes]
 
-    def _find_executables(self, folder: str, package: str, name: str) -> _Names:
-        own = self._is_own(folder)
+    def _find_executables(self, folder: str, package: str, name: str) -> _StrList:
+        is_own = self._is_own(folder)
         candidates = [os.path.join(library, name) for library in self._library_folders(folder, package)]
         if os.path.dirname(name):
             candidates.append(os.path.join(folder, name))
         else:
             candidates.extend(_find_files(folder, name))
-            if own and not name.endswith(".py"):
+            if is_own and not name.endswith(".py"):
                 candidates.extend(_find_files(folder, name + ".py"))
         # Installers may clear the executable bit of data files; our own programs are started with their interpreter.
         return _without_duplicates(
-            path for path in candidates if os.path.isfile(path) and (own or os.access(path, os.X_OK))
+            path for path in candidates if os.path.isfile(path) and (is_own or os.access(path, os.X_OK))
         )
 
-    def executables(self, package: str) -> _Names:
+    def executables(self, package: str) -> _StrList:
         """Return the names of all executables of a package, sorted.
 
         Args:
@@ -228,12 +229,12 @@ class PackageIndex:
             PackageNotFoundError: there is no such package.
         """
         folder = self.find_folder(package)
-        own = self._is_own(folder)
+        is_own = self._is_own(folder)
         names: set[str] = set()
         for base_folder in [*self._library_folders(folder, package), folder]:
             for base, files in files_below(base_folder):
                 names.update(name for name in files if os.access(os.path.join(base, name), os.X_OK))
-                if own:
+                if is_own:
                     names.update(name[:-3] for name in files if name.endswith(".py"))
         return sorted(names)
 
@@ -263,7 +264,7 @@ class PackageIndex:
             self._crawled[root] = found  # stored when complete, since other threads may read it
         return found
 
-    def list(self) -> _Names:
+    def list(self) -> _StrList:
         """Return the names of all packages, sorted."""
         return sorted(self.paths())
 
@@ -279,11 +280,11 @@ def is_direct(root: str, name: str) -> bool:
 
 
 def manifest_text(path: str) -> str:
-    """Return a manifest's text; empty if it is not a regular file, since reading a device, for example, might never
-    end.
+    """Return the start of a manifest's text; empty if it is not a regular file, since reading a device, for example,
+    might never end.
 
     Raises:
-        OSError: it cannot be read.
+        OSError: the file cannot be read.
         ValueError: the path cannot be a file name.
     """
     with open(path, encoding="utf-8", errors="replace", opener=_open_nonblocking) as file:
@@ -315,7 +316,7 @@ def package_name_in(text: str) -> str:
 
 
 def enclosing_package(file: Path) -> tuple[Path, str]:
-    """Return the path and name of the package that contains a file, or else of the file's folder."""
+    """Return the path and name of the package that contains a file, or those of the file's folder if there is none."""
     path = file.resolve()
     for folder in path.parents:
         name = _package_name(str(folder))
@@ -324,8 +325,8 @@ def enclosing_package(file: Path) -> tuple[Path, str]:
     return path.parent, path.parent.name
 
 
-def _list_folder(folder: str) -> _Names:
-    """Return the names in a folder, sorted, or none if it cannot be read."""
+def _list_folder(folder: str) -> _StrList:
+    """Return the names in a folder, sorted; empty if the folder cannot be read."""
     try:
         return sorted(os.listdir(folder))
     except OSError:
@@ -337,15 +338,15 @@ def _packages_below(
 ) -> Iterator[str]:
     """Yield package folders in order. Packages do not nest; folders with ignore markers and circular links are skipped.
 
-    ``ancestors`` contains device and inode of the parent folders, ``seen`` those of all visited folders; links to them
-    are skipped.
+    ``ancestors`` contains (device, inode) of each parent folder, ``seen`` that of each visited folder; links to these
+    folders are skipped.
     """
     try:
         status = os.stat(root)
-        here = (status.st_dev, status.st_ino)
-        if here in ancestors or (here in seen and os.path.islink(root)):
+        folder_id = (status.st_dev, status.st_ino)
+        if folder_id in ancestors or (folder_id in seen and os.path.islink(root)):
             return
-        seen.add(here)
+        seen.add(folder_id)
         with os.scandir(root) as listing:
             entries = {entry.name: entry for entry in listing}
     except OSError:
@@ -355,13 +356,13 @@ def _packages_below(
         if "CATKIN_IGNORE" not in names:
             yield root
         return
-    if depth >= MAX_DEPTH or not _IGNORE_MARKERS.isdisjoint(names):
+    if depth >= MAX_CRAWL_DEPTH or not _IGNORE_MARKERS.isdisjoint(names):
         return
     for name in sorted(name for name, entry in entries.items() if name[0] != "." and is_folder(entry)):
-        yield from _packages_below(os.path.join(root, name), seen, depth + 1, (*ancestors, here))
+        yield from _packages_below(os.path.join(root, name), seen, depth + 1, (*ancestors, folder_id))
 
 
-def files_below(folder: str) -> Iterator[tuple[str, _Names]]:
+def files_below(folder: str) -> Iterator[tuple[str, _StrList]]:
     """Yield a folder and the folders below, each with the names of its files, in order; hidden folders are skipped.
 
     As in stock, links to folders are followed after everything that is reached without them. Each folder is visited
@@ -374,14 +375,14 @@ def files_below(folder: str) -> Iterator[tuple[str, _Names]]:
         while pending:
             base = pending.pop()
             try:
-                here = _device_and_inode(base)
+                folder_id = _device_and_inode(base)
                 with os.scandir(base) as listing:
                     entries = sorted(listing, key=lambda entry: entry.name)
             except OSError:
                 continue
-            if here in seen:
+            if folder_id in seen:
                 continue
-            seen.add(here)
+            seen.add(folder_id)
             folder_names = {entry.name for entry in entries if is_folder(entry)}
             yield base, [entry.name for entry in entries if entry.name not in folder_names]
             subfolders = [entry for entry in entries if entry.name in folder_names and entry.name[0] != "."]
@@ -390,7 +391,7 @@ def files_below(folder: str) -> Iterator[tuple[str, _Names]]:
 
 
 def is_folder(entry: os.DirEntry[str]) -> bool:
-    """Return whether an entry is a folder or a link to one; is_dir() raises OSError for circular links."""
+    """Return whether an entry is a folder or a link to one; False for circular links, where is_dir() raises OSError."""
     try:
         return entry.is_dir()
     except OSError:
@@ -414,7 +415,7 @@ def _find_files(folder: str, filename: str) -> Iterator[str]:
             yield os.path.join(base, filename)
 
 
-def _without_duplicates(paths: Iterable[str]) -> _Names:
+def _without_duplicates(paths: Iterable[str]) -> _StrList:
     result: dict[str, str] = {}
     for path in paths:
         result.setdefault(os.path.realpath(path), path)

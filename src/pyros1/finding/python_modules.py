@@ -10,18 +10,18 @@ from collections.abc import Mapping
 
 DROP_IN_START = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "drop_in", "start")
 """Folder for PYTHONPATH, which provides our rospy and related modules to programs without a real rospy."""
-MODULES = os.path.join(os.path.dirname(DROP_IN_START), "modules")
+MODULES_FOLDER = os.path.join(os.path.dirname(DROP_IN_START), "modules")
 """Folder of the replacement modules."""
 SYSTEM_PYTHON = "/usr/bin/python3"
 """The Python interpreter for which the system's packages install modules."""
 _ANY_PYTHON = ([b"/usr/bin/env", b"python3"], [b"/usr/bin/env", b"python"])
 SYSTEM_FOLDERS = ("/usr/lib/", "/usr/share/")
-"""Folders of the programs of the system's packages."""
+"""Folders with programs from the system's packages."""
 
 
 def modules_environment(environ: Mapping[str, str]) -> dict[str, str]:
-    """Return the environment variables with which Python programs find our modules, or can report where pyros1 is
-    otherwise.
+    """Return environment variables with which Python programs find our modules or, in interpreters without pyros1,
+    report where it is installed.
 
     Args:
         environ: environment variables; with ``PYROS1_ROSPY=stock``, nothing is changed.

@@ -1,20 +1,20 @@
-"""Writes stubs of message and service classes into folders, for editors and type checkers."""
+"""Writes stub files (.pyi) of message and service classes, for editors and type checkers."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
-from pyros1.finding.library import SHIPPED, Library
+from pyros1.finding.library import SHIPPED_DEFINITIONS, Library
 from pyros1.ground.errors import UnknownTypeError
 from pyros1.ground.generated import module_name
 from pyros1.msgs.stubs import message_stub, package_stub, service_stub, used_packages
 
-HOME = Path(SHIPPED).parent
+STUBS_FOLDER = Path(SHIPPED_DEFINITIONS).parent
 """Folder of the stubs for the definitions that come with pyros1: that of ``pyros1.msgs``."""
 
 
-def stubs(library: Library, packages: Iterable[str]) -> Iterator[tuple[Path, str]]:
+def generate_stubs(library: Library, packages: Iterable[str]) -> Iterator[tuple[Path, str]]:
     """Yield (path, text) of the stub files for packages; paths are relative to the folder of ``pyros1.msgs``.
 
     Args:
@@ -39,7 +39,7 @@ def stubs(library: Library, packages: Iterable[str]) -> Iterator[tuple[Path, str
 
 
 def required_packages(library: Library, package: str) -> set[str]:
-    """Return the existing packages whose messages are used as fields in a package's definitions.
+    """Return the packages, among those that exist, whose messages are the types of fields in a package's definitions.
 
     Raises:
         DefinitionError: a definition is invalid; the message names the file and the line.
@@ -56,8 +56,8 @@ def shipped_library() -> Library:
     return Library({}, installs=())
 
 
-def write(files: Iterable[tuple[Path, str]], folder: Path) -> list[Path]:
-    """Write the files that do not exist or differ; return their paths.
+def write_stubs(files: Iterable[tuple[Path, str]], folder: Path) -> list[Path]:
+    """Write those of the files that do not exist in ``folder`` or have a different text; return their paths.
 
     Raises:
         OSError: a file cannot be written.

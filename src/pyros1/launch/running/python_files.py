@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from pyros1.finding.packages import PackageIndex
-from pyros1.finding.python_modules import MODULES
+from pyros1.finding.python_modules import MODULES_FOLDER
 from pyros1.ground.errors import PackageNotFoundError
 from pyros1.launch.running.command_line import executable_words, is_own, program_environment
 
@@ -172,7 +172,7 @@ def _interpreter_words(file: Path, environ: Mapping[str, str]) -> tuple[str, ...
 
 def _hint(module: str, environ: Mapping[str, str]) -> str:
     """Return a hint for an interpreter without pyros1 that cannot find one of its modules; empty for other modules."""
-    if module != _OURS and not os.path.isdir(os.path.join(MODULES, module)):
+    if module != _OURS and not os.path.isdir(os.path.join(MODULES_FOLDER, module)):
         try:
             PackageIndex(environ).find(module)
         except PackageNotFoundError:

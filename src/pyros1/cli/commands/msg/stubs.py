@@ -21,7 +21,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
     try:
         for package in packages:  # packages that these use are appended in the loop
             try:
-                written += stubs.write(stubs.stubs(library(), [package]), stubs.HOME)
+                written += stubs.write_stubs(stubs.generate_stubs(library(), [package]), stubs.STUBS_FOLDER)
                 used_packages = sorted(stubs.required_packages(library(), package))
                 packages += [
                     name for name in used_packages if name not in packages and not shipped_library.has_package(name)
@@ -37,7 +37,8 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
     count = len(packages) - len(errors)
     if count or not errors:
         print(
-            f"{count} package{'s' * (count != 1)}, {len(written_packages)} new or changed, in {stubs.HOME}", flush=True
+            f"{count} package{'s' * (count != 1)}, {len(written_packages)} new or changed, in {stubs.STUBS_FOLDER}",
+            flush=True,
         )
     if errors:
         raise CommandError("\nERROR: ".join(errors))

@@ -194,7 +194,7 @@ def _current_package() -> str:
 
 def known_packages() -> list[FoundPackage]:
     """Return all packages that rospack lists, which excludes metapackages."""
-    return [found for found in all_packages(os.environ) if not found.meta and found.manifest != "stack.xml"]
+    return [found for found in all_packages(os.environ) if not found.is_meta and found.manifest != "stack.xml"]
 
 
 def load_packages() -> Packages:

@@ -15,8 +15,8 @@ from pyros1.cli.nearby_packages import add_nearby_packages
 from pyros1.cli.records import Argument, Flag, Option, Verb
 from pyros1.cli.shared.argparsing import add_options_and_arguments, make_parser
 from pyros1.finding.crawl import all_packages
-from pyros1.finding.create import CreateError, create, name_problem
-from pyros1.finding.library import SHIPPED
+from pyros1.finding.create import CreateError, create_package, package_name_problem
+from pyros1.finding.library import SHIPPED_DEFINITIONS
 from pyros1.finding.new_package import NewPackage
 from pyros1.guide.catalogue import (
     CATALOGUE,
@@ -44,7 +44,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
         return 0
     program = _program_name()
     as_stock = program in _STOCK_TOOLS
-    problem = name_problem(options.name)
+    problem = package_name_problem(options.name)
     if problem and not as_stock:
         print(f"ERROR: '{options.name}' is not a valid package name: {problem}", file=sys.stderr)
         return 1
@@ -66,21 +66,21 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
             *options.dependencies,
             *(dependency for dependency in example_dependencies if is_build_dependency(dependency)),
         ],
-        runs=[dependency for dependency in example_dependencies if not is_build_dependency(dependency)],
-        system=options.sys_deps or (),
+        run_depends=[dependency for dependency in example_dependencies if not is_build_dependency(dependency)],
+        system_depends=options.sys_deps or (),
         boost=options.boost_comps or (),
         version=options.pkg_version,
         description=options.description or "",
         licenses=options.license or (),
         authors=options.author or (),
         maintainers=options.maintainer or (),
-        meta=options.meta,
+        is_meta=options.meta,
         examples=not (as_stock or options.no_examples or examples),
         files=collect_files(examples, options.face, options.name) if examples else {},
     )
     folders_by_package = {entry.name: entry.folder for entry in reversed(all_packages(os.environ))}
     try:
-        created = create(package, Path.cwd())
+        created = create_package(package, Path.cwd())
     except CreateError as error:
         print(f"{program if as_stock else 'ERROR'}: {error}", file=sys.stderr)
         return 2 if as_stock else 1
@@ -159,7 +159,7 @@ VERB = Verb(
 
 def _warn_about_packages(package: str, dependencies: Sequence[str], folders_by_package: dict[str, str]) -> None:
     """Warn about dependencies that are not installed and about another package of the same name."""
-    shipped = set(os.listdir(SHIPPED))
+    shipped = set(os.listdir(SHIPPED_DEFINITIONS))
     for name in dependencies:
         if name not in folders_by_package and name not in shipped:
             hint = did_you_mean(name, {*folders_by_package, *shipped})
@@ -209,7 +209,7 @@ def _print_as_stock(package: NewPackage, created: list[str]) -> None:
 def _minimal_commands(package: NewPackage) -> list[str]:
     """Return the commands that demonstrate the minimal examples if the package has them."""
     lines = ["launch {} minimal.launch", "run {} minimal_publisher", "msg show {}/Measurement"]
-    return [f"pyros1 {line.format(package.name)}" for line in lines if package.examples and not package.meta]
+    return [f"pyros1 {line.format(package.name)}" for line in lines if package.examples and not package.is_meta]
 
 
 def _print_created(package: NewPackage, created: list[str], commands: list[str]) -> None:

@@ -85,7 +85,7 @@ def _rosdep(invocation: Invocation, request: Request, args: list[str]) -> None:
     keys: set[str] = set()
     for package in package_names:
         manifest = packages.manifest(package)
-        keys.update(manifest.system)
+        keys.update(manifest.system_keys)
         if catkin:  # rosbuild packages name rosdep keys only in manifest.xml
             keys.update(key for _, key in manifest.depends)
     request.print_names(sorted(keys) if "json" in request.options else [f"name: {key}" for key in sorted(keys)])

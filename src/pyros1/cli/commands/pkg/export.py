@@ -19,7 +19,7 @@ def _export(invocation: Invocation, request: Request, args: list[str]) -> None:
         " ".join(
             value
             for manifest in selected_manifests(request, packages, name)
-            for value in manifest.exported(language, attribute)
+            for value in manifest.exported_values(language, attribute)
         )
     )
 
@@ -35,7 +35,7 @@ def _plugins(invocation: Invocation, request: Request, args: list[str]) -> None:
     allowed = {top, *packages.dependencies(top)} if top else packages.by_name.keys()
     for package in [name, *packages.dependents(name)]:
         if package in allowed:
-            values = packages.manifest(package).exported(name, attribute)
+            values = packages.manifest(package).exported_values(name, attribute)
             if values:
                 print(f"{package} {values[0]}")
 

@@ -22,7 +22,7 @@ def _flags(invocation: Invocation, request: Request, args: list[str]) -> None:
     has_pkg_config_flags = False
     for manifest in selected_manifests(request, packages, name):
         if not manifest.catkin:
-            for value in manifest.exported("cpp", "cflags" if is_compiler else "lflags"):
+            for value in manifest.exported_values("cpp", "cflags" if is_compiler else "lflags"):
                 flags += _select_flags(shlex.split(value), kind)
         elif not has_pkg_config_flags:
             has_pkg_config_flags = manifest.name == name  # pkg-config's output includes all dependencies

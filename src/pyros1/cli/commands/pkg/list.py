@@ -23,7 +23,7 @@ def _find(invocation: Invocation, request: Request, args: list[str]) -> None:
     """Print a package's folder."""
     name = request.package()
     cached = find_cached(os.environ, name)
-    if cached is not None and not cached.meta:
+    if cached is not None and not cached.is_meta:
         print(cached.folder)
         return
     packages_by_name = _packages_by_name()
