@@ -13,7 +13,7 @@ import pytest
 from programs import SOURCE, run
 
 from pyros1.drop_in.environment import disable, enable, is_enabled
-from pyros1.drop_in.finder import MODULES, Finder
+from pyros1.drop_in.finder import MODULES_FOLDER, Finder
 from pyros1.finding.python_modules import DROP_IN_START, modules_environment
 from pyros1.ground.errors import Error
 
@@ -23,7 +23,7 @@ WHERE = "import rospy; print(rospy.__file__)"
 
 def test_a_program_finds_our_rospy_and_message_packages() -> None:
     out = run("import rospy; from std_msgs.msg import String; import std_msgs.msg; print(rospy.__file__)", {})
-    assert out.startswith(MODULES)
+    assert out.startswith(MODULES_FOLDER)
 
 
 def test_rospy_imports_no_large_modules_of_python() -> None:
@@ -39,7 +39,7 @@ def test_a_real_rospy_wins_unless_ours_is_asked_for(tmp_path: Path) -> None:
     real = {"PYTHONPATH": f"{DROP_IN_START}:{tmp_path}"}
     assert run(WHERE, real) == f"{tmp_path}/rospy/__init__.py\n"
     assert run("import genpy", real, code=1).splitlines()[-1] == "ModuleNotFoundError: No module named 'genpy'"
-    assert run(WHERE, {**real, "PYROS1_ROSPY": "pyros1"}).startswith(MODULES)
+    assert run(WHERE, {**real, "PYROS1_ROSPY": "pyros1"}).startswith(MODULES_FOLDER)
     assert "No module named 'rospy'" in run(WHERE, {"PYROS1_ROSPY": "stock"}, code=1)
 
 
@@ -61,7 +61,7 @@ def test_another_sitecustomize_before_ours(tmp_path: Path, name: str) -> None:
     hidden = {"PYTHONPATH": f"{tmp_path}:{DROP_IN_START}:{SOURCE}"}
     program = f"import {name}, rospy.names; print({name}.__spec__.name, rospy.__file__)"
     theirs, found = run(program, hidden).splitlines()
-    assert theirs == "theirs" and found.startswith(f"{name} {MODULES}")
+    assert theirs == "theirs" and found.startswith(f"{name} {MODULES_FOLDER}")
 
 
 def test_another_sitecustomize_hides_neither_a_real_rospy_nor_the_word_on_a_missing_one(tmp_path: Path) -> None:
@@ -138,7 +138,7 @@ def test_all_programs_of_an_environment(tmp_path: Path) -> None:
     program = f"import site; site.addsitedir({str(tmp_path)!r}); import sys; print('start' in str(sys.path)); {WHERE}"
     first, second = run(program, {"PYTHONPATH": ""}).splitlines()
     assert first == "False"
-    assert second.startswith(MODULES)
+    assert second.startswith(MODULES_FOLDER)
     file.write_text(file.read_text().replace(DROP_IN_START, "/no/longer/there"))
     assert not is_enabled(str(tmp_path))
     assert "No module named 'rospy'" in run(program, {"PYTHONPATH": ""}, code=1)

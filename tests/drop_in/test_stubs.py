@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from pyros1.drop_in.environment import disable, enable
-from pyros1.drop_in.finder import MODULES
+from pyros1.drop_in.finder import MODULES_FOLDER
 from pyros1.drop_in.stubs import write_stubs
 from pyros1.finding.library import Library
 
@@ -90,8 +90,8 @@ def test_mypy_knows_them(tmp_path: Path, robot: Path) -> None:
 
 def test_every_module_has_one(tmp_path: Path) -> None:
     assert not write_stubs(tmp_path, Library({}))
-    for source in Path(MODULES).rglob("*.py"):
-        top, *rest = source.relative_to(MODULES).parts
+    for source in Path(MODULES_FOLDER).rglob("*.py"):
+        top, *rest = source.relative_to(MODULES_FOLDER).parts
         stub = tmp_path.joinpath(f"{top}-stubs", *rest).with_suffix(".pyi")
         (imported,) = ast.parse(stub.read_text()).body
         assert isinstance(imported, ast.ImportFrom)

@@ -9,7 +9,7 @@ from importlib import import_module
 def run(tool: str, *words: str) -> int:
     """Run a tool in this process, and return its exit code.
 
-    The commands are in a higher layer, which must not be imported statically. So they are called by name, like in a
+    The commands are in a higher layer, which must not be imported statically, so they are called by name, as in a
     shell.
 
     Args:
@@ -21,7 +21,12 @@ def run(tool: str, *words: str) -> int:
 
 
 def main(tool: str, argv: list[str] | None = None) -> None:
-    """Run a tool like its ``main``, with a command line that starts with the program's name; exit after an error."""
+    """Run a tool as its own ``main`` would; exit with its exit code if that is not 0.
+
+    Args:
+        tool: the name of the tool in stock, for example ``rosbag``.
+        argv: the command line, which starts with the program's name; None for `sys.argv`.
+    """
     code = run(tool, *(sys.argv if argv is None else argv)[1:])
     if code:
         sys.exit(code)

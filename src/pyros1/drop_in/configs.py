@@ -19,31 +19,31 @@ from typing import Any
 _SUFFIX = "Config"
 _MAX_READ_BYTES = 1 << 20
 _OUR_FOLDER = os.path.join(os.path.dirname(os.path.abspath(__file__)), "modules", "dynamic_reconfigure")
-_GENERATORS = ("parameter_generator_catkin", "parameter_generator")
+_GENERATOR_MODULES = ("parameter_generator_catkin", "parameter_generator")
 
 
-def find(folder: str, rest: list[str], name: str) -> ModuleSpec | None:
+def find_config_spec(folder: str, parts: list[str], name: str) -> ModuleSpec | None:
     """Return the spec of ``PACKAGE.cfg``, or of a module in it; None if the package has no such file.
 
     Args:
         folder: the folder of the ROS package.
-        rest: the parts of the module's name below ``PACKAGE.cfg``.
+        parts: the parts of the module's name below ``PACKAGE.cfg``.
         name: the module's full name.
     """
-    match rest:
+    match parts:
         case []:
             cfg_folder = os.path.join(folder, "cfg") + os.sep
-            if any(path.startswith(cfg_folder) or _describes_parameters(path) for path in _files(folder)):
-                return ModuleSpec(name, _Package(folder), is_package=True)  # type: ignore[arg-type]
+            if any(path.startswith(cfg_folder) or _describes_parameters(path) for path in _cfg_files(folder)):
+                return ModuleSpec(name, _PackageLoader(folder), is_package=True)  # type: ignore[arg-type]
         case [module] if module.endswith(_SUFFIX):
             file_name = f"{module.removesuffix(_SUFFIX)}.cfg"
-            for path in _files(folder):
+            for path in _cfg_files(folder):
                 if os.path.basename(path) == file_name and os.path.isfile(path):
-                    return ModuleSpec(name, _Config(path), origin=path)  # type: ignore[arg-type]
+                    return ModuleSpec(name, _ConfigLoader(path), origin=path)  # type: ignore[arg-type]
     return None
 
 
-def _files(folder: str) -> Iterator[str]:
+def _cfg_files(folder: str) -> Iterator[str]:
     """Yield the .cfg files of a ROS package: first all those below cfg/, then those directly in its other folders."""
     for root, _, files in os.walk(os.path.join(folder, "cfg")):
         yield from (os.path.join(root, file) for file in sorted(files) if file.endswith(".cfg"))
@@ -59,7 +59,7 @@ def _files(folder: str) -> Iterator[str]:
 
 
 def _describes_parameters(path: str) -> bool:
-    """Return whether a .cfg file is for dynamic_reconfigure, as other programs use this suffix as well."""
+    """Return whether a .cfg file is for dynamic_reconfigure, since other programs use this suffix as well."""
     if not os.path.isfile(path):  # reading a pipe or a device may never finish
         return False
     try:
@@ -69,34 +69,34 @@ def _describes_parameters(path: str) -> bool:
         return False
 
 
-class _Package:
+class _PackageLoader:
     """Loader of ``PACKAGE.cfg``."""
 
     def __init__(self, folder: str) -> None:
         self._folder = folder
 
     def create_module(self, spec: ModuleSpec) -> None:
-        """Let the import system create the module."""
+        """Return None, so that the import system creates the module."""
 
     def exec_module(self, module: ModuleType) -> None:
         """Set the docstring; the module contains only submodules."""
         module.__doc__ = f"Reconfigurable parameters of nodes in {self._folder}."
 
 
-class _Config:
+class _ConfigLoader:
     """Loader of a module from a .cfg file."""
 
     def __init__(self, path: str) -> None:
         self._path = path
 
     def create_module(self, spec: ModuleSpec) -> None:
-        """Let the import system create the module."""
+        """Return None, so that the import system creates the module."""
 
     def exec_module(self, module: ModuleType) -> None:
         """Run the file, and fill the module with the parameters that it describes."""
         from dynamic_reconfigure.encoding import extract_params  # noqa: PLC0415
 
-        vars(module).update(run(self._path), extract_params=extract_params, __file__=self._path)
+        vars(module).update(run_cfg_file(self._path), extract_params=extract_params, __file__=self._path)
 
 
 class _RunningFiles(threading.local):
@@ -109,11 +109,11 @@ class _RunningFiles(threading.local):
 _RUNNING = _RunningFiles()
 
 
-def run(path: str) -> dict[str, Any]:
-    """Run a .cfg file; return the contents of its module.
+def run_cfg_file(path: str) -> dict[str, Any]:
+    """Run a .cfg file, and return the attributes of its module.
 
     Raises:
-        ImportError: the file is not Python 3, raises an exception, or describes nothing.
+        ImportError: the file is not Python 3, raises an exception, or describes no parameters.
     """
     descriptions: list[dict[str, Any]] = []
     _RUNNING.results.append(descriptions)
@@ -136,18 +136,18 @@ def run(path: str) -> dict[str, Any]:
 
 @contextmanager
 def _our_generators() -> Iterator[None]:
-    """Let a .cfg file use pyros1's ParameterGenerator, even if the program imports another dynamic_reconfigure.
+    """Make .cfg files use pyros1's ParameterGenerator, even if the program imports another dynamic_reconfigure.
 
     Stock's generator, whose source may be on PYTHONPATH, writes files for a build.
     """
-    names = [f"dynamic_reconfigure.{short}" for short in _GENERATORS]
+    names = [f"dynamic_reconfigure.{short}" for short in _GENERATOR_MODULES]
     specs = [find_spec(name) for name in names]
     if all(spec is not None and os.path.dirname(spec.origin or "") == _OUR_FOLDER for spec in specs):
         yield
         return
     other_modules = {name: sys.modules.pop(name) for name in names if name in sys.modules}
     try:
-        for name, short in zip(names, _GENERATORS, strict=True):
+        for name, short in zip(names, _GENERATOR_MODULES, strict=True):
             spec = spec_from_file_location(name, os.path.join(_OUR_FOLDER, f"{short}.py"))
             assert spec is not None and spec.loader is not None
             sys.modules[name] = module = module_from_spec(spec)
@@ -168,8 +168,8 @@ def _compile(path: str) -> Any:
         raise SyntaxError(str(error)) from error
 
 
-def add_description(contents: dict[str, Any]) -> None:
-    """Accept the descriptions that a ParameterGenerator has collected.
+def add_description(description: dict[str, Any]) -> None:
+    """Add the description that a ParameterGenerator has collected to the results of the .cfg file that is running.
 
     Raises:
         NotImplementedError: the file was run as a program instead of being imported.
@@ -178,4 +178,4 @@ def add_description(contents: dict[str, Any]) -> None:
         raise NotImplementedError(
             "pyros1 does not generate files from .cfg files, and does not need them: import PACKAGE.cfg.NAMEConfig"
         )
-    _RUNNING.results[-1].append(contents)
+    _RUNNING.results[-1].append(description)

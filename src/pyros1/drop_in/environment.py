@@ -94,7 +94,7 @@ def installed_rospy() -> str | None:
     """
     code = "import importlib.util as u; s = u.find_spec('rospy'); print(s.origin if s else '')"
     try:
-        done = subprocess.run(
+        result = subprocess.run(
             [sys.executable, "-c", code],
             stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL,
@@ -105,7 +105,7 @@ def installed_rospy() -> str | None:
         )
     except subprocess.TimeoutExpired:
         raise SiteError(f"{sys.executable} does not start within 30 s") from None
-    return done.stdout.strip() or None
+    return result.stdout.strip() or None
 
 
 def _pth_content() -> str:

@@ -20,20 +20,20 @@ from typing import Any
 from pyros1.drop_in import configs
 from pyros1.drop_in.generated import Messages
 from pyros1.drop_in.left_out import reason_for
-from pyros1.drop_in.sources import folder_of
+from pyros1.drop_in.sources import module_folder
 from pyros1.drop_in.unicode_errors import register
 from pyros1.finding.packages import PackageIndex
 from pyros1.ground.errors import PackageNotFoundError
 from pyros1.ground.generated import MSGS_PACKAGE, finder, module_name
 
-VARIABLE = "PYROS1_ROSPY"
+PREFERENCE_VARIABLE = "PYROS1_ROSPY"
 """Environment variable: "pyros1" prefers pyros1's modules to installed ones, "stock" disables them."""
-MODULES = os.path.join(os.path.dirname(os.path.abspath(__file__)), "modules")
+MODULES_FOLDER = os.path.join(os.path.dirname(os.path.abspath(__file__)), "modules")
 """Folder of pyros1's modules."""
 
 
 def _is_existence_check() -> bool:
-    """Return whether a program only checks if a module exists: `importlib.util.find_spec` must return None then."""
+    """Return whether a program only checks if a module exists; then, `importlib.util.find_spec` must return None."""
     frame: FrameType | None = sys._getframe(1)
     our_modules = (__name__, "pyros1_modules", "importlib._bootstrap")
     while frame is not None and frame.f_globals.get("__name__") in our_modules:
@@ -49,22 +49,22 @@ class Finder:
         folder: the folder of pyros1's modules.
     """
 
-    def __init__(self, environ: Any = os.environ, folder: str = MODULES) -> None:
+    def __init__(self, environ: Any = os.environ, folder: str = MODULES_FOLDER) -> None:
         self._environ = environ
         self._folder = folder
-        self._names = frozenset(name.partition(".")[0] for name in os.listdir(folder) if name[0] not in "_.")
-        self._stock: bool | None = None
+        self._module_names = frozenset(name.partition(".")[0] for name in os.listdir(folder) if name[0] not in "_.")
+        self._uses_stock: bool | None = None
         self._library = finder().library
         self._index = PackageIndex(environ)
         self._package_spec("std_msgs", [], "std_msgs")  # triggers its late imports
 
     @property
     def stock(self) -> bool:
-        """Whether stock's modules are used: its rospy is installed, or the environment variable requests it."""
-        if self._stock is None:
-            preference = self._environ.get(VARIABLE, "")
-            self._stock = preference == "stock" or (preference != "pyros1" and self._has_stock_rospy())
-        return self._stock
+        """Whether stock's modules are used: stock's rospy is installed, or the environment variable requests them."""
+        if self._uses_stock is None:
+            preference = self._environ.get(PREFERENCE_VARIABLE, "")
+            self._uses_stock = preference == "stock" or (preference != "pyros1" and self._has_stock_rospy())
+        return self._uses_stock
 
     def _has_stock_rospy(self) -> bool:
         spec = PathFinder.find_spec("rospy")  # a folder without modules is ignored
@@ -81,7 +81,7 @@ class Finder:
         top, *rest = name.split(".")
         if top == "pyros1" or top in sys.stdlib_module_names or self.stock:
             return None
-        if not rest and top in self._names:
+        if not rest and top in self._module_names:
             return PathFinder.find_spec(name, [self._folder])
         is_in_our_folder = path is not None and any(os.fspath(each).startswith(self._folder + os.sep) for each in path)
         spec = PathFinder.find_spec(name, path) if is_in_our_folder else None
@@ -115,38 +115,38 @@ class Finder:
             case ["cfg", *inner]:
                 return self._config_spec(package, inner, name)
             case ["msg" | "srv" as kind] if self._library.has_package(package):
-                if not self._types(package, kind):
+                if not self._type_names(package, kind):
                     type_kind = "messages" if kind == "msg" else "services"
-                    text = f"No module named {name!r}: the package {package} has no {type_kind}"
-                    raise ModuleNotFoundError(text, name=name)
+                    message = f"No module named {name!r}: the package {package} has no {type_kind}"
+                    raise ModuleNotFoundError(message, name=name)
                 return ModuleSpec(name, Messages(self._library, package, kind), is_package=True)  # type: ignore[arg-type]
             case ["msg" | "srv" as kind, module] if module[:2] != "__" and self._library.has_package(package):
                 if module[0] != "_":  # an unknown type: this raises an error with a hint
                     finder().check(f"{MSGS_PACKAGE}.{module_name(package)}.{kind}.{module}")
-                if module[1:] in self._types(package, kind):
+                if module[1:] in self._type_names(package, kind):
                     return ModuleSpec(name, Messages(self._library, package, kind, module[1:]))  # type: ignore[arg-type]
         return None
 
-    def _types(self, package: str, kind: str) -> list[str]:
+    def _type_names(self, package: str, kind: str) -> list[str]:
         names: list[str] = (self._library.messages if kind == "msg" else self._library.services)(package)
         return names
 
     def _source_folder(self, package: str) -> str | None:
         """Return the folder in which a ROS package has a Python module with the package's name."""
         try:
-            return folder_of(self._index.find_folder(package), package)
+            return module_folder(self._index.find_folder(package), package)
         except PackageNotFoundError:
             return None
 
     def _source_elsewhere(self, module: str) -> str | None:
-        """Return the folder in which any ROS package in ROS_PACKAGE_PATH has a Python module with another name."""
-        folders = (folder_of(folder, module) for folder in self._index.packages_below_roots())
+        """Return the folder of a Python module in any package in ROS_PACKAGE_PATH, even one with another name."""
+        folders = (module_folder(folder, module) for folder in self._index.packages_below_roots())
         return next(filter(None, folders), None)
 
     def _config_spec(self, package: str, rest: list[str], name: str) -> ModuleSpec | None:
         """Return the spec of ``PACKAGE.cfg``, or of a module in it, from the package's .cfg files."""
         try:
-            return configs.find(self._index.find_folder(package), rest, name)
+            return configs.find_config_spec(self._index.find_folder(package), rest, name)
         except PackageNotFoundError:
             return None
 
@@ -156,12 +156,12 @@ def install() -> Finder:
     for each in sys.meta_path:
         if isinstance(each, Finder):
             return each
-    ours = Finder()
-    if not ours.stock:
+    our_finder = Finder()
+    if not our_finder.stock:
         finder().uses_stock_names = True
         register()
-    if os.environ.get(VARIABLE) == "pyros1":
-        sys.meta_path.insert(0, ours)
+    if os.environ.get(PREFERENCE_VARIABLE) == "pyros1":
+        sys.meta_path.insert(0, our_finder)
     else:
-        sys.meta_path.append(ours)
-    return ours
+        sys.meta_path.append(our_finder)
+    return our_finder

@@ -18,9 +18,9 @@ from pyros1.finding.library import Library
 from pyros1.ground.errors import MessageError
 from pyros1.ground.generated import MSGS_PACKAGE, module_name
 
-_IMPORTED = ("codecs", "genpy", "python3", "struct", "sys")
+_IMPORTED_NAMES = ("codecs", "genpy", "python3", "struct", "sys")
 """Names in each of stock's generated modules in addition to classes and message packages."""
-_DICT = vars(ModuleType)["__dict__"]
+_MODULE_DICT = vars(ModuleType)["__dict__"]
 
 
 class Messages:
@@ -46,7 +46,7 @@ class Messages:
         return _Module(spec.name) if self._kind else None
 
     def exec_module(self, module: ModuleType) -> None:
-        """Fill a new module."""
+        """Initialise a new module: its attributes are created when they are first used."""
         module.__doc__ = f"Definitions of the ROS package {self._package}, from pyros1."
         if self._kind:
             import_module(self._source)
@@ -55,11 +55,11 @@ class Messages:
 
     def public_names(self) -> list[str]:
         """Return the names that ``from PACKAGE.msg import *`` imports."""
-        return [*self._classes(), *_IMPORTED, *self._packages()]
+        return [*self._class_names(), *_IMPORTED_NAMES, *self._package_names()]
 
     def module_names(self) -> list[str]:
-        """Return the names of the modules for single types in this module."""
-        return [] if self._only_type else [f"_{name}" for name in self._types()]
+        """Return the names of this module's submodules for single types."""
+        return [] if self._only_type else [f"_{name}" for name in self._type_names()]
 
     def value(self, module: str, name: str) -> Any:
         """Return the value of an attribute of the module.
@@ -71,7 +71,7 @@ class Messages:
             return self.public_names()
         if name == "python3":
             return True
-        if name in _IMPORTED:
+        if name in _IMPORTED_NAMES:
             return import_module(name)
         if name.startswith("_") and name in self.module_names():
             return import_module(f"{module}.{name}")
@@ -80,7 +80,7 @@ class Messages:
         try:
             return getattr(sys.modules[self._source], name)
         except AttributeError:
-            if name not in self._packages():
+            if name not in self._package_names():
                 raise
         import_module(f"{name}.msg")
         return sys.modules[name]
@@ -89,25 +89,25 @@ class Messages:
     def _source(self) -> str:
         return f"{MSGS_PACKAGE}.{module_name(self._package)}.{self._kind}"
 
-    def _types(self) -> list[str]:
+    def _type_names(self) -> list[str]:
         if self._only_type:
             return [self._only_type]
         return (self._library.messages if self._kind == "msg" else self._library.services)(self._package)
 
     def _modules(self) -> list[str]:
-        return [] if self._only_type else [f"_{name}" for name in self._types()]
+        return [] if self._only_type else [f"_{name}" for name in self._type_names()]
 
-    def _classes(self) -> list[str]:
+    def _class_names(self) -> list[str]:
         parts = ("",) if self._kind == "msg" else ("", "Request", "Response")
-        return [name + part for name in self._types() for part in parts]
+        return [name + part for name in self._type_names() for part in parts]
 
-    def _packages(self) -> list[str]:
+    def _package_names(self) -> list[str]:
         """Return the packages of all message types in the definitions, in their fields' definitions, and so on."""
-        find: Callable[[str], Any] = self._library.message if self._kind == "msg" else self._library.service
+        find_spec: Callable[[str], Any] = self._library.message if self._kind == "msg" else self._library.service
         packages: set[str] = set()
-        for name in self._types():
+        for name in self._type_names():
             try:
-                used = self._library.digests.dependencies(find(f"{self._package}/{name}"))
+                used = self._library.digests.dependencies(find_spec(f"{self._package}/{name}"))
             except MessageError:  # reported when the type is imported
                 continue
             packages.update(each.partition("/")[0] for each in used)
@@ -124,14 +124,16 @@ class _Module(ModuleType):
         return value
 
     def __dir__(self) -> list[str]:
-        return sorted({*_DICT.__get__(self), *self._definitions.public_names(), *self._definitions.module_names()})
+        return sorted(
+            {*_MODULE_DICT.__get__(self), *self._definitions.public_names(), *self._definitions.module_names()}
+        )
 
     @property
     def __dict__(self) -> dict[str, Any]:  # type: ignore[override]
-        """All attributes, since some programs search for types here."""
+        """All attributes, including those that have not been used yet, since some programs search for types here."""
         for name in (*self._definitions.public_names(), *self._definitions.module_names()):
             getattr(self, name)
-        attributes: dict[str, Any] = _DICT.__get__(self)
+        attributes: dict[str, Any] = _MODULE_DICT.__get__(self)
         return attributes
 
     @property
@@ -144,7 +146,7 @@ def _make_package_getattr(package: str) -> Callable[[str], Any]:
     """Return the ``__getattr__`` of a message package.
 
     With stock, ``import std_msgs`` is sufficient to use ``std_msgs.msg.String`` if any module has imported
-    std_msgs.msg, like rospy does. pyros1's modules import fewer packages, so it is imported here.
+    std_msgs.msg, as rospy does. pyros1's modules import fewer packages, so the submodule is imported on demand.
     """
 
     def __getattr__(name: str) -> Any:

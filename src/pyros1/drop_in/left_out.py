@@ -46,6 +46,6 @@ REASONS = {
 
 
 def reason_for(module: str) -> str:
-    """Return the reason why a module is missing, preceded by a colon; an empty string for unknown modules."""
+    """Return ": " and the reason why a module is missing from pyros1, or an empty string for other modules."""
     reason = REASONS.get(module)
     return f": {reason}" if reason else ""

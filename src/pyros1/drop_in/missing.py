@@ -1,4 +1,4 @@
-"""Names in stock's modules that pyros1's modules import lazily, or do not have; then the error contains the reason."""
+"""Handles names in stock's modules that pyros1's modules import lazily or do not have; errors contain the reason."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from importlib.util import find_spec
 from typing import Any
 
 # fmt: off
-_IMPORTED = frozenset((
+_IMPORTED_MODULES = frozenset((
     "atexit", "codecs", "errno", "functools", "genpy", "inspect", "io", "itertools", "keyword", "logging", "math",
     "os", "pickle", "random", "re", "rosgraph", "roslib", "rospkg", "rospy", "select", "shutil", "socket", "struct",
     "sys", "tempfile", "threading", "time", "traceback", "types", "warnings", "yaml",
@@ -24,7 +24,7 @@ def names(
     why: Mapping[str, str] | None = None,
     live: Mapping[str, Callable[[], Any]] | None = None,
 ) -> tuple[Callable[[str], Any], Callable[[], list[str]]]:
-    """Return the ``__getattr__`` and the ``__dir__`` of a module.
+    """Return a ``__getattr__`` and a ``__dir__`` for a module.
 
     Args:
         module: the module's full name.
@@ -38,17 +38,21 @@ def names(
     def __getattr__(name: str) -> Any:
         if name in values:
             return values[name]()
-        home = source_modules.get(name)
-        if home is None:
+        source_module = source_modules.get(name)
+        if source_module is None:
             if name.startswith("__"):
                 raise AttributeError(f"module {module!r} has no attribute {name!r}")
             if _is_module(f"{module}.{name}"):  # stock's modules import each other, and programs rely on that
                 return import_module(f"{module}.{name}")
-            if name in _IMPORTED:
+            if name in _IMPORTED_MODULES:
                 return import_module(name)
             reason = (why or {}).get(name, "")
             raise AttributeError(f"pyros1 has no {module}.{name}{reason and ': ' + reason}")
-        return import_module(home[:-1]) if home.endswith(".") else getattr(import_module(home), name)
+        return (
+            import_module(source_module[:-1])
+            if source_module.endswith(".")
+            else getattr(import_module(source_module), name)
+        )
 
     def __dir__() -> list[str]:
         return sorted({*vars(sys.modules[module]), *source_modules})
@@ -64,7 +68,7 @@ def _is_module(name: str) -> bool:
 
 
 def members(owner: str, reason: str, missing_names: frozenset[str]) -> Callable[[Any, str], Any]:
-    """Return the ``__getattr__`` of a class.
+    """Return a ``__getattr__`` for a class that lacks members of stock's class.
 
     Args:
         owner: the name that programs use for its objects, for example ``Publisher.impl``.
@@ -81,7 +85,7 @@ def members(owner: str, reason: str, missing_names: frozenset[str]) -> Callable[
 
 
 def missing(module: str, **reasons: str) -> Callable[[str], Any]:
-    """Return the ``__getattr__`` of a module that imports nothing lazily.
+    """Return a ``__getattr__`` for a module that imports nothing lazily.
 
     Args:
         module: the module's full name.

@@ -23,8 +23,8 @@ class Process:
 
     Attributes:
         node: the node; None until it has been started. It is kept after its shutdown.
-        arguments: the arguments with which it was started, so that repeating the same call has no effect.
-        starting: whether it is being started.
+        arguments: the arguments with which the node was started, so that repeating the same call has no effect.
+        starting: whether the node is being started.
         wall_time: whether a clock is available without a node.
         ending: whether shutdown was requested.
         is_shutdown: whether the node has shut down, or at least interrupted all waits.
@@ -50,7 +50,7 @@ class Process:
     # Start ------------------------------------------------------------------------------------------------------------
 
     def start(self, make_node: Callable[[], Node], arguments: tuple[Any, ...]) -> Node:
-        """Start the node, and call the functions that are waiting for it, in the order in which they were added."""
+        """Start and return the node; call the functions that are waiting for it, in the order of their addition."""
         self.starting = True
         try:
             node = make_node()
@@ -96,8 +96,8 @@ class Process:
 
         Args:
             hook: the function.
-            when: "client" to call it first, while everything works as before; "before" to call it after that; "after"
-                to call it when waits have been interrupted and `is_shutdown` is true.
+            when: "client" to call it first, while everything works as before; "before" to call it after all "client"
+                hooks; "after" to call it when waits have been interrupted and `is_shutdown` is true.
         """
         with self._lock:
             if when not in self._finished_phases:
@@ -106,9 +106,9 @@ class Process:
         hook("already shutdown")
 
     def shutdown(self, reason: str) -> None:
-        """Shut down the node; without a node, run the hooks.
+        """Shut down the node; without a node, only run the hooks.
 
-        Return immediately if another thread is shutting down the node, since its hooks may wait for this thread.
+        Returns immediately if another thread is shutting down the node, since its hooks may wait for this thread.
         """
         if not self.ending:
             self._reason = reason

@@ -1,7 +1,7 @@
 """Finds the Python modules of ROS packages, which catkin installs and pyros1 imports from the sources.
 
-They are listed in a package's setup.py (https://wiki.ros.org/catkin/CMakeLists.txt, ``catkin_python_setup``), which is
-only searched for ``package_dir``, never run; then the usual folders ``src`` and ``python`` are tried.
+Their folders are listed in a package's setup.py (https://wiki.ros.org/catkin/CMakeLists.txt, ``catkin_python_setup``),
+which is only searched for ``package_dir``, never run. After these, the usual folders ``src`` and ``python`` are tried.
 """
 
 from __future__ import annotations
@@ -18,8 +18,8 @@ _PAIR = r"""["']([\w.]*)["']\s*:\s*["']([^"'\n]*)["']"""
 _DEFAULT_FOLDERS = ("src", "python")
 
 
-def folder_of(package: str, module: str) -> str | None:
-    """Return the folder that must be on Python's path to import a module of a package.
+def module_folder(package: str, module: str) -> str | None:
+    """Return the folder that must be on Python's path to import a module from a package.
 
     Args:
         package: the package's folder.
@@ -39,7 +39,7 @@ def folder_of(package: str, module: str) -> str | None:
 
 
 def _folders_in_setup(package: str, module: str) -> Iterator[str]:
-    """Yield the folders of a module according to the package's setup.py."""
+    """Yield the folders that may contain a module, according to the package's setup.py."""
     try:
         match = re.search(_PACKAGE_DIR, manifest_text(os.path.join(package, "setup.py")))
     except (OSError, ValueError):

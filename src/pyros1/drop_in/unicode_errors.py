@@ -1,4 +1,4 @@
-"""Logs, like stock, if messages contain strings that are not UTF-8."""
+"""Logs an error, as stock does, if a message contains strings that are not UTF-8."""
 
 from __future__ import annotations
 

@@ -53,7 +53,7 @@ class Manifest:
     metapackage: bool = False
 
     def run_dependencies(self) -> list[str]:
-        """Return the names of the run-time dependencies, without duplicates; of a rosbuild package, all dependencies."""
+        """Return the names of the run-time dependencies, without duplicates; for a rosbuild package, of all."""
         if not self.catkin:
             return list(dict.fromkeys(name for _, name in self.depends))
         return list(dict.fromkeys(name for tag in RUN_TAGS for each, name in self.depends if each == tag))

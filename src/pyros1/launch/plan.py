@@ -15,9 +15,9 @@ class ExitPolicy:
     """What happens when a node has exited.
 
     Attributes:
-        respawn: start the node again.
-        respawn_delay: seconds to wait before that.
-        required: end the whole launch.
+        respawn: whether the node is started again.
+        respawn_delay: seconds to wait before the node is started again.
+        required: whether the whole launch ends.
     """
 
     respawn: bool = False
@@ -41,11 +41,11 @@ class NodePlan:
         cwd: ``ros_home`` or ``node`` (the executable's folder).
         output: ``log`` or ``screen``.
         exit_policy: whether it is started again, or the whole launch ends, when the node exits.
-        machine: name of a declared machine, None for this one.
+        machine: name of a declared machine; None for this machine.
         file: the launch file that defines the node.
         line: the line in that file.
         wait_for: conditions to wait for before the node starts.
-        wait_timeout: seconds to wait for this, 0 for no limit.
+        wait_timeout: seconds to wait for these conditions; 0 for no limit.
         on_death: what to do when the node has ended; None for nothing.
         args_text, prefix_text: ``args`` and ``prefix`` as written in the file, after substitution.
     """
@@ -104,7 +104,7 @@ class TestPlan(NodePlan):
     Attributes:
         test_name: name of the test, and of its results.
         time_limit: seconds after which the test fails.
-        retry: how often a failed test is repeated.
+        retry: how many times a failed test is repeated at most.
     """
 
     __test__ = False  # not one of pytest's
@@ -151,7 +151,7 @@ class ParamFileAction:
     Attributes:
         command: ``dump`` or ``delete``.
         name: full name of the parameter or namespace.
-        path: file to dump to, empty for delete.
+        path: the file to write for dump; empty for delete.
     """
 
     command: Literal["dump", "delete"]
@@ -165,8 +165,8 @@ class ArgPlan:
 
     Attributes:
         name: its name.
-        default: its default, None if it is required.
-        doc: the ``doc`` attribute, None without one.
+        default: its default; None if it has none.
+        doc: the ``doc`` attribute; None if the tag does not have it.
     """
 
     name: str
@@ -181,7 +181,7 @@ class Plan:
     Attributes:
         nodes: nodes, in order.
         tests: ``<test>`` nodes; a launch ignores them.
-        params: full name -> value; setting a name again changes its value, but not its place.
+        params: full name -> value; setting a name again changes its value, but not its position.
         clear_params: namespaces to delete first.
         actions: rosparam dumps and deletes.
         machines: machines by name.

@@ -29,12 +29,12 @@ class Node:
     Args:
         package: the node's ROS package.
         node_type: the name of its executable.
-        name: the node's name; None for that of the executable.
+        name: the node's name; None for the executable's name.
         namespace: the node's namespace.
         machine_name: must be None or empty, since only nodes on this machine can be launched this way.
-        args: the node's arguments as one string, like in a launch file.
+        args: the node's arguments as one string, as in a launch file.
         respawn: whether to restart the node whenever it exits; a bool, or the string true or false.
-        respawn_delay: seconds to wait before that.
+        respawn_delay: seconds to wait before restarting it.
         remap_args: remappings, as pairs of names.
         env_args: environment variables, as pairs of name and value.
         output: ``screen`` or ``log`` (default).
@@ -74,7 +74,7 @@ class Node:
         if cwd not in (None, "", "ros_home", "ROS_HOME", "node"):
             raise LaunchError(f"cwd must be one of 'ros_home', 'node', not [{cwd}]")
         try:
-            words, prefix = shlex.split(args), shlex.split(launch_prefix or "")
+            argument_words, prefix = shlex.split(args), shlex.split(launch_prefix or "")
         except ValueError as error:
             raise LaunchError(f"cannot split args or launch_prefix into arguments: {error}") from error
         self.plan = NodePlan(
@@ -82,7 +82,7 @@ class Node:
             node_type,
             name or node_type.rpartition("/")[2].partition(".")[0],
             canonicalize_name(ns_join("/", namespace)).rstrip("/") + "/",
-            args=words,
+            args=argument_words,
             remappings=[(old, new) for old, new in remap_args or ()],
             env=dict(env_args or ()),
             prefix=prefix,
@@ -182,13 +182,13 @@ class ScriptRun:
         self._lock = threading.Lock()
         self._ended = threading.Event()
         self._session = Session(
-            plan, options, resources.packages, resources.environ, Console(title=options.show_title), self._has_started
+            plan, options, resources.packages, resources.environ, Console(title=options.show_title), self._on_started
         )
         self._session.supervisor.on_death = self._notify_listeners
         self._thread = threading.Thread(target=self._run, name="launch", daemon=True)
 
     def start(self) -> None:
-        """Start everything.
+        """Start everything in the plan, and return when that is done.
 
         Raises:
             LaunchError: something cannot be started. Processes that were already started have been stopped.
@@ -213,7 +213,7 @@ class ScriptRun:
                 if not future.done():
                     future.set_exception(failure)
 
-    def _has_started(self) -> None:
+    def _on_started(self) -> None:
         self._started.set_result(None)
 
     def _notify_listeners(self, process: Process) -> None:
@@ -224,7 +224,11 @@ class ScriptRun:
                 self._session.console.error(f"process_died of {listener!r} failed: {error!r}")
 
     def do(self, action: Callable[[], Any]) -> Any:
-        """Call a function in the launch's thread and return its result; raise LaunchError if the launch is over."""
+        """Call a function in the launch's thread; return its result, or raise its exception.
+
+        Raises:
+            LaunchError: the launch is over.
+        """
         if threading.current_thread() is self._thread:
             return action()
         future: Future[Any] = Future()
@@ -247,7 +251,11 @@ class ScriptRun:
                 self._pending_results.discard(future)
 
     def launch(self, node: Node) -> ProcessHandle:
-        """Start another node."""
+        """Start another node.
+
+        Raises:
+            LaunchError: the node cannot be started, or the launch is over.
+        """
         return ProcessHandle(self.do(lambda: self._session.launch(node.plan)), self)
 
     def processes(self) -> list[ProcessHandle]:
@@ -260,7 +268,7 @@ class ScriptRun:
 
     @property
     def server_uri(self) -> str:
-        """URI of the launch's XML-RPC server; empty before it was started and after the launch."""
+        """URI of the launch's XML-RPC server; empty if the server is not running."""
         server = self._session._server
         return server.uri if server is not None else ""
 
@@ -276,24 +284,24 @@ class ScriptRun:
         """Stop a process like `ProcessHandle.end`; return whether it has exited."""
         return self._end(process, self._session.supervisor.end_node)
 
-    def _end(self, process: Process, end: Callable[[Process], object]) -> bool:
-        count = process.spawn_count
+    def _end(self, process: Process, end_in_thread: Callable[[Process], object]) -> bool:
+        previous_count = process.spawn_count
         if not self._ended.is_set():
             try:
-                self.do(lambda: end(process))
+                self.do(lambda: end_in_thread(process))
             except LaunchError:
                 self._ended.wait()  # the launch is being shut down
         if threading.current_thread() is self._thread:
             return True
-        seconds = self._options.sigint_timeout + self._options.sigterm_timeout + _SIGKILL_MARGIN_S
-        return process.wait(time.monotonic() + seconds) or process.spawn_count > count
+        timeout = self._options.sigint_timeout + self._options.sigterm_timeout + _SIGKILL_MARGIN_S
+        return process.wait(time.monotonic() + timeout) or process.spawn_count > previous_count
 
     def wait(self, timeout: float | None = None) -> bool:
         """Wait until the launch is over; return whether it is."""
         return self._ended.wait(timeout)
 
     def stop(self) -> None:
-        """Stop everything, and wait until it has exited."""
+        """Stop the launch, and wait until all its processes have exited."""
         atexit.unregister(self.stop)
         if self._ended.is_set():
             return

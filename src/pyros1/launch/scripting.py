@@ -51,7 +51,7 @@ class ROSLaunchParent:
     """Launches launch files.
 
     Args:
-        run_id: the run id, which is that of the running master, or a new one; see `get_or_generate_uuid`.
+        run_id: the run id of the running master, or a new run id; see `get_or_generate_uuid`.
         roslaunch_files: paths, or tuples of a path and a list of ``name:=value`` arguments.
         is_core: whether to run a core; another running master is then an error.
         port: port of a master that is started here.
@@ -165,7 +165,7 @@ class ROSLaunchParent:
             self.shutdown()
 
     def shutdown(self) -> None:
-        """Stop everything that was started, and wait until it has exited. No effect if the launch is over."""
+        """Stop all processes that were started, and wait until they have exited. No effect if the launch is over."""
         if self._run is not None:
             self._run.stop()
 
@@ -177,7 +177,7 @@ class ROSLaunch:
         self.parent = ROSLaunchParent(None, [], show_summary=False)
 
     def start(self) -> None:
-        """Start, so that nodes can be launched.
+        """Start the launch, so that nodes can be added to it.
 
         Raises:
             LaunchError: the launch cannot be started.
@@ -210,7 +210,7 @@ class ROSLaunch:
 
 
 def get_or_generate_uuid(options_runid: str | None, options_wait_for_master: bool) -> str:
-    """Return the run id of the running master, or a new one.
+    """Return the run id of the running master, or a new run id.
 
     Args:
         options_runid: the user's run id, which is returned unless it is empty.
@@ -241,7 +241,7 @@ def configure_logging(run_id: str) -> str:
         run_id: the run id, see `get_or_generate_uuid`.
 
     Returns:
-        The folder.
+        The folder's path.
 
     Raises:
         LaunchError: the folder cannot be created, or the id is not a valid folder name.

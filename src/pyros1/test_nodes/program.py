@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 
 from pyros1.ground.errors import Error
-from pyros1.launch.testing.junit import Results, description, write_results
+from pyros1.launch.testing.junit import Results, describe_case, write_results
 from pyros1.node import Node
 from pyros1.test_nodes import advertise, hz, param, publish
 from pyros1.test_nodes.check import run_case
@@ -54,5 +54,5 @@ def main(argv: list[str]) -> int:
 
 def _report(results: Results) -> int:
     """Print the results and return the exit code."""
-    sys.stdout.write("".join(description(case) for case in results.cases))
+    sys.stdout.write("".join(describe_case(case) for case in results.cases))
     return 1 if results.errors or results.failures else 0

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from pyros1.drop_in.finder import MODULES
+from pyros1.drop_in.finder import MODULES_FOLDER
 from pyros1.finding.python_modules import DROP_IN_START
 
 SOURCE = Path(__file__).resolve().parents[3] / "src"
@@ -32,7 +32,7 @@ def pyros1(*words: str, environ: dict[str, str]) -> str:
 
 def test_status_says_which_rospy_runs(environ: dict[str, str]) -> None:
     shown = pyros1("rospy", "status", environ={"PYTHONPATH": f"{DROP_IN_START}:{SOURCE}"})
-    assert f"Python:  {sys.executable}\nrospy:   pyros1's, {MODULES}/rospy\nenabled: no\n" in shown
+    assert f"Python:  {sys.executable}\nrospy:   pyros1's, {MODULES_FOLDER}/rospy\nenabled: no\n" in shown
     assert "rospy:   none; " in pyros1("rospy", "status", environ={})
 
 
@@ -68,7 +68,7 @@ print("runs on", rospy.__file__, rospy.get_name(), rospy.get_param("~text", "non
 def test_a_node_that_imports_rospy_runs(package: Path, environ: dict[str, str]) -> None:
     found = {**environ, "ROS_PACKAGE_PATH": str(package.parent)}
     shown = pyros1("run", "old_robot", "node.py", "_text:=hello", environ=found)
-    assert shown == f"runs on {MODULES}/rospy/__init__.py /node hello\n"
+    assert shown == f"runs on {MODULES_FOLDER}/rospy/__init__.py /node hello\n"
 
 
 def test_a_launched_node_that_imports_rospy_runs(package: Path, environ: dict[str, str]) -> None:
@@ -81,4 +81,4 @@ def test_a_launched_node_that_imports_rospy_runs(package: Path, environ: dict[st
 </launch>
 """)
     shown = pyros1("launch", str(file), environ={**environ, "ROS_PACKAGE_PATH": str(package.parent)})
-    assert f"runs on {MODULES}/rospy/__init__.py /renamed launched\n" in shown
+    assert f"runs on {MODULES_FOLDER}/rospy/__init__.py /renamed launched\n" in shown

@@ -20,7 +20,7 @@ from typing import Any
 import pytest
 
 from pyros1.finding.python_modules import modules_environment
-from pyros1.launch.preload.preloader import ForkedProcess, Preloader, script_of
+from pyros1.launch.preload.preloader import ForkedProcess, Preloader, python_script
 from pyros1.launch.preload.server import serve
 from pyros1.launch.running.warden import group_exists
 
@@ -239,14 +239,14 @@ def test_what_cannot_be_forked(preloader: Preloader, script: Any, environ: dict[
     other = tmp_path / "other"
     for first in (b"#!/bin/sh\n", b"#!/usr/bin/python9\n", b"\x7fELF", b"", b"#!/usr/bin/env -S python3 -u\n", b"#!\n"):
         other.write_bytes(first + b"pass\n")
-        assert script_of([str(other)], environ) is None
+        assert python_script([str(other)], environ) is None
     good = script("")
-    assert script_of([good], environ) == script_of([sys.executable, good], environ) == good
+    assert python_script([good], environ) == python_script([sys.executable, good], environ) == good
     for words in (["gdb", good], [sys.executable, "-u", good], [sys.executable], [str(tmp_path / "missing")]):
-        assert script_of(words, environ) is None
+        assert python_script(words, environ) is None
     other.write_text("#!/usr/bin/env python3\n")
-    assert script_of([str(other)], {"PATH": os.path.dirname(sys.executable)}) == str(other)
-    assert script_of([str(other)], {"PATH": str(tmp_path)}) is None
+    assert python_script([str(other)], {"PATH": os.path.dirname(sys.executable)}) == str(other)
+    assert python_script([str(other)], {"PATH": str(tmp_path)}) is None
     assert preloader.start([good], environ, str(tmp_path / "no folder"), 1, 2) is None
 
 

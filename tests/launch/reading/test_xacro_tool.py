@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from pyros1.finding.packages import OWN_PACKAGES
-from pyros1.launch.reading.xacro_tool import MISSING, missing_input, xacro_words
+from pyros1.launch.reading.xacro_tool import MISSING_MESSAGE, missing_input, xacro_words
 
 SOURCE = Path(__file__).resolve().parents[3] / "src"
 # The real one asks for packages in this way.
@@ -64,7 +64,7 @@ def test_without_it_the_error_says_what_to_install(tmp_path: Path) -> None:
     broken.mkdir(parents=True)
     (broken / "__init__.py").write_text("raise ImportError")
     done = ask(tmp_path, "$(find xacro)/xacro a.xacro")
-    assert MISSING in done.stderr
+    assert MISSING_MESSAGE in done.stderr
 
 
 def test_a_file_that_is_not_there_is_said_in_one_line(tmp_path: Path) -> None:

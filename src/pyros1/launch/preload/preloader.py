@@ -20,7 +20,7 @@ import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from pyros1.launch.preload.server import LENGTH, NUMBER
+from pyros1.launch.preload.server import LENGTH_FORMAT, NUMBER_FORMAT
 
 SHARED_VARIABLE_PREFIXES = (
     "PYTHON",
@@ -36,16 +36,18 @@ SHARED_VARIABLE_PREFIXES = (
 )
 """Prefixes of the variables that must be the same in the environments of a server and its nodes."""
 # The current folder is removed from sys.path: files there may have the names of Python's modules.
-_START = (
+_START_CODE = (
     "import sys; '' in sys.path and sys.path.remove(''); from pyros1.launch.preload.server import main; exec(*main({}))"
 )
 REPLY_TIMEOUT = 30.0
 """Timeout in seconds for a server to start and to fork."""
-_MAX_LINE_LENGTH = 200
+_MAX_SHEBANG_LENGTH = 200
 
 
 class ForkedProcess:
-    """A process forked by a server, with the methods of `subprocess.Popen` that a launcher needs. It waits for `begin`.
+    """A process forked by a server. It does not run its program before `begin` is called.
+
+    It has the methods of `subprocess.Popen` that a launcher needs.
 
     Args:
         pid: the process id.
@@ -67,9 +69,9 @@ class ForkedProcess:
         with self._link as link:
             data = b""
             with contextlib.suppress(OSError):
-                data = link.recv(NUMBER.size)
-        if len(data) == NUMBER.size:
-            return int(NUMBER.unpack(data)[0])
+                data = link.recv(NUMBER_FORMAT.size)
+        if len(data) == NUMBER_FORMAT.size:
+            return int(NUMBER_FORMAT.unpack(data)[0])
         while _is_running(self.pid):  # the server was killed, so this process must poll
             time.sleep(0.1)
         return -signal.SIGKILL
@@ -85,7 +87,7 @@ class ForkedProcess:
 
 
 def _is_running(pid: int) -> bool:
-    """Return whether a process that is not our child is running. Zombies, which nobody may reap, do not count."""
+    """Return whether a process that is not our child is running. Zombies do not count: they may never be reaped."""
     try:
         os.kill(pid, 0)
     except ProcessLookupError:
@@ -111,7 +113,7 @@ class _Server:
         with server_end:
             descriptor = server_end.fileno()
             self._process = subprocess.Popen(
-                [sys.executable, "-c", _START.format(descriptor)],
+                [sys.executable, "-c", _START_CODE.format(descriptor)],
                 env=dict(environ),
                 pass_fds=[descriptor],
                 start_new_session=True,
@@ -120,10 +122,10 @@ class _Server:
     def fork(
         self, script: str, words: Sequence[str], environ: Mapping[str, str], folder: str, out: int, err: int
     ) -> ForkedProcess:
-        """Fork a process. It waits for `ForkedProcess.begin`, so that it does nothing after a timeout.
+        """Fork a process, which waits for `ForkedProcess.begin`: if this method times out, the process does nothing.
 
         Raises:
-            OSError: the server does not respond.
+            OSError: the server does not respond, or cannot fork.
         """
         request = {"script": script, "words": list(words), "environ": dict(environ), "folder": folder}
         text = json.dumps(request).encode()
@@ -132,9 +134,9 @@ class _Server:
         try:
             with server_end, self._lock:
                 socket.send_fds(self._control, [b"+"], [server_end.fileno(), out, err])
-            link.sendall(LENGTH.pack(len(text)) + text)
-            data = link.recv(NUMBER.size)
-            pid = NUMBER.unpack(data)[0] if len(data) == NUMBER.size else 0
+            link.sendall(LENGTH_FORMAT.pack(len(text)) + text)
+            data = link.recv(NUMBER_FORMAT.size)
+            pid = NUMBER_FORMAT.unpack(data)[0] if len(data) == NUMBER_FORMAT.size else 0
             if pid <= 0:  # the process was killed immediately
                 raise ConnectionError("the process that forks nodes has exited, or cannot fork")
         except BaseException:
@@ -156,8 +158,8 @@ class Preloader:
     """Starts Python nodes by forking.
 
     Args:
-        environ: the launcher's environment. Servers inherit it, except for the kept variables, which are those of
-            their nodes.
+        environ: the launcher's environment. Servers inherit it, except for variables with `SHARED_VARIABLE_PREFIXES`,
+            which they get from the environment of their nodes.
     """
 
     def __init__(self, environ: Mapping[str, str]) -> None:
@@ -167,7 +169,7 @@ class Preloader:
     def start(
         self, words: Sequence[str], environ: Mapping[str, str], folder: str, out: int, err: int
     ) -> ForkedProcess | None:
-        """Start a process for a program, which waits for `ForkedProcess.begin`.
+        """Start a process, which waits for `ForkedProcess.begin` before it runs a program.
 
         Args:
             words: the command line.
@@ -179,34 +181,34 @@ class Preloader:
             The process; None if it must be started in the usual way, which is always the case if the launcher has no
             standard output.
         """
-        script = script_of(words, environ)
+        script = python_script(words, environ)
         # If the launcher has no standard streams, neither has the server.
         has_closed_stream = None in (sys.__stdin__, sys.__stdout__, sys.__stderr__)
         if script is None or has_closed_stream or not os.path.isdir(folder):
             return None
-        kept_variables = {name: value for name, value in environ.items() if name.startswith(SHARED_VARIABLE_PREFIXES)}
-        key = tuple(sorted(kept_variables.items()))
+        shared_variables = {name: value for name, value in environ.items() if name.startswith(SHARED_VARIABLE_PREFIXES)}
+        server_key = tuple(sorted(shared_variables.items()))
         try:
-            server = self._servers.get(key)
+            server = self._servers.get(server_key)
             if server is None:
                 other_variables = {
                     name: value
                     for name, value in self._environ.items()
                     if not name.startswith(SHARED_VARIABLE_PREFIXES)
                 }
-                server = self._servers[key] = _Server({**other_variables, **kept_variables})
+                server = self._servers[server_key] = _Server({**other_variables, **shared_variables})
             return server.fork(script, words[words.index(script) + 1 :], environ, folder, out, err)
         except (OSError, ValueError):  # ValueError: strings that JSON cannot represent
             return None
 
     def close(self) -> None:
-        """Stop the servers. Call this when all processes have exited."""
+        """Stop the servers. Call this only when all forked processes have exited."""
         for server in self._servers.values():
             server.close()
         self._servers.clear()
 
 
-def script_of(words: Sequence[str], environ: Mapping[str, str]) -> str | None:
+def python_script(words: Sequence[str], environ: Mapping[str, str]) -> str | None:
     """Return the script that a command line runs with this process's interpreter; None if it runs something else.
 
     Args:
@@ -215,16 +217,16 @@ def script_of(words: Sequence[str], environ: Mapping[str, str]) -> str | None:
     """
     if words[0] == sys.executable and len(words) > 1 and not words[1].startswith("-"):
         return words[1]
-    interpreter = _interpreter(Path(words[0]), environ)
+    interpreter = _find_interpreter(Path(words[0]), environ)
     if interpreter is None or not _is_this_interpreter(interpreter):
         return None
     return words[0]
 
 
-def _interpreter(script: Path, environ: Mapping[str, str]) -> str | None:
+def _find_interpreter(script: Path, environ: Mapping[str, str]) -> str | None:
     try:
         with script.open("rb") as stream:
-            line = stream.readline(_MAX_LINE_LENGTH)
+            line = stream.readline(_MAX_SHEBANG_LENGTH)
     except OSError:
         return None
     if not line.startswith(b"#!") or not line.endswith(b"\n"):

@@ -25,8 +25,8 @@ import types
 from importlib.util import find_spec
 from typing import Any
 
-LENGTH = struct.Struct("<I")
-NUMBER = struct.Struct("<i")
+LENGTH_FORMAT = struct.Struct("<I")
+NUMBER_FORMAT = struct.Struct("<i")
 """A number sent to the launcher: a process id, or an exit code."""
 _PRELOADED = ("pyros1.node", "pyros1.msgs.std_msgs.msg", "pyros1.msgs.geometry_msgs.msg", "pyros1.msgs.sensor_msgs.msg")
 _PRELOADED_ROSPY = (
@@ -56,7 +56,7 @@ class Request:
         self.link, *self.outputs = descriptors
         if len(self.outputs) < 2:
             raise ValueError("not all descriptors were received")
-        message = json.loads(read_text(self.link))
+        message = json.loads(read_message(self.link))
         self.script: str = message["script"]
         self.words: list[str] = message["words"]
         self.environ: dict[str, str] = message["environ"]
@@ -64,7 +64,7 @@ class Request:
 
 
 def preload() -> None:
-    """Import what most nodes import; pyros1's rospy and related modules only if this interpreter would find them."""
+    """Import what most nodes import, including pyros1's rospy and related modules if this interpreter finds them."""
     import pyros1.node.node  # noqa: F401, PLC0415
     from pyros1.msgs import load_message  # noqa: PLC0415
 
@@ -72,8 +72,8 @@ def preload() -> None:
         __import__(name)
     for name in ("rosgraph_msgs/Log", "rosgraph_msgs/Clock", "std_msgs/Float64", "std_msgs/String"):
         load_message(name)()
-    found = find_spec("rospy")
-    if found is None or _OUR_MODULES not in str(found.origin):
+    rospy_spec = find_spec("rospy")
+    if rospy_spec is None or _OUR_MODULES not in str(rospy_spec.origin):
         return
     for name in _PRELOADED_ROSPY:
         with contextlib.suppress(ImportError):
@@ -84,7 +84,7 @@ def serve(control: socket.socket) -> Request | None:
     """Serve requests until the launcher has exited.
 
     Returns:
-        In a forked process, the request that describes the program; None in this one.
+        None in this process, when the launcher has exited; in a forked process, the request for its program.
     """
     children: dict[int, socket.socket] = {}
     wake_receiver, wake_sender = socket.socketpair()
@@ -125,31 +125,33 @@ def serve(control: socket.socket) -> Request | None:
 
 
 def await_start(link: socket.socket) -> None:
-    """Reset the signal handlers, report the process id to the launcher, and wait; exit if it is not to be started."""
+    """Reset the signal handlers, report the process id to the launcher, and wait for the launcher's permission to
+    continue; exit if the launcher exits first.
+    """
     signal.signal(signal.SIGCHLD, signal.SIG_DFL)
     signal.signal(signal.SIGINT, signal.default_int_handler)
     os.setsid()
     send_number(link, os.getpid())
-    start_byte = b""
+    permission = b""
     with link, contextlib.suppress(OSError):
-        start_byte = link.recv(1)
-    if not start_byte:
+        permission = link.recv(1)
+    if not permission:
         os._exit(0)
 
 
-def read_text(link: int) -> bytes:
-    """Receive data that are preceded by their length.
+def read_message(link: int) -> bytes:
+    """Receive a message, which is preceded by its length.
 
     Raises:
         ConnectionError: the launcher exited before everything was sent.
     """
     data = b""
-    while len(data) < LENGTH.size or len(data) < LENGTH.size + LENGTH.unpack_from(data)[0]:
+    while len(data) < LENGTH_FORMAT.size or len(data) < LENGTH_FORMAT.size + LENGTH_FORMAT.unpack_from(data)[0]:
         chunk = os.read(link, 1 << 16)
         if not chunk:
             raise ConnectionError("the request is incomplete")
         data += chunk
-    return data[LENGTH.size :]
+    return data[LENGTH_FORMAT.size :]
 
 
 def reap_children(children: dict[int, socket.socket]) -> None:
@@ -165,7 +167,7 @@ def reap_children(children: dict[int, socket.socket]) -> None:
 def send_number(link: socket.socket, number: int) -> None:
     """Send a number, unless the launcher has exited."""
     with contextlib.suppress(OSError):
-        link.sendall(NUMBER.pack(number))
+        link.sendall(NUMBER_FORMAT.pack(number))
 
 
 def become(request: Request) -> tuple[Any, dict[str, Any]]:
@@ -199,20 +201,20 @@ def become(request: Request) -> tuple[Any, dict[str, Any]]:
 
 
 def hide_launcher_frames(script: str) -> None:
-    """Let tracebacks start at the script, not at this module."""
+    """Make tracebacks start at the script, not at this module."""
     previous_hook = sys.excepthook
 
     def excepthook(kind: type[BaseException], error: BaseException, traceback: types.TracebackType | None) -> None:
-        first = traceback
-        while first is not None and first.tb_frame.f_code.co_filename != script:
-            first = first.tb_next
-        previous_hook(kind, error.with_traceback(first), first)
+        script_traceback = traceback
+        while script_traceback is not None and script_traceback.tb_frame.f_code.co_filename != script:
+            script_traceback = script_traceback.tb_next
+        previous_hook(kind, error.with_traceback(script_traceback), script_traceback)
 
     sys.excepthook = excepthook
 
 
 def main(descriptor: int) -> tuple[Any, dict[str, Any]]:
-    """Serve; in a process forked for a program, return its code and namespace.
+    """Serve requests until the launcher exits; in a forked process, return the code and namespace of its program.
 
     Args:
         descriptor: descriptor of the socket to the launcher.

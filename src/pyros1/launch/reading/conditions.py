@@ -7,17 +7,17 @@ from dataclasses import dataclass
 from pyros1.ground.errors import LaunchError
 from pyros1.ground.names import ns_join, resolve_name
 
-KINDS = ("topic", "service", "param", "node")
+CONDITION_KINDS = ("topic", "service", "param", "node")
 DEFAULT_TIMEOUT = 60.0
 """Default of ``wait-timeout`` in seconds."""
 
 
 @dataclass(frozen=True)
 class Condition:
-    """The condition that a published topic, a service, a parameter or a node exists.
+    """The condition that a topic is published, or that a service, a parameter or a node exists.
 
     Attributes:
-        kind: one of `KINDS`.
+        kind: one of `CONDITION_KINDS`.
         name: the full name.
     """
 
@@ -42,7 +42,7 @@ def parse_conditions(text: str, namespace: str, name: str) -> list[Condition]:
     conditions = []
     for word in text.split():
         kind, colon, target = word.partition(":")
-        if not colon or kind not in KINDS or not target.strip("/~"):
+        if not colon or kind not in CONDITION_KINDS or not target.strip("/~"):
             raise LaunchError(
                 f"'wait-for' has the invalid condition '{word}': use topic:NAME, service:NAME, param:NAME or node:NAME"
             )

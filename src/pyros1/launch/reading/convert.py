@@ -10,12 +10,12 @@ from typing import Any
 from pyros1.ground.errors import LaunchError
 
 
-def convert_value(text: str, kind: str) -> Any:  # noqa: PLR0911 - one for each type
+def convert_value(text: str, type_name: str) -> Any:  # noqa: PLR0911 - one for each type
     """Convert a string to a parameter's value.
 
     Args:
         text: the string, after substitution.
-        kind: the type in lower case: ``auto``, ``str``, ``string``, ``int``, ``double``, ``bool``, ``boolean`` or
+        type_name: the type in lower case: ``auto``, ``str``, ``string``, ``int``, ``double``, ``bool``, ``boolean`` or
             ``yaml``.
 
     Returns:
@@ -24,18 +24,18 @@ def convert_value(text: str, kind: str) -> Any:  # noqa: PLR0911 - one for each 
     Raises:
         LaunchError: the string cannot be converted to this type, or the type is unknown.
     """
-    if kind in ("str", "string"):
+    if type_name in ("str", "string"):
         return text
     stripped = text.strip()
-    if kind == "auto":
+    if type_name == "auto":
         return _convert_automatically(text, stripped)
-    if kind in ("bool", "boolean"):
+    if type_name in ("bool", "boolean"):
         if stripped.lower() in ("true", "1"):
             return True
         if stripped.lower() in ("false", "0"):
             return False
-        raise LaunchError(f"{text} is not a '{kind}' type")
-    if kind == "yaml":
+        raise LaunchError(f"{text} is not a '{type_name}' type")
+    if type_name == "yaml":
         from pyros1.values import YamlError, load_yaml  # noqa: PLC0415 - rarely used
 
         try:
@@ -43,13 +43,13 @@ def convert_value(text: str, kind: str) -> Any:  # noqa: PLR0911 - one for each 
         except YamlError as error:
             raise LaunchError(f"cannot convert to type [yaml]: {error}") from error
     try:
-        if kind == "int":
+        if type_name == "int":
             return int(stripped)
-        if kind == "double":
+        if type_name == "double":
             return float(stripped)
     except ValueError as error:
-        raise LaunchError(f"cannot convert [{text}] to type [{kind}]: {error}") from error
-    raise LaunchError(f"Unknown type '{kind}'")
+        raise LaunchError(f"cannot convert [{text}] to type [{type_name}]: {error}") from error
+    raise LaunchError(f"Unknown type '{type_name}'")
 
 
 def _convert_automatically(text: str, stripped: str) -> Any:

@@ -21,7 +21,8 @@ class FileNeeds:
         file: path of the file, as it was specified.
         package: the package that contains the file; None if it is in no package.
         nodes: ``(package, executable)`` of the nodes and tests, in order, without duplicates.
-        packages: packages of the nodes and tests, and of included files, if different, in order, without duplicates.
+        packages: packages of the nodes and tests, and packages of included files if they differ from that of this file;
+            in order, without duplicates.
     """
 
     file: str
@@ -31,7 +32,7 @@ class FileNeeds:
 
 
 def file_needs(plan: Plan) -> list[FileNeeds]:
-    """Return the needs of each file in a plan, in the order in which the files were read."""
+    """Return the needs of each file in a plan, in reading order."""
     needs = {file: FileNeeds(file, package_containing(file)) for file in plan.files}
     for node in sorted([*plan.nodes, *plan.tests], key=lambda node: node.line):
         if node.file in needs:

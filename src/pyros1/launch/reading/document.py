@@ -1,7 +1,7 @@
 """Parses the XML of a launch file into a tree with line numbers.
 
-References to other files are refused (defusedxml). Entities are limited to short texts, so that a small file cannot
-expand to a large document. This module only checks that the file is XML with one ``<launch>`` tag.
+References to other files are refused (by defusedxml). Entities are limited to short texts, so that a small file cannot
+expand to a large document. This module only checks that the file is XML with exactly one ``<launch>`` tag.
 """
 
 from __future__ import annotations
@@ -18,8 +18,8 @@ from pyros1.ground.errors import LaunchError
 
 _MAX_DEPTH = 200
 _MAX_ENTITIES = 100
-_MAX_ENTITY = 256
-"""Maximum number of characters of an entity, so that a file can grow to about 80 times its size at most."""
+_MAX_ENTITY_LENGTH = 256
+"""Maximum number of characters of an entity, so that a document is at most about 80 times as large as its file."""
 
 
 @dataclass(slots=True)
@@ -29,7 +29,7 @@ class Element:
     Attributes:
         tag: name of the tag.
         attributes: the attributes, in order and before substitution.
-        file: path of the file, or a name for data that are not from a file.
+        file: path of the file, or a name such as ``<stdin>`` if the document is not from a file.
         line: line of the opening tag, counted from 1.
         children: the child elements, in order.
         text: all character data directly in the element, joined.
@@ -48,7 +48,7 @@ class Element:
         return f"{self.file}:{self.line}"
 
     def error(self, message: str) -> LaunchError:
-        """Create an error with this element's file and line."""
+        """Return an error with this element's file and line."""
         return LaunchError(message, self.file, self.line)
 
 
@@ -56,9 +56,9 @@ class _TreeBuilder:
     def __init__(self, file: str) -> None:
         self._file = file
         self._stack: list[Element] = []
-        self._text: list[list[str]] = []
+        self._text_parts: list[list[str]] = []
         self.root: Element | None = None
-        self._entities = 0
+        self._num_entities = 0
         self.parser = DefusedXMLParser(forbid_dtd=False, forbid_entities=False, forbid_external=True)
         expat = self.parser.parser
         # The facade's own handlers build an element tree without line numbers; only its security checks are used here.
@@ -88,18 +88,18 @@ class _TreeBuilder:
         else:
             self.root = element
         self._stack.append(element)
-        self._text.append([])
+        self._text_parts.append([])
 
     def _on_end(self, _tag: str) -> None:
-        self._stack.pop().text = "".join(self._text.pop())
+        self._stack.pop().text = "".join(self._text_parts.pop())
 
     def _on_entity(self, name: str, is_parameter: bool, value: str | None, *_ids: str | None) -> None:
-        self._entities += 1
+        self._num_entities += 1
         if is_parameter or value is None:
             reason = "only entities of plain text are allowed"
-        elif "&" in value or "<" in value or len(value) > _MAX_ENTITY:
-            reason = f"only plain text of at most {_MAX_ENTITY} characters is allowed"
-        elif self._entities > _MAX_ENTITIES:
+        elif "&" in value or "<" in value or len(value) > _MAX_ENTITY_LENGTH:
+            reason = f"only plain text of at most {_MAX_ENTITY_LENGTH} characters is allowed"
+        elif self._num_entities > _MAX_ENTITIES:
             reason = f"the file has more than {_MAX_ENTITIES} entities"
         else:
             return
@@ -112,8 +112,8 @@ class _TreeBuilder:
         raise LaunchError(f"Invalid roslaunch XML syntax: {reason}", self._file, self._expat.CurrentLineNumber)
 
     def _on_text(self, data: str) -> None:
-        if self._text:
-            self._text[-1].append(data)
+        if self._text_parts:
+            self._text_parts[-1].append(data)
 
 
 def parse_document(data: str | bytes, file: str) -> Element:

@@ -29,18 +29,20 @@ def _branch(plan: Plan, file: str, indent: str, visited: set[str]) -> Iterator[s
         return
     visited.add(file)
     yield _relative_path(file)
-    rows: list[tuple[int, str | NodePlan]] = [(node.line, node) for node in _nodes(plan) if node.file == file]
+    lines_and_items: list[tuple[int, str | NodePlan]] = [
+        (node.line, node) for node in _nodes(plan) if node.file == file
+    ]
     includes = dict.fromkeys((include.line, include.included) for include in plan.includes if include.file == file)
-    rows += includes
-    rows.sort(key=lambda row: row[0])
-    for index, (_, item) in enumerate(rows):
-        is_last = index == len(rows) - 1
-        lead, child_indent = (indent + "└── ", indent + "    ") if is_last else (indent + "├── ", indent + "│   ")
+    lines_and_items += includes
+    lines_and_items.sort(key=lambda row: row[0])
+    for index, (_, item) in enumerate(lines_and_items):
+        is_last = index == len(lines_and_items) - 1
+        prefix, child_indent = (indent + "└── ", indent + "    ") if is_last else (indent + "├── ", indent + "│   ")
         if isinstance(item, NodePlan):
-            yield lead + _describe(item)
+            yield prefix + _describe(item)
         else:
             first, *following = _branch(plan, item, child_indent, visited)
-            yield lead + first
+            yield prefix + first
             yield from following
 
 

@@ -96,7 +96,7 @@ class _Loader:
         self._only_args = only_args
         self._problems = problems
         self._depth = 0
-        self._too_deep: set[str] = set()
+        self._too_deep_files: set[str] = set()
         self._known_args: set[str] = set()
         self._params = ParamReader(self.plan)
         self._nodes = NodeReader(self.plan, self._params, self.attribute, self.children)
@@ -229,12 +229,12 @@ class _Loader:
         return name, value, default
 
     def _group(self, element: Element, scope: Scope) -> None:
-        inner = scope.child(self._namespace(element, scope))
-        self._clear(element, scope, inner)
-        inner.wait_for = f"{scope.wait_for} {self.attribute(element, scope, 'wait-for') or ''}".strip()
-        inner.wait_timeout = self.attribute(element, scope, "wait-timeout") or scope.wait_timeout
-        self.children(element, inner, self._tags)
-        scope.default_machine = inner.default_machine
+        group_scope = scope.child(self._namespace(element, scope))
+        self._clear(element, scope, group_scope)
+        group_scope.wait_for = f"{scope.wait_for} {self.attribute(element, scope, 'wait-for') or ''}".strip()
+        group_scope.wait_timeout = self.attribute(element, scope, "wait-timeout") or scope.wait_timeout
+        self.children(element, group_scope, self._tags)
+        scope.default_machine = group_scope.default_machine
 
     def _namespace(self, element: Element, scope: Scope) -> str | None:
         namespace = self.attribute(element, scope, "ns")
@@ -242,12 +242,12 @@ class _Loader:
             raise LaunchError(f"<{element.tag}> tag has an empty 'ns' attribute")
         return namespace
 
-    def _clear(self, element: Element, scope: Scope, inner: Scope) -> None:
+    def _clear(self, element: Element, scope: Scope, inner_scope: Scope) -> None:
         text = self.attribute(element, scope, "clear_params")
         if text and convert_bool(text, "clear_params"):
             if "ns" not in element.attributes:
                 raise LaunchError("'ns' attribute must be set in order to use 'clear_params'")
-            self.plan.clear_params.append(inner.namespace)
+            self.plan.clear_params.append(inner_scope.namespace)
 
     def _include(self, element: Element, scope: Scope) -> None:
         file = self.attribute(element, scope, "file")
@@ -255,10 +255,12 @@ class _Loader:
             raise LaunchError("<include> tag is missing required attribute: 'file'")
         pass_all_text = self.attribute(element, scope, "pass_all_args")
         has_pass_all = pass_all_text is not None and convert_bool(pass_all_text, "pass_all_args")
-        inner = scope.child(self._namespace(element, scope))
-        self._clear(element, scope, inner)
+        inner_scope = scope.child(self._namespace(element, scope))
+        self._clear(element, scope, inner_scope)
         args_scope = self._include_args(
-            element, inner, inner.child(args=dict(scope.args) if has_pass_all else {}, pass_all=has_pass_all)
+            element,
+            inner_scope,
+            inner_scope.child(args=dict(scope.args) if has_pass_all else {}, pass_all=has_pass_all),
         )
         included = args_scope.child(
             file=file,
@@ -271,10 +273,10 @@ class _Loader:
             # the <include>, but only if there were such parameters before.
             private_params=scope.private_params or [],
         )
-        if file in self._too_deep:  # already reported; a file may include itself more than once
+        if file in self._too_deep_files:  # already reported; a file may include itself more than once
             return
         if self._depth >= _MAX_INCLUDES:
-            self._too_deep.add(file)
+            self._too_deep_files.add(file)
             raise LaunchError(f"includes are nested more than {_MAX_INCLUDES} deep: does [{file}] include itself?")
         root = parse_document(self._read(file), file)
         self.plan.files.append(file)

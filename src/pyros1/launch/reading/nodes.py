@@ -27,8 +27,8 @@ class NodeReader:
 
     Args:
         plan: the plan.
-        params: adds the parameters in a ``<node>``.
-        attribute: returns the value of an attribute.
+        params: adds parameters to the plan.
+        attribute: returns the value of an element's attribute.
         children: handles the children of an element.
     """
 
@@ -66,10 +66,10 @@ class NodeReader:
         name = (self._attribute(element, scope, "test-name") or "").strip()
         if not name:
             raise LaunchError("'test-name' must be non-empty")
-        limit, retry = self._attribute(element, scope, "time-limit"), self._attribute(element, scope, "retry")
+        time_limit, retry = self._attribute(element, scope, "time-limit"), self._attribute(element, scope, "retry")
         test = TestPlan(**vars(node), test_name=name)
-        if limit:
-            test.time_limit = parse_seconds(limit, "time-limit")
+        if time_limit:
+            test.time_limit = parse_seconds(time_limit, "time-limit")
             if not test.time_limit:
                 raise LaunchError("'time-limit' must be a positive number")
         if retry:
@@ -87,11 +87,11 @@ class NodeReader:
             value = text(name)
             return value is not None and convert_bool(value, name)
 
-        key = "test-name" if element.tag == "test" and "name" not in element.attributes else "name"
-        for required in (key, "pkg", "type"):
+        name_attribute = "test-name" if element.tag == "test" and "name" not in element.attributes else "name"
+        for required in (name_attribute, "pkg", "type"):
             if required not in element.attributes:
                 raise LaunchError(f"<node> tag is missing required attribute: '{required}'")
-        name = text(key) or (text("test-name") if element.tag == "test" else "") or ""
+        name = text(name_attribute) or (text("test-name") if element.tag == "test" else "") or ""
         if "/" in name:
             raise LaunchError("node name cannot contain a namespace.")
         if not name:
@@ -102,23 +102,23 @@ class NodeReader:
             )
         if "ns" in element.attributes and not text("ns"):
             raise LaunchError(f"<{element.tag}> tag has an empty 'ns' attribute")
-        inner = scope.child(text("ns"))
+        node_scope = scope.child(text("ns"))
         if text("clear_params") and flag("clear_params"):  # empty is false, as for groups, and only here
-            self._plan.clear_params.append(inner.child(name).namespace)
-        self._read_inside(element, inner, name)
-        package, kind = text("pkg") or "", text("type") or ""
+            self._plan.clear_params.append(node_scope.child(name).namespace)
+        self._read_inside(element, node_scope, name)
+        package, node_type = text("pkg") or "", text("type") or ""
         if not package.strip():
             raise LaunchError("package must be non-empty.")
-        if not kind.strip():
+        if not node_type.strip():
             raise LaunchError("type must be non-empty.")
         plan = NodePlan(
             package=package,
-            type=kind,
+            type=node_type,
             name=name,
-            namespace=inner.namespace,
+            namespace=node_scope.namespace,
             args=_split(text("args"), "args"),
-            remappings=list(inner.remappings.items()),
-            env=dict(inner.env),
+            remappings=list(node_scope.remappings.items()),
+            env=dict(node_scope.env),
             prefix=_split(text("launch-prefix"), "launch-prefix"),
             cwd=self._parse_cwd(text("cwd")),
             output=self._parse_output(text("output")),
@@ -130,12 +130,12 @@ class NodeReader:
             prefix_text=text("launch-prefix") or "",
         )
         wait_for = f"{scope.wait_for} {text('wait-for') or ''}"
-        plan.wait_for = list(dict.fromkeys(parse_conditions(wait_for, inner.namespace, name)))
+        plan.wait_for = list(dict.fromkeys(parse_conditions(wait_for, node_scope.namespace, name)))
         wait_timeout = text("wait-timeout") or scope.wait_timeout
         if wait_timeout:
             plan.wait_timeout = parse_seconds(wait_timeout, "wait-timeout")
         on_death = text("on-death") or ""
-        plan.on_death = parse_on_death(on_death, inner.namespace, name, plan.remappings)
+        plan.on_death = parse_on_death(on_death, node_scope.namespace, name, plan.remappings)
         if plan.exit_policy.respawn and plan.exit_policy.required:
             raise LaunchError("respawn and required cannot both be set to true.")
         if element.tag == "node":  # tests run one at a time

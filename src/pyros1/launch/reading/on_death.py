@@ -19,7 +19,7 @@ class OnDeath:
     """The action to take when a node exits.
 
     Attributes:
-        kind: ``pub`` to publish a message, or ``run`` to run a program of a package.
+        kind: ``pub`` to publish a message, or ``run`` to run a program from a package.
         words: for ``pub``, the topic's full name, the type and the values; for ``run``, package, program and arguments.
     """
 

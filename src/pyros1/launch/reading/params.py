@@ -62,11 +62,11 @@ class ParamReader:
         if len(present_sources) != 1:
             raise LaunchError("<param> tag must have one and only one of value/textfile/binfile.")
         text = attribute(element, scope, present_sources[0]) or ""
-        kind = (element.attributes.get("type") or "auto").lower().strip()  # without substitution
+        type_name = (element.attributes.get("type") or "auto").lower().strip()  # without substitution
         if present_sources[0] == "value":
-            return convert_value(text.strip(), kind)
+            return convert_value(text.strip(), type_name)
         if present_sources[0] == "textfile":
-            return convert_value(scope.resources.read_text(text), kind)
+            return convert_value(scope.resources.read_text(text), type_name)
         if present_sources[0] == "binfile":
             try:
                 return scope.resources.read_bytes(text)
@@ -79,7 +79,7 @@ class ParamReader:
         except ValueError as error:
             raise LaunchError(f"Cannot load command parameter [{name}]: {error} in [{text}]") from error
         try:
-            return convert_value(scope.resources.run_command(words), kind)
+            return convert_value(scope.resources.run_command(words), type_name)
         except LaunchError as error:
             raise LaunchError(f"Cannot load command parameter [{name}]: {error}") from error
 
@@ -87,12 +87,14 @@ class ParamReader:
         """Handle a ``<rosparam>``; for the arguments see `param`."""
         command = attribute(element, scope, "command") or "load"
         file = attribute(element, scope, "file")
-        inner = ns_join(attribute(element, scope, "ns") or "", attribute(element, scope, "param") or "")
-        name = ns_join(scope.namespace, inner) if inner else scope.namespace
-        subst = attribute(element, scope, "subst_value")
-        substituter = ScopeSubstituter(scope) if subst is not None and convert_bool(subst, "subst_value") else None
+        inner_name = ns_join(attribute(element, scope, "ns") or "", attribute(element, scope, "param") or "")
+        name = ns_join(scope.namespace, inner_name) if inner_name else scope.namespace
+        subst_value = attribute(element, scope, "subst_value")
+        substituter = (
+            ScopeSubstituter(scope) if subst_value is not None and convert_bool(subst_value, "subst_value") else None
+        )
         if command == "load":
-            self._load(element, scope, substituter, file, name, needs_dict=not inner)
+            self._load(element, scope, substituter, file, name, needs_dict=not inner_name)
         elif command in ("dump", "delete"):
             if command == "delete" and file is not None:
                 raise LaunchError("error loading <rosparam> tag: file attribute is not allowed for delete")

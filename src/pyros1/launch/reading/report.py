@@ -26,8 +26,8 @@ def summary(plan: Plan, extra_params: Mapping[str, Any] | None = None, machines:
     if params:
         lines += ["", "PARAMETERS", *sorted(f" * {name}: {_format_value(value)}" for name, value in params.items())]
     if machines is None:
-        used = {plan.machines[node.machine] for node in plan.nodes if node.machine in plan.machines}
-        machines = plan.machines if any(not is_local(machine.address) for machine in used) else ()
+        used_machines = {plan.machines[node.machine] for node in plan.nodes if node.machine in plan.machines}
+        machines = plan.machines if any(not is_local(machine.address) for machine in used_machines) else ()
     if machines:
         lines += ["", "MACHINES", *(f" * {name}" for name in sorted(machines))]
     lines += ["", "NODES"]
@@ -41,7 +41,7 @@ def summary(plan: Plan, extra_params: Mapping[str, Any] | None = None, machines:
 
 
 def contents(plan: Plan) -> str:
-    """Return a list of everything that was read (``-v``, L162)."""
+    """Return lines that list everything that was read (``-v``, L162)."""
     from pyros1.launch.reading.loader import absolute_files  # noqa: PLC0415 - only needed here
 
     lines = [f"... loading XML file [{file}]" for file in absolute_files(plan.files)]

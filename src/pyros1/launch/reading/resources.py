@@ -44,11 +44,11 @@ def _read_bytes(path: str) -> bytes:
 
 
 def read_bounded(stream: IO[bytes], name: str) -> bytes:
-    """Read a stream, which may be endless.
+    """Return the content of a stream, which may be endless.
 
     Args:
         stream: the stream.
-        name: its name, for error messages.
+        name: the stream's name, for error messages.
 
     Raises:
         LaunchError: there are more than `MAX_FILE_SIZE` bytes.
@@ -97,10 +97,10 @@ class Resources:
         return text.replace("\r\n", "\n").replace("\r", "\n")
 
     def read_file(self, path: str) -> str:
-        """Return the content of a regular text file. Devices and pipes are refused, as reading them may never finish.
+        """Return the content of a regular text file. Devices and pipes are refused, since reading them may never end.
 
         Raises:
-            LaunchError: it is not a regular file, cannot be read, or is not UTF-8.
+            LaunchError: the path is not a regular file, cannot be read, or is not UTF-8.
         """
         if os.path.exists(path) and not os.path.isfile(path):
             raise LaunchError(f"cannot read [{path}]: it is not a regular file")

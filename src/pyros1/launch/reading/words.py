@@ -12,7 +12,7 @@ from pyros1.ground.suggest import argument_hint, did_you_mean
 from pyros1.launch.reading.loader import STDIN
 from pyros1.launch.reading.resources import Resources
 
-_MAX_NAMES = 20
+_MAX_NAMES_SHOWN = 20
 _ARGUMENT = re.compile(r"[A-Za-z~/_][\w/]*:=.*")
 
 
@@ -93,15 +93,15 @@ def _is_package(name: str, resources: Resources) -> bool:
 
 
 def _files_hint(package: str, file: str, resources: Resources) -> str:
-    """Return a hint with the launch files in a package, to append to the message that a file is not one of them."""
+    """Return a hint with the launch files in a package, to append to a message that the package lacks a file."""
     names: set[str] = set()
     for _, folders, files in os.walk(resources.packages.find(package)):
         folders[:] = [name for name in folders if name[0] != "."]
         names.update(name for name in files if name.endswith((".launch", ".launch.xml", ".test")))
     if not names:
         return f"; package [{package}] has no launch files"
-    more = f" and {len(names) - _MAX_NAMES} more" if len(names) > _MAX_NAMES else ""
-    return f"{did_you_mean(file, names)}; package [{package}] has {', '.join(sorted(names)[:_MAX_NAMES])}{more}"
+    others = f" and {len(names) - _MAX_NAMES_SHOWN} more" if len(names) > _MAX_NAMES_SHOWN else ""
+    return f"{did_you_mean(file, names)}; package [{package}] has {', '.join(sorted(names)[:_MAX_NAMES_SHOWN])}{others}"
 
 
 def _in_package(package: str, file: str, resources: Resources) -> str | None:

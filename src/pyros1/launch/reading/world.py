@@ -36,7 +36,7 @@ def _unique() -> str:
 
 
 def run_command(words: list[str]) -> str:
-    """Run a command in a launch file and return its output.
+    """Run a command that a launch file contains, and return its output.
 
     Args:
         words: the command; xacro can be run even if it is not installed as a command.

@@ -16,19 +16,19 @@ import xml.parsers.expat  # noqa: F401 - xacro uses it when it reports an error,
 from pyros1.finding.packages import OWN_PACKAGES, PackageIndex
 from pyros1.ground.errors import PackageNotFoundError
 
-MISSING = "xacro is not installed: pip install xacro"
-_NAMES = ("xacro", "xacro.py")
+MISSING_MESSAGE = "xacro is not installed: pip install xacro"
+_XACRO_NAMES = ("xacro", "xacro.py")
 _OPTIONS_WITH_VALUE = ("-o", "--verbosity", "--root-dir")
 """Options of xacro that are followed by a value."""
 
 
 def xacro_words(words: list[str]) -> list[str]:
-    """Return the command line to run for a command. It differs only if the command is xacro and pyros1 runs it.
+    """Return the command line to run for a command: ``words`` itself, unless it is xacro and pyros1 runs it.
 
     pyros1 runs ``$(find xacro)/xacro`` if that is pyros1's own package, and a plain ``xacro`` if this interpreter has
     the module, or if no such program is installed.
     """
-    if not words or os.path.basename(words[0]) not in _NAMES:
+    if not words or os.path.basename(words[0]) not in _XACRO_NAMES:
         return words
     folder = os.path.dirname(words[0])
     if folder:
@@ -40,7 +40,7 @@ def xacro_words(words: list[str]) -> list[str]:
 
 
 def missing_input(words: list[str]) -> str:
-    """Return the input file on a command line of xacro if it does not exist; "" if it exists or is not known."""
+    """Return the input file on xacro's command line if that file does not exist; "" if it exists or is not known."""
     names, expects_value = [], False
     for word in words:
         if not expects_value and not word.startswith("-") and ":=" not in word:
@@ -68,7 +68,7 @@ def main() -> int:
     try:
         import xacro  # type: ignore[import-untyped,import-not-found,unused-ignore]  # noqa: PLC0415 - after the modules that it needs were replaced
     except ImportError:
-        sys.stderr.write(MISSING + "\n")
+        sys.stderr.write(MISSING_MESSAGE + "\n")
         return 1
     missing = missing_input(sys.argv[1:])
     if missing:

@@ -141,11 +141,11 @@ class _Agent:
         return [label for label, node in self._nodes.items() if node.poll() is None or group_exists(node.pid)]
 
 
-_PLACES = (
+_MODULE_NAMES = (
     ("pyros1.finding.packages", "pyros1.launch.running.command_line"),
     ("pyros1.msgs.packages", "pyros1.launch.command_line"),
 )
-"""Modules of pyros1 that find packages and create command lines; in version 0.1.0 they had other names."""
+"""Names of pyros1's modules that find packages and create command lines: now, and in version 0.1.0."""
 
 
 def group_exists(pid: int) -> bool:
@@ -158,28 +158,30 @@ def group_exists(pid: int) -> bool:
 
 
 def finder() -> Callable[[str, str], list[str]]:
-    """Return a function that returns a node's command line; it uses pyros1 if installed, otherwise stock ROS."""
-    for index, command_line in _PLACES:
+    """Return a function that returns a node's command line; it uses pyros1 if installed, else stock ROS."""
+    for packages_name, command_line_name in _MODULE_NAMES:
         try:
-            found, lines = import_module(index), import_module(command_line)
+            packages_module, command_line_module = import_module(packages_name), import_module(command_line_name)
         except ImportError:
             continue
-        packages = found.PackageIndex(os.environ)
-        return lambda package, kind: lines.executable_words(lines.locate(package, kind, packages))
+        packages = packages_module.PackageIndex(os.environ)
+        return lambda package, kind: command_line_module.executable_words(
+            command_line_module.locate(package, kind, packages)
+        )
     return _ask_rosrun
 
 
 def _ask_rosrun(package: str, kind: str) -> list[str]:
     try:
-        done = subprocess.run(["rosrun", "--prefix", "echo", package, kind], capture_output=True, check=False)
+        result = subprocess.run(["rosrun", "--prefix", "echo", package, kind], capture_output=True, check=False)
     except FileNotFoundError:
         raise RuntimeError(
             "neither pyros1 nor stock ROS was found with the machine's python3 and PATH; install pyros1 for that "
             "python3, or set up ROS in the machine's env-loader"
         ) from None
-    path = done.stdout.decode().strip()
-    if done.returncode or not path:
-        raise RuntimeError(done.stderr.decode().strip() or f"no [{kind}] in package [{package}]")
+    path = result.stdout.decode().strip()
+    if result.returncode or not path:
+        raise RuntimeError(result.stderr.decode().strip() or f"no [{kind}] in package [{package}]")
     return [path]
 
 

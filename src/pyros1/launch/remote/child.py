@@ -2,7 +2,7 @@
 
 A stock parent starts this child through ssh, waits for its registration, sends it the nodes as a launch file, and later
 tells it to shut down. The child reports to the parent each line of output and each exit of a process. pyros1's launcher
-does not use it, see `over_ssh`.
+does not use this module, see `over_ssh`.
 """
 
 from __future__ import annotations
@@ -32,16 +32,16 @@ from pyros1.net.hosts import host_from_environment, master_uri
 from pyros1.net.master_client import MasterClient, unpack
 from pyros1.net.xmlrpc_client import XmlRpcClient
 
-_INFO, _ERROR = 2, 8
+_INFO_LEVEL, _ERROR_LEVEL = 2, 8
 _TIMEOUT = 5.0
-_END = 10.0
+_END_TIMEOUT = 10.0
 _ALL_ENDED = "all processes on machine have died"
 
 
 class Parent:
     """The launcher that started this one.
 
-    A thread reports events to it, in order. If the parent does not respond, reporting stops.
+    A thread reports events to the parent, in order. If the parent does not respond, reporting stops.
 
     Args:
         name: name with which the child registers at the parent.
@@ -55,7 +55,7 @@ class Parent:
         self._name = name
         self._client = XmlRpcClient(uri, timeout=_TIMEOUT)
         self._calls: queue.SimpleQueue[tuple[Any, ...] | None] = queue.SimpleQueue()
-        self._thread = threading.Thread(target=self._report_deaths, name="roslaunch parent", daemon=True)
+        self._thread = threading.Thread(target=self._report_events, name="roslaunch parent", daemon=True)
 
     def register(self, uri: str) -> None:
         """Register the child's URI at the parent.
@@ -67,10 +67,10 @@ class Parent:
         self._thread.start()
 
     def log(self, level: int, text: str) -> None:
-        """Let the parent print a line."""
+        """Make the parent print a line."""
         self._calls.put(("log", self._name, level, text))
 
-    def died(self, process: Process) -> None:
+    def report_exit(self, process: Process) -> None:
         """Report that a process has exited."""
         self._calls.put(("process_died", process.spec.label, process.exit_code or 0))
 
@@ -78,14 +78,14 @@ class Parent:
         """Wait until everything has been reported. Later events are not reported."""
         if self._thread.is_alive():
             self._calls.put(None)
-            self._thread.join(_END)
+            self._thread.join(_END_TIMEOUT)
 
     def close(self) -> None:
         """Close the connection."""
         self.flush()
         self._client.close()
 
-    def _report_deaths(self) -> None:
+    def _report_events(self) -> None:
         while call := self._calls.get():
             try:
                 self._client.call(*call)
@@ -105,14 +105,14 @@ class _ParentConsole(Console):
         self._file = log
 
     def _write(self, stream: TextIO, text: str, style: str) -> None:
-        self._parent.log(_ERROR if stream is self._err else _INFO, text)
+        self._parent.log(_ERROR_LEVEL if stream is self._err else _INFO_LEVEL, text)
         if self._file is not None:
             self._file.write(text + "\n")
             self._file.flush()
 
 
 class _ChildServer(LaunchServer):
-    """The methods that only the parent calls, in addition to the launcher's public API."""
+    """Serves the launcher's public API, and the methods that only the parent calls."""
 
     def __init__(self, child: Child, supervisor: Supervisor, environ: Mapping[str, str]) -> None:
         self._child = child
@@ -170,7 +170,7 @@ class Child:
             sigterm_timeout=options.sigterm_timeout,
             guarded=True,
         )
-        self._supervisor.on_death = self._parent.died
+        self._supervisor.on_death = self._parent.report_exit
         self._supervisor.expected = 1  # the parent's nodes
         self._server: LaunchServer | None = None
         self._shut_down_event = threading.Event()
@@ -180,7 +180,7 @@ class Child:
         self._supervisor.stop(reason)
 
     def stop_waiting(self) -> None:
-        """Do not wait any longer for nodes to exit. May be called in any thread or signal handler."""
+        """Stop waiting for nodes to exit. May be called in any thread or signal handler."""
         self._supervisor.stop_waiting()
 
     def run(self) -> None:
@@ -198,20 +198,20 @@ class Child:
                 self._console.line(reason)
         finally:
             self._supervisor.shut_down()
-            self._announce(master_lost=True)
+            self._announce(withdraw=True)
             self._parent.close()
             self._shut_down_event.set()
             server.close()
             self._log.close()
 
-    def _announce(self, *, master_lost: bool = False) -> None:
-        """Make the nodes on this machine visible to `pyros1 node status`."""
+    def _announce(self, *, withdraw: bool = False) -> None:
+        """Make the nodes on this machine visible to `pyros1 node status`; with ``withdraw``, undo that."""
         server = self._server
         if server is None:
             return
         master = MasterClient("/roslaunch", self._run.master_uri, timeout=_TIMEOUT)
         with contextlib.suppress(Error):
-            if master_lost:
+            if withdraw:
                 master.delete_param(server.param_name())
             else:
                 master.set_param(server.param_name(), server.uri)
@@ -222,16 +222,19 @@ class Child:
 
         Args:
             xml: content of the file.
+
+        Returns:
+            The API's triple, with the processes that were started, and the names of the nodes that were not.
         """
         try:
             plan = load_plan([STDIN], {}, replace(self._resources, stdin=lambda: xml))
         except Error as error:
             return [-1, f"ERROR: {error}", [[], []]]
         started = threading.Event()
-        lists: list[list[str]] = [[], []]
+        results: list[list[str]] = [[], []]
 
         def start() -> None:
-            self._start(plan, lists)
+            self._start(plan, results)
             self._supervisor.expected = 0
             started.set()
 
@@ -239,9 +242,9 @@ class Child:
         while not started.wait(0.1):
             if self._shut_down_event.is_set():
                 return [0, "ERROR: this launcher is shutting down", [[], []]]
-        return [1, "launched", lists]
+        return [1, "launched", results]
 
-    def _start(self, plan: Plan, lists: list[list[str]]) -> None:
+    def _start(self, plan: Plan, results: list[list[str]]) -> None:
         self._announce()
         self._console.line("launching nodes...")
         self._console.line(f"ROS_MASTER_URI={self._run.master_uri}")
@@ -250,9 +253,9 @@ class Child:
         for node in plan.nodes:
             label = self._start_node(starter, node)
             if label:
-                lists[0].append(f"Process<{label}>")
+                results[0].append(f"Process<{label}>")
             else:
-                lists[1].append(node.name)
+                results[1].append(node.name)
         self._console.line("... done launching nodes")
 
     def _start_node(self, starter: Starter, node: NodePlan) -> str:
@@ -269,7 +272,7 @@ class Child:
     def shutdown(self) -> Triple:
         """Stop everything, and return when that is done. Called by the parent."""
         self.stop()
-        self._shut_down_event.wait(self._options.sigint_timeout + self._options.sigterm_timeout + _END)
+        self._shut_down_event.wait(self._options.sigint_timeout + self._options.sigterm_timeout + _END_TIMEOUT)
         return [1, "success", 1]
 
 

@@ -37,15 +37,15 @@ from pyros1.launch.running.warden import Warden
 SSH_VARIABLE = "PYROS1_SSH"
 """Environment variable that contains a command to use instead of ``ssh``, for example ``ssh -F myconfig``."""
 
-_OPTIONS = ["-T", "-o", "ServerAliveInterval=5", "-o", "ServerAliveCountMax=3"]
-# The agent's code is sent through the pipe, so that it need not be installed there. This program only runs that code.
-_BOOT = "import sys; b = sys.stdin.buffer; exec(compile(b.read(int(b.readline())), 'agent', 'exec'))"
-_HEARTBEAT = 5.0
+_SSH_OPTIONS = ["-T", "-o", "ServerAliveInterval=5", "-o", "ServerAliveCountMax=3"]
+# The agent's code is sent through the pipe, so that it need not be installed there. This code only runs the agent's.
+_BOOT_CODE = "import sys; b = sys.stdin.buffer; exec(compile(b.read(int(b.readline())), 'agent', 'exec'))"
+_HEARTBEAT_INTERVAL = 5.0
 _CONNECT_TIMEOUT = "10"
 _RECONNECT_DELAYS = (1.0, 30.0)
 _USAGE_TIMEOUT = 1.0
 _USAGE_MAX_AGE = 0.2
-_DEFAULT_LOADERS = "/opt/ros/noetic/env.sh"
+_DEFAULT_LOADER = "/opt/ros/noetic/env.sh"
 _ProcessFactory = Callable[[ProcessSpec, Callable[[Process], object], "Warden | None", "Screen | None"], Process]
 
 
@@ -56,22 +56,22 @@ def ssh_words(machine: MachinePlan, environ: Mapping[str, str]) -> list[str]:
     the default one is used if it exists on the machine.
     """
     settings = dict(machine.settings)
-    connect_timeout = math.ceil(_timeout(settings))
-    words = [*shlex.split(environ.get(SSH_VARIABLE) or "ssh"), *_OPTIONS, "-o", f"ConnectTimeout={connect_timeout}"]
+    connect_timeout = math.ceil(_parse_timeout(settings))
+    words = [*shlex.split(environ.get(SSH_VARIABLE) or "ssh"), *_SSH_OPTIONS, "-o", f"ConnectTimeout={connect_timeout}"]
     if settings.get("ssh-port"):
         words += ["-p", settings["ssh-port"]]
     if settings.get("user"):
         words += ["-l", settings["user"]]
-    python = shlex.join(["python3", "-u", "-c", _BOOT])
+    python = shlex.join(["python3", "-u", "-c", _BOOT_CODE])
     if settings.get("env-loader"):
         command = f"exec {shlex.quote(settings['env-loader'])} {python}"
     else:
-        loader = _DEFAULT_LOADERS
+        loader = _DEFAULT_LOADER
         command = f"if test -x {loader}; then exec {loader} {python}; else exec {python}; fi"
     return [*words, "--", machine.address, f"exec sh -c {shlex.quote(command)}"]
 
 
-def _timeout(settings: Mapping[str, str]) -> float:
+def _parse_timeout(settings: Mapping[str, str]) -> float:
     return parse_seconds(settings.get("timeout") or _CONNECT_TIMEOUT, "timeout")
 
 
@@ -84,7 +84,7 @@ class Machine:
         master_uri: ROS_MASTER_URI for the nodes there.
         stages: seconds to wait after SIGINT and after SIGTERM when stopping nodes after the connection broke.
         console: prints lines for the user.
-        on_reconnected: called in a thread with the machine's processes after a reconnection.
+        on_reconnected: called with the machine's processes after a reconnection, in the thread of the connection.
     """
 
     def __init__(
@@ -109,7 +109,7 @@ class Machine:
         self._is_lost = False
         self._usages: dict[str, Usage] = {}
         self._usages_at = -_USAGE_MAX_AGE
-        self._usages_known = threading.Event()
+        self._usages_received = threading.Event()
         self._closed = threading.Event()
         self._threads: list[threading.Thread] = []
 
@@ -145,12 +145,12 @@ class Machine:
         self.send({"do": "hello", "stages": list(self._stages), "usage": usage})
 
     def wait_ready(self) -> None:
-        """Wait until nodes can be started there.
+        """Wait until nodes can be started on the machine.
 
         Raises:
             LaunchError: the connection failed, or was not ready within the machine's ``timeout``.
         """
-        timeout = _timeout(dict(self.plan.settings))
+        timeout = _parse_timeout(dict(self.plan.settings))
         with self._changed:
             self._changed.wait_for(lambda: self._is_ready or self._is_lost, timeout)
             if self._is_ready:
@@ -163,7 +163,7 @@ class Machine:
         )
 
     def process(self, node: NodePlan, run_id: str) -> _ProcessFactory:
-        """Return a function that creates the process of a node there."""
+        """Return a function that creates the process of a node on the machine."""
 
         def make(
             spec: ProcessSpec, on_exit: Callable[[Process], object], warden: Warden | None, screen: Screen | None
@@ -219,7 +219,7 @@ class Machine:
             process.on_connection_lost()
 
     def _reap_ssh(self) -> None:
-        """Clean up after the ssh process has exited."""
+        """Close the pipes to the ssh process, and kill it if it is still running."""
         with self._changed:
             if self._ssh is None:
                 return
@@ -254,19 +254,19 @@ class Machine:
             return
         if message.get("event") == "usage":
             self._usages = {label: Usage(*numbers) for label, numbers in message["of"].items()}
-            self._usages_known.set()
+            self._usages_received.set()
             return
         process = self._processes.get(message.get("label", ""))
         if process is not None:
             process.handle_message(message)
 
     def usage(self, label: str) -> Usage:
-        """Return the CPU and memory usage of a process there, which may be slightly outdated, or unknown."""
+        """Return the CPU and memory usage of a process on the machine, which may be slightly outdated or unknown."""
         now = time.monotonic()
         if now - self._usages_at > _USAGE_MAX_AGE and not self._is_lost:
-            self._usages_known.clear()
+            self._usages_received.clear()
             self.send({"do": "usage"})
-            if not self._usages_known.wait(_USAGE_TIMEOUT):
+            if not self._usages_received.wait(_USAGE_TIMEOUT):
                 self._usages = {}
             self._usages_at = time.monotonic()
         return self._usages.get(label, UNKNOWN)
@@ -277,11 +277,11 @@ class Machine:
         return self._is_lost
 
     def _send_heartbeats(self) -> None:
-        while not self._closed.wait(_HEARTBEAT):
+        while not self._closed.wait(_HEARTBEAT_INTERVAL):
             self.send({})
 
     def close(self) -> None:
-        """Close the connection, which stops all processes that are still running there."""
+        """Close the connection, which stops all processes that are still running on the machine."""
         self._closed.set()
         with self._changed:
             ssh = self._ssh

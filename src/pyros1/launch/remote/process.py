@@ -16,8 +16,8 @@ from pyros1.launch.running.usage import UNKNOWN, Usage
 if TYPE_CHECKING:
     from pyros1.launch.remote.over_ssh import Machine
 
-_LOST = 255
-_KILL = 9  # SIGKILL on the other machine; this one may not have it
+_LOST_EXIT_CODE = 255
+_SIGKILL = 9  # SIGKILL on the other machine; this one may not have it
 START_TIMEOUT = 10.0
 """Timeout in seconds for the other machine to confirm the start of a node."""
 
@@ -26,7 +26,7 @@ class RemoteProcess(Process):
     """A process on another machine."""
 
     def attach(self, machine: Machine, node: NodePlan, run_id: str) -> None:
-        """Set the machine to run on, and the program to run."""
+        """Set the machine on which to run, and the node to run."""
         self._machine, self._node, self._run_id = machine, node, run_id
         self.machine = machine.plan.name
         self._answer: dict[str, Any] | None = None
@@ -43,7 +43,7 @@ class RemoteProcess(Process):
 
     @property
     def alive(self) -> bool:
-        """Whether the process is running, as far as known here."""
+        """Whether the process is running, as far as the launcher knows."""
         return self._running
 
     @property
@@ -98,7 +98,7 @@ class RemoteProcess(Process):
             raise OSError(0, str(reason), f"machine {self._machine.plan.name}")
 
     def handle_message(self, message: dict[str, Any]) -> None:
-        """Handle a message of the agent about the process. Called in the thread that listens to the machine."""
+        """Handle a message from the agent about the process. Called in the thread that listens to the machine."""
         event = message.get("event")
         if event == "output":
             stream = sys.stderr if message.get("stream") == 2 else sys.stdout
@@ -108,7 +108,7 @@ class RemoteProcess(Process):
                 self._exited(int(message.get("code", 0)))
         elif self._given_up:
             if event == "started":  # too late: the start has already been reported as failed
-                self._machine.send({"do": "signal", "label": self.spec.label, "number": _KILL})
+                self._machine.send({"do": "signal", "label": self.spec.label, "number": _SIGKILL})
         else:
             self._pid = int(message.get("pid", 0))
             self._running = event == "started"
@@ -133,7 +133,7 @@ class RemoteProcess(Process):
         self.disconnected = True
         self._answered.set()
         if self._running:
-            self._exited(_LOST)
+            self._exited(_LOST_EXIT_CODE)
 
     def _exited(self, code: int) -> None:
         self.exit_code = code

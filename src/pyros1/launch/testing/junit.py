@@ -35,7 +35,8 @@ class Results:
 
     Attributes:
         cases: all test cases, in order.
-        unreadable: the reason why the file could not be read, or an empty string. The error is then the only case.
+        unreadable: the reason why the file could not be read, in which case ``cases`` contains only that error; empty
+            if it was read.
     """
 
     cases: list[Case] = field(default_factory=list)
@@ -53,7 +54,7 @@ class Results:
 
 
 def read_results(path: Path, suite: str) -> Results:
-    """Return the results that a test program has written in the format of JUnit or gtest.
+    """Return the results that a test program has written in JUnit's or gtest's format.
 
     Args:
         path: path of the file.
@@ -90,7 +91,7 @@ def _text(element: object) -> str:
 
 
 def write_results(path: Path, name: str, results: Results, out: str, err: str) -> None:
-    """Write a suite of test cases.
+    """Write the results of a suite of test cases to a file.
 
     Args:
         path: path of the file.
@@ -137,7 +138,7 @@ def _quoted(text: str) -> str:
     return quoteattr(printable(text))
 
 
-def description(case: Case) -> str:
+def describe_case(case: Case) -> str:
     """Return the summary of a test case."""
     blocks = [("FAILURE", text) for _, text in case.failures] + [("ERROR", text) for _, text in case.errors]
     if not blocks:
@@ -160,7 +161,8 @@ def summary(runs: Results, results: Results) -> str:
     errors, failures = runs.errors + results.errors, runs.failures + results.failures
     passed = not errors and not failures
     lines = [
-        "".join(description(case) for case in results.cases) + "".join(f"[{name}][failed]\n" for name in failed_names),
+        "".join(describe_case(case) for case in results.cases)
+        + "".join(f"[{name}][failed]\n" for name in failed_names),
         "SUMMARY",
         "\033[32m * RESULT: SUCCESS\033[0m" if passed else "\033[1;31m * RESULT: FAIL\033[0m",
         f" * TESTS: {len(results.cases)}",

@@ -21,10 +21,10 @@ from pyros1.launch.testing.junit import Case, Results, read_results
 from pyros1.net.hosts import master_uri
 from pyros1.net.master_client import MasterClient
 
-_CLASS = "rostest.runner.RosTest"
-_KEPT_PARAMS = ("/run_id", "/rosversion", "/rosdistro", "/roslaunch/")
-"""Parameters of the master and of running launchers, which were not set by tests."""
-_UNSAFE = str.maketrans(dict.fromkeys(" \"'&$!`/\\", "_"))
+_CLASS_NAME = "rostest.runner.RosTest"
+_KEPT_PARAM_PREFIXES = ("/run_id", "/rosversion", "/rosdistro", "/roslaunch/")
+"""Prefixes of parameters of the master and of running launchers, which were not set by tests."""
+_FILE_NAME_REPLACEMENTS = str.maketrans(dict.fromkeys(" \"'&$!`/\\", "_"))
 
 
 def results_folder(environ: Mapping[str, str], base: str | None = None) -> Path:
@@ -55,7 +55,7 @@ def results_file(folder: Path, package: str, kind: str, name: str) -> Path:
         suite_folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise LaunchError(f"cannot create test results directory [{suite_folder}]: {error.strerror}") from error
-    return suite_folder / f"{kind}-{name.translate(_UNSAFE)}.xml"
+    return suite_folder / f"{kind}-{name.translate(_FILE_NAME_REPLACEMENTS)}.xml"
 
 
 def name_from_path(package: Path, file: Path) -> str:
@@ -70,14 +70,14 @@ class TestRun:
     """Runs tests one after the other.
 
     Args:
-        plan: the launch file.
+        plan: the plan read from the launch file.
         packages: finds executables.
         environ: this process's environment.
-        package: name of the package of the results.
+        package: name of the package in whose folder the results are stored.
         folder: the folder of all test results.
         text: whether tests write to the screen instead of files.
         reuse_master: whether to use the running master.
-        clear: whether to delete all its parameters before each test.
+        clear: whether to delete all parameters of the running master before each test.
 
     Attributes:
         runs: a case for each test, which says whether it could be run.
@@ -111,7 +111,7 @@ class TestRun:
             self._session.stop(reason)
 
     def stop_waiting(self) -> None:
-        """Do not wait any longer for processes to exit. May be called in signal handlers."""
+        """Stop waiting for processes to exit. May be called in signal handlers."""
         if self._session is not None:
             self._session.stop_waiting()
 
@@ -121,7 +121,7 @@ class TestRun:
         for _, test in sorted({test.test_name: test for test in self.plan.tests}.items()):
             if self.stopped:
                 return
-            case = Case(f"test{test.test_name}", _CLASS)
+            case = Case(f"test{test.test_name}", _CLASS_NAME)
             started_at = time.monotonic()
             try:
                 if names.count(test.test_name) > 1:
@@ -151,13 +151,13 @@ class TestRun:
             path = results_file(self.folder, self.package, "rosunit", test.test_name)
             path.unlink(missing_ok=True)
             try:
-                found = self._run_once(test, path)
+                results = self._run_once(test, path)
             except LaunchError:
                 if not attempts_left or self.stopped:
                     raise
             else:
-                if self.text or not attempts_left or not (found.errors or found.failures):
-                    self.results.cases += found.cases
+                if self.text or not attempts_left or not (results.errors or results.failures):
+                    self.results.cases += results.cases
                     return
             self._write(f"test [{test.test_name}] failed, retrying. Retries left: {attempts_left - 1}", self.out)
 
@@ -177,16 +177,18 @@ class TestRun:
         if self.stopped:
             raise LaunchError(f"test [{test.test_name}] was interrupted")
         if trial.timed_out:
-            kind = f"{test.package}/{test.type}"
-            raise LaunchError(f"max time [{test.time_limit}s] allotted for test [{test.test_name}] of type [{kind}]")
+            test_type = f"{test.package}/{test.type}"
+            raise LaunchError(
+                f"max time [{test.time_limit}s] allotted for test [{test.test_name}] of type [{test_type}]"
+            )
         if self.text:
             return Results()
         if not path.is_file():
             raise _FailedError(f"test [{test.test_name}] did not generate test results")
-        found = read_results(path, f"{self.package}.{path.stem}")
-        counts = f"{found.errors} errors, {found.failures} failures, {len(found.cases)} tests"
+        results = read_results(path, f"{self.package}.{path.stem}")
+        counts = f"{results.errors} errors, {results.failures} failures, {len(results.cases)} tests"
         self._write(f"test [{test.test_name}] results summary: {counts}", self.out)
-        return found
+        return results
 
     def _with_results(self, test: TestPlan, path: Path) -> TestPlan:
         arguments = [*test.args, f"--gtest_output=xml:{path}"]
@@ -199,7 +201,7 @@ class TestRun:
         try:
             master.ping()
             if self.clear:
-                names = [name for name in master.get_param_names() if not name.startswith(_KEPT_PARAMS)]
+                names = [name for name in master.get_param_names() if not name.startswith(_KEPT_PARAM_PREFIXES)]
                 master.multicall([("deleteParam", (name,)) for name in names])
         finally:
             master.close()

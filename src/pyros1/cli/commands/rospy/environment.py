@@ -16,19 +16,25 @@ def _enable(invocation: Invocation, options: Any, args: list[str]) -> None:
     if args:
         raise UsageError("enable takes no arguments")
     from pyros1.drop_in.environment import enable, installed_rospy  # noqa: PLC0415
-    from pyros1.drop_in.finder import MODULES, VARIABLE  # noqa: PLC0415
+    from pyros1.drop_in.finder import MODULES_FOLDER, PREFERENCE_VARIABLE  # noqa: PLC0415
 
     file, errors = enable()
     for error in errors:
         print(f"WARNING: no stubs: {error}", file=sys.stderr)
     print(f"wrote {file}")
     rospy_file = installed_rospy()
-    if rospy_file is None and os.environ.get(VARIABLE):
-        print(f"programs still do not import rospy: {VARIABLE}={os.environ[VARIABLE]} is in the environment")
+    if rospy_file is None and os.environ.get(PREFERENCE_VARIABLE):
+        print(
+            f"programs still do not import rospy: {PREFERENCE_VARIABLE}={os.environ[PREFERENCE_VARIABLE]} is in the "
+            "environment"
+        )
     elif rospy_file is None:
         print("programs of this environment still cannot import rospy: can its Python start?")
-    elif not rospy_file.startswith(MODULES):
-        print(f"a real rospy is installed and takes precedence: {rospy_file}. Set {VARIABLE}=pyros1 to use ours.")
+    elif not rospy_file.startswith(MODULES_FOLDER):
+        print(
+            f"a real rospy is installed and takes precedence: {rospy_file}. Set {PREFERENCE_VARIABLE}=pyros1 to use "
+            "ours."
+        )
     else:
         print("programs of this environment can now import rospy, std_msgs.msg and the other modules of ROS 1")
 
@@ -47,7 +53,7 @@ def _status(invocation: Invocation, options: Any, args: list[str]) -> None:
     if args:
         raise UsageError("status takes no arguments")
     from pyros1.drop_in.environment import installed_rospy, is_enabled, pth_file  # noqa: PLC0415
-    from pyros1.drop_in.finder import MODULES, VARIABLE  # noqa: PLC0415
+    from pyros1.drop_in.finder import MODULES_FOLDER, PREFERENCE_VARIABLE  # noqa: PLC0415
 
     rospy_file = installed_rospy()
     print(f"Python:  {sys.executable}")
@@ -55,15 +61,15 @@ def _status(invocation: Invocation, options: Any, args: list[str]) -> None:
         print(
             "rospy:   none; only programs that pyros1 starts find it. `pyros1 rospy enable` makes it available to all."
         )
-    elif rospy_file.startswith(MODULES):
+    elif rospy_file.startswith(MODULES_FOLDER):
         print(f"rospy:   pyros1's, {os.path.dirname(rospy_file)}")
     else:
         print(
             f"rospy:   a real one, {os.path.dirname(rospy_file)}, which takes precedence. "
-            f"{VARIABLE}=pyros1 selects ours."
+            f"{PREFERENCE_VARIABLE}=pyros1 selects ours."
         )
     print(f"enabled: {f'yes, by {pth_file()}' if is_enabled() else 'no'}")
-    for name in (VARIABLE, "PYTHONPATH"):
+    for name in (PREFERENCE_VARIABLE, "PYTHONPATH"):
         if os.environ.get(name):
             print(f"{name}={os.environ[name]}")
 
