@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from pyros1.launch.running.callers import refusal, refusal_reason
+from pyros1.launch.running.callers import address_refusal_reason, refusal_reason
 
 HEAD = "  sl  local_address rem_address   st tx_queue rx_queue tr tm->when retrnsmt   uid  timeout inode\n"
 HERE = ("127.0.0.1", 0x1F90)
@@ -36,37 +36,37 @@ def proc(tmp_path: Path) -> Callable[..., Path]:
 
 
 def test_the_same_user_and_root_may(proc: Callable[..., Path]) -> None:
-    assert refusal(THERE, HERE, proc(os.getuid())) == ""
+    assert address_refusal_reason(THERE, HERE, proc(os.getuid())) == ""
 
 
 def test_root_may(proc: Callable[..., Path]) -> None:
-    assert refusal(THERE, HERE, proc(0)) == ""
+    assert address_refusal_reason(THERE, HERE, proc(0)) == ""
 
 
 def test_others_may_not(proc: Callable[..., Path]) -> None:
-    assert "by its own user" in refusal(THERE, HERE, proc(4711))
+    assert "by its own user" in address_refusal_reason(THERE, HERE, proc(4711))
 
 
 def test_who_is_not_in_the_table_may_not(proc: Callable[..., Path]) -> None:
-    assert refusal(("127.0.0.1", 5), HERE, proc(os.getuid()))
+    assert address_refusal_reason(("127.0.0.1", 5), HERE, proc(os.getuid()))
 
 
 def test_ends_of_ipv6(proc: Callable[..., Path]) -> None:
     one = "0" * 24 + "01000000"
-    assert refusal(("::1", 0xC000), ("::1", 0x1F90), proc(os.getuid(), "tcp6", one, one)) == ""
+    assert address_refusal_reason(("::1", 0xC000), ("::1", 0x1F90), proc(os.getuid(), "tcp6", one, one)) == ""
 
 
 def test_ends_of_ipv4_within_ipv6(proc: Callable[..., Path]) -> None:
     wrapped = "0000000000000000FFFF00000100007F"
-    assert refusal(THERE, HERE, proc(os.getuid(), "tcp6", wrapped, wrapped)) == ""
+    assert address_refusal_reason(THERE, HERE, proc(os.getuid(), "tcp6", wrapped, wrapped)) == ""
 
 
 def test_other_machines_may_not(proc: Callable[..., Path]) -> None:
-    assert "from its own machine" in refusal(("192.0.2.7", 0xC000), HERE, proc(os.getuid()))
+    assert "from its own machine" in address_refusal_reason(("192.0.2.7", 0xC000), HERE, proc(os.getuid()))
 
 
 def test_without_a_table_the_machine_must_do(tmp_path: Path) -> None:
-    assert refusal(THERE, HERE, tmp_path) == ""
+    assert address_refusal_reason(THERE, HERE, tmp_path) == ""
 
 
 @pytest.mark.parametrize("family", [socket.AF_INET, socket.AF_INET6])

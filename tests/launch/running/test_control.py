@@ -20,7 +20,7 @@ from pyros1.cli.main import entry as entry_point
 from pyros1.ground.errors import Error, ProtocolError
 from pyros1.launch.running.api import LaunchServer
 from pyros1.launch.running.console import Console
-from pyros1.launch.running.control import URIS, Launch, Status, launch_uris, running_launches, stock_status
+from pyros1.launch.running.control import URIS_PARAM, Launch, Status, launch_uris, running_launches, stock_status
 from pyros1.launch.running.process_spec import ProcessSpec
 from pyros1.launch.running.supervisor import Supervisor
 from pyros1.launch.running.usage import group_usages, launch_files, process_age
@@ -87,8 +87,8 @@ def test_launches_are_found_through_the_master(launch: Launch) -> None:
     client = MasterClient("/me", master.uri)
     try:
         assert running_launches(client) == []
-        client.set_param(f"{URIS}/host_a", launch.uri)
-        client.set_param(f"{URIS}/host_gone", "http://127.0.0.1:1/")
+        client.set_param(f"{URIS_PARAM}/host_a", launch.uri)
+        client.set_param(f"{URIS_PARAM}/host_gone", "http://127.0.0.1:1/")
         ((found, entries),) = running_launches(client)
         found.close()
         assert found.uri == launch.uri and {one.node for one in entries} == {"/long", "/short"}
@@ -101,10 +101,10 @@ def test_parameters_of_any_shape_do_no_harm(master: Master) -> None:
     client = MasterClient("/me", master.uri)
     try:
         for value in (5, {"a": {"b": 1}, "c": "no uri", "d": 7}):
-            client.set_param(URIS, value)
+            client.set_param(URIS_PARAM, value)
             assert running_launches(client) == []
-        assert launch_uris(client) == {f"{URIS}/c": "no uri"}
-        client.set_param(f"{URIS}/e", master.uri)  # it answers, but is no launch
+        assert launch_uris(client) == {f"{URIS_PARAM}/c": "no uri"}
+        client.set_param(f"{URIS_PARAM}/e", master.uri)  # it answers, but is no launch
         assert running_launches(client) == []
     finally:
         client.close()

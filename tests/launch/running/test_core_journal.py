@@ -32,7 +32,7 @@ def made() -> Iterator[list[CoreJournal]]:
     found: list[CoreJournal] = []
     yield found
     for each in found:
-        each.drop()
+        each.release()
 
 
 def make(made: list[CoreJournal], home: Path) -> tuple[CoreJournal, Said]:
@@ -46,7 +46,7 @@ def leave(made: list[CoreJournal], home: Path, *calls: Any) -> Path:
     earlier, _ = make(made, home)
     assert earlier.journal is not None and earlier.previous is None
     earlier.journal.begin(calls)
-    earlier.drop()
+    earlier.release()
     (path,) = (home / "pyros1").glob("*.journal")
     return path
 
@@ -79,9 +79,9 @@ def test_a_core_that_does_not_start_leaves_the_journal_for_the_next_one(
 ) -> None:
     path = leave(made, tmp_path, ("setParam", ["/a", "/run_id", "one"]))
     core, _ = make(made, tmp_path)
-    core.drop()
+    core.release()
     assert core.journal is None and path.exists()
-    core.drop()
+    core.release()
     assert make(made, tmp_path)[0].run_id == "one"
 
 

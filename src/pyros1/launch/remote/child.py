@@ -171,7 +171,7 @@ class Child:
             guarded=True,
         )
         self._supervisor.on_death = self._parent.report_exit
-        self._supervisor.expected = 1  # the parent's nodes
+        self._supervisor.num_expected = 1  # the parent's nodes
         self._server: LaunchServer | None = None
         self._shut_down_event = threading.Event()
 
@@ -235,7 +235,7 @@ class Child:
 
         def start() -> None:
             self._start(plan, results)
-            self._supervisor.expected = 0
+            self._supervisor.num_expected = 0
             started.set()
 
         self._supervisor.do(start)
@@ -262,7 +262,7 @@ class Child:
         self._run.counter += 1
         label = f"{node.full_name.lstrip('/')}-{self._run.counter}"
         try:
-            spec = starter.spec(node, label)
+            spec = starter.make_spec(node, label)
         except LaunchError as error:
             self._console.error(f"cannot launch node of type [{node.package}/{node.type}]: {error}")
             return ""

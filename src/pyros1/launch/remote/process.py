@@ -115,7 +115,7 @@ class RemoteProcess(Process):
             if self._running:  # in this thread, so that output and exit are reported later
                 self.exit_code = None
                 self.spawn_count += 1
-                self.started = time.monotonic()
+                self.started_at = time.monotonic()
                 self._announce(self)
             self._answer = message
             self._answered.set()

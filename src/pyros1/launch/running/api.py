@@ -29,13 +29,13 @@ Triple = list[Any]
 
 
 class LaunchServer:
-    """A server for queries about a launch.
+    """An XML-RPC server through which other programs query and control a launch.
 
     Args:
         supervisor: supervisor of the launch's processes.
         address: addresses to listen on and to advertise.
         title: readable title of the launch, such as the names of its files.
-        refuse: returns the reason why a caller may not control the launch; an empty string if it may.
+        refuse: returns the reason why a caller may not control the launch, or an empty string if the caller may.
         allowlist: decides which hosts may connect; None admits all.
     """
 
@@ -50,7 +50,7 @@ class LaunchServer:
         self._supervisor = supervisor
         self._title = title
         self._refuse = refuse
-        self._started = time.monotonic()
+        self._started_at = time.monotonic()
         self._loop = Loop("roslaunch")
         self._server = XmlRpcServer(
             self._loop,
@@ -79,7 +79,11 @@ class LaunchServer:
         self._loop.stop()
 
     def dispatch(self, method: str, params: Sequence[Any]) -> Triple:
-        """Execute a call and return ``[code, message, value]``."""
+        """Execute a call and return ``[code, message, value]``.
+
+        Raises:
+            XmlRpcFault: the method is unknown.
+        """
         methods: dict[str, Callable[[Sequence[Any]], Triple]] = {
             "get_pid": lambda _: [1, str(os.getpid()), os.getpid()],
             "list_processes": self._list_processes,
@@ -94,7 +98,7 @@ class LaunchServer:
         return methods[method](params)
 
     def _list_processes(self, params: Sequence[Any]) -> Triple:
-        lists = [_counts(self._supervisor.active), _counts(self._supervisor.dead)]
+        lists = [_spawn_counts(self._supervisor.active), _spawn_counts(self._supervisor.dead)]
         return [1, "processes on parent machine", lists]
 
     def _status(self, params: Sequence[Any]) -> Triple:
@@ -102,14 +106,14 @@ class LaunchServer:
         now = time.monotonic()
         dead = self._supervisor.dead
         entries = [
-            _entry(process, process.usage(usages), now, has_ended=process in dead)
+            _describe_process(process, process.usage(usages), now, has_ended=process in dead)
             for process in [*self._supervisor.active, *dead]
         ]
         launch = {
             "title": self._title,
             "pid": os.getpid(),
-            "uptime": now - self._started,
-            "expected": self._supervisor.expected,
+            "uptime": now - self._started_at,
+            "expected": self._supervisor.num_expected,
             "refusal": self._refusal_reason(),
         }
         return [1, "status", {"launch": launch, "processes": entries}]
@@ -157,7 +161,7 @@ class LaunchServer:
         return [-1, f"no process by that name: {name}", {}]
 
 
-def _entry(process: Process, usage: Usage, now: float, *, has_ended: bool) -> dict[str, Any]:
+def _describe_process(process: Process, usage: Usage, now: float, *, has_ended: bool) -> dict[str, Any]:
     spec = process.spec
     entry: dict[str, Any] = {
         "label": spec.label,
@@ -165,7 +169,7 @@ def _entry(process: Process, usage: Usage, now: float, *, has_ended: bool) -> di
         "state": _state(process, has_ended),
         "pid": process.pid,
         "starts": process.spawn_count,
-        "uptime": now - process.started if process.alive else -1.0,
+        "uptime": now - process.started_at if process.alive else -1.0,
         "cpu": usage.cpu,
         # XML-RPC's integers have 32 bits.
         "memory": float(usage.memory),
@@ -189,5 +193,5 @@ def _state(process: Process, has_ended: bool) -> str:
     return "waiting"
 
 
-def _counts(processes: list[Process]) -> list[list[Any]]:
+def _spawn_counts(processes: list[Process]) -> list[list[Any]]:
     return [[process.spec.label, process.spawn_count] for process in processes]

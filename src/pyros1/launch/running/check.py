@@ -42,10 +42,11 @@ def is_remote(plan: Plan, node: NodePlan) -> bool:
 
 
 def missing_parts(plan: Plan, packages: PackageFinder, environ: Mapping[str, str]) -> Iterator[LaunchError]:
-    """Yield an error for each machine, package and program that a node needs and that is missing.
+    """Yield an error for each machine, package and program that a node needs but that is missing.
 
-    Other machines are not searched. There are also errors for nodes that wait for each other, since none of them would
-    ever start, and for parameters that cannot be sent to the master.
+    Other machines are not searched. Errors are also yielded for nodes that wait for each other, since none of them
+    would ever start, for ``on-death`` messages that cannot be published, and for parameters that cannot be sent to the
+    master.
     """
     yield from unsendable(plan.params)
     yield from unknown_machines(plan)
@@ -85,7 +86,7 @@ def unrunnable_python(plan: Plan, packages: PackageFinder, environ: Mapping[str,
 
 
 def check_on_death(node: NodePlan) -> None:
-    """Check that a node's ``on-death`` message can be published, as it would be too late to find out when it is needed.
+    """Check that a node's ``on-death`` message can be published, since an error on death would be noticed too late.
 
     Raises:
         LaunchError: the type is unknown, or the values do not fit.
@@ -96,9 +97,9 @@ def check_on_death(node: NodePlan) -> None:
     from pyros1.msgs.fill import fill_message  # noqa: PLC0415
     from pyros1.values import load_yaml  # noqa: PLC0415
 
-    _, kind, *values = node.on_death.words
+    _, type_name, *values = node.on_death.words
     try:
-        message_class = load_message(kind)
+        message_class = load_message(type_name)
         message = message_class()
         fill_message(message, [load_yaml(value) for value in values], Time())
         message_class._encode(message)
@@ -122,12 +123,12 @@ def endless_waits(plan: Plan) -> Iterator[LaunchError]:
         for node in plan.nodes
     }
     for node in plan.nodes:
-        chain = _cycle(node.full_name, waits)
+        chain = _find_cycle(node.full_name, waits)
         if chain:
             yield _error(node, f"it can never start: it waits for itself ({' -> '.join(chain)})")
 
 
-def _cycle(start: str, waits: Mapping[str, list[str]]) -> list[str]:
+def _find_cycle(start: str, waits: Mapping[str, list[str]]) -> list[str]:
     """Return the chain of waiting nodes from a node back to itself; an empty list if there is none."""
     paths = [[start]]
     seen: set[str] = set()
@@ -143,7 +144,7 @@ def _cycle(start: str, waits: Mapping[str, list[str]]) -> list[str]:
 
 
 def near_executable(node: NodePlan, packages: PackageFinder) -> str:
-    """Return a hint about a misspelt package or type; an empty string if nothing is similar."""
+    """Return a hint for a misspelt package or type, or an empty string if no name is similar."""
     try:
         return did_you_mean(node.type, packages.executables(node.package))
     except PackageNotFoundError:

@@ -17,20 +17,20 @@ from pyros1.launch.running.shebang import script_problem
 _PACKAGE_FOLDER = Path(__file__).resolve().parents[2]
 
 
-def locate(package: str, kind: str, packages: PackageFinder) -> Path:
+def locate(package: str, executable_name: str, packages: PackageFinder) -> Path:
     """Return the path of a node's executable.
 
     Raises:
         LaunchError: the package is unknown, or has no executable with this name.
     """
     try:
-        found = packages.find_executable(package, kind)
+        found = packages.find_executable(package, executable_name)
     except PackageNotFoundError as error:
         raise LaunchError(str(error)) from error
     if not found:
         raise LaunchError(
-            f"Cannot locate node of type [{kind}] in package [{package}]. Make sure file exists in package path and "
-            f"permission is set to executable (chmod +x)"
+            f"Cannot locate node of type [{executable_name}] in package [{package}]. Make sure file exists in package "
+            f"path and permission is set to executable (chmod +x)"
         )
     return found[0]
 
@@ -50,10 +50,10 @@ def check_prefix(node: NodePlan, environ: Mapping[str, str]) -> None:
 
 
 def check_script(node: NodePlan, executable: Path, environ: Mapping[str, str]) -> None:
-    """Check that the system can start a node that is a script.
+    """Check that the system can start a node's executable if that is a script.
 
     Raises:
-        LaunchError: the system cannot start it; the message says why.
+        LaunchError: the system cannot start the script; the message says why.
     """
     env = {**environ, **node.env}
     if node.prefix or executable_words(executable, env)[0] != str(executable):  # it is run by another program
@@ -72,7 +72,7 @@ def executable_words(executable: Path, environ: Mapping[str, str] = os.environ) 
     """Return the command line that starts an executable.
 
     pyros1's own Python nodes run in this interpreter, since installers may remove the executable bit, and other
-    interpreters may not have pyros1. Scripts of the system's packages run in the system's interpreter.
+    interpreters may not have pyros1. Scripts from the system's packages run in the system's interpreter.
     """
     if is_own(executable) and _is_python(executable):
         return [sys.executable, str(executable)]
@@ -85,10 +85,10 @@ def _is_python(path: Path) -> bool:
         return True
     try:
         with path.open("rb") as stream:
-            first = stream.readline(200)
+            first_line = stream.readline(200)
     except OSError:
         return False
-    return first.startswith(b"#!") and b"python" in first
+    return first_line.startswith(b"#!") and b"python" in first_line
 
 
 def node_words(node: NodePlan, executable: Path, environ: Mapping[str, str] = os.environ) -> list[str]:
@@ -124,9 +124,9 @@ def program_environment(executable: Path, environ: Mapping[str, str]) -> dict[st
 
 def own_python_environment(environ: Mapping[str, str]) -> dict[str, str]:
     """Return the variables that pyros1's own nodes need to find pyros1, and to write output without delay."""
-    home = _PACKAGE_FOLDER.parent
+    source_folder = _PACKAGE_FOLDER.parent
     changes = {"PYTHONUNBUFFERED": environ.get("PYTHONUNBUFFERED") or "1"}
-    if home.name not in ("site-packages", "dist-packages"):  # not installed: run from a source tree
-        paths = [str(home), *(part for part in environ.get("PYTHONPATH", "").split(os.pathsep) if part)]
+    if source_folder.name not in ("site-packages", "dist-packages"):  # not installed: run from a source tree
+        paths = [str(source_folder), *(part for part in environ.get("PYTHONPATH", "").split(os.pathsep) if part)]
         changes["PYTHONPATH"] = os.pathsep.join(dict.fromkeys(paths))
     return changes

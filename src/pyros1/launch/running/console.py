@@ -1,4 +1,4 @@
-"""The launcher's output for the user: plain and bold lines, errors and warnings; coloured only on terminals (L16)."""
+"""The launcher's output for the user: plain and bold lines, errors and warnings, with colours on terminals (L16)."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class Console:
         self._out = out or sys.stdout
         self._err = err or sys.stderr
         self._log = log
-        self._title = title
+        self._sets_title = title
         self._lock = threading.Lock()
 
     def log_to(self, log: TextIO | None) -> None:
@@ -53,9 +53,11 @@ class Console:
 
     def title(self, text: str) -> None:
         """Set the terminal's title."""
-        if self._title and self._out.isatty():
+        if self._sets_title and self._out.isatty():
             with self._lock:
-                out = getattr(self._out, "under", self._out)  # bypasses a command's stream, which escapes its output
+                out = getattr(
+                    self._out, "under", self._out
+                )  # not a command's own stream, which escapes control characters
                 out.write(f"\033]2;{text}\007")
                 out.flush()
 

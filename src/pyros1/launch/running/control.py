@@ -1,8 +1,8 @@
 """Accesses running launches: lists their processes, and stops, starts or restarts them.
 
 Every launch stores its URI in a parameter below ``/roslaunch/uris`` (X81). Stock launches do so as well; they report
-the state of their processes, but cannot be controlled. A response may be from any program, so its structure is checked
-and its size is limited.
+the state of their processes, but cannot be controlled. Any program may answer at such a URI, so the structure of
+responses is checked, and their size is limited.
 """
 
 from __future__ import annotations
@@ -18,20 +18,20 @@ from pyros1.net.hosts import is_local, parse_uri
 from pyros1.net.master_client import MasterClient, unpack
 from pyros1.net.xmlrpc_client import XmlRpcClient
 
-URIS = "/roslaunch/uris"
+URIS_PARAM = "/roslaunch/uris"
 STATES = ("running", "waiting", "stopping", "stopped", "finished", "died", "ended")
 _TIMEOUT = 5.0
 _MAX_PROCESSES = 2_000
 _MAX_QUERIED = 200
-"""Maximum number of processes of a stock launch to query one by one."""
+"""Maximum number of processes that are queried one by one from a stock launch."""
 _MAX_TEXT_LENGTH = 1_000
 """Maximum number of characters of a string in a response."""
-_STOCK = "this is a stock roslaunch, which reports the state of its nodes, but cannot stop or start them"
+_STOCK_REFUSAL = "this is a stock roslaunch, which reports the state of its nodes, but cannot stop or start them"
 
 
 @dataclass(frozen=True)
 class Status:
-    """The status of a process of a launch.
+    """The status of a process in a launch.
 
     Attributes:
         label: the process's name in the launch.
@@ -47,7 +47,7 @@ class Status:
         exit_code: the exit code; None while it is running or if unknown.
         required: whether the launch is shut down when the process exits.
         respawn: whether the process is restarted whenever it exits.
-        log: path of the log files without ``.log``; empty for none.
+        log: path of the log files without ``.log``; empty if there are none.
     """
 
     label: str
@@ -117,12 +117,12 @@ class Launch:
         try:
             summary = reply["launch"]
             return Report(
-                title=_text(summary["title"]),
+                title=_check_text(summary["title"]),
                 pid=int(summary["pid"]),
-                uptime=_seconds(summary["uptime"]),
+                uptime=_check_seconds(summary["uptime"]),
                 expected=int(summary["expected"]),
-                refusal=_text(summary["refusal"]),
-                processes=[_status(entry) for entry in reply["processes"][:_MAX_PROCESSES]],
+                refusal=_check_text(summary["refusal"]),
+                processes=[_read_status(entry) for entry in reply["processes"][:_MAX_PROCESSES]],
             )
         except (AttributeError, KeyError, TypeError, ValueError, OverflowError):
             raise ProtocolError(f"{self.uri} is not the address of a launch") from None
@@ -141,8 +141,8 @@ class Launch:
         try:
             active, dead = self._call("list_processes")
             pid = int(self._call("get_pid"))
-            entries = [(_text(label), int(count), True) for label, count in active]
-            entries += [(_text(label), int(count), False) for label, count in dead]
+            entries = [(_check_text(label), int(count), True) for label, count in active]
+            entries += [(_check_text(label), int(count), False) for label, count in dead]
         except (TypeError, ValueError, OverflowError):
             raise ProtocolError(f"{self.uri} is not the address of a launch") from None
         processes = []
@@ -153,9 +153,14 @@ class Launch:
                 usage = usages.get(entry.pid, UNKNOWN)
                 entry = replace(entry, cpu=usage.cpu, memory=usage.memory, uptime=process_age(entry.pid))
             processes.append(entry)
-        title = _text(launch_files(pid)) if is_on_this_machine else ""
+        title = _check_text(launch_files(pid)) if is_on_this_machine else ""
         return Report(
-            title or "a stock roslaunch", pid, process_age(pid) if is_on_this_machine else -1.0, 0, _STOCK, processes
+            title or "a stock roslaunch",
+            pid,
+            process_age(pid) if is_on_this_machine else -1.0,
+            0,
+            _STOCK_REFUSAL,
+            processes,
         )
 
     def info(self, label: str) -> Mapping[str, Any]:
@@ -179,40 +184,40 @@ class Launch:
             node: the node's full name, or the process's label.
 
         Raises:
-            Error: the launch cannot do that, or refuses it.
+            Error: the launch does not respond, cannot do that, or refuses the request.
         """
         try:
             self._call("control", verb, node)
         except XmlRpcFault as error:
-            raise LaunchError(f"the launch of {node} cannot {verb} it: {_STOCK}") from error
+            raise LaunchError(f"the launch of {node} cannot {verb} it: {_STOCK_REFUSAL}") from error
 
     def close(self) -> None:
         """Close the connection."""
         self._client.close()
 
 
-def _status(entry: Mapping[str, Any]) -> Status:
+def _read_status(entry: Mapping[str, Any]) -> Status:
     exit_code = entry.get("exit_code")
     state = entry["state"]
     return Status(
-        label=_text(entry["label"]),
-        node=_text(entry["node"]),
+        label=_check_text(entry["label"]),
+        node=_check_text(entry["node"]),
         state=state if state in STATES else "died",
         pid=int(entry["pid"]),
         starts=int(entry["starts"]),
-        uptime=_seconds(entry.get("uptime", -1.0)),
-        cpu=_seconds(entry.get("cpu", -1.0)),
+        uptime=_check_seconds(entry.get("uptime", -1.0)),
+        cpu=_check_seconds(entry.get("cpu", -1.0)),
         memory=int(entry.get("memory", -1)),
-        machine=_text(entry.get("machine", "")),
+        machine=_check_text(entry.get("machine", "")),
         exit_code=None if exit_code is None else int(exit_code),
         required=bool(entry.get("required")),
         respawn=bool(entry.get("respawn")),
-        log=_text(entry.get("log", "")),
+        log=_check_text(entry.get("log", "")),
     )
 
 
-def stock_status(label: str, starts: int, active: bool, info: Mapping[str, Any]) -> Status:
-    """Return the status of a process of a stock launch.
+def stock_status(label: str, starts: int, is_active: bool, info: Mapping[str, Any]) -> Status:
+    """Return the status of a process in a stock launch.
 
     Args:
         label: the process's name in the launch.
@@ -228,43 +233,43 @@ def stock_status(label: str, starts: int, active: bool, info: Mapping[str, Any])
     name = arguments.get("__n") or label.rpartition("/")[2].rpartition("-")[0] or label
     if not words:
         namespace = label.rpartition("/")[0]
-    running = active and info.get("alive", True) is not False
-    exit_code = _number(info["exit_code"], None) if "exit_code" in info else None
+    is_running = is_active and info.get("alive", True) is not False
+    exit_code = _int_or_default(info["exit_code"], None) if "exit_code" in info else None
     state = "died" if exit_code else "ended" if exit_code is None else "finished"
-    if running or (active and info.get("respawn") is True):
-        state = "running" if running else "waiting"
+    if is_running or (is_active and info.get("respawn") is True):
+        state = "running" if is_running else "waiting"
     return Status(
         label=label,
-        node=_text(f"/{namespace}/{name}" if namespace else f"/{name}"),
+        node=_check_text(f"/{namespace}/{name}" if namespace else f"/{name}"),
         state=state,
-        pid=_number(info.get("pid"), 0),
+        pid=_int_or_default(info.get("pid"), 0),
         starts=starts,
-        exit_code=None if running else exit_code,
+        exit_code=None if is_running else exit_code,
         required=info.get("required") is True,
         respawn=info.get("respawn") is True,
-        log=_text(arguments.get("__l", "").removesuffix(".log")),
+        log=_check_text(arguments.get("__l", "").removesuffix(".log")),
     )
 
 
-def _text(value: Any) -> str:
+def _check_text(value: Any) -> str:
     if not isinstance(value, str):
         raise TypeError("not a string")
     return value if len(value) <= _MAX_TEXT_LENGTH else f"{value[:_MAX_TEXT_LENGTH]}..."
 
 
-def _seconds(value: Any) -> float:
+def _check_seconds(value: Any) -> float:
     seconds = float(value)
     if not isfinite(seconds):
         raise ValueError("not a finite number of seconds")
     return seconds
 
 
-def _number(value: Any, default: Any) -> Any:
+def _int_or_default(value: Any, default: Any) -> Any:
     return value if isinstance(value, int) and not isinstance(value, bool) else default
 
 
 def launch_uris(master: MasterClient) -> dict[str, str]:
-    """Return the URIs of the launches in a system by the names of their parameters; some launches may have exited.
+    """Return the URIs of a system's launches, by the names of their parameters; some of the launches may have exited.
 
     Args:
         master: the client of the system's master.
@@ -273,16 +278,18 @@ def launch_uris(master: MasterClient) -> dict[str, str]:
         MasterError: the master refuses, or does not respond.
     """
     try:
-        uris = master.get_param(URIS)
+        uris = master.get_param(URIS_PARAM)
     except ParameterNotSetError:
         return {}
     return (
-        {f"{URIS}/{name}": uri for name, uri in uris.items() if isinstance(uri, str)} if isinstance(uris, dict) else {}
+        {f"{URIS_PARAM}/{name}": uri for name, uri in uris.items() if isinstance(uri, str)}
+        if isinstance(uris, dict)
+        else {}
     )
 
 
 def running_launches(master: MasterClient) -> list[tuple[Launch, list[Status]]]:
-    """Return the running launches in a system, each with the status of its processes. The caller must close them.
+    """Return a system's running launches, each with the status of its processes. The caller must close the launches.
 
     Args:
         master: the client of the system's master.

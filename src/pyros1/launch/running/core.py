@@ -30,9 +30,9 @@ MAX_LINE_LENGTH = 100_000
 ROSVERSION = "1.16.0\n"
 ROSDISTRO = "noetic\n"
 _RESTART_DELAY_S = 0.2
-"""Seconds before the rosout node is restarted, so that other nodes of its name cannot keep the core busy."""
+"""Seconds before the rosout node is restarted, so that other nodes with its name cannot keep the core busy."""
 CORE_PARAMS = {"/rosdistro": ROSDISTRO, "/rosversion": ROSVERSION}
-"""Parameters that a core sets in addition to /run_id. The newlines are part of the values, like in stock."""
+"""Parameters that a core sets in addition to /run_id. The newlines are part of the values, as in stock."""
 
 
 class Core:
@@ -93,7 +93,7 @@ class Core:
         self._environ.pop("ROS_NAMESPACE", None)
         self._uri = uri
         self._rosout: Node | None = None
-        self._starting: threading.Thread | None = None
+        self._rosout_thread: threading.Thread | None = None
         self._rosout_error: Error | None = None
         self._warn_rosout: Callable[[str], object] = lambda text: None
         self._ending = threading.Event()
@@ -115,26 +115,26 @@ class Core:
         self._log_writer.write("", "")  # create the file, even if nothing is logged
 
     def start_rosout(self, warn: Callable[[str], object] = lambda text: None) -> None:
-        """Start the rosout node in a thread, so that the launch does not wait for its imports.
+        """Start the rosout node in a thread, so that the launch does not wait for the node's imports.
 
-        If it is shut down by another program, such as ``rosnode kill``, it is restarted.
+        If the node is shut down by another program, such as ``rosnode kill``, it is restarted.
 
         Args:
-            warn: called in another thread with a line for the user when that happens.
+            warn: called in another thread with lines for the user when the node is restarted.
         """
         self._warn_rosout = warn
-        self._starting = threading.Thread(target=self._start_rosout, name="start rosout", daemon=True)
-        self._starting.start()
+        self._rosout_thread = threading.Thread(target=self._start_rosout, name="start rosout", daemon=True)
+        self._rosout_thread.start()
 
     def await_rosout(self) -> None:
         """Wait until the rosout node is running.
 
         Raises:
-            Error: it could not be started.
+            Error: the node could not be started.
         """
-        if self._starting is not None:
-            self._starting.join()
-            self._starting = None
+        if self._rosout_thread is not None:
+            self._rosout_thread.join()
+            self._rosout_thread = None
         if self._rosout_error is not None:
             raise self._rosout_error
 
@@ -165,10 +165,10 @@ class Core:
 
     def _on_rosout_shutdown(self, node: Node) -> None:
         if not self._ending.is_set():
-            self._starting = threading.Thread(
+            self._rosout_thread = threading.Thread(
                 target=self._restart_rosout, args=(node,), name="restart rosout", daemon=True
             )
-            self._starting.start()
+            self._rosout_thread.start()
 
     def _restart_rosout(self, node: Node) -> None:
         node.shutdown()  # wait until it has shut down
@@ -186,14 +186,14 @@ class Core:
     def stop_rosout(self) -> None:
         """Shut down the rosout node."""
         self._ending.set()
-        if self._starting is not None:
-            self._starting.join()
+        if self._rosout_thread is not None:
+            self._rosout_thread.join()
         if self._rosout is not None:
             self._rosout.shutdown("the core is shutting down")
             self._rosout = None
 
     def stop_master(self, *, keep: bool = False) -> None:
-        """Stop the master. With ``keep``, the next one can restore its state."""
+        """Stop the master. With ``keep``, its journal is kept, so that the next master can restore its state."""
         self._master.stop(keep=keep)
         self._terminal_writer.close()
         self._log_writer.close()

@@ -11,7 +11,7 @@ from pyros1.launch.plan import NodePlan
 from pyros1.launch.reading.resources import PackageFinder
 from pyros1.launch.running.core import CORE_PARAMS, ROSDISTRO, ROSVERSION
 
-_ROSOUT = ("rosout", "rosout")
+_STOCK_ROSOUT = ("rosout", "rosout")
 
 
 @dataclass(frozen=True)
@@ -19,7 +19,7 @@ class CoreFile:
     """The nodes and parameters to start together with a master.
 
     Attributes:
-        rosout: whether to start the rosout node.
+        rosout: whether to start pyros1's rosout node.
         params: the parameters by name.
         nodes: the other nodes, in order.
     """
@@ -54,5 +54,5 @@ def read_core_file(environ: Mapping[str, str], packages: PackageFinder) -> CoreF
         return run_command(words)
 
     plan = load_plan([str(path)], {}, Resources(packages, environ, run_command=run))
-    others = tuple(node for node in plan.nodes if (node.package, node.type) != _ROSOUT)
-    return CoreFile(len(others) < len(plan.nodes), plan.params, others)
+    other_nodes = tuple(node for node in plan.nodes if (node.package, node.type) != _STOCK_ROSOUT)
+    return CoreFile(len(other_nodes) < len(plan.nodes), plan.params, other_nodes)

@@ -1,4 +1,4 @@
-"""The journal of a core, from which the next core restores the state if this one is killed."""
+"""The journal of a core: if the core is killed, the next core restores its state from it."""
 
 from __future__ import annotations
 
@@ -23,7 +23,11 @@ class CoreJournal:
     Args:
         environ: environment variables; ROS_HOME is used.
         port: port of the master. Each host, port and user has a separate journal.
-        console: prints what is restored, and what is not and why.
+        console: prints what is restored, and why something is not restored.
+
+    Attributes:
+        journal: the journal of this core; None if there is none.
+        previous: the content of the previous core's journal; None if nothing is restored.
     """
 
     def __init__(self, environ: Mapping[str, str], port: int, console: Console) -> None:
@@ -33,7 +37,7 @@ class CoreJournal:
         self._console = console
         self.journal: Journal | None = None
         self.previous: JournalContents | None = None
-        path = _path(environ, port)
+        path = _journal_path(environ, port)
         try:
             self.journal = Journal(path, console.warning)
         except JournalError as error:
@@ -55,19 +59,24 @@ class CoreJournal:
 
     @property
     def run_id(self) -> str | None:
-        """The run id of the previous core; None if there is none."""
+        """The run id of the previous core; None if it is unknown."""
         value: Any = None
         for method, params in self.previous.calls if self.previous is not None else ():
             if method == "setParam" and len(params) == 3:
-                key, new = params[1:]
+                key, new_value = params[1:]
                 if key == "/run_id":
-                    value = new
-                elif key == "/" and isinstance(new, dict):
-                    value = new.get("run_id")
+                    value = new_value
+                elif key == "/" and isinstance(new_value, dict):
+                    value = new_value.get("run_id")
         return value if isinstance(value, str) else None
 
     def report(self, num_reachable: int, unreachable: list[str]) -> None:
-        """Print which nodes are running. Called on the master's thread."""
+        """Print how many nodes of the previous core are running, and which are not. Called in the master's thread.
+
+        Args:
+            num_reachable: number of running nodes.
+            unreachable: names of the other nodes.
+        """
         # /rosout was part of the previous core, and this core has its own.
         unreachable = [name for name in unreachable if name != "/rosout"]
         if not num_reachable and not unreachable:
@@ -77,8 +86,8 @@ class CoreJournal:
             text += f"; gone meanwhile: {', '.join(unreachable[:20])}{' ...' if len(unreachable) > 20 else ''}"
         self._console.line(text)
 
-    def drop(self) -> None:
-        """Keep the journal for the next core, since this one could not be started."""
+    def release(self) -> None:
+        """Close the journal and keep its file for the next core, since this core could not be started."""
         if self.journal is not None:
             self.journal.close(remove=False)
             self.journal = None
@@ -90,7 +99,7 @@ def set_aside_journal(environ: Mapping[str, str], port: int, console: Console) -
     Args:
         environ, port, console: see `CoreJournal`.
     """
-    path = _path(environ, port)
+    path = _journal_path(environ, port)
     if not path.exists():
         return
     from pyros1.master.journal import Journal, JournalError  # noqa: PLC0415 - rarely needed
@@ -103,16 +112,16 @@ def set_aside_journal(environ: Mapping[str, str], port: int, console: Console) -
     journal.close(remove=False)
 
 
-def _path(environ: Mapping[str, str], port: int) -> Path:
+def _journal_path(environ: Mapping[str, str], port: int) -> Path:
     host = re.sub(r"[^A-Za-z0-9._-]", "_", socket.gethostname())[:100]
     return Path(ros_home(environ), "pyros1", f"master-{host}-{port}.journal")
 
 
 def _set_aside(path: Path, reason: str, console: Console) -> None:
-    old = path.with_suffix(".old")
+    old_path = path.with_suffix(".old")
     try:
-        os.replace(path, old)
+        os.replace(path, old_path)
     except OSError as error:
         console.warning(f"the journal of a previous master, {path}: {reason} ({error.strerror})")
         return
-    console.warning(f"the journal of a previous master, now {old}: {reason}")
+    console.warning(f"the journal of a previous master, now {old_path}: {reason}")

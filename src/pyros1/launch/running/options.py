@@ -13,7 +13,7 @@ class Options:
         core: whether to run only a core; another running master is then an error.
         port: port of a master that is started here; None for the port in ROS_MASTER_URI.
         run_id: the run id, which must be that of the master.
-        screen: True to send all output to the screen, False to send it to log files, None to use each node's setting.
+        screen: whether to send all output to the screen (True) or to log files (False); None for each node's setting.
         required: whether to make every node required.
         local: whether to skip nodes on other machines.
         wait: whether to wait for a master instead of starting one.
@@ -23,9 +23,9 @@ class Options:
         sigterm_timeout: seconds between SIGTERM and SIGKILL.
         title: start of the terminal's title.
         notify_timeout: maximum number of seconds that a master started here waits for a node to respond.
-        prefix: whether to print the node's name before each line on the screen.
+        prefix: whether to print the node's name before each line of its output on the screen.
         master_log_level: minimum level in the log of a master started here: debug, info, warn, error or fatal.
-        keep_running: whether to continue when no process is left, like a core.
+        keep_running: whether to continue when no process is left, as a core does.
         preload: whether to start Python nodes by forking a process that has imported pyros1.
         journal: whether the core has a journal, and restores the state of a core that was killed.
     """

@@ -37,14 +37,14 @@ class Process:
         preloader: starts the process if it is a Python program that can be forked.
 
     Attributes:
-        spawn_count: how many times it was started.
-        exit_code: the exit code, negative for a signal; None while it is running.
-        started: time of the last start, in seconds of the monotonic clock.
+        spawn_count: how many times the process was started.
+        exit_code: the exit code, negative for a signal; None while the process is running.
+        started_at: time of the last start, in seconds of the monotonic clock.
         is_stopped: whether the user has stopped it, and may start it again.
-        restarting: whether to start it again as soon as it has exited.
-        machine: name of its machine; empty for this machine.
-        disconnected: whether its machine can currently not be reached.
-        restart_due: whether to start it as soon as its machine can be reached again.
+        restarting: whether to start the process again as soon as it has exited.
+        machine: name of the process's machine; empty for this machine.
+        disconnected: whether the machine can currently not be reached.
+        restart_due: whether to start the process as soon as the machine can be reached again.
     """
 
     spec: ProcessSpec
@@ -54,7 +54,7 @@ class Process:
     preloader: Preloader | None = None
     spawn_count: int = 0
     exit_code: int | None = None
-    started: float = 0.0
+    started_at: float = 0.0
     is_stopped: bool = False
     restarting: bool = False
     machine: str = ""
@@ -78,16 +78,16 @@ class Process:
 
     @property
     def gone(self) -> bool:
-        """Whether no process of its groups, including those of previous runs, is running."""
+        """Whether the process and all members of its groups, including those of previous runs, have exited."""
         return not self.alive and not self._groups()
 
     def _groups(self) -> set[int]:
         """Return the process groups of previous runs that still have members."""
         with self._lock:  # the watching thread may be adding one
-            known = set(self._leftover_groups)
-        ended = {pid for pid in known if not is_leaderless(pid)}
+            leftover_groups = set(self._leftover_groups)
+        ended_groups = {pid for pid in leftover_groups if not is_leaderless(pid)}
         with self._lock:
-            self._leftover_groups -= ended
+            self._leftover_groups -= ended_groups
             return set(self._leftover_groups)
 
     def start(self, announce: Callable[[Process], object] = lambda process: None) -> None:
@@ -106,19 +106,19 @@ class Process:
             self._popen = self._spawn(out, err)
             if self.warden is not None:  # before `announce`: whoever is notified may kill this launcher immediately
                 on_death_command = spec.on_death
-                words = (
+                warden_command = (
                     None
                     if on_death_command is None
                     else (on_death_command.words, on_death_command.env, on_death_command.cwd)
                 )
-                self.warden.watch(self._popen.pid, words)
+                self.warden.watch(self._popen.pid, warden_command)
             if not isinstance(self._popen, subprocess.Popen):
                 self._popen.begin()  # only now, since the warden cannot find it by its command line
             announce(self)
         self._ended = threading.Event()
         self.exit_code = None
         self.spawn_count += 1
-        self.started = time.monotonic()
+        self.started_at = time.monotonic()
         self._watcher = threading.Thread(
             target=self._watch, args=(self._popen, self._ended), name=f"watch {spec.label}"
         )
@@ -195,7 +195,7 @@ class Process:
         return local_usages.get(self.pid, UNKNOWN) if self.alive else UNKNOWN
 
     def wait(self, deadline: float) -> bool:
-        """Wait until the process has exited, or until `deadline` (monotonic seconds); return whether it has exited."""
+        """Wait until the process has exited, but not beyond ``deadline`` (monotonic seconds); return whether it has."""
         return self._popen is None or self._ended.wait(max(0.0, deadline - time.monotonic()))
 
     def join(self, timeout: float = 5.0) -> None:

@@ -18,12 +18,12 @@ class ProcessSpec:
         env: the complete environment.
         cwd: the working directory.
         log_base: path of the log files without ``.log``; None for no log files.
-        to_screen: whether to inherit stdout; otherwise it is written to ``<log_base>-stdout.log``.
+        to_screen: whether the process inherits stdout; otherwise, its output is written to ``<log_base>-stdout.log``.
         errors_to_file: whether, without ``to_screen``, stderr is written to ``<log_base>-stderr.log``.
         exit_policy: whether to restart the process, or to shut down the launch, when it exits.
         ends_launch: whether to shut down the launch when the process exits, without a report, because it is a test, or
             the ``on-death`` action of a required process.
-        on_death: a process to start when this one has exited without being stopped; None for none.
+        on_death: the process to start when this one has exited without being stopped; None if there is none.
         package: the node's package.
     """
 

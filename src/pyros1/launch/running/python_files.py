@@ -1,4 +1,4 @@
-"""Finds errors that prevent Python nodes from starting: syntax of another Python version, and missing imports."""
+"""Finds errors that prevent Python nodes from starting: syntax of another Python version, and missing modules."""
 
 from __future__ import annotations
 
@@ -20,20 +20,22 @@ from pyros1.launch.running.command_line import executable_words, is_own, program
 
 _MAX_BYTES = 4 << 20
 _TIMEOUT = 30.0
-_STACK = 512 << 20
+_STACK_SIZE = 512 << 20
 """Stack size in bytes for parsing: sufficient for the deepest expression that fits into _MAX_BYTES."""
-_PYTHON2 = (
+_PYTHON2_ERRORS = (
     "Missing parentheses in call to",
     "multiple exception types must be",
     "inconsistent use of tabs",
     "invalid decimal literal",
     "leading zeros in decimal",
 )
-"""Start of the syntax errors that Python 3 reports for Python 2 programs."""
-_CONVERT = "it looks like a program for Python 2: pip install fissix && fissix -w {} does most of the conversion"
+"""Beginnings of the messages of syntax errors that Python 3 reports for Python 2 programs."""
+_CONVERSION_HINT = (
+    "it looks like a program for Python 2: pip install fissix && fissix -w {} does most of the conversion"
+)
 _TOO_DEEP = "its expressions or blocks are nested too deeply for Python"
-_OURS = "pyros1"
-_SEARCH = """
+_OUR_PACKAGE = "pyros1"
+_SEARCH_PROGRAM = """
 import importlib.util, json, sys
 wanted, missing = json.load(sys.stdin), []
 for folder, name in wanted:
@@ -91,7 +93,7 @@ def python_problems(files: Mapping[Path, Mapping[str, str]]) -> Iterator[Problem
         missing = _find_missing(words, group, files[next(iter(group))])
         for file, each in ((file, each) for file, file_imports in group.items() for each in file_imports):
             if (str(file.resolve().parent), each.module) in missing:
-                hint = _hint(each.module, files[file]) if ("", _OURS) in missing else ""
+                hint = _module_hint(each.module, files[file]) if ("", _OUR_PACKAGE) in missing else ""
                 yield Problem(file, f"{file}:{each.line}: {words[-1]} cannot find module {each.module}{hint}")
 
 
@@ -126,7 +128,11 @@ def imports(source: bytes, name: str = "?") -> list[Import]:
 
 
 def _parse(source: bytes, name: str) -> ast.Module:
-    """Parse a program. Python 3.10, which does not limit the depth, could crash without a large stack."""
+    """Parse a program. Python 3.10, which does not limit the depth of nesting, could crash without a large stack.
+
+    Raises:
+        SyntaxError, ValueError, RecursionError, MemoryError: the program cannot be parsed.
+    """
     if sys.version_info >= (3, 11):
         return ast.parse(source, name)
     results: list[ast.Module | Exception] = []
@@ -137,12 +143,12 @@ def _parse(source: bytes, name: str) -> ast.Module:
         except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
             results.append(error)
 
-    default = threading.stack_size(_STACK)
+    previous_size = threading.stack_size(_STACK_SIZE)
     try:
         thread = threading.Thread(target=parse)
         thread.start()
     finally:
-        threading.stack_size(default)
+        threading.stack_size(previous_size)
     thread.join()
     (result,) = results
     if isinstance(result, Exception):
@@ -155,31 +161,33 @@ def _tests_name(test: ast.expr) -> bool:
 
 
 def _interpreter_words(file: Path, environ: Mapping[str, str]) -> tuple[str, ...]:
-    """Return the command line of a program's interpreter; empty if it is not Python, or Python 2."""
+    """Return the command line of a program's interpreter; empty if it is not Python 3, or is pyros1's own."""
     if is_own(file):
         return ()
     try:
         with file.open("rb") as stream:
-            first = stream.readline(256).decode(errors="replace")
+            first_line = stream.readline(256).decode(errors="replace")
     except OSError:
         return ()
-    named = first[2:].split() if first.startswith("#!") else []
-    if not any("python" in os.path.basename(word) for word in named) or any("python2" in word for word in named):
+    named_words = first_line[2:].split() if first_line.startswith("#!") else []
+    if not any("python" in os.path.basename(word) for word in named_words) or any(
+        "python2" in word for word in named_words
+    ):
         return ()
     words = executable_words(file, environ)
-    return (words[0],) if len(words) > 1 else tuple(word for word in named if not word.startswith("-"))
+    return (words[0],) if len(words) > 1 else tuple(word for word in named_words if not word.startswith("-"))
 
 
-def _hint(module: str, environ: Mapping[str, str]) -> str:
+def _module_hint(module: str, environ: Mapping[str, str]) -> str:
     """Return a hint for an interpreter without pyros1 that cannot find one of its modules; empty for other modules."""
-    if module != _OURS and not os.path.isdir(os.path.join(MODULES_FOLDER, module)):
+    if module != _OUR_PACKAGE and not os.path.isdir(os.path.join(MODULES_FOLDER, module)):
         try:
             PackageIndex(environ).find(module)
         except PackageNotFoundError:
             return ""
     activate = os.path.join(os.path.dirname(sys.executable), "activate")
-    first = f"activate pyros1's environment first (source {activate}), or " if os.path.isfile(activate) else ""
-    return f": {first}write #!{sys.executable} as the program's first line"
+    activate_hint = f"activate pyros1's environment first (source {activate}), or " if os.path.isfile(activate) else ""
+    return f": {activate_hint}write #!{sys.executable} as the program's first line"
 
 
 def _syntax_problem(file: Path, error: BaseException) -> str:
@@ -187,25 +195,25 @@ def _syntax_problem(file: Path, error: BaseException) -> str:
     text = error.msg if isinstance(error, SyntaxError) else str(error)
     if isinstance(error, (RecursionError, MemoryError)):
         text = _TOO_DEEP
-    hint = f"; {_CONVERT.format(file)}" if text.startswith(_PYTHON2) else ""
+    hint = f"; {_CONVERSION_HINT.format(file)}" if text.startswith(_PYTHON2_ERRORS) else ""
     return f"{file}{line}: {text}{hint}"
 
 
 def _find_missing(
     python: list[str], files: Mapping[Path, list[Import]], environ: Mapping[str, str]
 ) -> set[tuple[str, str]]:
-    """Return folder and module of each import that an interpreter cannot find."""
+    """Return (folder of the program, module) of each import that an interpreter cannot find."""
     modules = sorted({(str(file.resolve().parent), each.module) for file, imports in files.items() for each in imports})
     env = {**environ, **program_environment(next(iter(files)), environ)}
     try:
-        done = subprocess.run(
-            [*python, "-c", _SEARCH],
+        result = subprocess.run(
+            [*python, "-c", _SEARCH_PROGRAM],
             env=env,
-            input=json.dumps([*modules, ("", _OURS)]).encode(),  # there may be too many for an argument
+            input=json.dumps([*modules, ("", _OUR_PACKAGE)]).encode(),  # there may be too many for an argument
             capture_output=True,
             timeout=_TIMEOUT,
             check=True,
         )
-        return {(folder, module) for folder, module in json.loads(done.stdout.splitlines()[-1])}
+        return {(folder, module) for folder, module in json.loads(result.stdout.splitlines()[-1])}
     except (OSError, subprocess.SubprocessError, ValueError, IndexError):
         return set()  # the interpreter cannot be started, which is reported elsewhere

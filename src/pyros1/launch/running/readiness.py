@@ -63,7 +63,7 @@ class ConditionWatcher:
             self._thread.start()
 
     def close(self) -> None:
-        """Remove all waiting nodes. No callbacks are called afterwards."""
+        """Stop polling, and remove all waiting nodes. No callbacks are called afterwards."""
         self._closed.set()
         if self._thread.is_alive():
             self._thread.join()
@@ -75,11 +75,11 @@ class ConditionWatcher:
                 waiting = list(self._waiting_nodes)
             unmet = self._find_unmet({condition for node in waiting for condition in node.conditions})
             for node in waiting:
-                missing = [condition for condition in node.conditions if condition in unmet]
-                if not missing:
+                unmet_conditions = [condition for condition in node.conditions if condition in unmet]
+                if not unmet_conditions:
                     self._run_in_supervisor(node.on_ready)
                 elif time.monotonic() >= node.deadline:
-                    self._run_in_supervisor(partial(node.on_timeout, ", ".join(map(str, missing))))
+                    self._run_in_supervisor(partial(node.on_timeout, ", ".join(map(str, unmet_conditions))))
                 else:
                     continue
                 with self._lock:
@@ -87,7 +87,7 @@ class ConditionWatcher:
             self._closed.wait(_POLL_PERIOD)
 
     def _find_unmet(self, conditions: set[Condition]) -> set[Condition]:
-        """Return the unmet conditions; all if the master does not respond."""
+        """Return those of the conditions that are not met; all of them if the master does not respond."""
         if not conditions:
             return set()
         params = [condition for condition in conditions if condition.kind == "param"]
@@ -104,8 +104,8 @@ class ConditionWatcher:
         existing |= {Condition("service", name) for name, _ in services}
         existing |= {
             Condition("node", node)
-            for kind in (publishers, subscribers, services)
-            for _, nodes in kind
+            for registrations in (publishers, subscribers, services)
+            for _, nodes in registrations
             for node in nodes
         }
         existing |= {condition for condition, has in zip(params, has_params, strict=True) if has is True}

@@ -14,7 +14,7 @@ from typing import TextIO
 
 from pyros1.launch.running.process_spec import ProcessSpec
 
-_CHUNK = 65536
+_CHUNK_SIZE = 65536
 _COLOURS = (36, 33, 35, 32, 34, 96, 93, 95, 92, 94)
 
 
@@ -37,13 +37,14 @@ class Screen:
     def opened(self, spec: ProcessSpec) -> Iterator[tuple[int, int]]:
         """Yield file descriptors for a node's standard output and error, and close them afterwards.
 
-        Reading starts at the end of the ``with`` block, so what is written in the block precedes the node's output.
+        Reading starts at the end of the ``with`` block, so anything written to the screen in the block precedes the
+        node's output.
         """
         pipes, readers = [], []
         for stream in self._streams:
-            reading, writing = os.openpty() if stream.isatty() and hasattr(os, "openpty") else os.pipe()
-            pipes.append(writing)
-            arguments = (reading, stream, self.tag(spec.node, stream))
+            read_end, write_end = os.openpty() if stream.isatty() and hasattr(os, "openpty") else os.pipe()
+            pipes.append(write_end)
+            arguments = (read_end, stream, self.tag(spec.node, stream))
             # A daemon, since children of an exited node may keep its output open forever.
             readers.append(
                 threading.Thread(target=self._read, args=arguments, name=f"screen {spec.label}", daemon=True)
@@ -64,11 +65,11 @@ class Screen:
             text = f"\033[{_COLOURS[sum(node.encode()) % len(_COLOURS)]}m{text}\033[0m"
         return text.encode()
 
-    def _read(self, reading: int, stream: TextIO, tag: bytes) -> None:
+    def _read(self, read_end: int, stream: TextIO, tag: bytes) -> None:
         partial_line = b""
         while True:
             try:
-                data = os.read(reading, _CHUNK)
+                data = os.read(read_end, _CHUNK_SIZE)
             except OSError:  # raised by a pseudo terminal whose other end is closed
                 data = b""
             *lines, partial_line = (partial_line + data).replace(b"\r\n", b"\n").split(b"\n")
@@ -77,7 +78,7 @@ class Screen:
             if lines:
                 self._write(stream, b"".join(tag + line + b"\n" for line in lines))
             if not data:
-                os.close(reading)
+                os.close(read_end)
                 return
 
     def write(self, node: str, stream: TextIO, text: str) -> None:

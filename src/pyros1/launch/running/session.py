@@ -89,7 +89,7 @@ class Session:
         on_started: called when everything has been started.
 
     Attributes:
-        exit_code: 1 if a required node failed; set at the end of the launch.
+        exit_code: 1 if a required node failed, otherwise 0; set at the end of the launch.
     """
 
     plan: Plan
@@ -153,7 +153,7 @@ class Session:
         self._supervisor.stop(reason)
 
     def stop_waiting(self) -> None:
-        """Do not wait any longer for nodes to exit. May be called in any thread or signal handler."""
+        """Stop waiting for nodes to exit. May be called in any thread or signal handler."""
         self._supervisor.stop_waiting()
 
     def run(self, trial: TestTrial | None = None) -> None:
@@ -196,7 +196,7 @@ class Session:
     # Before anything runs ------------------------------------------------------------------------------------------
 
     def _find_master(self) -> bool:
-        """Return whether a master is running; wait for it if the options require that."""
+        """Return whether a master is running; if the options require that, wait until one is running."""
         is_waiting = False
         while True:
             try:
@@ -307,7 +307,7 @@ class Session:
         self._set_run_id(run_id, is_master_running)
         if self._core is not None:
             self._start_core_nodes(self._core, self._starter)
-        self._param_actions()
+        self._execute_param_actions()
         self._set_params()
         with self._starter.environment_copied():
             for node in self.plan.nodes:
@@ -351,7 +351,7 @@ class Session:
         except LaunchError:
             self._core = None
             if self._core_journal is not None:
-                self._core_journal.drop()
+                self._core_journal.release()
             raise
         try:
             self._master.ping()
@@ -372,7 +372,7 @@ class Session:
         self.console.bold(f"setting /run_id to {run_id}")
         self._master.set_param("/run_id", run_id)
 
-    def _param_actions(self) -> None:
+    def _execute_param_actions(self) -> None:
         for action in self.plan.actions:
             try:
                 if action.command == "delete":
@@ -387,10 +387,10 @@ class Session:
                 raise LaunchError(f"cannot dump {action.name} to {action.path}: {error.strerror}") from error
 
     def _set_params(self) -> None:
-        """Delete and set all parameters, with one call each, before any node is started."""
-        clear = [name for name in self.plan.clear_params if name != "/"]
-        if clear:
-            self._master.multicall([("deleteParam", (name.rstrip("/"),)) for name in clear])
+        """Delete and set all parameters, with one call to delete and one to set, before any node is started."""
+        namespaces = [name for name in self.plan.clear_params if name != "/"]
+        if namespaces:
+            self._master.multicall([("deleteParam", (name.rstrip("/"),)) for name in namespaces])
         params: dict[str, Any] = {**(self._core_file.params if self._core is not None else {}), **self.plan.params}
         if self._server is not None:
             params[self._server.param_name()] = self._server.uri
@@ -415,7 +415,7 @@ class Session:
             self._starter.close()
             self._starter = None
         if self._server is not None:
-            self._forget_server()
+            self._delete_server_param()
             self._server.close()
             self._server = None
         self._master.close()
@@ -438,7 +438,7 @@ class Session:
             self._log.close()
             self._log = None
 
-    def _forget_server(self) -> None:
+    def _delete_server_param(self) -> None:
         if self._core is not None or self._server is None:
             return  # the parameter is lost with this launch's own master
         try:

@@ -1,4 +1,4 @@
-"""Finds errors in the first line of a script, because of which the system cannot start it."""
+"""Finds errors in the first line of a script that prevent the system from starting it."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _BOM = b"\xef\xbb\xbf"
 
 
 def script_problem(file: Path, environ: Mapping[str, str]) -> str:  # noqa: PLR0911 - one per problem
-    """Return why a script cannot be started and how to fix it; an empty string if there is no error, or no script.
+    """Return why a script cannot be started and how to fix that; an empty string if there is no error, or no script.
 
     Args:
         file: an executable file.
@@ -77,7 +77,7 @@ def _missing_on_path(name: str, environ: Mapping[str, str]) -> str:
 
 
 def _correction_hint(name: str, environ: Mapping[str, str]) -> str:
-    """Return a hint how to correct the name of an interpreter that does not exist."""
+    """Return a hint on how to correct the name of an interpreter that does not exist."""
     if name.startswith("python") and name != "python3" and not _missing_on_path("python3", environ):
         return ": write #!/usr/bin/env python3 if it is a program for Python 3"
     return ": correct the line, or install the program"

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from pyros1.launch.remote.over_ssh import Machine
     from pyros1.launch.running.readiness import ConditionWatcher
 
-# Modules that only some launches need are imported where they are used, as imports delay the start of the first node.
+# Modules that only some launches need are imported where they are used, since imports delay the first node's start.
 
 
 def _location(node: NodePlan) -> str:
@@ -84,7 +84,7 @@ class Starter:
 
     @contextlib.contextmanager
     def environment_copied(self) -> Iterator[None]:
-        """Use a copy of the environment while starting many nodes, as os.environ would decode each value every time."""
+        """Use a copy of the environment while many nodes are started: os.environ decodes values on each access."""
         original, self.environ = self.environ, dict(self.environ)
         try:
             yield
@@ -99,7 +99,7 @@ class Starter:
         """
         machines: dict[str, MachinePlan] = {}
         for node in self.plan.nodes:
-            machine = self._machine(node)
+            machine = self._remote_machine(node)
             if machine is not None:
                 machines[machine.name] = machine
         if not machines:
@@ -109,7 +109,7 @@ class Starter:
         for machine in machines.values():
             stages = (self.options.sigint_timeout, self.options.sigterm_timeout)
             connection = make_machine(
-                machine, self.environ, self.run.master_uri, stages, self.console, self._reconnected
+                machine, self.environ, self.run.master_uri, stages, self.console, self._on_reconnected
             )
             self._machines[machine.name] = connection
         for connection in self._machines.values():
@@ -117,11 +117,11 @@ class Starter:
         for connection in self._machines.values():
             connection.wait_ready()
 
-    def _reconnected(self, processes: list[Process]) -> None:
+    def _on_reconnected(self, processes: list[Process]) -> None:
         self.supervisor.do(lambda: self.supervisor.resume(processes))
 
     def start(self, node: NodePlan) -> None:
-        """Start a node, or let it wait for its conditions. Errors are printed on the console."""
+        """Start a node, now or when its ``wait-for`` conditions are met. Errors are printed on the console."""
         self.run.counter += 1
         label = f"{node.full_name.lstrip('/')}-{self.run.counter}"
         if not node.wait_for:
@@ -131,14 +131,14 @@ class Starter:
             from pyros1.launch.running.readiness import ConditionWatcher  # noqa: PLC0415
 
             self._condition_watcher = ConditionWatcher(self.run.master_uri, self.supervisor.do)
-        self.supervisor.expected += 1
+        self.supervisor.num_expected += 1
         conditions = ", ".join(map(str, node.wait_for))
         self.console.line(f"[{label}] waiting for {conditions}")
         self._condition_watcher.add(
             node.wait_for,
             node.wait_timeout,
-            lambda: self._conditions_met(node, label),
-            lambda missing: self._wait_timed_out(node, label, missing),
+            lambda: self._on_conditions_met(node, label),
+            lambda missing: self._on_wait_timeout(node, label, missing),
         )
 
     def start_test(self, test: TestPlan) -> None:
@@ -148,7 +148,7 @@ class Starter:
             LaunchError: the test cannot be started.
         """
         self.run.counter += 1
-        spec = self.spec(test, f"{test.full_name.lstrip('/')}-{self.run.counter}")
+        spec = self.make_spec(test, f"{test.full_name.lstrip('/')}-{self.run.counter}")
         spec.ends_launch = True
         if not self.supervisor.start(spec):
             raise LaunchError(f"test [{test.test_name}] cannot be started")
@@ -163,18 +163,18 @@ class Starter:
             raise LaunchError(f"node [{node.full_name}] runs on another machine: put it into a launch file")
         self.run.counter += 1
         label = f"{node.full_name.lstrip('/')}-{self.run.counter}"
-        spec = self.spec(node, label)
+        spec = self.make_spec(node, label)
         spec.on_death = self._on_death_spec(node, spec)
         if not self.supervisor.start(spec):
             raise LaunchError(f"node [{node.full_name}] cannot be started")
         return self.supervisor.find(label)
 
-    def _conditions_met(self, node: NodePlan, label: str) -> None:
-        self.supervisor.expected -= 1
+    def _on_conditions_met(self, node: NodePlan, label: str) -> None:
+        self.supervisor.num_expected -= 1
         self._start(node, label)
 
-    def _wait_timed_out(self, node: NodePlan, label: str, missing: str) -> None:
-        self.supervisor.expected -= 1
+    def _on_wait_timeout(self, node: NodePlan, label: str, missing: str) -> None:
+        self.supervisor.num_expected -= 1
         self.console.error(
             f"[{label}] is not started: {missing} did not appear within {node.wait_timeout:g} s "
             f"(wait-for at {node.file}:{node.line})"
@@ -184,9 +184,9 @@ class Starter:
             self.supervisor.stop(f"required node {node.full_name} could not be started")
 
     def _start(self, node: NodePlan, label: str) -> None:
-        machine = self._machine(node)
+        machine = self._remote_machine(node)
         try:
-            spec = self.spec(node, label) if machine is None else self._remote_spec(node, label)
+            spec = self.make_spec(node, label) if machine is None else self._remote_spec(node, label)
             spec.on_death = self._on_death_spec(node, spec)
         except LaunchError as error:
             hint = ""
@@ -203,7 +203,7 @@ class Starter:
         else:
             self.supervisor.start(spec, self._machines[machine.name].process(node, self.run.run_id))
 
-    def spec(self, node: NodePlan, label: str) -> ProcessSpec:
+    def make_spec(self, node: NodePlan, label: str) -> ProcessSpec:
         """Return the description of a node's process on this machine.
 
         Raises:
@@ -229,7 +229,7 @@ class Starter:
             env=node_environment(node, executable, environ, self.run.master_uri),
             cwd=str(executable.parent) if node.cwd == "node" else str(home),
             log_base=str(log_base),
-            to_screen=self._to_screen(node),
+            to_screen=self._outputs_to_screen(node),
             exit_policy=self._exit_policy(node),
             package=node.package,
         )
@@ -242,7 +242,7 @@ class Starter:
             words=[*node.prefix, f"{node.package}/{node.type}", *node.args, *remaps, f"__name:={node.name}"],
             env={},
             cwd="",
-            to_screen=self._to_screen(node),
+            to_screen=self._outputs_to_screen(node),
             exit_policy=self._exit_policy(node),
             package=node.package,
         )
@@ -251,14 +251,14 @@ class Starter:
         """Return the process to start on this machine when a node exits; None if there is none.
 
         Raises:
-            LaunchError: the process could not be started.
+            LaunchError: it would not be possible to start the process.
         """
         if node.on_death is None:
             return None
         label = f"{spec.label}-on-death"
         if node.on_death_plan is not None:
             try:
-                on_death_spec = self.spec(node.on_death_plan, label)
+                on_death_spec = self.make_spec(node.on_death_plan, label)
             except LaunchError as error:
                 raise LaunchError(f"on-death '{node.on_death}': {error}") from error
         else:
@@ -281,14 +281,14 @@ class Starter:
     def _exit_policy(self, node: NodePlan) -> ExitPolicy:
         return replace(node.exit_policy, required=node.exit_policy.required or self.options.required)
 
-    def _to_screen(self, node: NodePlan) -> bool:
+    def _outputs_to_screen(self, node: NodePlan) -> bool:
         return node.output == "screen" if self.options.screen is None else self.options.screen
 
     def is_remote(self, node: NodePlan) -> bool:
         """Return whether a node runs on another machine."""
-        return self._machine(node) is not None
+        return self._remote_machine(node) is not None
 
-    def _machine(self, node: NodePlan) -> MachinePlan | None:
+    def _remote_machine(self, node: NodePlan) -> MachinePlan | None:
         machine = self.plan.machines.get(node.machine or "")
         return machine if machine is not None and not is_local(machine.address) else None
 

@@ -2,8 +2,8 @@
 
 All events are in one queue: a process has exited, a signal was received, a client shut down the master, a user stops a
 node. The thread in `run` waits for an event or a timer, and checks for signals meanwhile (`pyros1.net.signal_safe`).
-There is no other polling, except for the remaining members of an exited node's process group, for which only their
-parent could wait.
+Nothing else is polled, except for the remaining members of an exited node's process group: only their parent could wait
+for them.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ Event = tuple[Literal["exit", "stop", "hurry", "do"], "_Exit | str | Callable[[]
 
 
 class _Exit(NamedTuple):
-    """The exit of a process. It may have been restarted before the event is handled, so the run is counted."""
+    """The exit of a process, in its run with number ``run``: it may be restarted before the event is handled."""
 
     process: Process
     run: int
@@ -46,14 +46,14 @@ class Supervisor:
         console: prints lines for the user.
         sigint_timeout: seconds between SIGINT and SIGTERM.
         sigterm_timeout: seconds between SIGTERM and SIGKILL.
-        keep_running: whether to continue when no process is left, like a core.
+        keep_running: whether to continue when no process is left, as a core does.
         guarded: whether a `Warden` stops the processes if this process is killed.
         screen: writes the processes' output to the screen; None to let them write directly.
         preloader: starts Python programs by forking; None to start all programs in the usual way.
 
     Attributes:
         required_failed: whether a required process has exited with an error.
-        expected: number of processes that have not been started yet.
+        num_expected: number of processes that have not been started yet.
         keep_running: whether to continue when no process is left.
         on_death: called with each process that exits during `run`; may be None.
     """
@@ -86,7 +86,7 @@ class Supervisor:
         self._processes: dict[str, Process] = {}
         self._dead: dict[str, Process] = {}
         self.required_failed = False
-        self.expected = 0
+        self.num_expected = 0
         self.keep_running = keep_running
         self.on_death: Callable[[Process], object] | None = None
 
@@ -120,13 +120,13 @@ class Supervisor:
     def _start(self, process: Process) -> bool:
         spec = process.spec
         try:
-            process.start(self._announce)
+            process.start(self._print_start)
         except OSError as error:
             self._console.error(f"cannot start [{spec.label}]: {error.strerror}: {error.filename}")
             return False
         return True
 
-    def _announce(self, process: Process) -> None:
+    def _print_start(self, process: Process) -> None:
         self._console.bold(f"process[{process.spec.label}]: started with pid [{process.pid}]")
 
     def _on_exit(self, process: Process) -> None:
@@ -137,7 +137,7 @@ class Supervisor:
         self._events.put(("stop", reason))
 
     def stop_waiting(self) -> None:
-        """Do not wait any longer before sending the next signal. May be called in any thread or signal handler."""
+        """Stop waiting, and send the next signal now. May be called in any thread or signal handler."""
         self._events.put(("hurry", None))
 
     def do(self, action: Callable[[], object]) -> None:
@@ -147,7 +147,7 @@ class Supervisor:
     def run(self) -> str:
         """Supervise until `stop` is called, a required process exits, or no process is left; return the reason."""
         while True:
-            if not self._processes and not self.keep_running and not self.expected:
+            if not self._processes and not self.keep_running and not self.num_expected:
                 return "all processes on machine have died, roslaunch will exit"
             event = self._next_event()
             if event is None:
@@ -161,7 +161,7 @@ class Supervisor:
             elif (
                 isinstance(payload, _Exit)
                 and payload.run == payload.process.spawn_count
-                and self._died(payload.process)
+                and self._handle_exit(payload.process)
             ):
                 return "required process died"
 
@@ -182,26 +182,26 @@ class Supervisor:
                 action()
 
     def after(self, seconds: float, reason: str) -> None:
-        """Make `run` return with a reason after some seconds, unless it has returned before."""
+        """Make `run` return ``reason`` after some seconds, unless it returns earlier."""
         self._schedule("", seconds, lambda: self._events.put(("stop", reason)))
 
     def _schedule(self, key: str, seconds: float, action: Callable[[], object]) -> None:
         self._timers[key] = (time.monotonic() + seconds, action)
 
-    def _died(self, process: Process) -> bool:
+    def _handle_exit(self, process: Process) -> bool:
         """Report the exit of a process and react to it; return whether the launch must be shut down."""
         spec = process.spec
         if self.on_death is not None:
             self.on_death(process)
-        log = f"\nlog file: {spec.log_base}*.log" if spec.log_base else ""
+        log_hint = f"\nlog file: {spec.log_base}*.log" if spec.log_base else ""
         if process.is_stopped or process.restarting:
             self._finish_stop(process)
             return False
         if process.exit_code:
             text = f"process has died [pid {process.pid}, exit code {process.exit_code}, cmd {' '.join(spec.words)}]."
-            self._console.plain_error(f"[{spec.label}] {text}{log}")
+            self._console.plain_error(f"[{spec.label}] {text}{log_hint}")
         else:
-            self._console.bold(f"[{spec.label}] process has finished cleanly{log}")
+            self._console.bold(f"[{spec.label}] process has finished cleanly{log_hint}")
         is_on_death_running = spec.on_death is not None and self._run_on_death(spec, spec.on_death)
         if spec.ends_launch:
             self._mark_dead(process)
@@ -276,7 +276,9 @@ class Supervisor:
                 self._mark_dead(process)
 
     def resume(self, processes: Iterable[Process]) -> None:
-        """Handle the reconnection to the machine of these processes. Must be called in the thread of `run`."""
+        """Handle the reconnection to the machine on which processes run, and start those that are due to be restarted.
+        Must be called in the thread of `run`.
+        """
         for process in processes:
             process.disconnected = False
             if process.restart_due and not process.is_stopped:
@@ -285,7 +287,7 @@ class Supervisor:
     # User requests while it runs --------------------------------------------------------------------------------------
 
     def find(self, name: str) -> Process:
-        """Return the process of a node, or with a label.
+        """Return the process with a label, or that of a node.
 
         Raises:
             LaunchError: there is no such process.
@@ -328,10 +330,10 @@ class Supervisor:
         self._timers.pop(process.spec.label, None)
         if process.gone or stage == len(self._stages):
             return
-        number, seconds = self._stages[stage]
-        action_text = "stopping" if not stage else f"escalating to {number.name}"
+        signal_number, seconds = self._stages[stage]
+        action_text = "stopping" if not stage else f"escalating to {signal_number.name}"
         self._console.line(f"[{process.spec.label}] {action_text}")
-        process.signal(number)
+        process.signal(signal_number)
         self._schedule(process.spec.label, seconds, lambda: self._stop_process(process, stage + 1))
 
     def _finish_stop(self, process: Process) -> None:
@@ -354,12 +356,12 @@ class Supervisor:
         """Stop all processes: send SIGINT in reverse order, then SIGTERM and SIGKILL to those still running."""
         self._timers.clear()
         running = [process for process in reversed([*self.dead, *self.active]) if not process.gone]
-        for stage, (number, seconds) in enumerate(self._stages):
+        for stage, (signal_number, seconds) in enumerate(self._stages):
             for process in running:
                 if stage or process.alive:
-                    action_text = f"escalating to {number.name}" if stage else "killing on exit"
+                    action_text = f"escalating to {signal_number.name}" if stage else "killing on exit"
                     self._console.line(f"[{process.spec.label}] {action_text}")
-                process.signal(number)
+                process.signal(signal_number)
             running = self._wait(running, seconds)
         for process in running:
             self._console.error(f"[{process.spec.label}] required SIGKILL. May still be running.")
@@ -373,7 +375,7 @@ class Supervisor:
             self._preloader.close()
 
     def _wait(self, running: list[Process], seconds: float) -> list[Process]:
-        """Wait for processes; return those still running after some seconds, or immediately after a second signal."""
+        """Wait for processes to exit; return those still running after some seconds, or after `stop_waiting`."""
         deadline = time.monotonic() + seconds
         while True:
             running = [process for process in running if not process.gone]

@@ -1,4 +1,4 @@
-"""Reads the CPU and memory usage of running processes from ``/proc`` on Linux; on other systems it is unknown."""
+"""Reads the CPU and memory usage of running processes from ``/proc`` on Linux; on other systems, usage is unknown."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 
 class Usage(NamedTuple):
-    """Total usage of the processes in a group.
+    """Total usage by the processes in a group.
 
     Attributes:
         cpu: CPU time used so far in seconds; negative if unknown.
@@ -30,7 +30,7 @@ def group_usages(proc: Path = Path("/proc")) -> dict[int, Usage]:
         proc: path of the proc file system.
     """
     try:
-        tick, page = os.sysconf("SC_CLK_TCK"), os.sysconf("SC_PAGE_SIZE")
+        ticks_per_second, page_size = os.sysconf("SC_CLK_TCK"), os.sysconf("SC_PAGE_SIZE")
     except (AttributeError, OSError, ValueError):
         return {}
     usages: dict[int, Usage] = {}
@@ -41,7 +41,7 @@ def group_usages(proc: Path = Path("/proc")) -> dict[int, Usage]:
             continue
         group, ticks, pages = int(fields[2]), int(fields[11]) + int(fields[12]), int(fields[21])
         previous = usages.get(group, Usage(0.0, 0))
-        usages[group] = Usage(previous.cpu + ticks / tick, previous.memory + pages * page)
+        usages[group] = Usage(previous.cpu + ticks / ticks_per_second, previous.memory + pages * page_size)
     return usages
 
 

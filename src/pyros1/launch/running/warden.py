@@ -1,8 +1,8 @@
 """Stops the nodes of a launcher that was killed.
 
-A small separate process reads the list of process groups from a pipe. The system closes the pipe when the launcher
-exits, for any reason. The warden then stops the remaining groups as the launcher would have done, and runs the
-``on-death`` commands of these nodes, since they were not stopped by request.
+A small separate process, the warden, reads the list of process groups from a pipe. The system closes the pipe when the
+launcher exits, for any reason. The warden then stops the remaining groups as the launcher would have done, and runs the
+``on-death`` commands of their nodes, since nobody requested to stop these.
 
 This file is run as a script and does not import pyros1, so it starts quickly. It works on every POSIX system. A node
 that the launcher has started but not yet reported is found by its ``__log`` argument, on Linux only.
@@ -54,7 +54,7 @@ class Warden:
         return self._process.pid
 
     def expect(self, word: str) -> None:
-        """Announce that a process with this argument on its command line is about to be started."""
+        """Announce that a process with ``word`` as an argument is about to be started."""
         self._send("expect", word)
 
     def watch(self, pid: int, on_death: OnDeathCommand | None = None) -> None:
@@ -108,13 +108,13 @@ def groups_alive(groups: set[int]) -> set[int]:
             existing.add(group)
     if not existing or not os.path.exists("/proc/self/stat"):
         return existing
-    found = set()
+    living_groups = set()
     for path in Path("/proc").glob("[0-9]*/stat"):
         with contextlib.suppress(OSError):
-            state, _, number = path.read_text().rpartition(")")[2].split()[:3]
+            state, _, group_text = path.read_text().rpartition(")")[2].split()[:3]
             if state not in "ZX":
-                found.add(int(number))
-    return existing & found
+                living_groups.add(int(group_text))
+    return existing & living_groups
 
 
 def group_exists(group: int) -> bool:
@@ -139,7 +139,7 @@ def is_leaderless(group: int) -> bool:
 
 
 def end_groups(groups: set[int], stages: list[tuple[int, float]]) -> None:
-    """Send signals to process groups until none is left.
+    """Send signals to process groups until none is left, or all signals have been sent.
 
     Args:
         groups: ids of the groups.
@@ -156,17 +156,17 @@ def end_groups(groups: set[int], stages: list[tuple[int, float]]) -> None:
 
 
 def processes_with(word: str) -> set[int]:
-    """Return the ids of group leaders with a certain argument on their command line."""
-    found = set()
+    """Return the ids of group leaders that have ``word`` as an argument."""
+    leaders = set()
     for path in Path("/proc").glob("[0-9]*/cmdline"):
         with contextlib.suppress(OSError):
             if os.fsencode(word) in path.read_bytes().split(b"\0"):
-                found.add(int(path.parent.name))
-    return {pid for pid in found if group_exists(pid)}
+                leaders.add(int(path.parent.name))
+    return {pid for pid in leaders if group_exists(pid)}
 
 
 def run_commands(on_death_commands: list[OnDeathCommand]) -> None:
-    """Run commands in parallel, for at most ON_DEATH_TIMEOUT seconds."""
+    """Run commands in parallel, and kill those still running after ON_DEATH_TIMEOUT seconds."""
     started = []
     for words, env, cwd in on_death_commands:
         with contextlib.suppress(OSError):
@@ -179,7 +179,7 @@ def run_commands(on_death_commands: list[OnDeathCommand]) -> None:
 
 
 def main() -> None:
-    """Read until the launcher has exited, then stop the remaining processes."""
+    """Read reports until the launcher has exited, then stop the remaining processes."""
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, signal.SIG_IGN)
     running: set[int] = set()
