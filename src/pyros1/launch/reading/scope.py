@@ -56,6 +56,9 @@ class Scope:
         Args:
             namespace: the relative or global namespace; None for no change.
             changes: other attributes to replace.
+
+        Raises:
+            LaunchError: the namespace is private.
         """
         inner = self.namespace
         if namespace is not None:
@@ -125,7 +128,11 @@ class Scope:
     # Substituter ---------------------------------------------------------------------------------------------------
 
     def env_value(self, name: str) -> str:
-        """Return the value of an environment variable; raise LaunchError if it is not set."""
+        """Return the value of an environment variable.
+
+        Raises:
+            LaunchError: the variable is not set.
+        """
         value = self.resources.environ.get(name)
         if value is None:
             raise LaunchError(f"environment variable '{name}' is not set")
@@ -137,10 +144,10 @@ class ArgNotSetError(LaunchError):
 
 
 class ScopeSubstituter:
-    """Provides the values of substitutions in a scope.
+    """Provides the values that replace ``$(...)`` in a scope.
 
     Args:
-        scope: the scope.
+        scope: the scope of the element.
     """
 
     def __init__(self, scope: Scope) -> None:
@@ -155,11 +162,11 @@ class ScopeSubstituter:
         return self._scope.resources.environ.get(name, default)
 
     def find(self, package: str, path: str) -> str:
-        """Return a path in a package."""
+        """Return the path for ``$(find package)path``; see `Resources.find`."""
         return self._scope.resources.find(package, path)
 
     def anon(self, identifier: str) -> str:
-        """Return the unique name of an identifier."""
+        """Return the unique name for an identifier, which is the same for each call."""
         names = self._scope.anonymous
         if identifier not in names:
             unique = f"{identifier}_{self._scope.resources.unique()}"
@@ -167,7 +174,11 @@ class ScopeSubstituter:
         return names[identifier]
 
     def arg(self, name: str) -> str:
-        """Return an argument's value; raise LaunchError with the file's name if it has none (X58)."""
+        """Return an argument's value (X58).
+
+        Raises:
+            ArgNotSetError: the argument has no value; the message contains the file's name.
+        """
         self._scope.known_args.add(name)
         value = self._scope.args.get(name)
         if value is None:

@@ -20,8 +20,8 @@ if TYPE_CHECKING:
 
 MAX_GROWTH = 1 << 18
 """Maximum number of characters that substitutions may add to a value. Without a limit, an argument that contains
-another one ten times, which contains another one ten times and so on, would exhaust the memory. The length of a
-program's argument is limited to half of that anyway."""
+another argument ten times, which in turn contains another one ten times, and so on, would exhaust the memory. The
+system limits the length of a program's argument to half as many characters anyway."""
 
 _COMMANDS = ("find", "env", "optenv", "dirname", "anon", "arg")
 

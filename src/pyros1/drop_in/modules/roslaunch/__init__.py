@@ -79,7 +79,7 @@ __all__ = [
 
 @rl_errors
 def configure_logging(uuid: str) -> None:
-    """Make the log folder of a run.
+    """Create the log folder of a run.
 
     Args:
         uuid: its run id; see `rlutil.get_or_generate_uuid`.
@@ -88,10 +88,10 @@ def configure_logging(uuid: str) -> None:
 
 
 def write_pid_file(options_pid_fn: str | None, options_core: bool, port: int | None) -> None:
-    """Write this process's number into a file.
+    """Write this process's id to a file.
 
     Args:
-        options_pid_fn: the file; None for the usual one of a core, or none at all.
+        options_pid_fn: the file; None for a core's default file, or for no file if this is not a core.
         options_core: whether this is a core.
         port: the core's port; None for the default.
     """
@@ -106,7 +106,7 @@ def write_pid_file(options_pid_fn: str | None, options_core: bool, port: int | N
 
 
 def handle_exception(roslaunch_core: Any, logger: Any, msg: str, e: BaseException) -> None:
-    """Log an error, show it, and exit with 1.
+    """Log an error, print it, and exit with code 1.
 
     Args:
         roslaunch_core: the module `core`.

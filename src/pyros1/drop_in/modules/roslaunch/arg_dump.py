@@ -1,4 +1,4 @@
-"""The arguments of launch files."""
+"""Prints and returns the arguments of launch files."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from roslaunch.core import RLException, rl_errors
 
 
 def dump_args(roslaunch_files: Any) -> None:
-    """Print the arguments of launch files; exit with 1 if a file cannot be read."""
+    """Print the arguments of launch files; exit with code 1 if a file cannot be read."""
     try:
         args = get_args(roslaunch_files)
     except RLException as error:
@@ -31,7 +31,7 @@ def dump_args(roslaunch_files: Any) -> None:
 
 @rl_errors
 def get_args(roslaunch_files: Any) -> dict[str, tuple[str | None, str | None]]:
-    """Return documentation and default of each argument, by name; None for what there is not.
+    """Return (documentation, default) of each argument, by name; either may be None.
 
     Raises:
         RLException: a file cannot be read.

@@ -32,7 +32,7 @@ __all__ = [
 
 
 def namespaces_of(name: str) -> list[str]:
-    """Return the namespaces of a name, from ``/`` on."""
+    """Return the namespaces that contain a name, beginning with ``/``."""
     if name is None:
         raise ValueError("name")
     if not isinstance(name, str):
@@ -42,18 +42,18 @@ def namespaces_of(name: str) -> list[str]:
 
 
 def calculate_env_loader(env: Any = None) -> str:
-    """Return the script that sets up ROS on other machines, by default."""
+    """Return the default script for setting up ROS on other machines."""
     distro = (os.environ if env is None else env).get("ROS_DISTRO", "noetic")
     return f"/opt/ros/{distro}/env.sh"
 
 
 def get_roscore_filename() -> str:
-    """Return the launch file of the core; it need not exist."""
+    """Return the path of the core's launch file, which may not exist."""
     return os.path.join(os.environ.get("ROS_ETC_DIR", "/etc/ros"), "roscore.xml")
 
 
 def load_roscore(loader: Any, config: ROSLaunchConfig, verbose: bool = True) -> None:
-    """Read what else a core starts, if the file for that exists."""
+    """Read the nodes and parameters of a core from its launch file, if that exists."""
     if os.path.exists(get_roscore_filename()):
         loader.load(get_roscore_filename(), config, core=True, verbose=verbose)
 
@@ -84,11 +84,11 @@ class ROSLaunchConfig:
         self.actions: list[Any] = []
 
     def add_roslaunch_file(self, f: str) -> None:
-        """Note a file that was read."""
+        """Add a file to ``roslaunch_files``."""
         self.roslaunch_files.append(f)
 
     def add_config_error(self, msg: str) -> None:
-        """Note an error."""
+        """Add an error message to ``config_errors``."""
         self.config_errors.append(msg)
 
     def set_master(self, m: Master) -> None:
@@ -96,11 +96,11 @@ class ROSLaunchConfig:
         self.master = m
 
     def has_remote_nodes(self) -> bool:
-        """Return whether nodes run on other machines; known after `assign_machines`."""
+        """Return whether nodes run on other machines; valid after `assign_machines`."""
         return any(node.machine is not None and not is_machine_local(node.machine) for node in self.nodes)
 
     def assign_machines(self) -> None:
-        """Give each node and test its machine; raises RLException if that is not known."""
+        """Assign machines to all nodes and tests; raise RLException if a machine is unknown."""
         for node in [*self.nodes_core, *self.nodes, *self.tests]:
             name = node.machine_name or ""
             if name not in self.machines:
@@ -108,21 +108,21 @@ class ROSLaunchConfig:
             node.machine = self.machines[name]
 
     def summary(self, local: bool = False) -> str:
-        """Return the contents as text; with ``local`` without machines."""
+        """Return the contents as text; without machines if ``local`` is true."""
         return summary(plan_of(self), machines=[] if local else [name for name in self.machines if name])
 
     def add_executable(self, exe: Any) -> None:
-        """Add a command; a launch with one is refused. Raises ValueError if it is None."""
+        """Add a command, which makes it impossible to launch the contents. Raise ValueError if it is None."""
         if not exe:
             raise ValueError("exe is None")
         self.executables.append(exe)
 
     def add_clear_param(self, param: str) -> None:
-        """Delete a namespace of parameters first."""
+        """Add a namespace of parameters that is deleted before parameters are set."""
         self.clear_params.append(param)
 
     def add_param(self, p: Param, filename: str | None = None, verbose: bool = True) -> None:
-        """Add a parameter; if there is a value at a namespace of its name, that is an error, see ``config_errors``."""
+        """Add a parameter; if one of its namespaces already has a value, an error is added to ``config_errors``."""
         for name in namespaces_of(p.key)[1:]:
             if name in self.params:
                 self.add_config_error(f"parameter [{p.key}] conflicts with parent parameter [{name}]")
@@ -131,10 +131,10 @@ class ROSLaunchConfig:
             print(f"Added parameter [{p.key}]")
 
     def add_machine(self, m: Machine, verbose: bool = True) -> bool:
-        """Add a machine; return False if it is known already.
+        """Add a machine; return False if it was already added.
 
         Raises:
-            RLException: there is another one of that name.
+            RLException: another machine has the same name.
         """
         known = self.machines.get(m.name)
         if known is not None:
@@ -151,10 +151,10 @@ class ROSLaunchConfig:
         self.tests.append(test)
 
     def add_node(self, node: Node, core: bool = False, verbose: bool = True) -> None:
-        """Add a node, or one of the core.
+        """Add a node to the launch or to the core.
 
         Raises:
-            RLException: there is one of that name.
+            RLException: another node has the same name.
         """
         name = node.namespace + node.name if node.name else ""
         if name in self.resolved_node_names:
@@ -185,9 +185,9 @@ def load_config_default(
         port: the master's port; None for that of ROS_MASTER_URI.
         roslaunch_strs: contents of more files.
         loader: an XmlLoader; None for a new one.
-        verbose: print what is read.
-        assign_machines: give each node its machine.
-        ignore_unset_args: read files without the values of their required arguments as far as possible.
+        verbose: whether to print what is read.
+        assign_machines: whether to assign machines to the nodes.
+        ignore_unset_args: whether to read files as far as possible without values of their required arguments.
 
     Raises:
         RLException: a file cannot be used.

@@ -1,4 +1,4 @@
-"""What launches consist of: nodes, machines, parameters; and what roslaunch prints."""
+"""The parts of a launch (nodes, machines and parameters), and roslaunch's print functions."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ class RLException(Exception):
 
 
 def rl_errors(function: _F) -> _F:
-    """Make a function raise RLException in place of pyros1's LaunchError."""
+    """Make a function raise RLException instead of pyros1's LaunchError."""
 
     @functools.wraps(function)
     def call(*args: Any, **kwargs: Any) -> Any:
@@ -90,7 +90,7 @@ def rl_errors(function: _F) -> _F:
 
 
 def rle_wrapper(fn: Callable[..., Any]) -> Callable[..., Any]:
-    """Make a function, called with positional arguments, raise RLException with the text of any other error."""
+    """Make a function with positional arguments raise RLException, with the original message, for any other error."""
 
     def wrapped_fn(*args: Any) -> Any:
         try:
@@ -120,7 +120,7 @@ def get_ros_package_path() -> str | None:
 
 
 def get_master_uri_env() -> str:
-    """Return the master's address, as the environment has it."""
+    """Return the master's URI from the environment."""
     return os.environ.get("ROS_MASTER_URI", f"http://localhost:{DEFAULT_MASTER_PORT}/")
 
 
@@ -129,10 +129,10 @@ def remap_localhost_uri(uri: str, force_localhost: bool = False) -> str:
 
     Args:
         uri: an address.
-        force_localhost: the address is of this machine, whatever its host.
+        force_localhost: whether to treat the address as one of this machine, whatever its host is.
 
     Raises:
-        ValueError: it is no address.
+        ValueError: ``uri`` is not an address.
     """
     host, port = parse_http_host_and_port(uri)
     return create_local_xmlrpc_uri(port) if force_localhost or host == "localhost" else uri
@@ -155,11 +155,11 @@ class Master:
         self.uri = uri or get_master_uri_env()
 
     def get_host(self) -> str:
-        """Return its host; raises ValueError without one."""
+        """Return the host in the master's URI; raise ValueError if there is none."""
         return str(parse_http_host_and_port(self.uri)[0])
 
     def get_port(self) -> int:
-        """Return its port; raises ValueError without one."""
+        """Return the port in the master's URI; raise ValueError if there is none."""
         return int(parse_http_host_and_port(self.uri)[1])
 
     def __eq__(self, m2: object) -> bool:
@@ -177,7 +177,7 @@ class Master:
         return MultiCall(self.get())
 
     def is_running(self) -> bool:
-        """Return whether it answers."""
+        """Return whether the master responds."""
         try:
             master: Any = self.get()
             master.getPid("/roslaunch")
@@ -217,7 +217,7 @@ class Machine:
         self.timeout = timeout or 10.0
 
     def config_key(self) -> str:
-        """Return a text that is equal for machines that can share one connection."""
+        """Return a string that is the same for machines that can share one connection."""
         return (
             f"Machine(address[{self.address}] env_loader[{self.env_loader}] ssh_port[{self.ssh_port}] "
             f"user[{self.user or ''}] password[{self.password or ''}] timeout[{self.timeout}])"
@@ -248,7 +248,7 @@ class Machine:
 
 
 class Executable:
-    """A command that runs beside the nodes; pyros1 keeps it, and does not run it."""
+    """A command to run in addition to the nodes; pyros1 stores it, but does not run it."""
 
     def __init__(self, cmd: str, args: Any, phase: str = PHASE_RUN) -> None:
         self.command = cmd
@@ -282,7 +282,7 @@ def is_machine_local(machine: Any) -> bool:
     """Return whether a machine is this one, and nodes run there as the same user.
 
     Raises:
-        RLException: its address is unknown.
+        RLException: the machine's address is unknown.
     """
     address = machine.address
     same_user = machine.user in (None, getpass.getuser())
@@ -299,10 +299,10 @@ def setup_env(node: Any, machine: Any, master_uri: str, env: Mapping[str, str] |
     """Return the environment variables of a node.
 
     Args:
-        node: the Node; None for none.
+        node: the Node; None for no node.
         machine: not used.
         master_uri: the master's address.
-        env: what to begin with; None for this process's.
+        env: the environment to extend; None for that of this process.
     """
     result = dict(os.environ if env is None else env)
     result["ROS_MASTER_URI"] = master_uri

@@ -1,4 +1,4 @@
-"""Running a launch."""
+"""Runs launches."""
 
 from __future__ import annotations
 
@@ -44,10 +44,10 @@ __all__ = [
 
 
 class ROSLaunchListener:
-    """Is told when processes end."""
+    """A listener that is notified when processes exit."""
 
     def process_died(self, process_name: str, exit_code: int | None) -> None:
-        """A process has ended; see `ProcessListener`."""
+        """Handle the exit of a process; see `ProcessListener`."""
 
 
 class ROSLaunchRunner:
@@ -57,12 +57,12 @@ class ROSLaunchRunner:
         run_id: the run id.
         config: a ROSLaunchConfig.
         server_uri: not used: a launch has its own server, whose address is the attribute of this name.
-        pmon: a ProcessMonitor that shows and ends the processes; None for a new one.
-        is_core: run a core.
+        pmon: a ProcessMonitor that lists and stops the processes; None for a new one.
+        is_core: whether to run a core.
         remote_runner, is_child, num_workers: not used.
         is_rostest: not used.
-        timeout: seconds that a master started here waits for a node to answer.
-        master_logger_level: lowest level in the log of a master started here.
+        timeout: maximum number of seconds that a master started here waits for a node to respond.
+        master_logger_level: minimum level in the log of a master started here.
         sigint_timeout, sigterm_timeout: seconds between SIGINT, SIGTERM and SIGKILL.
         options: pyros1's further options of a launch.
 
@@ -108,7 +108,7 @@ class ROSLaunchRunner:
         self._run: ScriptRun | None = None
 
     def add_process_listener(self, l: Any) -> None:  # noqa: E741
-        """Tell an object with ``process_died`` of each process that ends."""
+        """Call an object's ``process_died`` for each process that exits."""
         self.pm.add_process_listener(l)
 
     @rl_errors
@@ -116,10 +116,10 @@ class ROSLaunchRunner:
         """Start everything.
 
         Returns:
-            Texts that name the processes that were started, and an empty list: of those that were not.
+            The names of the processes that were started, and an empty list, which stands for those that were not.
 
         Raises:
-            RLException: something cannot be started; what was started has been ended.
+            RLException: something cannot be started; processes that were already started have been stopped.
         """
         plan = plan_of(self.config)
         check_machines(plan)
@@ -134,10 +134,10 @@ class ROSLaunchRunner:
         """Start one more node.
 
         Returns:
-            Its process, and whether it was started.
+            The node's process, and whether it was started.
 
         Raises:
-            RLException: it cannot be started, or the launch has not begun.
+            RLException: the node cannot be started, or the launch was not started.
         """
         if self._run is None:
             raise RLException("the launch has not been started")
@@ -148,12 +148,12 @@ class ROSLaunchRunner:
         return self.pm.launched(handle), True
 
     def is_node_running(self, node: Node) -> bool:
-        """Return whether a node's process runs."""
+        """Return whether a node's process is running."""
         wanted = ((node.namespace + (node.name or "")).lstrip("/"), node.process_name)
         return any(name in wanted or name.rpartition("-")[0] in wanted for name in self.pm.get_active_names())
 
     def spin_once(self) -> bool:
-        """Return whether something still runs."""
+        """Return whether anything is still running."""
         return self._run is not None and not self._run.is_over()
 
     def spin(self) -> None:
@@ -167,7 +167,7 @@ class ROSLaunchRunner:
             self.stop()
 
     def stop(self) -> None:
-        """End everything, and wait until it has ended."""
+        """Stop all processes, and wait until they have exited."""
         if self._run is not None:
             self._run.stop()
 

@@ -1,4 +1,4 @@
-"""Values of parameters in launch files; pyros1.launch.reading reads the files."""
+"""Converts values of parameters in launch files; pyros1.launch.reading reads the files."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def convert_value(value: str, type_: str) -> Any:
         type_: "str", "int", "double", "bool", "auto" or "yaml".
 
     Raises:
-        ValueError: the text has another type.
+        ValueError: the text cannot be converted to that type.
     """
     try:
         return _convert(value, type_.lower())

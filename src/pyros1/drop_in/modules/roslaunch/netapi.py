@@ -1,4 +1,4 @@
-"""The processes of all roslaunches that use this master."""
+"""Lists the processes of all launches that use the same master."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class NetProcess:
     """A process of a roslaunch.
 
     Args:
-        name: its label. respawn_count: how often it was started. is_alive: whether it runs.
+        name: the process's label. respawn_count: how many times it was started. is_alive: whether it is running.
         roslaunch_uri: address of its roslaunch.
 
     Attributes:
@@ -37,7 +37,7 @@ class NetProcess:
 
 
 def get_roslaunch_uris() -> Iterable[str] | None:
-    """Return the addresses of all roslaunches; None if there is no master, or none has said where it is."""
+    """Return the URIs of all launches; None if there is no master, or no launch has registered its URI."""
     try:
         found: dict[str, str] = rosgraph.Master(_ID).getParam("/roslaunch/uris")
     except (rosgraph.MasterException, OSError):
@@ -46,14 +46,14 @@ def get_roslaunch_uris() -> Iterable[str] | None:
 
 
 def list_processes(roslaunch_uris: Iterable[str] | None = None) -> list[NetProcess]:
-    """Return the processes of some roslaunches, of all for None; those that do not answer are left out."""
+    """Return the processes of the given launches (None for all); launches that do not respond are left out."""
     if not roslaunch_uris:
         roslaunch_uris = get_roslaunch_uris() or ()
     return [process for uri in roslaunch_uris for process in _processes(uri)]
 
 
 class _Patient(Transport):
-    """Waits for an answer, with a timeout."""
+    """An XML-RPC transport that waits for a response no longer than a timeout."""
 
     def make_connection(self, host: Any) -> Any:
         """Return the connection to a host."""

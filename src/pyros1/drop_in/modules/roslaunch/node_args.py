@@ -1,4 +1,4 @@
-"""Questions about the nodes of launch files."""
+"""Queries about the nodes of launch files."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from roslaunch.plans import plan_of_node
 
 
 class NodeParamsException(Exception):
-    """There is no such node."""
+    """A requested node does not exist."""
 
 
 def get_node_list(config: Any) -> list[str]:
@@ -29,7 +29,7 @@ def print_node_list(roslaunch_files: Any) -> None:
 
 
 def print_node_filename(node_name: str, roslaunch_files: Any) -> None:
-    """Print the file that defines a node; raises SystemExit if there is none."""
+    """Print the file that defines a node; raise SystemExit if there is no such node."""
     config = _load(roslaunch_files)
     wanted = "/" + node_name.strip("/")
     found = [node.filename for node in [*config.nodes, *config.tests] if node.namespace + node.name == wanted]
@@ -60,7 +60,7 @@ def get_node_args(node_name: str, roslaunch_files: Any) -> list[str]:
 
 
 def print_node_args(node_name: str, roslaunch_files: Any) -> None:
-    """Print a node's environment and command line; exit with 1 if there is no such node."""
+    """Print a node's environment and command line; exit with code 1 if there is no such node."""
     try:
         print(" ".join(get_node_args(node_name, roslaunch_files)))
     except RLException as error:

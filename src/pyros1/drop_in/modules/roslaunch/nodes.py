@@ -39,10 +39,10 @@ class Node:
 
     Attributes:
         all arguments; ``type`` is ``node_type``. machine: the Machine that was assigned. process_name: name of the
-        process, once it runs. origin: pyros1's plan of the node, if a launch file had it.
+        process, when it has been started. origin: pyros1's plan of the node, if it is from a launch file.
 
     Raises:
-        ValueError: a needed argument is missing, or one is wrong.
+        ValueError: a required argument is missing, or an argument is invalid.
     """
 
     __slots__ = [

@@ -1,4 +1,4 @@
-"""Launching launch files."""
+"""Launches launch files."""
 
 from __future__ import annotations
 
@@ -34,18 +34,18 @@ class ROSLaunchParent:
     Args:
         run_id: the run id; see `rlutil.get_or_generate_uuid`.
         roslaunch_files: paths, or tuples of a path and a list of ``name:=value``.
-        is_core: run a core; another master is an error.
+        is_core: whether to run a core; another running master is then an error.
         port: port of a master that is started here.
-        local_only: start no nodes of other machines.
+        local_only: whether to skip nodes on other machines.
         process_listeners: objects with ``process_died``.
-        verbose: print what is read.
-        force_screen, force_log: send all output to the screen, or into files.
+        verbose: whether to print what is read.
+        force_screen, force_log: whether to send all output to the screen, or to files.
         is_rostest, num_workers: accepted for compatibility.
         roslaunch_strs: contents of more files.
-        timeout: seconds that a master started here waits for a node to answer.
-        master_logger_level: lowest level in the log of a master started here.
-        show_summary: print the SUMMARY block.
-        force_required: make every node required.
+        timeout: maximum number of seconds that a master started here waits for a node to respond.
+        master_logger_level: minimum level in the log of a master started here.
+        show_summary: whether to print the SUMMARY block.
+        force_required: whether to make every node required.
         sigint_timeout, sigterm_timeout: seconds between SIGINT, SIGTERM and SIGKILL.
     """
 
@@ -108,7 +108,7 @@ class ROSLaunchParent:
         """Read the files and start everything.
 
         Args:
-            auto_terminate: end the launch when no process is left.
+            auto_terminate: whether to shut down the launch when no process is left.
 
         Raises:
             RLException: something cannot be started.
@@ -136,7 +136,7 @@ class ROSLaunchParent:
         self.server = ROSLaunchParentNode(self.config, self.pm, self.runner.server_uri or "")
 
     def spin_once(self) -> bool:
-        """Return whether something still runs."""
+        """Return whether anything is still running."""
         return self.runner is not None and self.runner.spin_once()
 
     def spin(self) -> None:
@@ -147,7 +147,7 @@ class ROSLaunchParent:
         self.shutdown()
 
     def shutdown(self) -> None:
-        """End everything that was started, and wait until it has ended."""
+        """Stop all processes that were started, and wait until they have exited."""
         if self.runner is not None:
             self.runner.stop()
         if self.pm is not None:

@@ -1,4 +1,4 @@
-"""Conversion between pyros1's plans of launches and the objects of roslaunch."""
+"""Converts pyros1's plans of launches to the objects of roslaunch, and back."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from roslaunch.core import Machine, Node, Test
 
 
 def node_of(plan: NodePlan) -> Node:
-    """Return a node of a launch file."""
+    """Return the Node for a node in a plan."""
     options: dict[str, Any] = {
         "name": plan.name,
         "namespace": plan.namespace,
@@ -41,7 +41,7 @@ def node_of(plan: NodePlan) -> Node:
 
 
 def plan_of_node(node: Node) -> NodePlan:
-    """Return the plan of a node, with all changes since it was read; raises LaunchError if it is not possible."""
+    """Return the plan of a Node, with all changes since it was read; raise LaunchError if it cannot be launched."""
     script = ScriptNode(
         node.package,
         node.type,
@@ -66,7 +66,7 @@ def plan_of_node(node: Node) -> NodePlan:
 
 
 def machine_of(plan: MachinePlan) -> Machine:
-    """Return a machine of a launch file."""
+    """Return the Machine for a machine in a plan."""
     settings = dict(plan.settings)
     return Machine(
         plan.name,
@@ -81,7 +81,7 @@ def machine_of(plan: MachinePlan) -> Machine:
 
 
 def plan_of_machine(machine: Machine) -> MachinePlan:
-    """Return the plan of a machine."""
+    """Return the plan of a Machine."""
     settings = {"env-loader": machine.env_loader, "user": machine.user, "password": machine.password}
     settings |= {"ssh-port": str(machine.ssh_port), "timeout": str(machine.timeout)}
     return MachinePlan(machine.name, machine.address, tuple((key, value) for key, value in settings.items() if value))
@@ -91,7 +91,7 @@ def plan_of(config: Any) -> Plan:
     """Return the plan of a ROSLaunchConfig.
 
     Raises:
-        LaunchError: it has nodes that cannot be launched.
+        LaunchError: the ROSLaunchConfig contains nodes that cannot be launched.
     """
     if config.executables:
         raise LaunchError(f"pyros1 runs no executables beside nodes: {config.executables[0]}")

@@ -34,7 +34,7 @@ def _init_signal_handlers() -> None:
 
 
 class ProcessListener:
-    """Is notified when processes end."""
+    """A listener that is notified when processes exit."""
 
     def process_died(self, process_name: str, exit_code: int | None) -> None:
         """Handle the end of a process.
@@ -80,19 +80,19 @@ class Process:
 
     @property
     def spawn_count(self) -> int:
-        """How often it was started."""
+        """How many times the process was started."""
         count: int = self._handle.spawn_count
         return count
 
     @property
     def pid(self) -> int:
-        """Its process id: a new one after each respawn."""
+        """The process id, which changes with each respawn."""
         pid: int = self._handle.pid
         return pid
 
     @property
     def exit_code(self) -> int | None:
-        """Exit code: None while it runs, negative for a signal."""
+        """The exit code: None while the process is running, negative for a signal."""
         code: int | None = self._handle.exit_code
         return code
 
@@ -102,13 +102,13 @@ class Process:
         return alive
 
     def get_info(self) -> dict[str, Any]:
-        """Return its attributes by name."""
+        """Return the process's attributes by name."""
         names = ("spawn_count", "args", "env", "package", "name", "respawn", "respawn_delay", "required", "pid")
         info = {**{name: getattr(self, name) for name in names}, "alive": self.is_alive()}
         return info if self.exit_code is None else {**info, "exit_code": self.exit_code}
 
     def get_exit_description(self) -> str:
-        """Return how it ended."""
+        """Return a description of how the process exited."""
         code = self.exit_code
         if code == 0:
             return "process has finished cleanly"
@@ -145,7 +145,7 @@ class ProcessMonitor:
 
     @property
     def is_shutdown(self) -> bool:
-        """Whether it has been shut down, or all its launches have ended."""
+        """Whether the monitor was shut down, or all its launches have ended."""
         return self._shut_down or (bool(self.runs) and all(run.is_over() for run in self.runs))
 
     @property
@@ -154,7 +154,7 @@ class ProcessMonitor:
         return self.is_shutdown
 
     def start(self) -> None:
-        """Begin; the launches do the work."""
+        """Start the monitor, which itself does nothing: each launch supervises its own processes."""
         self._started = True
 
     def is_alive(self) -> bool:
@@ -171,24 +171,24 @@ class ProcessMonitor:
 
     @property
     def procs(self) -> list[Process]:
-        """The processes that run."""
+        """The running processes."""
         return [self.launched(handle) for run in self.runs for handle in run.processes()]
 
     @property
     def dead_list(self) -> list[Process]:
-        """The processes that have ended for good."""
+        """The processes that have exited and are not respawned."""
         return [self.launched(handle) for run in self.runs for handle in run.dead_processes()]
 
     def launched(self, handle: Any) -> Process:
-        """Return the process of a launch's handle, the same one each time."""
+        """Return the Process object for a launch's handle; it is the same object for each call."""
         return self._launched.setdefault(handle.name, Process(handle))
 
     def has_process(self, name: str) -> bool:
-        """Return whether a process of that name runs."""
+        """Return whether a process with that name is running."""
         return name in self.get_active_names()
 
     def get_process(self, name: str) -> Process | None:
-        """Return a running process; None if there is none of that name."""
+        """Return the running process with a name; None if there is none."""
         return next((process for process in self.procs if process.name == name), None)
 
     def get_active_names(self) -> list[str]:
@@ -196,11 +196,11 @@ class ProcessMonitor:
         return [process.name for process in self.procs]
 
     def get_process_names_with_spawn_count(self) -> list[list[tuple[str, int]]]:
-        """Return two lists of names and numbers of starts: of what runs, and of what has ended."""
+        """Return (running, dead): two lists of (name, number of starts) of processes."""
         return [[(each.name, each.spawn_count) for each in processes] for processes in (self.procs, self.dead_list)]
 
     def kill_process(self, name: str) -> bool:
-        """End a process; return whether there was one. Raises RLException if ``name`` is not a text."""
+        """Stop the process with a name; return whether there was one. Raise RLException if the name is not a string."""
         if not isinstance(name, str):
             raise RLException(f"kill_process takes in a process name but was given: {name}")
         process = self.get_process(name)
@@ -211,11 +211,11 @@ class ProcessMonitor:
     # Listeners and the end --------------------------------------------------------------------------------------------
 
     def add_process_listener(self, l: Any) -> None:  # noqa: E741
-        """Call ``process_died`` of an object for each process that ends."""
+        """Call an object's ``process_died`` for each process that exits."""
         self._listeners.append(l)
 
     def process_died(self, process_name: str, exit_code: int | None) -> None:
-        """Notify the listeners that a process has ended; an error of one is printed."""
+        """Notify the listeners that a process has exited; exceptions that they raise are printed."""
         for listener in list(self._listeners):
             try:
                 listener.process_died(process_name, exit_code)
@@ -226,7 +226,7 @@ class ProcessMonitor:
         """Do nothing: a launch ends by itself."""
 
     def mainthread_spin_once(self) -> bool:
-        """Return whether it has not ended yet."""
+        """Return whether the monitor has not ended yet."""
         return not self.is_shutdown
 
     def mainthread_spin(self) -> None:
@@ -236,7 +236,7 @@ class ProcessMonitor:
                 pass
 
     def shutdown(self) -> None:
-        """End all processes, and wait until they have ended."""
+        """Stop all processes, and wait until they have exited."""
         self._shut_down = True
         for run in self.runs:
             run.stop()
@@ -255,7 +255,7 @@ def start_process_monitor() -> ProcessMonitor:
 
 
 def shutdown_process_monitor(process_monitor: Any) -> bool:
-    """End a monitor and its processes; return False if there was nothing to end."""
+    """Shut down a monitor and its processes; return False if there is none, or it was already shut down."""
     if process_monitor is None or process_monitor.is_shutdown:
         return False
     process_monitor.shutdown()
@@ -263,7 +263,7 @@ def shutdown_process_monitor(process_monitor: Any) -> bool:
 
 
 def pmon_shutdown() -> None:
-    """End the processes of all monitors."""
+    """Stop the processes of all monitors."""
     for monitor in list(_monitors):
         monitor.shutdown()
 

@@ -13,22 +13,22 @@ _child: list[Any] = [False]
 
 
 def add_printlog_handler(h: Callable[[str], object]) -> None:
-    """Call a function with each text of `printlog`, too."""
+    """Also pass each text printed with `printlog` to a function."""
     _handlers.append(h)
 
 
 def add_printerrlog_handler(h: Callable[[str], object]) -> None:
-    """Call a function with each text of `printerrlog`, too."""
+    """Also pass each text printed with `printerrlog` to a function."""
     _error_handlers.append(h)
 
 
 def clear_printlog_handlers() -> None:
-    """Call no function with the texts of `printlog` any more."""
+    """Remove all functions added with `add_printlog_handler`."""
     _handlers.clear()
 
 
 def clear_printerrlog_handlers() -> None:
-    """Call no function with the texts of `printerrlog` any more."""
+    """Remove all functions added with `add_printerrlog_handler`."""
     _error_handlers.clear()
 
 
@@ -39,7 +39,7 @@ def _tell(handlers: list[Callable[[str], object]], msg: str) -> None:
 
 
 def printlog(msg: str) -> None:
-    """Print a line, after the handlers got it, whose errors do not count."""
+    """Pass a line to the handlers, ignoring their exceptions, and print it."""
     _tell(_handlers, msg)
     print(msg)
 
@@ -57,10 +57,10 @@ def printerrlog(msg: str) -> None:
 
 
 def set_child_mode(child_mode: bool) -> None:
-    """Set whether this process was started by a launcher elsewhere."""
+    """Set whether this process was started by a launcher on another machine."""
     _child[0] = child_mode
 
 
 def is_child_mode() -> bool:
-    """Return whether this process was started by a launcher elsewhere."""
+    """Return whether this process was started by a launcher on another machine."""
     return _child[0]

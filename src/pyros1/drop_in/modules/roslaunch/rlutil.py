@@ -47,7 +47,7 @@ def get_or_generate_uuid(options_runid: str | None, options_wait_for_master: boo
 
     Args:
         options_runid: a run id, which is returned unless it is empty.
-        options_wait_for_master: wait until a master runs.
+        options_wait_for_master: whether to wait until a master is running.
     """
     return _scripting.get_or_generate_uuid(options_runid, options_wait_for_master)
 
@@ -87,12 +87,12 @@ def print_file_list(roslaunch_files: Any) -> None:
 
 
 def check_roslaunch(f: str, use_test_depends: bool = False, ignore_unset_args: bool = False) -> str | None:
-    """Check a launch file: whether it can be read, its nodes are there, and its package declares theirs.
+    """Check whether a launch file can be read, its nodes exist, and its package declares their packages.
 
     Args:
-        f: its path.
+        f: the file's path.
         use_test_depends: whether ``<test_depend>`` counts as a declaration.
-        ignore_unset_args: accept arguments without values.
+        ignore_unset_args: whether to accept arguments without values.
 
     Returns:
         The errors, or None.

@@ -13,7 +13,7 @@ NAME = "roslaunch-logs"
 
 
 def get_run_id() -> Any:
-    """Return the run id of the running master; None without one."""
+    """Return the run id of the running master; None if no master is running."""
     try:
         return rosgraph.Master("/roslaunch").getParam("/run_id")
     except (rosgraph.MasterException, OSError):
@@ -21,5 +21,5 @@ def get_run_id() -> Any:
 
 
 def logs_main() -> None:
-    """Print the log folder of the running master; exit with 2 if there is none: then that of all runs is printed."""
+    """Print the log folder of the running master; if there is none, print that of all runs, and exit with code 2."""
     _main("roslaunch", [sys.argv[0], "--logs", *sys.argv[1:]])

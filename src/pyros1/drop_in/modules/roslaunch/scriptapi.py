@@ -13,7 +13,7 @@ __all__ = ["Master", "Node", "RLException", "ROSLaunch"]
 
 
 class ROSLaunch:
-    """Launches nodes, and starts a master if none runs.
+    """Launches nodes, and starts a master if none is running.
 
     Attributes:
         parent: the ROSLaunchParent.
@@ -34,7 +34,7 @@ class ROSLaunch:
         self.parent.roslaunch_strs.append(s)
 
     def start(self) -> None:
-        """Start, so that nodes can be launched; raises RLException."""
+        """Start the launch, so that nodes can be launched; raise RLException if it cannot be started."""
         self.parent.start(auto_terminate=False)
         self.started = True
 
@@ -58,9 +58,9 @@ class ROSLaunch:
         self.parent.spin()
 
     def spin_once(self) -> bool:
-        """Return whether something still runs."""
+        """Return whether anything is still running."""
         return self.parent.spin_once()
 
     def stop(self) -> None:
-        """End all nodes."""
+        """Stop all nodes."""
         self.parent.shutdown()

@@ -1,4 +1,4 @@
-"""The XML-RPC server of a launch, which answers others (https://wiki.ros.org/roslaunch/Architecture)."""
+"""The XML-RPC server of a launch, which other programs can query (https://wiki.ros.org/roslaunch/Architecture)."""
 
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ class ROSLaunchParentNode:
         self.uri = uri
 
     def add_process_listener(self, l: Any) -> None:  # noqa: E741
-        """Tell an object with ``process_died`` of each process that ends."""
+        """Call an object's ``process_died`` for each process that exits."""
         self.pm.add_process_listener(l)
 
     def start(self) -> None:
-        """Do nothing: it starts with the launch."""
+        """Do nothing: the server starts with the launch."""
 
     def shutdown(self, reason: str) -> None:
-        """Do nothing: it ends with the launch."""
+        """Do nothing: the server ends with the launch."""
 
 
 __getattr__ = missing(

@@ -1,4 +1,4 @@
-"""``$(arg x)`` and the like in texts of launch files."""
+"""Replaces ``$(arg x)`` and similar in texts from launch files."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _rospack: Any = None  # programs set it to None so that new packages are found, 
 
 
 class SubstitutionException(Exception):
-    """A text cannot be replaced."""
+    """A substitution in a text is not possible."""
 
 
 class ArgException(SubstitutionException):
@@ -65,7 +65,7 @@ def resolve_args(
     Raises:
         ArgException: an argument has no value.
         rospkg.ResourceNotFound: there is no such package.
-        SubstitutionException: anything else is wrong.
+        SubstitutionException: a substitution has another error.
     """
     if not arg_str:
         return arg_str

@@ -1,4 +1,4 @@
-"""Reading launch files (https://wiki.ros.org/roslaunch/XML)."""
+"""Reads launch files (https://wiki.ros.org/roslaunch/XML)."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ __getattr__ = missing("roslaunch.xmlloader", ifunless=_READING, ifunless_test=_R
 
 
 class XmlParseException(RLException):
-    """A launch file is wrong."""
+    """A launch file is invalid."""
 
 
 class XmlLoader:
@@ -31,7 +31,7 @@ class XmlLoader:
 
     Args:
         resolve_anon: accepted for compatibility: ``$(anon x)`` is always resolved.
-        args_only: read only the arguments; `root_context` has them.
+        args_only: whether to read only the arguments, into `root_context`.
     """
 
     def __init__(self, resolve_anon: bool = True, args_only: bool = False) -> None:
@@ -53,9 +53,9 @@ class XmlLoader:
         Args:
             filename: its path.
             ros_config: the ROSLaunchConfig to fill.
-            core: whether its nodes are those of the core.
-            argv: ``name:=value`` words; None for those of the program's command line.
-            verbose: print what is read.
+            core: whether the file's nodes are those of the core.
+            argv: ``name:=value`` words; None for those on the program's command line.
+            verbose: whether to print what is read.
 
         Raises:
             XmlParseException: the file cannot be used.

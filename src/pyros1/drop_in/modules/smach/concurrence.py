@@ -20,8 +20,8 @@ Outcomes = dict[str, Any]
 class Concurrence(Container):
     """A container that runs all its states simultaneously, each in a thread, and ends when all have ended.
 
-    Its outcome is what ``outcome_cb`` returns; if that is None, the one in ``outcome_map`` whose states had the
-    outcomes given there (those that name all states come first); else the default.
+    Its outcome is the value that ``outcome_cb`` returns. If that is None, it is the first outcome in ``outcome_map``
+    whose states had the outcomes given there (entries that name all states come first), or else the default.
 
     Args:
         outcomes: outcomes of the concurrence.
@@ -29,8 +29,8 @@ class Concurrence(Container):
         input_keys, output_keys: userdata that it takes from and gives to its parent.
         outcome_map: outcome of the concurrence -> {label: outcome of that state}.
         outcome_cb: called when all states have ended, with {label: outcome}.
-        child_termination_cb: called whenever a state ends, with {label: outcome, or None if it still runs}; true: all
-            states that still run are preempted. Without it they are not.
+        child_termination_cb: called whenever a state ends, with {label: outcome, or None for a running state}; if it
+            returns a true value, all running states are preempted. None to preempt no states.
     """
 
     def __init__(
@@ -69,7 +69,7 @@ class Concurrence(Container):
             remapping: the state's name of a userdata key -> the container's name.
 
         Raises:
-            InvalidStateError: the label is taken; or no concurrence is open.
+            InvalidStateError: the label is already used, or no concurrence is open.
         """
         self = Concurrence._currently_opened_container()
         if label in self._states:
@@ -90,8 +90,8 @@ class Concurrence(Container):
         """Run all states, and return the outcome; None if the program exited before there was one.
 
         Raises:
-            InvalidStateError: a state or ``child_termination_cb`` raised an exception, or returned what is not one of
-                its outcomes.
+            InvalidStateError: a state or ``child_termination_cb`` raised an exception, or a state returned a value that
+                is not one of its outcomes.
             InvalidUserCodeError: ``outcome_cb`` raised an exception, or returned a value that is not an outcome.
         """
         if not self._is_consistent():
@@ -129,7 +129,7 @@ class Concurrence(Container):
         return outcome
 
     def _run(self, label: str, state: State) -> None:
-        """Run one of the states; this is a thread."""
+        """Run one of the states. This is executed in the state's own thread."""
         try:
             outcome = state.execute(self._view(state, self._remappings[label]))
             if outcome is None and is_shutdown():
@@ -153,7 +153,7 @@ class Concurrence(Container):
         self.call_transition_cbs()
 
     def _asked_to_end(self) -> bool:
-        """Return the callback's result; only one thread at a time calls it."""
+        """Call ``child_termination_cb``, in one thread at a time; return whether running states are to be preempted."""
         if self._child_termination_cb is None:
             return False
         with self._calling:
@@ -195,7 +195,7 @@ class Concurrence(Container):
         return self._default_outcome
 
     def is_running(self) -> bool:
-        """Return whether the concurrence runs."""
+        """Return whether the concurrence is running."""
         return self._is_running
 
     def request_preempt(self) -> None:

@@ -47,7 +47,7 @@ class Container(State):
     # What each kind of container answers ------------------------------------------------------------------------------
 
     def __getitem__(self, key: str) -> State:
-        """Return a state by its label; raises KeyError."""
+        """Return a state by its label; raise KeyError if there is no such state."""
         return self.get_children()[key]
 
     def get_children(self) -> dict[str, State]:
@@ -63,7 +63,7 @@ class Container(State):
         raise NotImplementedError
 
     def get_active_states(self) -> list[str]:
-        """Return the labels of the states that run now."""
+        """Return the labels of the running states."""
         raise NotImplementedError
 
     def get_internal_edges(self) -> list[tuple[str, str, str]]:
@@ -154,7 +154,7 @@ class Container(State):
             raise InvalidStateError("Attempting to close a container that is not the one opened last.")
 
     def is_opened(self) -> bool:
-        """Return whether states are added to this container now."""
+        """Return whether the container is open, so that states can be added to it."""
         return bool(_OPENED.stack) and _OPENED.stack[-1] is self
 
     def assert_opened(self, msg: str = "") -> None:
@@ -164,7 +164,7 @@ class Container(State):
 
     @contextmanager
     def opened(self) -> Iterator[Container]:
-        """Open the container for a block."""
+        """Open the container in a ``with`` block."""
         with self:
             yield self
 

@@ -10,7 +10,7 @@ class InvalidStateError(SmachError):
 
 
 class InvalidTransitionError(SmachError):
-    """A transition has no target, or an outcome is not one of its state."""
+    """A transition has no target, or an outcome is not one of its state's outcomes."""
 
 
 class InvalidConstructionError(SmachError):

@@ -60,9 +60,10 @@ class Iterator(Container):
         Args:
             label: name of the state.
             state: the state.
-            loop_outcomes: outcomes that continue with the next item; others end the iterator. None: all continue.
+            loop_outcomes: outcomes after which the iterator continues with the next item; all others end it. None if it
+                continues after any outcome.
             break_outcomes: outcomes that end the iterator.
-            final_outcome_map: last outcome -> outcome of the iterator, where they differ.
+            final_outcome_map: last outcome of the state -> outcome of the iterator, if they differ.
         """
         self = Iterator._currently_opened_container()
         self._state_label, self._state = label, state
@@ -95,7 +96,7 @@ class Iterator(Container):
                 self._state.recall_preempt()  # requested between two items, but there was no next item
 
     def _iterate(self, state: State) -> str | None:
-        """Return the last outcome of the state, or the outcome for no more items."""
+        """Run the state for each item; return its last outcome, or ``exhausted_outcome`` if there are no more items."""
         for item in self._items() if callable(self._items) else self._items:
             if is_shutdown():
                 return None
@@ -139,7 +140,7 @@ class Iterator(Container):
         return outcome
 
     def is_running(self) -> bool:
-        """Return whether the iterator runs."""
+        """Return whether the iterator is running."""
         return self._is_running
 
     def request_preempt(self) -> None:
@@ -150,7 +151,9 @@ class Iterator(Container):
                 self._state.request_preempt()
 
     def check_consistency(self) -> None:
-        """Raise InvalidStateError if there is no state, InvalidTransitionError if an outcome is not one of its."""
+        """Raise InvalidStateError if there is no state, or InvalidTransitionError if an outcome is not one of the
+        state's outcomes.
+        """
         if self._state is None:
             raise InvalidStateError("The iterator has no state: use Iterator.set_contained_state.")
         known = self._state.get_registered_outcomes()

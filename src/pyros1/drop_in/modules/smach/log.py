@@ -35,7 +35,7 @@ def logerr(msg: str) -> None:
 
 
 def set_loggers(info: Log, warn: Log, debug: Log, error: Log) -> None:
-    """Replace the log functions; ``import smach_ros`` takes rospy's."""
+    """Replace the log functions; ``import smach_ros`` sets those of rospy."""
     _LOGS.update(INFO=info, WARN=warn, DEBUG=debug, ERROR=error)
 
 

@@ -30,9 +30,9 @@ class Sequence(StateMachine):
 
     @staticmethod
     def add(label: str, state: State, transitions: Transitions | None = None, remapping: Any = None) -> State:
-        """Add a state to the sequence that is open; a transition of the connector outcome replaces the one to the next.
+        """Add a state to the open sequence; a transition for the connector outcome replaces that to the next state.
 
-        Args and errors: as `StateMachine.add`.
+        Arguments and errors are those of `StateMachine.add`.
         """
         return StateMachine.add(label, state, transitions, remapping)
 

@@ -9,7 +9,7 @@ from smach.util import has_smach_interface
 
 
 class State:
-    """Base of the states of a program, which override `execute`.
+    """Base class of a program's states, which override `execute`.
 
     Args:
         outcomes: what `execute` may return.
@@ -81,7 +81,7 @@ class State:
             self.register_output_keys(cb.get_registered_output_keys())
 
     def request_preempt(self) -> None:
-        """Ask the state to end early; it finds out with `preempt_requested`."""
+        """Ask the state to end early; its `execute` can check this with `preempt_requested`."""
         self._preempt_requested = True
 
     def service_preempt(self) -> None:
@@ -93,7 +93,7 @@ class State:
         self._preempt_requested = False
 
     def preempt_requested(self) -> bool:
-        """Return whether the state is asked to end early."""
+        """Return whether the state was asked to end early."""
         return self._preempt_requested
 
 

@@ -56,7 +56,7 @@ class StateMachine(Container):
             remapping: the state's name of a userdata key -> the machine's name.
 
         Raises:
-            InvalidStateError: the label is taken; or no machine is open.
+            InvalidStateError: the label is already used, or no machine is open.
             InvalidTransitionError: a transition is for an outcome that the state does not have.
         """
         machine: StateMachine = StateMachine._currently_opened_container()
@@ -70,7 +70,7 @@ class StateMachine(Container):
         transitions: Transitions | None = None,
         remapping: Any = None,
     ) -> State:
-        """Add a state, some of whose outcomes lead to the state that is added next; otherwise as `add`."""
+        """Add a state like `add`; the outcomes in ``connector_outcomes`` lead to the state that is added next."""
         machine: StateMachine = StateMachine._currently_opened_container()
         return machine._add(label, state, transitions or {}, remapping or {}, tuple(connector_outcomes))
 
@@ -134,8 +134,8 @@ class StateMachine(Container):
             parent_ud: userdata of the parent.
 
         Returns:
-            The machine's outcome. None if the program exited before there was one, or if the machine is inconsistent,
-            which is logged as an error.
+            The machine's outcome; None if the program exited first, or if the machine is inconsistent, which is logged
+            as an error.
 
         Raises:
             InvalidUserCodeError: a state raised an exception.
@@ -218,11 +218,11 @@ class StateMachine(Container):
             self._current_label = target
 
     def is_running(self) -> bool:
-        """Return whether the machine runs."""
+        """Return whether the machine is running."""
         return self._is_running
 
     def request_preempt(self) -> None:
-        """Ask the current state to end early; if it does not service that, the next one is asked, and so on."""
+        """Ask the current state to end early; if it does not service the request, ask the next state, and so on."""
         with self._changing:
             super().request_preempt()
             if self._current_label is not None:
@@ -250,7 +250,7 @@ class StateMachine(Container):
         return [str(self._initial_state_label)]
 
     def get_active_states(self) -> list[str]:
-        """Return the label of the current state, in a list; ``["None"]`` if the machine does not run."""
+        """Return the label of the current state, in a list; ``["None"]`` if the machine is not running."""
         return [str(self._current_label)]
 
     def get_internal_edges(self) -> list[tuple[str, str, str]]:

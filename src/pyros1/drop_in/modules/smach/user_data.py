@@ -26,16 +26,16 @@ class UserData:
         vars(self)["_lock"] = threading.Lock()
 
     def update(self, other_userdata: UserData) -> None:
-        """Copy all values from another one."""
+        """Copy all values from another UserData object."""
         with self._lock:
             self._data.update({key: other_userdata[key] for key in other_userdata.keys()})  # noqa: SIM118
 
     def extract(self, keys: Iterable[str], remapping: Mapping[str, str]) -> UserData:
-        """Return a new one with some of the values.
+        """Return a new UserData object with some of the values.
 
         Args:
-            keys: names here.
-            remapping: name there -> name here, where they differ.
+            keys: names in this object.
+            remapping: name in the new object -> name in this object, if they differ.
         """
         there = {here: name for name, here in remapping.items()}
         if len(there) != len(remapping):
@@ -46,12 +46,12 @@ class UserData:
         return result
 
     def merge(self, ud: UserData, keys: Iterable[str], remapping: Mapping[str, str]) -> None:
-        """Copy some of the values from another one.
+        """Copy some of the values from another UserData object.
 
         Args:
-            ud: the other one.
-            keys: names there.
-            remapping: name there -> name here, where they differ.
+            ud: the other object.
+            keys: names in ``ud``.
+            remapping: name in ``ud`` -> name in this object, if they differ.
         """
         for key in keys:
             self[remapping.get(key, key)] = ud[key]
@@ -100,7 +100,7 @@ class Remapper:
     Args:
         ud: the container's userdata, or another view.
         input_keys, output_keys: what the state declared.
-        remapping: name in the state -> name in ``ud``, where they differ.
+        remapping: name in the state -> name in ``ud``, if they differ.
     """
 
     def __init__(
@@ -122,7 +122,7 @@ class Remapper:
         return [key for key in self._input_keys if key in self]
 
     def update(self, other_userdata: Any) -> None:
-        """Copy all values from another one; each must be an output."""
+        """Copy all values from another UserData object; each name must be an output."""
         for key in other_userdata.keys():  # noqa: SIM118  userdata is not a mapping
             self[key] = other_userdata[key]
 

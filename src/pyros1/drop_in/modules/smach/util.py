@@ -14,7 +14,7 @@ def is_shutdown() -> bool:
 
 
 def set_shutdown_check(cb: Callable[[], bool]) -> None:
-    """Replace the function behind `is_shutdown`; ``import smach_ros`` takes ``rospy.is_shutdown``."""
+    """Replace the function that `is_shutdown` calls; ``import smach_ros`` sets ``rospy.is_shutdown``."""
     _CHECKS[0] = cb
 
 
@@ -25,7 +25,7 @@ def has_smach_interface(obj: object) -> bool:
 
 
 class CBInterface:
-    """A callback with the outcomes and keys that it adds to the state which calls it.
+    """A callback, with the outcomes and keys that it adds to the state that calls it.
 
     Args:
         cb: the callback.
