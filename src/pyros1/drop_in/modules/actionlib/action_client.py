@@ -65,7 +65,7 @@ _POLL = 0.01
 
 
 def message_classes(ActionSpec: Any) -> tuple[Any, Any, Any]:
-    """Return the classes of an action's goal, result and feedback messages; raises ActionException."""
+    """Return the classes of an action's goal, result and feedback messages; raise ActionException if it is none."""
     example = ActionSpec()
     try:
         found = ActionTypes.of(type(example))
@@ -100,7 +100,7 @@ class Countdown:
 
 
 class GoalManager:
-    """The goals of a client. It has only weak references: goals without handles are removed.
+    """The goals of a client. It only holds weak references to them: goals without handles are removed.
 
     Args:
         ActionSpec: class of the action, such as TestAction.

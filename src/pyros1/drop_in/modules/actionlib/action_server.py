@@ -57,7 +57,7 @@ class ActionServer:
 
     Raises:
         ActionException: ``ActionSpec`` is not an action.
-        AssertionError: there is no ``goal_cb``.
+        AssertionError: ``goal_cb`` is None.
     """
 
     def __init__(
@@ -109,7 +109,7 @@ class ActionServer:
 
     @property
     def last_cancel(self) -> Any:
-        """The latest rospy.Time until which goals were cancelled."""
+        """The latest rospy.Time up to which goals were cancelled."""
         return self._table.last_cancel
 
     @last_cancel.setter
@@ -190,7 +190,7 @@ class ActionServer:
                 self.feedback_pub.publish(message)
 
     def publish_status(self) -> None:
-        """Send the status of all goals, and remove those that finished long enough ago."""
+        """Send the status of all goals, and remove goals that finished more than ``status_list_timeout`` ago."""
         with self.lock:
             now = rospy.Time.now()
             for gone in self._table.forget(now):
@@ -232,7 +232,7 @@ class ActionServer:
                 self.goal_callback(handle)
 
     def internal_cancel_callback(self, goal_id: Any) -> None:
-        """Handle a message on the cancel topic: a name, a time (all goals until then), both, or neither (all goals)."""
+        """Handle a message on the cancel topic: an id, a time (all goals up to it), both, or neither (all goals)."""
         with self.lock:
             if not self.started:
                 return

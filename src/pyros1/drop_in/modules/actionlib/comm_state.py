@@ -17,7 +17,7 @@ _ENDS = frozenset(status for status in Status if status.ended)
 
 
 def get_name_of_constant(C: Any, n: int) -> str:
-    """Return the name of a class's integer constant; ``NO_SUCH_STATE_n`` if it has none of that value."""
+    """Return the name of a class's integer constant with a value; ``NO_SUCH_STATE_n`` if there is none."""
     for name, value in vars(C).items():
         if isinstance(value, int) and value == n and not name.startswith("_"):
             return name
@@ -28,7 +28,7 @@ GoalStatus.to_string = classmethod(get_name_of_constant)  # type: ignore[attr-de
 
 
 class CommState:
-    """The state of a goal, from the view of its client (https://wiki.ros.org/actionlib/DetailedDescription)."""
+    """The state of a goal as seen by its client (https://wiki.ros.org/actionlib/DetailedDescription)."""
 
     WAITING_FOR_GOAL_ACK = int(Stage.WAITING_FOR_GOAL_ACK)
     PENDING = int(Stage.PENDING)

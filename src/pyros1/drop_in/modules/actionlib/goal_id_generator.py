@@ -1,4 +1,4 @@
-"""Generates names for goals without a name."""
+"""Generates ids for goals without an id."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class GoalIDGenerator:
     """Generates names that start with the name of a node.
 
     Args:
-        name: full name of the node; None for that of this program.
+        name: full name of the node; None for the name of this program's node.
     """
 
     def __init__(self, name: str | None = None) -> None:

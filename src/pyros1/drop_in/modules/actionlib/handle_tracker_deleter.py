@@ -8,7 +8,7 @@ import rospy
 
 
 class HandleTrackerDeleter:
-    """Called when a goal has no more handles: after that, it remains in the status list only for a while.
+    """Called when a goal has no handles any more; from then on, it only remains in the status list for a while.
 
     Args:
         action_server: the ActionServer.
@@ -20,7 +20,7 @@ class HandleTrackerDeleter:
         self.status_tracker = status_tracker
 
     def __call__(self, ptr: Any) -> None:
-        """Record the time."""
+        """Record the time at which the last handle was deleted."""
         if self.action_server:
             with self.action_server.lock:
                 self.status_tracker.handle_destruction_time = rospy.Time.now()

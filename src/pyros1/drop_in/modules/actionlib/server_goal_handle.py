@@ -29,11 +29,11 @@ _ENDS = {
 class ServerGoalHandle:
     """A handle of a goal that was received. Handles of the same goal are equal.
 
-    A handle without a goal is equal to no other one, and its methods log errors.
+    A handle without a goal is not equal to any other handle, and its methods log errors.
 
     Args:
         status_tracker: the goal's `StatusTracker`.
-        action_server: the `ActionServer` that received it.
+        action_server: the `ActionServer` that received the goal.
         handle_tracker: the `HandleTrackerDeleter` of the goal's handles.
     """
 

@@ -52,7 +52,7 @@ _ALLOWED = {
 
 
 class SimpleActionClient:
-    """Sends one goal at a time to an action's server; a new one replaces the previous one.
+    """Sends one goal at a time to an action's server; a new goal replaces the previous one.
 
     Args:
         ns: name of the action.
@@ -152,7 +152,9 @@ class SimpleActionClient:
         return self.gh.get_result()
 
     def get_state(self) -> int:
-        """Return the goal's status, of GoalStatus: PENDING for RECALLING, ACTIVE for PREEMPTING, LOST without goal."""
+        """Return the goal's status, a value of GoalStatus; PENDING for RECALLING, ACTIVE for PREEMPTING, and LOST if
+        there is no goal.
+        """
         if not self.gh:
             return int(GoalStatus.LOST)
         status = self.gh.get_goal_status()

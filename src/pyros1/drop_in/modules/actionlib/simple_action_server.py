@@ -167,7 +167,7 @@ class SimpleActionServer:
     # Called by the underlying server ----------------------------------------------------------------------------------
 
     def internal_goal_callback(self, goal: Any) -> None:
-        """Handle a new goal: let it wait, unless it is older than one that was received before."""
+        """Handle a new goal: it waits to be accepted, unless it is older than a goal that was received before."""
         with self.action_server.lock, self.lock:
             try:
                 self._take(goal)
@@ -194,7 +194,7 @@ class SimpleActionServer:
         self.execute_condition.notify()
 
     def internal_preempt_callback(self, preempt: Any) -> None:
-        """Handle a request to cancel the current goal, or the one that is waiting."""
+        """Handle a request to cancel the current goal, or the waiting goal."""
         with self.action_server.lock, self.lock:
             rospy.logdebug("A preempt has been received by the SimpleActionServer")
             if preempt == self.current_goal:

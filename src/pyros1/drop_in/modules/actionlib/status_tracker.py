@@ -46,7 +46,7 @@ class StatusTracker(Tracked):
 
     @property
     def handle_destruction_time(self) -> Any:
-        """The time, or zero."""
+        """The rospy.Time at which the last handle was deleted; zero if there still are handles."""
         return self.ended_at or rospy.Time()
 
     @handle_destruction_time.setter

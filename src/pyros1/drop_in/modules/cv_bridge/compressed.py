@@ -1,4 +1,4 @@
-"""Converts compressed images to arrays in the order BGR, and back, with OpenCV like stock, or else with Pillow."""
+"""Converts compressed images to arrays in BGR order, and back, with OpenCV as in stock, or else with Pillow."""
 
 from __future__ import annotations
 
@@ -24,7 +24,8 @@ def decode(data: bytes) -> Any:
     """Decode the image in a file, with its depth and channels; return None if it cannot be read.
 
     Raises:
-        CvBridgeError: there are no data, Pillow does not support the format, or neither Pillow nor OpenCV is installed.
+        CvBridgeError: the data are empty, Pillow does not support the format, or neither Pillow nor OpenCV is
+            installed.
     """
     if not data:
         raise CvBridgeError("the compressed image has no data")
@@ -42,7 +43,7 @@ def decode(data: bytes) -> Any:
 
 
 def encode(image: Any, form: str) -> bytes:
-    """Encode an image as a file; raises CvBridgeError if it cannot be written in that format."""
+    """Encode an image as a file; raise CvBridgeError if it cannot be written in that format."""
     cv2 = _cv2()
     if cv2 is not None:
         try:

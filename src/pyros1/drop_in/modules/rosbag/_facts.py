@@ -58,7 +58,7 @@ _UNLIKE = frozenset(
 
 
 class Facts:
-    """Base of `rosbag.bag.Bag`."""
+    """Base class of `rosbag.bag.Bag`."""
 
     __getattr__ = members("rosbag.Bag", "see get_type_and_topic_info, read_messages and pyros1.bag", _UNLIKE)
 
@@ -83,17 +83,17 @@ class Facts:
         return CompressionTuple(most, *sizes)
 
     def get_message_count(self, topic_filters: Any = None) -> int:
-        """Return the number of messages, on some topics or all."""
+        """Return the number of messages on some topics, or on all."""
         if topic_filters is None:
             return self._reader.count()
         return sum(topic.message_count for topic in self.get_type_and_topic_info(topic_filters).topics.values())
 
     def get_start_time(self) -> float:
-        """Return the time of the first message in seconds; raises ROSBagException without messages."""
+        """Return the time of the first message in seconds; raise ROSBagException if there are no messages."""
         return self._end_of(0) / NS
 
     def get_end_time(self) -> float:
-        """Return the time of the last message in seconds; raises ROSBagException without messages."""
+        """Return the time of the last message in seconds; raise ROSBagException if there are no messages."""
         return self._end_of(-1) / NS
 
     def _end_of(self, number: int) -> int:
@@ -124,7 +124,7 @@ class Facts:
 
     @contextmanager
     def _any_reader(self) -> Iterator[BagReader]:
-        """Yield the reader; for a closed bag, open the file again."""
+        """Yield the reader; for a closed bag, a reader of the file, which is opened again."""
         with stock_errors():
             if self._file:
                 with self._readers.lend(lambda: self._reader) as reader:  # which another thread may replace
@@ -220,7 +220,9 @@ class Facts:
 
 
 def _named(infos: Iterable[_ConnectionInfo], topics: Any) -> Iterator[_ConnectionInfo]:
-    """Yield the connections of one topic or several; none means all. Repeated and trailing slashes do not matter."""
+    """Yield the connections of one or several topics, or of all if none is given. Repeated and trailing slashes in the
+    names do not matter.
+    """
     wanted = {*map(canonicalize_name, [topics] if isinstance(topics, str) else topics)} if topics else None
     for info in infos:
         if wanted is None or canonicalize_name(info.topic) in wanted:

@@ -1,4 +1,4 @@
-"""What `rosbag.bag.Bag` uses to read and write messages."""
+"""Helpers with which `rosbag.bag.Bag` reads and writes messages."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def result(info: Any, message: Any, stamp: Any, headers: bool) -> Any:
 
 
 def limit(time: Any) -> int | None:
-    """Return a time in nanoseconds; raises TypeError, as comparisons do, if it is not a time."""
+    """Return a time in nanoseconds; raise TypeError, as comparisons do, if it is not a time."""
     if time is None:
         return None
     if not isinstance(time, AnyTime):
@@ -33,13 +33,13 @@ def limit(time: Any) -> int | None:
 
 
 def decoder(cls: Any) -> Callable[[bytes, int, int], Any]:
-    """Return the function that decodes messages of a class: pyros1's, or one set by the program."""
+    """Return the function that decodes messages of a class: that of pyros1, or a function set by the program."""
     own = getattr(cls, "_decode", None)
     return own if own is not None else lambda data, start, end: cls().deserialize(data[start:end])
 
 
 def encoder(cls: Any) -> Callable[[Any], bytes]:
-    """Return the function that encodes messages of a class: pyros1's, or any class that can serialize itself."""
+    """Return the function that encodes messages of a class: that of pyros1, or the class's own ``serialize``."""
     if getattr(cls, "serialize", None) is Message.serialize:
         made: Any = message_class(cls)
         encode: Callable[[Any], bytes] = made._encode
@@ -54,7 +54,7 @@ def encoder(cls: Any) -> Callable[[Any], bytes]:
 
 
 def header_fields(topic: str, kind: str, md5sum: str, cls: Any) -> dict[str, str]:
-    """Return the connection header of a topic; raises ROSBagException if the class is needed but unknown."""
+    """Return the connection header of a topic; raise ROSBagException if the class is required but unknown."""
     if cls is None:
         from roslib.message import get_message_class
 
@@ -67,7 +67,7 @@ def header_fields(topic: str, kind: str, md5sum: str, cls: Any) -> dict[str, str
 
 
 def version_of(file: Any) -> int:
-    """Return the version from a bag's first line; raises ROSBagException if it is not a bag."""
+    """Return the version from a bag's first line; raise ROSBagException if the file is not a bag."""
     file.seek(0)
     line = file.read(64)
     file.seek(0)

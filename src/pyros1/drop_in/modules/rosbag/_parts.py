@@ -22,10 +22,10 @@ from pyros1.msgs import DefinitionCache
 
 
 class ROSBagException(Exception):
-    """Base of the exceptions of rosbag.
+    """Base class of rosbag's exceptions.
 
     Attributes:
-        value: the text.
+        value: the message.
     """
 
     def __init__(self, value: Any = None) -> None:
@@ -180,7 +180,7 @@ class _IndexEntry200:
 
     @property
     def position(self) -> tuple[int, int]:
-        """Where the message is, for ``Bag._read_message``."""
+        """The position of the message, for ``Bag._read_message``."""
         return self.chunk_pos, self.offset
 
     def __lt__(self, other: _IndexEntry200) -> bool:

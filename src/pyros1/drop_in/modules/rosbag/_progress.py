@@ -1,4 +1,4 @@
-"""Progress on one line of the terminal."""
+"""Shows progress on one line of the terminal."""
 
 from __future__ import annotations
 
@@ -8,15 +8,15 @@ import time
 
 
 class ProgressMeter:
-    """Shows on one line of the terminal how much of a file is done.
+    """Shows on one line of the terminal how much of a file has been processed.
 
     Args:
-        path: of the file.
-        bytes_total: its size.
-        refresh_rate: seconds between two changes of the line.
+        path: path of the file.
+        bytes_total: size of the file.
+        refresh_rate: seconds between updates of the line.
 
     Attributes:
-        bytes_read: what is done. elapsed: seconds since the beginning.
+        bytes_read: number of bytes processed. elapsed: seconds since the beginning.
     """
 
     def __init__(self, path: str, bytes_total: int, refresh_rate: float = 1.0) -> None:
@@ -30,7 +30,7 @@ class ProgressMeter:
         self._show()
 
     def step(self, bytes_read: int, force_update: bool = False) -> None:
-        """Tell how much is done, in bytes; ``force_update``: show it at once."""
+        """Set the number of bytes processed; with ``force_update``, show it immediately."""
         self.bytes_read = bytes_read
         self.elapsed = time.time() - self.start_time
         if force_update or self.elapsed - self.update_elapsed > self.refresh_rate:
@@ -38,7 +38,7 @@ class ProgressMeter:
             self.update_elapsed = self.elapsed
 
     def finish(self) -> None:
-        """All is done: show it, and end the line."""
+        """Show that the whole file has been processed, and end the line."""
         self.step(self.bytes_total, force_update=True)
         print()
 
@@ -56,7 +56,7 @@ class ProgressMeter:
 
     @staticmethod
     def terminal_width() -> int:
-        """Return the columns of the terminal; 80 without one."""
+        """Return the number of columns of the terminal; 80 if there is none."""
         return shutil.get_terminal_size((80, 24)).columns
 
 

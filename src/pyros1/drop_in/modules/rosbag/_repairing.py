@@ -1,4 +1,4 @@
-"""Rebuilds a bag's index without the old one."""
+"""Rebuilds a bag's index without using the old index."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ def repaired(path: str | None, writer: BagWriter | None, compression: str, thres
     """Replace a file by one with all of its messages and a new index; return the writer that continues with it.
 
     Args:
-        path: of the file.
-        writer: the one that has it open, if any; it is closed.
-        compression, threshold: of the new writer.
+        path: path of the file.
+        writer: the writer that has the file open, which is closed; None if there is none.
+        compression, threshold: compression and chunk threshold of the new writer.
 
     Raises:
         ROSBagException: the bag is a file object.

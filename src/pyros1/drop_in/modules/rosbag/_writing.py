@@ -26,7 +26,7 @@ CLOSED = "I/O operation on closed bag"
 
 
 class Writing:
-    """Base of `rosbag.bag.Bag`. Callbacks of several topics, and signal handlers, may write simultaneously.
+    """Base class of `rosbag.bag.Bag`. Callbacks of several topics, and signal handlers, may write simultaneously.
 
     Args:
         mode, compression, chunk_threshold: as for the bag.
@@ -99,7 +99,7 @@ class Writing:
         Args:
             topic: name of its topic.
             msg: the message; with `raw` a tuple of type, bytes, md5 sum and class, as `read_messages` yields it.
-            t: genpy.Time of the message; None: now.
+            t: genpy.Time of the message; None for the current time.
             raw: whether `msg` is such a tuple.
             connection_header: header of the topic's connection, for its first message.
 
@@ -162,7 +162,7 @@ class Writing:
         return conn
 
     def flush(self) -> None:
-        """Write the open chunk; raises ValueError if the bag is closed."""
+        """Write the open chunk to the file; raise ValueError if the bag is closed."""
         if not self._file:
             raise ValueError(CLOSED)
         if self._writer is not None:

@@ -65,7 +65,7 @@ class Bag(Writing, Facts):
 
     Raises:
         ValueError: an argument is invalid.
-        ROSBagException: it is not a bag.
+        ROSBagException: the file is not a bag.
         ROSBagFormatException: the bag cannot be read.
         ROSBagUnindexedException: the bag was not closed.
         OSError: the file cannot be opened.

@@ -93,11 +93,11 @@ class MessageMigrator(Migrator):
         return type(name, (MessageUpdateRule,), {"old_class": old_class, "new_class": new_class})
 
     def find_target(self, old_class: Any) -> Any:
-        """Return this system's class of a type, None without one."""
+        """Return this system's class of a type; None if there is none."""
         return self.current_class(old_class)
 
     def migrate(self, msg_from: Any, msg_to: Any) -> None:
-        """Fill a message from one of an older definition.
+        """Fill a message from a message with an older definition.
 
         Raises:
             BagMigrationException: rules are missing.
@@ -112,7 +112,7 @@ class MessageMigrator(Migrator):
             setattr(msg_to, name, getattr(made, name))
 
     def migrate_array(self, msg_from_array: Any, msg_to_array: Any) -> None:
-        """Fill the messages of a list from those of another, of the same length; errors as for `migrate`."""
+        """Fill the messages in a list from those in another list of the same length; errors are those of `migrate`."""
         if len(msg_from_array) != len(msg_to_array):
             raise BagMigrationException("Migrate array called on on arrays of unequal length.")
         for old, new in zip(msg_from_array, msg_to_array, strict=True):
@@ -169,7 +169,7 @@ class MessageUpdateRule(_MessageUpdateRule):
         return rule_text(self.old_class, self.new_class, max(self.order, 0))
 
     def apply(self, old_msg: Any) -> Any:
-        """Return a new message, converted from an old one; raises BagMigrationException if the rule is not valid."""
+        """Return a new message, converted from an old one; raise BagMigrationException if the rule is not valid."""
         if not self.valid:
             raise BagMigrationException("Attempted to apply an invalid rule")
         message = self.new_class()
@@ -178,12 +178,12 @@ class MessageUpdateRule(_MessageUpdateRule):
 
 
 def get_message_key(c: Any) -> tuple[str, str]:
-    """Return type and md5 sum of a class."""
+    """Return the type and the md5 sum of a message class, as a key."""
     return c._type, c._md5sum
 
 
 def get_path_key(c1: Any, c2: Any) -> tuple[tuple[str, str], tuple[str, str]]:
-    """Return the keys of two classes."""
+    """Return the keys of an old and a new message class."""
     return get_message_key(c1), get_message_key(c2)
 
 
@@ -207,7 +207,7 @@ def constants_from_def(core_type: str, msg_def: str) -> set[tuple[str, Any, str]
         core_type: the message's type. msg_def: its definition, without those of nested types.
 
     Raises:
-        genmsg.InvalidMsgSpec: it is invalid.
+        genmsg.InvalidMsgSpec: the definition is invalid.
     """
     from genmsg import MsgContext
     from genmsg.msg_loader import load_msg_from_string

@@ -42,7 +42,7 @@ def play_cmd(argv: list[str]) -> None:
 
 
 def filter_cmd(argv: list[str]) -> None:
-    """Write a bag with selected messages of another."""
+    """Write a bag with selected messages from another bag."""
     _verb("filter", argv)
 
 
@@ -82,5 +82,5 @@ def decrypt_cmd(argv: list[str]) -> None:
 
 
 def rosbagmain(argv: list[str] | None = None) -> None:
-    """Run the tool with a command line; None for that of the process."""
+    """Run the tool with a command line; None for the process's command line."""
     main("rosbag", argv)

@@ -107,7 +107,7 @@ class Transformer:
         self._buffer.clear()
 
     def frameExists(self, frame_id: str) -> bool:
-        """Return whether a frame of that name, without a leading slash, has a parent."""
+        """Return whether the frame with a name, which has no leading slash, has a parent."""
         return frame_id in self.getFrameStrings()
 
     def getFrameStrings(self) -> Any:
@@ -115,20 +115,21 @@ class Transformer:
         return list(yaml.safe_load(self._buffer.all_frames_as_yaml()))
 
     def getLatestCommonTime(self, source_frame: str, dest_frame: str) -> Any:
-        """Return the latest time at which all frames between the two are known."""
+        """Return the latest time at which all transforms between two frames are known."""
         return self._buffer.get_latest_common_time(strip_leading_slash(source_frame), strip_leading_slash(dest_frame))
 
     def lookupTransform(self, target_frame: str, source_frame: str, time: Any) -> tuple[list[float], list[float]]:
-        """Return where ``source_frame`` is in ``target_frame``.
+        """Return the pose of ``source_frame`` in ``target_frame``.
 
         Args:
-            time: a Time; 0 for the latest time that all frames between the two have in common.
+            time: a Time; 0 for the latest time at which all transforms between the two are known.
 
         Returns:
             Translation [x, y, z] and rotation [x, y, z, w].
 
         Raises:
-            tf.Exception: there is none: LookupException, ConnectivityException or ExtrapolationException.
+            tf.Exception: the transform is not available: LookupException, ConnectivityException or
+                ExtrapolationException.
         """
         names = strip_leading_slash(target_frame), strip_leading_slash(source_frame)
         return _numbers(self._buffer.lookup_transform(*names, time))
@@ -136,14 +137,14 @@ class Transformer:
     def lookupTransformFull(
         self, target_frame: str, target_time: Any, source_frame: str, source_time: Any, fixed_frame: str
     ) -> tuple[list[float], list[float]]:
-        """Return where ``source_frame`` was at its time, in ``target_frame`` at its time, relative to ``fixed_frame``.
+        """Return the pose of ``source_frame`` at ``source_time`` in ``target_frame`` at ``target_time``.
 
         See `lookupTransform`."""
         target, source, fixed = map(strip_leading_slash, (target_frame, source_frame, fixed_frame))
         return _numbers(self._buffer.lookup_transform_full(target, target_time, source, source_time, fixed))
 
     def lookupTwist(self, tracking_frame: str, observation_frame: str, time: Any, averaging_interval: Any) -> Any:
-        """Return the velocity of a frame in another one; see `lookupTwistFull`. The point is the frame's origin."""
+        """Return the velocity of a frame's origin in another frame; see `lookupTwistFull`."""
         return self.lookupTwistFull(
             tracking_frame, observation_frame, observation_frame, (0, 0, 0), tracking_frame, time, averaging_interval
         )
@@ -158,7 +159,7 @@ class Transformer:
         time: Any,
         averaging_interval: Any,
     ) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
-        """Return the mean velocity of a frame in another one over an interval. The linear one differs from stock's.
+        """Return a frame's mean velocity in another frame over an interval. The linear velocity differs from stock's.
 
         Args:
             tracking_frame: the frame that moves.
