@@ -15,7 +15,7 @@ import pytest
 
 import pyros1
 from pyros1.cli import make_index, registry
-from pyros1.cli.complete_values import KINDS
+from pyros1.cli.complete_values import PROVIDERS_BY_KIND
 from pyros1.cli.main import entry
 from pyros1.cli.records import COMMAND_GROUPS, Verb
 
@@ -55,7 +55,7 @@ def test_the_table_is_current() -> None:
 @pytest.mark.parametrize("path", make_index.DOCUMENTS, ids=lambda path: path.name)
 def test_the_table_in_a_document_is_current(path: Path) -> None:
     """If not: python -m pyros1.cli.make_index"""
-    assert path.read_text(encoding="utf-8") == make_index.document(path)
+    assert path.read_text(encoding="utf-8") == make_index.render_document(path)
 
 
 def test_names_are_unique() -> None:
@@ -91,8 +91,8 @@ def test_a_record_is_whole(line: str, verb: Verb) -> None:
     options = [name for option in verb.options for name in option.names]
     assert len(options) == len({*options}), "each option once"
     kinds = {kind for argument in verb.arguments for kind in argument.completion_kinds.split("|") if kind}
-    assert kinds <= {*KINDS}
-    assert not any(argument.many for argument in verb.arguments[:-1])
+    assert kinds <= {*PROVIDERS_BY_KIND}
+    assert not any(argument.repeatable for argument in verb.arguments[:-1])
 
 
 # The shell function roscd goes to the folder that `pkg cd` prints, so that this may print no help.

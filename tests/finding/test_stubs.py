@@ -184,7 +184,7 @@ def test_msg_stubs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pyte
     (package / "package.xml").write_text("<package><name>my_robot</name></package>")
     (package / "msg" / "State.msg").write_text("float64 x\n")
     monkeypatch.setenv("ROS_PACKAGE_PATH", str(tmp_path / "src"))
-    monkeypatch.setattr(stubs, "HOME", tmp_path / "home")
+    monkeypatch.setattr(stubs, "STUBS_FOLDER", tmp_path / "home")
     library.cache_clear()
     try:
         for new in (1, 0):
@@ -193,7 +193,7 @@ def test_msg_stubs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pyte
         assert "class State(_Base):\n    x: _b.float" in (tmp_path / "home" / "my_robot" / "msg.pyi").read_text()
         assert entry(["pyros1", "msg", "stubs", "my_robt"]) == 1
         assert capsys.readouterr().out == ""
-        monkeypatch.setattr(stubs, "HOME", tmp_path / "src" / "my_robot" / "package.xml")
+        monkeypatch.setattr(stubs, "STUBS_FOLDER", tmp_path / "src" / "my_robot" / "package.xml")
         assert entry(["pyros1", "msg", "stubs", "my_robot"]) == 1
         assert "install it where you have write permission" in capsys.readouterr().err
     finally:
@@ -215,7 +215,7 @@ def test_msg_stubs_of_packages_that_are_used(
         (folder / "package.xml").write_text(f"<package><name>{package}</name></package>")
         (folder / "msg" / "T.msg").write_text(text)
     monkeypatch.setenv("ROS_PACKAGE_PATH", str(tmp_path / "src"))
-    monkeypatch.setattr(stubs, "HOME", tmp_path / "home")
+    monkeypatch.setattr(stubs, "STUBS_FOLDER", tmp_path / "home")
     library.cache_clear()
     try:
         assert entry(["pyros1", "msg", "stubs", "one"]) == 0

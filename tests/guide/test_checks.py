@@ -46,7 +46,7 @@ def ask(environ: dict[str, str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 def measured(monkeypatch: pytest.MonkeyPatch) -> dict[str, float]:
     """The rates that are measured."""
     rates: dict[str, float] = {}
-    monkeypatch.setattr(CheckContext, "rate", lambda self, topic: rates[topic])
+    monkeypatch.setattr(CheckContext, "measure_rate", lambda self, topic: rates[topic])
     return rates
 
 

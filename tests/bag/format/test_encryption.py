@@ -42,7 +42,7 @@ class Gpg:
 @pytest.fixture
 def gpg(monkeypatch: pytest.MonkeyPatch) -> Gpg:
     fake = Gpg()
-    monkeypatch.setattr(encryption, "gpg", fake)
+    monkeypatch.setattr(encryption, "run_gpg", fake)
     return fake
 
 

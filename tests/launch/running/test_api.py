@@ -66,9 +66,7 @@ def test_the_states_of_processes(tmp_path: Path) -> None:
         stopping.is_stopped, restarting.restarting = True, True
         assert states() == ["stopping", "stopping", "running"]
         policy = ExitPolicy(respawn=True)
-        supervisor.start(
-            ProcessSpec("d-1", "/d", ["/bin/true"], dict(os.environ), str(tmp_path), exit_policy=policy)
-        )
+        supervisor.start(ProcessSpec("d-1", "/d", ["/bin/true"], dict(os.environ), str(tmp_path), exit_policy=policy))
         ended = supervisor.find("/d")
         assert ended.wait(time.monotonic() + 20)
         assert states()[3:] == ["waiting"]

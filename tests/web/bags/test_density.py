@@ -23,7 +23,7 @@ def made(chunks: Chunks) -> Density:
     )
 
 
-def asked(chunks: Chunks, looked: list[int]) -> density.Times:
+def asked(chunks: Chunks, looked: list[int]) -> density.ReadTimes:
     def times(number: int) -> Iterable[tuple[int, NDArray[np.int64]]]:
         looked.append(number)
         return [(row, np.array(stamps, np.int64)) for row, stamps in chunks[number].items()]
