@@ -204,7 +204,7 @@ class Tree:
             TransformException: see `pyros1.tf.errors`.
         """
         if target is source:
-            return time or source.latest, [], []
+            return time, [], []
         if not time:
             time = self._common_time(target, source)
         source_steps: list[Transform] = []
