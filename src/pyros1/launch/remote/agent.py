@@ -138,7 +138,7 @@ class _Agent:
                 time.sleep(0.05)
 
     def _running_nodes(self) -> list[str]:
-        return [label for label, node in self._nodes.items() if node.poll() is None or group_exists(node.pid)]
+        return [label for label, node in self._nodes.items() if group_exists(node.pid)]
 
 
 _MODULE_NAMES = (
