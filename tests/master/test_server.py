@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import queue
 import socket
 import threading
 from collections.abc import Callable, Iterator, Sequence
@@ -155,6 +156,31 @@ def test_a_second_master_on_the_port_is_refused(master: Master) -> None:
         second.start()
     assert caught.value.errno == errno.EADDRINUSE
     second.stop()
+
+
+def test_connections_that_cannot_be_accepted_are_logged(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The master's log says why clients wait: it can open no more files."""
+    lines: queue.Queue[tuple[str, str]] = queue.Queue()
+    accept, failures = socket.socket.accept, [errno.EMFILE]
+
+    def fail_once(listener: socket.socket) -> tuple[socket.socket, Any]:
+        if failures:
+            raise OSError(failures.pop(), "Too many open files")
+        return accept(listener)
+
+    monkeypatch.setattr(socket.socket, "accept", fail_once)
+    monkeypatch.setattr("pyros1.net.acceptor.RETRY_DELAY", 0.01)
+    log: Callable[[str, str], object] = lambda level, text: lines.put((level, text))  # noqa: E731 - has a type
+    master = Master(port=0, bind_host="127.0.0.1", advertised_host="127.0.0.1", log=log)
+    master.start()
+    client = MasterClient("/tester", master.uri)
+    try:
+        assert client.get_pid() > 0
+    finally:
+        client.close()
+        master.stop()
+    logged = list(lines.queue)
+    assert [text for level, text in logged if level == "error" and "cannot accept a connection: Too many" in text]
 
 
 def test_m13_shutdown_answers_first() -> None:
