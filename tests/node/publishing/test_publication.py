@@ -9,6 +9,7 @@ import threading
 import time
 from collections.abc import Callable
 from math import inf
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -222,6 +223,31 @@ def test_a_message_comes_after_all_that_its_thread_has_left_to_others(
     assert [getattr(message, field) for message in messages] == list(range(count + 1))
     if message_class is Image:
         assert [message.header.seq for message in messages] == list(range(1, count + 2))
+
+
+def test_a_publisher_without_a_queue_waits_for_a_message_that_it_left_to_another_thread(
+    make_node: Any, raw_peer: Any, in_thread: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("pyros1.node.publishing.publication.MAX_STRAND_WAIT", 60.0)
+    talker = make_node("talker")
+    publisher = talker.advertise("t", Float64, queue_size=None)
+    peer = greet(raw_peer(talker), Float64)
+    assert publisher.wait_for_subscribers(timeout=5)
+    strand = publication_of(talker).strand
+    num_waiting: list[int] = []
+
+    def leave_strand(_seconds: float) -> None:
+        num_waiting.append(len(strand.jobs))
+        strand.free.append(True)
+
+    clock = SimpleNamespace(sleep=leave_strand)
+    monkeypatch.setattr("pyros1.node.publishing.publication.time", clock)
+    occupy(strand)
+    in_thread(publisher.publish, Float64(7)).join()
+    if not num_waiting:
+        strand.free.append(True)
+    assert num_waiting == [1]
+    assert decode(Float64, peer.frame()) == Float64(7)
 
 
 def test_a_message_for_the_process_goes_to_who_has_taken_its_place_meanwhile(

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import contextlib
 import os
+import select
 import socket
 import threading
 import time
 from collections.abc import Callable, Iterator
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -21,7 +23,7 @@ if not host_key():
     pytest.skip("no shared memory on this system", allow_module_level=True)
 
 from pyros1.node.publishing.pool import Placement, Pool
-from pyros1.node.publishing.shared_link import MAX_REFERENCES, SharedLink
+from pyros1.node.publishing.shared_link import MAX_REFERENCES, SharedLink, WaitingSharedLink
 from pyros1.node.publishing.tcp_link import TcpLink
 from pyros1.node.subscribing.shared_source import SharedSource
 from pyros1.wire.header import HeaderReader
@@ -51,7 +53,7 @@ class Desk:
 class Ends:
     """A publisher's link, and the source at its other end."""
 
-    def __init__(self, loop: Loop) -> None:
+    def __init__(self, loop: Loop, link_class: type[SharedLink] = SharedLink) -> None:
         near, far = socket.socketpair()
         far.settimeout(PATIENCE)
         self.loop = loop
@@ -59,7 +61,7 @@ class Ends:
         self.ended = threading.Event()
         self.strand = Strand(loop.call_soon, lambda: None)
         args = {"callerid": "/talker", "topic": "/t"}
-        self.link = SharedLink(loop, self.strand, near, args, args, 3, lambda _: self.ended.set(), self.pool, TOKEN)
+        self.link = link_class(loop, self.strand, near, args, args, 3, lambda _: self.ended.set(), self.pool, TOKEN)
         self.strand.do(self.link.start)
         data, (desk,), _, _ = socket.recv_fds(far, 65536, 1)
         reader = HeaderReader()
@@ -102,10 +104,10 @@ class Ends:
 
 
 @pytest.fixture
-def ends() -> Iterator[Ends]:
+def ends(request: pytest.FixtureRequest) -> Iterator[Ends]:
     loop = Loop("test")
     loop.start()
-    made = Ends(loop)
+    made = Ends(loop, getattr(request, "param", SharedLink))
     yield made
     made.source.close()
     made.link.close()
@@ -213,3 +215,39 @@ def test_a_message_that_is_too_large_is_not_copied(ends: Ends, monkeypatch: pyte
     ends.send()
     with pytest.raises(ProtocolError, match="exceeds the limit"):
         ends.receive(1)
+
+
+def test_a_block_that_was_closed_meanwhile_is_not_referred_to(ends: Ends) -> None:
+    """Another subscriber that uses the block leaves between two links: this one gets the message itself."""
+    placement = ends.place()
+    ends.pool.retire({placement.block.number})
+    results: list[bool] = []
+    ends.do(lambda: results.append(ends.link.send_reference(placement)))
+    assert results == [False] and not ends.outstanding()
+
+
+@pytest.mark.parametrize("ends", [WaitingSharedLink], indirect=True)
+def test_a_publisher_without_a_queue_sleeps_until_references_come_back(
+    ends: Ends, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for _ in range(MAX_REFERENCES + 1):
+        ends.send()
+    kept = ends.receive(MAX_REFERENCES)
+    sleeps: list[int] = []
+
+    class Poll:
+        """Sleeps until the subscriber has released its messages, which it does when the publisher sleeps."""
+
+        def __init__(self) -> None:
+            self._poll = real_poll()
+            self.register = self._poll.register
+
+        def poll(self, timeout: int) -> object:
+            sleeps.append(timeout)
+            del kept[:]
+            return self._poll.poll(timeout)
+
+    real_poll = select.poll
+    monkeypatch.setattr("pyros1.node.publishing.shared_link.select", SimpleNamespace(poll=Poll, POLLIN=select.POLLIN))
+    ends.link.finish(time.perf_counter() + 5.0)
+    assert sleeps and len(ends.receive(1)) == 1

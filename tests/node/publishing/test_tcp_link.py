@@ -332,6 +332,7 @@ class ByHand:
 
     def __init__(self) -> None:
         self.events = 0
+        self.timers: list[TimerHandle] = []
         self._soon: list[Any] = []
 
     def call_soon(self, function: Any, *args: Any) -> None:
@@ -339,7 +340,8 @@ class ByHand:
 
     def call_later(self, _seconds: float, function: Any, *args: Any) -> Any:
         """Later than any test."""
-        return TimerHandle(0.0, function, args)
+        self.timers.append(TimerHandle(0.0, function, args))
+        return self.timers[-1]
 
     def register(self, _sock: Any, events: int, callback: Any) -> None:
         self.events, self.event = events, callback
@@ -416,6 +418,15 @@ def test_what_the_loop_has_left_in_the_lane_and_does_itself_is_watched_again(
     strand.work()
     loop.turn()
     assert link.bytes_sent and link.waiting and loop.events & WRITE
+
+
+def test_a_closed_link_leaves_no_timer(by_hand: Any) -> None:
+    """It would keep the link, its queue and its socket until the next check."""
+    link, loop, _ = by_hand
+    assert loop.timers and not all(timer.cancelled for timer in loop.timers)
+    link.close()
+    loop.turn()
+    assert all(timer.cancelled for timer in loop.timers)
 
 
 def test_an_interrupted_publisher_without_a_queue_leaves_the_rest_to_the_loop(linked: Any) -> None:

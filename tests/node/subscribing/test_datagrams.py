@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import socket
 from typing import Any
 
@@ -72,6 +73,32 @@ def test_datagrams_have_the_size_that_is_wanted(
         offer = ["UDPROS", header[4:], "127.0.0.1", sock.getsockname()[1], size]
         assert call_node(talker, "requestTopic", "/x", "/t", [offer])[0] == 1
         assert len(sock.recv(1 << 16)) == min(size, 8 + 4 + 4 + 8000)
+
+
+def test_an_address_that_the_system_refuses_leaves_no_socket(
+    make_node: Any, call_node: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As that of a broadcast."""
+    talker, made = make_node("talker"), []
+    talker.advertise("t", Float64)
+
+    class Kept(socket.socket):
+        def __init__(self, *args: Any, **options: Any) -> None:
+            super().__init__(*args, **options)
+            made.append(self)
+
+        def connect(self, address: Any) -> None:
+            if self.type == socket.SOCK_DGRAM:
+                raise PermissionError(errno.EACCES, "Permission denied")
+            super().connect(address)
+
+    header = encode_header({"callerid": "/x", "topic": "/t", "type": "std_msgs/Float64", "md5sum": Float64._md5sum})
+    with monkeypatch.context() as patch:
+        patch.setattr("pyros1.node.publishing.udp_link.socket.socket", Kept)
+        reply = call_node(talker, "requestTopic", "/x", "/t", [["UDPROS", header[4:], "127.0.0.1", 9, 1500]])
+    assert reply[0] != 1 and "cannot send datagrams to 127.0.0.1:9" in reply[1], reply
+    assert [sock.fileno() for sock in made if sock.type == socket.SOCK_DGRAM] == [-1]
+    assert not publication_of(talker).links
 
 
 def test_a_latched_message_comes_first(make_node: Any, collect: Any) -> None:
