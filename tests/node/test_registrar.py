@@ -15,6 +15,7 @@ from typing import Any
 import pytest
 
 from pyros1.ground.errors import MasterError, MasterUnreachableError, NodeShutdownError, ProtocolError
+from pyros1.master.api import MasterApi
 from pyros1.master.server import Master
 from pyros1.msgs.std_msgs.msg import Float64
 from pyros1.msgs.std_srvs.srv import Empty
@@ -336,6 +337,31 @@ def test_shutdown_while_the_master_is_silent(
             ended.join(timeout=5)
 
 
+def test_a_master_that_falls_silent_at_the_end_of_a_node_delays_it_for_a_moment_only(
+    make_node: Any, late_master: Any, in_thread: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("pyros1.node.registrar.CHECK_INTERVAL", 60.0)
+    monkeypatch.setattr("pyros1.node.registrar.UNREGISTER_TIMEOUT", 0.05)
+    silent, ended, dispatch = threading.Event(), threading.Event(), MasterApi.dispatch
+
+    def fall_silent(api: MasterApi, method: str, params: Any) -> Any:
+        if method == "unregisterPublisher":
+            silent.set()
+            assert ended.wait(30)
+        return dispatch(api, method, params)
+
+    monkeypatch.setattr(MasterApi, "dispatch", fall_silent)
+    late_master()
+    node = make_node("node", rosout=False)
+    node.advertise("t", Float64)
+    ending = in_thread(node.shutdown)
+    try:
+        assert silent.wait(10)
+        ending.join(timeout=5)
+    finally:
+        ended.set()
+
+
 def test_a_clean_end_leaves_nothing_registered_t55(make_node: Any, late_master: Any) -> None:
     late_master()
     observer, node = make_node("observer"), make_node("node")
@@ -405,6 +431,28 @@ def test_what_a_new_master_was_not_told_is_told_at_the_next_check(
             break
     assert publishers == {"/a", "/b", "/c"}
     assert not failing, "the interruption happened"
+
+
+def test_a_registration_that_a_new_master_refuses_is_logged_and_the_others_are_made(
+    make_node: Any, late_master: Any, watch_log: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    late_master()
+    node = make_node("node", rosout=False)
+    for topic in ("a", "b", "c"):
+        node.advertise(topic, Float64)
+    log = watch_log(node)
+    call = MasterClient.call
+
+    def refuse(client: MasterClient, method: str, *args: Any, **options: Any) -> Any:
+        if method == "registerPublisher" and args[0] == "/b":
+            raise MasterError("no such topic here", -1)
+        return call(client, method, *args, **options)
+
+    monkeypatch.setattr(MasterClient, "call", refuse)
+    late_master()
+    log.saw("registerPublisher of /b failed: no such topic here")
+    node.advertise("d", Float64)
+    assert published(node.master) == {"/a", "/c", "/d"}
 
 
 def published(client: MasterClient) -> set[str]:

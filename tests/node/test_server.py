@@ -12,6 +12,7 @@ import pytest
 
 from pyros1.msgs.std_msgs.msg import Float64
 from pyros1.net.hosts import parse_uri
+from pyros1.net.loop import Loop, TimerHandle
 from pyros1.wire.header import MAX_HEADER_SIZE, encode_header
 
 from ..bodies import encode
@@ -96,6 +97,24 @@ def test_silent_and_dripping_peers_are_closed_at_the_deadline(
     dripping.sock.sendall(encode_header(WANTED)[:-1])
     assert silent.closed() and dripping.closed()
     assert_serves(node, raw_peer)
+
+
+def test_a_complete_header_ends_the_deadline(node: Any, raw_peer: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It would close the link."""
+    timers: list[TimerHandle] = []
+    call_later = Loop.call_later
+
+    def keep(loop: Loop, delay: float, function: Any, *args: Any) -> TimerHandle:
+        timer = call_later(loop, delay, function, *args)
+        if delay == 1234.0:
+            timers.append(timer)
+        return timer
+
+    monkeypatch.setattr("pyros1.node.server.HEADER_TIMEOUT", 1234.0)
+    monkeypatch.setattr(Loop, "call_later", keep)
+    assert_serves(node, raw_peer)
+    assert raw_peer(node).greet(topic="/unknown").answer()["error"]
+    assert [timer.cancelled for timer in timers] == [True, True]
 
 
 def test_the_oldest_unfinished_greeting_makes_room(node: Any, raw_peer: Any, monkeypatch: pytest.MonkeyPatch) -> None:
