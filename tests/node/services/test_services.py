@@ -5,6 +5,8 @@ Feature: idle service clients need no threads -- a node that spins may call its 
 
 from __future__ import annotations
 
+import contextlib
+import itertools
 import os
 import socket
 import threading
@@ -24,6 +26,7 @@ from pyros1.ground.errors import (
 from pyros1.msgs.roscpp.srv import GetLoggers, SetLoggerLevel
 from pyros1.msgs.rospy_tutorials.srv import AddTwoInts, AddTwoIntsRequest, AddTwoIntsResponse
 from pyros1.msgs.std_srvs.srv import Empty, SetBool, SetBoolResponse, Trigger
+from pyros1.net.spin_wait import SpinWait
 from pyros1.node.same_host import host_key
 from pyros1.node.services.call import Call
 from pyros1.wire.header import encode_header
@@ -339,10 +342,12 @@ def test_bytes_behind_a_response(caller: Any, fake_node: Any, in_thread: Any, wa
     """They are ignored, as in stock, with a warning."""
     log, fake = watch_log(caller), fake_node("/fake")
     fake.master.register_service("/s", f"rosrpc://localhost:{fake.port}", fake.uri)
-    call = in_thread(caller.service("s", Empty))
+    call = in_thread(caller.service("s", Trigger))
     sock, _ = fake.accept()
-    sock.sendall(encode_header({"md5sum": Empty._md5sum}) + b"\x01\x02\0\0\0zz")
-    assert call.join() == Empty._response_class()
+    response = Trigger._response_class(True, "yes")
+    body = encode_frame(response)[4:] + b"zz"
+    sock.sendall(encode_header({"md5sum": Trigger._md5sum}) + b"\x01" + len(body).to_bytes(4, "little") + body)
+    assert call.join() == response
     log.saw("/s", "2 surplus bytes at its end")
 
 
@@ -695,6 +700,28 @@ def test_a_call_that_nobody_spins_for_is_told(
     call.join()
 
 
+def test_a_call_that_waits_a_moment_for_its_program_to_spin_is_not_logged(
+    make_node: Any, caller: Any, in_thread: Any, watch_log: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    looks = threading.Semaphore(0)
+    now = itertools.chain([100.0, 100.2, 104.9, 104.9], itertools.repeat(104.9))
+
+    def clock() -> float:
+        looks.release()
+        return next(now)
+
+    monkeypatch.setattr("pyros1.node.services.server.monotonic", clock)
+    node = make_node("spinner", callbacks="spin")
+    log = watch_log(node)
+    node.advertise_service("s", Empty, lambda request: {})
+    call = in_thread(caller.service("s", Empty))
+    for _ in range(4):  # the fourth look comes after the third had its effect
+        assert looks.acquire(timeout=10)
+    node.spin_once(5.0)
+    call.join()
+    assert not [text for text in log.texts if "waiting for this program to spin" in text]
+
+
 def test_types_by_name(server: Any, caller: Any) -> None:
     server.advertise_service("~s", "std_srvs/Trigger", lambda request: (True, ""))
     assert caller.service("/server/s", "std_srvs/Trigger")().success
@@ -835,6 +862,57 @@ def test_close_just_before_a_call(server: Any, caller: Any, monkeypatch: pytest.
     monkeypatch.setattr(Call, "deadline", property(lambda call: None, closes), raising=False)
     with pytest.raises(ServiceError, match="call to service"):
         client()
+
+
+def test_a_signal_handler_that_interrupts_a_call_has_a_connection_of_its_own(
+    server: Any, caller: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Or each would get the response of the other."""
+    server.advertise_service("add", AddTwoInts, add)
+    sums: list[int] = []
+    receive_response = Call.receive_response
+
+    def handler() -> None:
+        monkeypatch.setattr(Call, "receive_response", receive_response)
+        sums.append(client(3, 4).sum)
+
+    def interrupted(call: Call) -> tuple[bool, bytes]:
+        handler()
+        return receive_response(call)
+
+    with caller.service("add", AddTwoInts, persistent=True) as client:
+        monkeypatch.setattr(Call, "receive_response", interrupted)
+        assert client(1, 2).sum == 3
+        assert client(5, 6).sum == 11
+    assert sums == [7]
+
+
+def test_calls_with_connections_of_their_own_wait_as_one_series(
+    server: Any, caller: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Only a series shows whether polling for a response is worth it."""
+    made: list[int] = []
+    server.advertise_service("add", AddTwoInts, add)
+    client = caller.service("add", AddTwoInts)
+    monkeypatch.setattr("pyros1.node.services.call.SpinWait", lambda: made.append(1) or SpinWait())
+    assert [client(number, 1).sum for number in range(3)] == [1, 2, 3]
+    assert not made
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="this system has no fork")
+@pytest.mark.parametrize("persistent", [False, True])
+def test_a_forked_process_makes_calls_of_its_own(server: Any, caller: Any, persistent: bool) -> None:
+    server.advertise_service("add", AddTwoInts, add)
+    with caller.service("add", AddTwoInts, persistent=persistent) as client:
+        client(1, 2)
+        child = os.fork()
+        if not child:
+            code = 1
+            with contextlib.suppress(BaseException):
+                code = 0 if client(5, 6).sum == 11 else 2
+            os._exit(code)
+        assert os.waitpid(child, 0)[1] == 0
+        assert client(3, 4).sum == 7
 
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="this system has no fork")
