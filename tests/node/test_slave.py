@@ -10,7 +10,9 @@ import pytest
 
 from pyros1.ground.errors import XmlRpcFault
 from pyros1.msgs.std_msgs.msg import Float64
+from pyros1.net.master_client import MasterClient
 from pyros1.node import slave
+from pyros1.node.log.levels import DEBUG
 
 from ..bodies import encode_frame
 from ..parts import context_of, subscription_of, tcpros_port
@@ -107,6 +109,26 @@ def test_a_long_list_of_publishers_is_not_searched_for_each_of_them(node: Any) -
     assert not run(subscription.has_publisher, "http://localhost:1/")
 
 
+def test_an_update_that_overtakes_the_reply_to_a_registration_counts(
+    node: Any, call_node: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The reply is older: a publisher that it does not list yet is kept."""
+    newer = "http://localhost:1/"
+    multicall = MasterClient.multicall
+    overtaken: list[Any] = []
+
+    def slow(client: MasterClient, calls: Any, **options: Any) -> list[Any]:
+        replies = multicall(client, calls, **options)
+        if any(call[0] == "registerSubscriber" for call in calls):
+            overtaken.append(call_node(node, "publisherUpdate", "/master", "/u", [newer]))
+        return replies
+
+    monkeypatch.setattr(MasterClient, "multicall", slow)
+    node.subscribe("u", Float64, print)
+    assert overtaken == [[1, "", 0]]
+    assert context_of(node).loop.run(subscription_of(node, "/u").has_publisher, newer)
+
+
 def test_param_update_s09(node: Any, call_node: Any) -> None:
     assert call_node(node, "paramUpdate", "/master", "/x", 1) == [-1, "not subscribed", 0]
     assert call_node(node, "paramUpdate", "/master", "x", 1)[0] == -1
@@ -157,6 +179,7 @@ def test_stats_of_much_s02(make_node: Any, call_node: Any, collect: Any) -> None
 
 def test_shutdown_s06(make_node: Any, call_node: Any, watch_log: Any) -> None:
     node = make_node("victim")
+    node.log.level = DEBUG
     log = watch_log(node)
     ended = []
     node.on_shutdown(lambda: ended.append(1))
@@ -166,7 +189,7 @@ def test_shutdown_s06(make_node: Any, call_node: Any, watch_log: Any) -> None:
     node.spin()
     node.shutdown()  # waits for the one under way
     assert ended == [1]
-    assert "shutdown request: enough" in log.texts
+    assert "shutdown request: enough" in log.texts and "shutting down: enough" in log.texts
 
 
 def test_shutdown_needs_no_reason_s06(make_node: Any, call_node: Any) -> None:

@@ -115,6 +115,23 @@ def test_a_closed_publication_refuses_links(make_node: Any) -> None:
     assert publication.links == ()
 
 
+def test_messages_that_are_queued_when_the_node_ends_are_sent(
+    make_node: Any, raw_peer: Any, in_thread: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    over_tcp(monkeypatch)
+    monkeypatch.setattr("pyros1.node.topics.CLOSE_TIMEOUT", 60.0)
+    talker = make_node("talker")
+    publisher = talker.advertise("t", Image, queue_size=10)
+    peer = greet(raw_peer(talker, receive_buffer=65536), Image)
+    assert publisher.wait_for_subscribers(timeout=5)
+    for height in (1, 2):
+        publisher.publish(Image(height=height, data=bytes(BIG)))
+    assert publication_of(talker).links[0].waiting
+    ending = in_thread(talker.shutdown)
+    assert [decode(Image, peer.frame()).height for _ in range(2)] == [1, 2]
+    ending.join()
+
+
 def test_all_topics_of_a_node_end_by_one_deadline(make_node: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     talker = make_node("talker")
     for number in range(3):

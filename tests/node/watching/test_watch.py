@@ -10,14 +10,15 @@ import socket
 import threading
 import time
 from collections.abc import Callable, Iterator
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
-from pyros1.ground.errors import NodeShutdownError
+from pyros1.ground.errors import DeadlineError, NodeShutdownError, UnreachableError
 from pyros1.master.server import Master
-from pyros1.node.watching.liveness import State
-from pyros1.node.watching.watch import MIN_STALL
+from pyros1.node.watching.liveness import Sighting, State
+from pyros1.node.watching.watch import MIN_STALL, Watch
 
 from ...parts import context_of
 
@@ -121,6 +122,38 @@ def test_a_watcher_that_stood_still_itself_asks_again(watcher: Any, fake: Any, h
     event.set()
     fake.calls.wait(len(fake.calls.items) + 5)
     assert heard.alive(1) == [True]
+
+
+def test_after_standing_still_a_node_that_has_just_failed_gets_the_whole_limit(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its failure is older than the limit only because this process was suspended."""
+    now, limit = [0.0], 1.0
+    asked: list[tuple[str, Callable[..., None], float]] = []
+    sightings: list[Sighting] = []
+    retries: list[Callable[[], None]] = []
+
+    def call(_uri: str, method: str, _params: object, done: Callable[..., None], timeout: float) -> None:
+        asked.append((method, done, timeout))
+
+    def answer(method: str, reply: object, error: Exception | None = None) -> None:
+        assert asked[-1][0] == method
+        asked[-1][1](reply, error)
+
+    monkeypatch.setattr("pyros1.node.watching.watch.monotonic", lambda: now[0])
+    loop: Any = SimpleNamespace(call_later=lambda _delay, function: retries.append(function))
+    lookups: Any = SimpleNamespace(ask=lambda _name, done: done("http://x:1/"))
+    rpc: Any = SimpleNamespace(call=call)
+    watch = Watch(loop, rpc, lookups, "/me", "/x", 60.0, limit, sightings.append, print)
+    watch.poll()
+    answer("getPid", [1, "", 7])
+    answer("getName", [1, "", "/x"])
+    now[0] = 10.0
+    watch.poll()
+    answer("getPid", None, UnreachableError("the connection was reset"))
+    now[0] = 10.1
+    retries.pop()()
+    now[0] = 10.1 + 5 * limit + MIN_STALL
+    answer("getPid", None, DeadlineError("did not answer"))
+    assert asked[-1][2] == limit and [sighting.alive for sighting in sightings] == [True]
 
 
 def test_a_second_node_of_the_name_is_a_replacement(watcher: Any, fake: Any, fake_node: Any, heard: Heard) -> None:
