@@ -49,7 +49,7 @@ def test_settings_are_kept_as_they_are_written(load: Load) -> None:
     [
         ('ssh-port="2222"', ("ssh-port", "2222")),
         ('ssh-port=""', ("ssh-port", "")),
-        ('timeout="2.5"', ("timeout", "2.5")),
+        ('timeout="0.5"', ("timeout", "0.5")),
         ('password="secret"', ("password", "secret")),
         ('default="never"', ("default", "never")),
         ('default=""', ("default", "")),

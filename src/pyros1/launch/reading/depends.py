@@ -32,15 +32,14 @@ class FileNeeds:
 
 
 def file_needs(plan: Plan) -> list[FileNeeds]:
-    """Return the needs of each file in a plan, in reading order."""
+    """Return the needs of each file in a plan that `load_plan` made, in reading order."""
     needs = {file: FileNeeds(file, package_containing(file)) for file in plan.files}
     for node in sorted([*plan.nodes, *plan.tests], key=lambda node: node.line):
-        if node.file in needs:
-            _append(needs[node.file].nodes, (node.package, node.type))
-            _append(needs[node.file].packages, node.package)
+        _append(needs[node.file].nodes, (node.package, node.type))
+        _append(needs[node.file].packages, node.package)
     for include in plan.includes:
         package = package_containing(include.included)
-        if package is not None and include.file in needs and package != needs[include.file].package:
+        if package is not None and package != needs[include.file].package:
             _append(needs[include.file].packages, package)
     return list(needs.values())
 
