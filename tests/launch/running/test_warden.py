@@ -13,7 +13,15 @@ from typing import Any
 
 import pytest
 
-from pyros1.launch.running.warden import Warden, group_exists, is_leaderless, processes_with
+from pyros1.launch.running.warden import (
+    Warden,
+    end_groups,
+    group_exists,
+    groups_alive,
+    is_leaderless,
+    processes_with,
+    run_commands,
+)
 
 DEADLINE = 20.0
 LAUNCHER = """
@@ -114,6 +122,39 @@ def test_the_end_of_a_node_is_answered_after_it_though_the_launcher_is_killed(
         guard.stdin.close()  # as the system does when the launcher is killed
     guard.wait(DEADLINE)
     assert path.read_text().splitlines() == ["end", f"answer {node.pid}"]
+
+
+@pytest.mark.parametrize(
+    ("script", "sigint_time", "code"), [(POLITE, DEADLINE, -signal.SIGINT), (STUCK, 0.0, -signal.SIGKILL)]
+)
+def test_groups_are_ended_by_one_signal_after_the_other(script: str, sigint_time: float, code: int) -> None:
+    with subprocess.Popen(["sh", "-c", script], stdout=subprocess.PIPE, start_new_session=True) as node:
+        assert node.stdout is not None
+        node.stdout.readline()
+        groups = {node.pid, 1 << 30}  # the second one has ended
+        end_groups(groups, [(signal.SIGINT, sigint_time), (signal.SIGKILL, DEADLINE)])
+        assert node.wait(DEADLINE) == code
+        assert not groups_alive(groups)
+
+
+def test_commands_run_together_and_what_cannot_run_stops_no_other(tmp_path: Path) -> None:
+    """Each of the two needs the other one: they would wait for ever one after the other."""
+    os.mkfifo(tmp_path / "pipe")
+    environ = {"PATH": os.environ["PATH"], "WORD": "done"}
+    read, write = 'read line <pipe; echo "$line" >result', 'echo "$WORD" >pipe'
+    commands = [(["sh", "-c", script], environ, str(tmp_path)) for script in (read, write)]
+    run_commands([(["/no/such/command"], environ, "/"), *commands])
+    assert (tmp_path / "result").read_text() == "done\n"
+
+
+def test_a_command_that_does_not_end_is_killed_with_its_children(
+    opened: list[Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("pyros1.launch.running.warden.ON_DEATH_TIMEOUT", 0.0)
+    run_commands([(["sh", "-c", "trap '' INT TERM; sleep 100; :"], {"PATH": os.environ["PATH"]}, "/")])
+    (command,) = opened
+    assert command.wait(DEADLINE) == -signal.SIGKILL
+    wait_gone(command.pid)
 
 
 @pytest.mark.skipif(not hasattr(signal, "SIGSTOP"), reason="needs SIGSTOP")
