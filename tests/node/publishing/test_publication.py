@@ -251,19 +251,20 @@ def test_a_publisher_without_a_queue_waits_for_a_message_that_it_left_to_another
     peer = greet(raw_peer(talker), Float64)
     assert publisher.wait_for_subscribers(timeout=5)
     strand = publication_of(talker).strand
-    num_waiting: list[int] = []
+    slept: list[float] = []
 
-    def leave_strand(_seconds: float) -> None:
-        num_waiting.append(len(strand.jobs))
-        strand.free.append(True)
+    def leave_strand(seconds: float) -> None:
+        if not slept:
+            strand.free.append(True)
+        slept.append(seconds)
 
     clock = SimpleNamespace(sleep=leave_strand)
     monkeypatch.setattr("pyros1.node.publishing.publication.time", clock)
     occupy(strand)
     in_thread(publisher.publish, Float64(7)).join()
-    if not num_waiting:
+    if not slept:
         strand.free.append(True)
-    assert num_waiting == [1]
+    assert slept and publication_of(talker).links[0].messages == 1
     assert decode(Float64, peer.frame()) == Float64(7)
 
 
