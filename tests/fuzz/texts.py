@@ -209,7 +209,7 @@ def manifest(data: bytes) -> None:
         path.write_bytes(data)
         found = read_manifest(path)
         found.run_dependencies()
-        found.exported("python", "path")
+        found.exported_values("python", "path")
 
 
 def names(data: bytes) -> None:

@@ -93,8 +93,8 @@ def test_a_rate_is_measured(make_node: MakeNode, environ: dict[str, str], tmp_pa
     publisher = make_node("fast").advertise("/a", Float64)
     timer = make_node("clock").timer(0.01, lambda event: publisher.publish(data=1.0))
     with CheckContext(environ, tmp_path) as looking:
-        assert looking.rate("/a", 0.5) > 2.0
-        assert looking.rate("/nobody", 0.01) == 0.0
+        assert looking.measure_rate("/a", 0.5) > 2.0
+        assert looking.measure_rate("/nobody", 0.01) == 0.0
     timer.shutdown()
 
 

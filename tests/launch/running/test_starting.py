@@ -112,14 +112,14 @@ def test_options_of_the_launch_hold_for_all_nodes(make_starter: Callable[..., St
 
 def test_the_process_on_this_machine(make_starter: Callable[..., Starter], tmp_path: Path) -> None:
     starter = make_starter()
-    spec = starter.spec(NodePlan("robot", "drive", "wheels", "/left/", ["fast"]), "left/wheels-1")
+    spec = starter.make_spec(NodePlan("robot", "drive", "wheels", "/left/", ["fast"]), "left/wheels-1")
     drive = tmp_path / "robot" / "drive"
     log = tmp_path / "logs" / "left-wheels-1"
     assert spec.words == [str(drive), "fast", "__name:=wheels", f"__log:={log}.log"]
     assert (spec.log_base, spec.cwd) == (str(log), str(tmp_path / "home"))
     assert spec.env["ROS_MASTER_URI"] == "http://me:1/" and spec.env["ROS_NAMESPACE"] == "/left"
     assert spec.env["ROS_LOG_FILENAME"] == str(tmp_path / "logs" / "launch.log")
-    assert starter.spec(NodePlan("robot", "drive", "wheels", cwd="node"), "w").cwd == str(drive.parent)
+    assert starter.make_spec(NodePlan("robot", "drive", "wheels", cwd="node"), "w").cwd == str(drive.parent)
 
 
 def test_what_runs_when_a_node_has_ended(make_starter: Callable[..., Starter]) -> None:
