@@ -67,8 +67,16 @@ def test_hztest(make_node: Make, robot: Node, params: dict[str, Any], said: str)
 
 def test_a_test_that_is_told_to_end_has_found_nothing(make_node: Make) -> None:
     node = make_node("check")
-    node.timer(0.05, lambda _: threading.Thread(target=node.shutdown).start(), oneshot=True)
-    (case,) = cases(hz.tests, node, topic="silence", hz=1, hzerror=0, test_duration=1).values()
+    publisher = make_node("other").advertise("silence", STRING)
+
+    def shut_down() -> None:
+        publisher.wait_for_subscribers(timeout=20)
+        node.shutdown()
+
+    thread = threading.Thread(target=shut_down)
+    thread.start()
+    (case,) = cases(hz.tests, node, topic="silence", hz=1, hzerror=0, test_duration=20).values()
+    thread.join()
     assert outcome(case) == "Error: the test was interrupted"
 
 
