@@ -177,7 +177,7 @@ def write_to_terminal(items: list[Item], should_stop: ShouldStop) -> None:
     for stream_name, text in items:
         stream = getattr(sys, stream_name, None)
         # The stream below a command's filter (cli/clean_output.py): log lines need no filtering.
-        stream = getattr(stream, "under", stream)
+        stream = getattr(stream, "underlying", stream)
         if stream is None:
             continue
         try:

@@ -56,7 +56,7 @@ class Console:
         if self._sets_title and self._out.isatty():
             with self._lock:
                 out = getattr(
-                    self._out, "under", self._out
+                    self._out, "underlying", self._out
                 )  # not a command's own stream, which escapes control characters
                 out.write(f"\033]2;{text}\007")
                 out.flush()
