@@ -125,7 +125,8 @@ for name in ("rosmaster rosclean roslz4 roswtf PyKDL rospy.impl.masterslave rosp
     try:
         importlib.import_module(name)
     except ImportError as error:
-        print(type(error).__name__, name in str(error) or error, "pyros1 has no" in str(error), ": " in str(error))
+        print(type(error).__name__, name in str(error) or error, "not part of pyros1: " in str(error)
+              or "pyros1 has no" in str(error), ": " in str(error))
 try:
     import PyKDL
 except ImportError:
