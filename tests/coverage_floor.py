@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+ROOT = Path(__file__).resolve().parents[1]
 SOURCES = "src/pyros1/"
 FLOORS = {
     "wire": 96.0,
@@ -82,8 +83,11 @@ def table(found: Mapping[str, Counts], floors: Mapping[str, float]) -> tuple[str
     return "\n".join(lines), failed
 
 
-def measured(data_file: Path, include: str = "*") -> dict[str, Counts]:
-    """Return the counts of each module that matches a pattern; none if nothing was recorded."""
+def measured(data_file: Path, include: str = str(ROOT / SOURCES / "*")) -> dict[str, Counts]:
+    """Return the counts of each module that matches a pattern; none if nothing was recorded.
+
+    Data files that cannot be read, of processes that were killed while they wrote, are left out with a warning.
+    """
     import coverage
 
     data_files = [str(path) for path in data_file.parent.glob(f"{data_file.name}.*")]

@@ -6,6 +6,9 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+from coverage.exceptions import CoverageWarning
+
 from .coverage_floor import FLOORS, Counts, measured, rooms, table
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -54,6 +57,20 @@ def test_what_coverage_has_recorded(tmp_path: Path) -> None:
     (counts,) = found.values()
     assert list(rooms(found)) == ["values"]
     assert 0 < counts.reached_statements < counts.statements and 0 < counts.reached_branches < counts.branches
+
+
+def test_copies_of_sources_and_broken_data_files_do_not_count(tmp_path: Path) -> None:
+    copy = tmp_path / "src" / "pyros1" / "values"
+    copy.mkdir(parents=True)
+    module = copy / "gone.py"
+    module.write_text("from pyros1.values import angles\nangles.evaluate_angle('1')\n")
+    words = [sys.executable, "-m", "coverage", "run", f"--data-file={tmp_path / 'data'}", "--source", f"{tmp_path},src"]
+    subprocess.run([*words, str(module)], cwd=ROOT, check=True)
+    module.unlink()
+    (tmp_path / "data.killed").write_bytes(b"SQLite format 3\0" + bytes(100))
+    with pytest.warns(CoverageWarning, match="Couldn't use data file"):
+        found = measured(tmp_path / "data")
+    assert list(rooms(found)) == sorted(FLOORS) and found["src/pyros1/values/angles.py"].reached_statements
 
 
 def test_without_data_every_floor_is_missed(tmp_path: Path) -> None:
