@@ -71,7 +71,9 @@ def main():
                 data = bytes(dice.randrange(256) for _ in range(count * size))
             turned = not real and dice.random() < 0.2
             message = Image(None, height, width, encoding, turned, width * channels * size, data)
-            for target in ["passthrough", *ENCODINGS]:
+            # OpenCV converts pairs of pixels of yuv422: of an odd width, it reads what lies behind the image.
+            undefined = encoding == "yuv422" and width % 2
+            for target in ["passthrough"] if undefined else ["passthrough", *ENCODINGS]:
                 report(
                     (height, width, encoding, turned, target),
                     lambda to=target: as_text(bridge.imgmsg_to_cv2(message, to)),
