@@ -61,12 +61,12 @@ def test_own_types_are_read_if_their_md5_comes_out(kind: str) -> None:
 
 
 @pytest.mark.parametrize("md5sum", [POSE._md5sum, POSE._md5sum.upper(), f" {POSE._md5sum}\n", "*", ""])
-@pytest.mark.parametrize("by_name", [False, True])
-def test_installed_types_take_the_place_of_any_text(md5sum: str, by_name: bool) -> None:
+@pytest.mark.parametrize("prefer_installed", [False, True])
+def test_installed_types_take_the_place_of_any_text(md5sum: str, prefer_installed: bool) -> None:
     rng, whole = random.Random(1), POSE._full_text
     cut = [whole[:size] for size in rng.sample(range(len(whole)), 20)]
     for text in ("", " \n", "# empty", "%%%", "Header header\nPose pose", "x" * (MAX_TEXT_LENGTH + 1), *cut):
-        cls = find_class(POSE._type, md5sum, text, by_name=by_name)
+        cls = find_class(POSE._type, md5sum, text, prefer_installed=prefer_installed)
         assert (cls.__slots__, cls._slot_types, cls._md5sum) == (POSE.__slots__, POSE._slot_types, POSE._md5sum), text
 
 
@@ -75,16 +75,16 @@ def test_what_is_not_known_by_its_md5() -> None:
     wrong = "0" * 32
     assert find_class("std_msgs/Int32", wrong, "int8 x")._slot_types == ["int8"]
     assert find_class("std_msgs/Int32", "*", "int8 x")._slot_types == ["int8"]
-    assert find_class("std_msgs/Int32", wrong, "int8 x", by_name=True)._slot_types == ["int32"]
-    assert find_class("std_msgs/Int32", wrong, "", by_name=True)._slot_types == ["int32"]
+    assert find_class("std_msgs/Int32", wrong, "int8 x", prefer_installed=True)._slot_types == ["int32"]
+    assert find_class("std_msgs/Int32", wrong, "", prefer_installed=True)._slot_types == ["int32"]
     newer = from_definition("std_msgs/Int32", "int8 x")
-    assert find_class("std_msgs/Int32", newer._md5sum, "int8 x", by_name=True)._md5sum == newer._md5sum
+    assert find_class("std_msgs/Int32", newer._md5sum, "int8 x", prefer_installed=True)._md5sum == newer._md5sum
     with pytest.raises(UnknownTypeError, match="sent no definition, and the installed one has another md5"):
         find_class("std_msgs/Int32", wrong, "")
     with pytest.raises(UnknownTypeError, match=r"own_msgs/Robot sent no definition$"):
-        find_class("own_msgs/Robot", wrong, " ", by_name=True)
+        find_class("own_msgs/Robot", wrong, " ", prefer_installed=True)
     with pytest.raises(DefinitionError, match="uses own_msgs/Part, but its text is missing"):
-        find_class("own_msgs/Robot", wrong, "Part part", by_name=True)
+        find_class("own_msgs/Robot", wrong, "Part part", prefer_installed=True)
     with pytest.raises(DefinitionError, match="is not a type name"):
         find_class("Robot", "*", "int8 x")
 

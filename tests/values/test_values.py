@@ -77,7 +77,7 @@ WRITTEN = [
 
 
 def in_brackets(value: Any) -> str:
-    return dump(value, inline=lambda part: True)
+    return dump(value, is_inline=lambda part: True)
 
 
 @pytest.mark.parametrize(("value", "text"), WRITTEN)
@@ -88,7 +88,7 @@ def test_writing_in_block_style(value: Any, text: str) -> None:
 def test_writing_in_brackets() -> None:
     value = {"b": [1, {"c": []}], "a": "x, y"}
     assert in_brackets(value) == "{a: 'x, y', b: [1, {c: []}]}\n"
-    assert dump(value, inline=lambda part: isinstance(part, list), ordered=True) == "b: [1, {c: []}]\na: x, y\n"
+    assert dump(value, is_inline=lambda part: isinstance(part, list), ordered=True) == "b: [1, {c: []}]\na: x, y\n"
 
 
 def test_what_cannot_be_written() -> None:

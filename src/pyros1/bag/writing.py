@@ -49,7 +49,7 @@ class BagOutput:
         is_new = not more or (isinstance(target, (str, os.PathLike)) and not os.path.exists(target))
         self.writer = (BagWriter if is_new else append)(target, compression, chunk_threshold)
         self._conn_ids: dict[Any, int] = {}
-        self._serialized = SerializedOperations()
+        self._operations = SerializedOperations()
 
     @property
     def path(self) -> str:
@@ -111,7 +111,7 @@ class BagOutput:
     def _write_serialized(
         self, key: Any, topic: str, data: bytes | memoryview, stamp: Time | float | None, source: Any
     ) -> None:
-        self._serialized.run(self._write, key, topic, data, _to_nanoseconds(stamp), source)
+        self._operations.run(self._write, key, topic, data, _to_nanoseconds(stamp), source)
 
     def _write(self, key: Any, topic: str, data: bytes | memoryview, nanoseconds: int, source: Any) -> None:
         conn = self._conn_ids.get(key)
@@ -135,7 +135,7 @@ class BagOutput:
 
     def flush(self) -> None:
         """Pass all written data to the system, so that it survives a crash of this process."""
-        self._serialized.run(self.writer.flush)
+        self._operations.run(self.writer.flush)
 
     def close(self) -> None:
         """Write the remaining data and the index, and close the file. A second call does nothing.
@@ -143,7 +143,7 @@ class BagOutput:
         Raises:
             OSError: the file cannot be written; it is closed anyway, and can be reindexed.
         """
-        self._serialized.run(self.writer.close)
+        self._operations.run(self.writer.close)
 
     def __enter__(self) -> BagOutput:
         return self

@@ -89,7 +89,7 @@ class Finder:
             return spec
         spec = self._package_spec(top, rest, name)
         if spec is None and is_in_our_folder and not rest[-1].startswith("__"):
-            # `name` is the package, not the missing module: otherwise "from rospy import x" would discard this message.
+            # Pass the package as `name`, not the missing module: "from rospy import x" would discard this message.
             raise ModuleNotFoundError(f"pyros1 has no {name}{reason_for(name)}", name=top)
         if spec is None and not rest and reason_for(name) and not _is_existence_check():
             raise ModuleNotFoundError(

@@ -43,7 +43,7 @@ def numpy_view(numpy: Any) -> View:
     return view
 
 
-def genpy_view(numpy: Any) -> View:
+def make_genpy_view(numpy: Any) -> View:
     """Return a function that creates numpy arrays like genpy, which leaves uint8 and char arrays as bytes.
 
     Args:

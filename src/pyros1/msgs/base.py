@@ -49,7 +49,7 @@ _COMPUTED_ATTRIBUTES = frozenset({"_classes", "_fixed_size", "_min_size", "_weig
 
 
 def _import_late(name: str) -> Any:
-    """Import a module of this package on first use: it imports this module, and most messages never need it."""
+    """Import a module of this package on first use: it imports this one, and most messages never need it."""
     return lazy.import_without_lock("pyros1.msgs." + name)
 
 
@@ -192,7 +192,7 @@ class Message(metaclass=MessageType):
 
     def deserialize_numpy(self: _M, data: Buffer, numpy: Any) -> _M:
         """Set the fields like :meth:`deserialize`, with numpy arrays of shape (n,) in place of tuples of numbers."""
-        view = _import_late("array_views").genpy_view(numpy)
+        view = _import_late("array_views").make_genpy_view(numpy)
         return self._copy_fields_from(message_class(type(self))._decode_arrays(bytes(data), 0, len(data), view))
 
     def _check_types(self, exc: Exception | None = None) -> None:
@@ -376,7 +376,7 @@ class AnyMsg(Message):
                 raise DefinitionError("the connection header contains no type")
             text = header.get("message_definition", "")
             cls = _import_late("nonstandard_definitions").find_class(
-                header["type"], header.get("md5sum", ""), text, by_name=True
+                header["type"], header.get("md5sum", ""), text, prefer_installed=True
             )
         body = _require_body(self)
         message: Message = cls._decode(body, 0, len(body))

@@ -54,7 +54,7 @@ class Copier(FunctionBuilder):
             self.emit(f"{', '.join(self.targets)}, = {unpack}({packed}({', '.join(self.sources)}))")
             self.lines += self.epilogue
 
-    def convert(self, code: str, source: str, target: str) -> None:
+    def add_number(self, code: str, source: str, target: str) -> None:
         self.codes.append(code)
         self.sources.append(source)
         self.targets.append(target)
@@ -71,9 +71,9 @@ class Copier(FunctionBuilder):
             self.emit(
                 f"if {variable}.__class__ is not bool: {variable} = {self.ref(arrays.to_bool, 'as_bool')}({variable})"
             )
-            self.convert("?", variable, target)
+            self.add_number("?", variable, target)
         elif code is not None:
-            self.convert(code, source, target)
+            self.add_number(code, source, target)
         elif base == "string":
             variable = self.assign("text", source)
             converted = f"{variable}.encode().decode()"
@@ -86,7 +86,7 @@ class Copier(FunctionBuilder):
                 self.add_message(nested, original, copy)
                 return
             for attribute in ("secs", "nsecs"):
-                self.convert(TIME_CODES[base], f"{original}.{attribute}", f"{copy}.{attribute}")
+                self.add_number(TIME_CODES[base], f"{original}.{attribute}", f"{copy}.{attribute}")
             if target.startswith(f"{self.copy}."):
                 self.epilogue.append(f"if {self.is_top_level} and not -1 < {copy}.nsecs < 1000000000: {copy}.canon()")
         else:

@@ -13,12 +13,12 @@ class DefinitionCache:
 
     Args:
         limit: maximum number of classes and errors to keep; the oldest are removed first.
-        by_name: see `pyros1.msgs.nonstandard_definitions.find_class`.
+        prefer_installed: see `pyros1.msgs.nonstandard_definitions.find_class`.
     """
 
-    def __init__(self, limit: int = 1000, *, by_name: bool = False) -> None:
+    def __init__(self, limit: int = 1000, *, prefer_installed: bool = False) -> None:
         self._limit = limit
-        self._by_name = by_name
+        self._prefer_installed = prefer_installed
         self._results: dict[tuple[str, str, str], type[Message] | MessageError] = {}
 
     def get(self, type_name: str, md5sum: str, full_text: str, others: Iterable[str] = ()) -> type[Message]:
@@ -42,7 +42,7 @@ class DefinitionCache:
             from pyros1.msgs.nonstandard_definitions import find_class  # noqa: PLC0415 - most programs never get here
 
             try:
-                result = find_class(type_name, md5sum, full_text, others, by_name=self._by_name)
+                result = find_class(type_name, md5sum, full_text, others, prefer_installed=self._prefer_installed)
             except (
                 MessageError
             ) as error:  # cached as well: the search may take a second, and would be repeated for each message

@@ -31,7 +31,7 @@ _BLANKS = re.compile(r"[\t\v\f\xa0\ufeff]")
 
 
 def find_class(
-    type_name: str, md5sum: str, full_text: str, others: Iterable[str] = (), *, by_name: bool = False
+    type_name: str, md5sum: str, full_text: str, others: Iterable[str] = (), *, prefer_installed: bool = False
 ) -> type[Message]:
     """Return the class for the messages of a connection.
 
@@ -50,7 +50,7 @@ def find_class(
         md5sum: md5 sum from the connection header; ``*`` or empty if unknown.
         full_text: its definition text, which may be empty.
         others: definition texts of other connections with that type.
-        by_name: whether an installed type of that name is preferred to a text whose md5 sum is not that of the
+        prefer_installed: whether an installed type of that name is preferred to a text whose md5 sum is not that of the
             connection, as in stock's tools, which only know installed types.
 
     Raises:
@@ -73,7 +73,9 @@ def find_class(
             for candidate in _interpretations(type_name, text):
                 if candidate._md5sum == md5sum or (is_unknown and installed is None):
                     return candidate
-    if installed is not None and (by_name or (is_unknown and (from_text is None or _is_prefix(from_text, installed)))):
+    if installed is not None and (
+        prefer_installed or (is_unknown and (from_text is None or _is_prefix(from_text, installed)))
+    ):
         return installed
     if from_text is not None:
         return from_text

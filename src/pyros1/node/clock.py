@@ -114,8 +114,8 @@ class Clock:
         self._wait_for_change(self._now)
         return not self._stopping.is_set()
 
-    def _wait_for_change(self, now: Time) -> None:
-        self._ticked.wait_for(lambda: self._now is not now or self._stopping.is_set(), POLL_INTERVAL)
+    def _wait_for_change(self, last_seen: Time) -> None:
+        self._ticked.wait_for(lambda: self._now is not last_seen or self._stopping.is_set(), POLL_INTERVAL)
 
     def _wait_while(self, must_wait: Callable[[], bool]) -> bool:
         last_tick = time.monotonic()

@@ -239,17 +239,17 @@ class Registrar:
         except MasterError as error:
             return self._register_with_type(call, error)
 
-    def _register_with_type(self, call: Call, refusal: Error) -> Any:
+    def _register_with_type(self, call: Call, error: Error) -> Any:
         """Subscribe with the topic's type if the master has refused ``*``, which means any type; return its response.
 
         Raises:
-            Error: ``refusal``, if it has another reason.
+            Error: ``error``, if it has another reason.
         """
-        if call[0] == "registerSubscriber" and call[2] == "*" and isinstance(refusal, MasterError) and not refusal.code:
+        if call[0] == "registerSubscriber" and call[2] == "*" and isinstance(error, MasterError) and not error.code:
             topic_type = dict(cast("Iterable[tuple[str, str]]", self._master.get_topic_types())).get(call[1])
             if topic_type not in (None, "*"):
                 return self._master.call(call[0], call[1], topic_type, *call[3:])
-        raise refusal
+        raise error
 
     def _check(self) -> None:
         """Check whether the node is still registered with the master; if not, register everything again."""

@@ -12,11 +12,11 @@ class Decoder:
     Args:
         type_name: the topic's type according to the master if all messages have the same type. It takes precedence over
             the publisher's type, like in stock's tools.
-        by_name: whether to find classes by name, see `pyros1.msgs.nonstandard_definitions.find_class`.
+        prefer_installed: see `pyros1.msgs.nonstandard_definitions.find_class`.
     """
 
-    def __init__(self, type_name: str = "", *, by_name: bool = True) -> None:
-        self._cache = DefinitionCache(by_name=by_name)
+    def __init__(self, type_name: str = "", *, prefer_installed: bool = True) -> None:
+        self._cache = DefinitionCache(prefer_installed=prefer_installed)
         self._type_name = type_name
 
     def message_class(self, raw: AnyMsg) -> type[Message]:

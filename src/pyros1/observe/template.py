@@ -86,7 +86,7 @@ def _render(value: dict[str, Any], flow_style: int | None) -> str:
         bracketed.add(id(value))
     elif flow_style != 0:
         _select_bracketed(value, bracketed, False)
-    return dump(value, inline=lambda part: id(part) in bracketed, ordered=True).rstrip("\n")
+    return dump(value, is_inline=lambda part: id(part) in bracketed, ordered=True).rstrip("\n")
 
 
 def _parts_of(value: Any) -> list[Any]:

@@ -89,7 +89,7 @@ def decompress(message: Any) -> Any:
 
 
 def _layout(encoding: str) -> tuple[int, int, bool] | None:
-    """Return bits and channels of an encoding, and whether colours begin with blue; None if it is not supported."""
+    """Return an encoding's bits, number of channels and whether blue comes first; None if it is not supported."""
     match = _COLOURS.match(encoding)
     if match:
         return int(match[2]), len(match[1]), match[1].startswith("b")

@@ -24,4 +24,4 @@ def dump_yaml(value: Any) -> str:
     """
     from pyros1.values.writing import dump  # noqa: PLC0415 - most programs only read
 
-    return dump(value, inline=lambda _: False)
+    return dump(value, is_inline=lambda _: False)

@@ -13,12 +13,12 @@ from typing import Any
 from pyros1.values.reading import ANGLES, YamlError, parse_simple_value
 
 
-def dump(value: Any, *, inline: Callable[[Any], bool], ordered: bool = False) -> str:
+def dump(value: Any, *, is_inline: Callable[[Any], bool], ordered: bool = False) -> str:
     """Return a value as YAML.
 
     Args:
         value: see `pyros1.values.dump_yaml`.
-        inline: returns whether to write a list or dict in brackets, together with everything inside it.
+        is_inline: returns whether to write a list or dict in brackets, together with everything inside it.
         ordered: whether to keep the order of dicts instead of sorting their keys.
 
     Raises:
@@ -32,7 +32,7 @@ def dump(value: Any, *, inline: Callable[[Any], bool], ordered: bool = False) ->
 
     dumper = _dumper_class()
     try:
-        return str(yaml.dump(value, Dumper=lambda *args, **kwds: dumper(inline, ordered, *args, **kwds)))
+        return str(yaml.dump(value, Dumper=lambda *args, **kwds: dumper(is_inline, ordered, *args, **kwds)))
     except yaml.YAMLError as error:
         raise YamlError(f"cannot write as YAML: {' '.join(map(str, error.args))}") from error
     except RecursionError as error:
@@ -44,9 +44,9 @@ def _dumper_class() -> Any:
     import yaml  # noqa: PLC0415
 
     class Dumper(yaml.SafeDumper):
-        def __init__(self, inline: Callable[[Any], bool], ordered: bool, *args: Any, **kwds: Any) -> None:
+        def __init__(self, is_inline: Callable[[Any], bool], ordered: bool, *args: Any, **kwds: Any) -> None:
             super().__init__(*args, **kwds)
-            self._inline = inline
+            self._inline = is_inline
             self._ordered = ordered
 
         def ignore_aliases(self, data: Any) -> bool:

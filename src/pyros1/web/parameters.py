@@ -106,7 +106,7 @@ class Parameters:
             path = ""
             for part in filter(None, name.split("/")):
                 if not isinstance(current, dict):
-                    self._check_visible(path)  # a plain value that a namespace would replace
+                    self._check_visible(path)  # setting `name` would replace this plain value by a namespace
                     return
                 if part not in current:
                     self._check_visible(name)

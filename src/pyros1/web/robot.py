@@ -208,7 +208,7 @@ class Robot:
                 continue
             self._node, self.problem = node, ""
             with suppress(NodeError):
-                node.on_shutdown(self._node_shut_down)
+                node.on_shutdown(self._on_node_shutdown)
             self._node_found.set()
             return
 
@@ -216,7 +216,7 @@ class Robot:
         # The queue is bounded, so that a slow view does not delay the robot's publishers.
         return self.node.subscribe(topic, AnyMsg, callback, queue_size=self._queue_size(topic))
 
-    def _node_shut_down(self) -> None:
+    def _on_node_shutdown(self) -> None:
         if not self._closed.is_set():
             self.problem = "the server's node was requested to shut down"
             self.on_killed()

@@ -68,7 +68,7 @@ class FrameBuffer:
 
     @property
     def has_partial_frame(self) -> bool:
-        """Whether the buffer contains a part of a frame."""
+        """Whether the buffer contains part of a frame."""
         return self._begin != self._end
 
     def writable(self) -> memoryview:

@@ -422,7 +422,7 @@ def loads_response(body: bytes) -> Any:
     reader = Reader()
     reader.read(body)
     if reader.root != "methodResponse" or len(reader.stack) != 1:
-        raise ProtocolError("not an XML-RPC message: a response contains exactly one value")
+        raise ProtocolError("not an XML-RPC message: a response must contain exactly one value")
     value = reader.stack[0]
     if not reader.fault_count:
         return value

@@ -34,7 +34,7 @@ class Watched:
                 seen = push.data
                 if fits(seen):
                     return seen
-            self._woken.wait(0.02 if self.view.polled else deadline - time.monotonic())
+            self._woken.wait(0.02 if self.view.polls_periodically else deadline - time.monotonic())
         raise AssertionError(f"not seen; the last was {seen!r:.2000}")
 
 

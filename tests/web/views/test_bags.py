@@ -54,7 +54,7 @@ class Shown:
                 seen = push
                 if fits(push.data):
                     return push
-            self._woken.wait(0.02 if self.view.polled else 0.5)
+            self._woken.wait(0.02 if self.view.polls_periodically else 0.5)
         raise AssertionError(f"not seen; the last was {seen!r:.2000}")
 
 

@@ -57,13 +57,13 @@ def test_a_message_comes_again_when_there_is_a_way_to_its_frame(make_node: Make,
     node.advertise("/pose", PoseStamped, latch=True).publish(message)
     watched = watch("scene_topic", topic="/pose", fixed="map")
     assert watched.until(lambda data: data["kind"] == "poses")["pose"] is None
-    assert watched.view.polled
+    assert watched.view.polls_periodically
     assert watched.view.poll() is None
     link = TransformStamped(child_frame_id="base")
     link.header.frame_id, link.transform.translation.x, link.transform.rotation.w = "map", 2.0, 1.0
     StaticTransformBroadcaster(node).send_transform([link])
     assert watched.until(lambda data: data["pose"] is not None)["pose"][0] == 2.0
-    assert not watched.view.polled
+    assert not watched.view.polls_periodically
 
 
 @pytest.mark.parametrize(
@@ -192,7 +192,7 @@ def test_markers_come_again_when_there_is_a_way_to_their_frame(make_node: Make, 
     publisher.publish(MarkerArray(markers=[marker]))
     watched = watch("scene_topic", topic="/markers", fixed="map")
     first = watched.until(lambda data: data["new"])
-    assert first["poses"] == {"base": None} and watched.view.polled
+    assert first["poses"] == {"base": None} and watched.view.polls_periodically
     assert watched.view.poll() is None
     other, gone = Marker(ns="n", id=2), Marker(ns="n", id=3)
     other.header.frame_id, gone.header.frame_id = "map", "nowhere"

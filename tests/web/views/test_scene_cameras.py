@@ -50,7 +50,7 @@ def test_a_picture_with_its_camera(make_node: Make, watch: Make) -> None:
     info.publish(camera_info())
     seen = watched.until(lambda data: data["camera"])
     assert (seen["camera"]["fx"], seen["camera"]["width"], seen["why"], seen["pose"]) == (1.0, 2, "", None)
-    assert watched.view.polled
+    assert watched.view.polls_periodically
     StaticTransformBroadcaster(node).send_transform([link()])
     assert watched.until(lambda data: data["pose"])["pose"][0] == 2.0
     info.publish(camera_info())  # the same again is nothing new

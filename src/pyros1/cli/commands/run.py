@@ -26,7 +26,7 @@ class _Options:
     Attributes:
         prefix: the command that runs the program.
         debug: whether to print the executables that were found.
-        invalid_option: an unknown option, or one without its value.
+        unusable_option: an unknown option, or one without its value.
         args: the package, the executable and its arguments.
         shows_usage: whether to print the usage, because an option is invalid or the executable is missing.
     """
@@ -35,7 +35,7 @@ class _Options:
         args = list(argv)
         self.prefix: list[str] = []
         self.debug = False
-        self.invalid_option = ""
+        self.unusable_option = ""
         while args and args[0].startswith("-"):
             option = args.pop(0)
             if option in ("-d", "--debug"):
@@ -45,9 +45,9 @@ class _Options:
             elif option.startswith("--prefix="):
                 self.prefix = shlex.split(option.partition("=")[2])
             else:
-                self.invalid_option = option
+                self.unusable_option = option
         self.args = args
-        self.shows_usage = bool(self.invalid_option) or len(args) < 2
+        self.shows_usage = bool(self.unusable_option) or len(args) < 2
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> int:
@@ -60,12 +60,12 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
     Raises:
         UsageError: an option is unknown or lacks its value. ``rosrun`` prints the usage and returns 0, like stock.
     """
-    if options.invalid_option not in ("", "-h", "--help") and not invocation.as_stock:
-        if options.invalid_option in _OPTIONS_WITH_VALUE:
-            raise UsageError(f"{options.invalid_option} needs a value")
-        raise UsageError(f"no such option: {options.invalid_option}{_similar_option_hint(options.invalid_option)}")
+    if options.unusable_option not in ("", "-h", "--help") and not invocation.as_stock:
+        if options.unusable_option in _OPTIONS_WITH_VALUE:
+            raise UsageError(f"{options.unusable_option} needs a value")
+        raise UsageError(f"no such option: {options.unusable_option}{_similar_option_hint(options.unusable_option)}")
     if options.shows_usage:
-        has_only_package = len(args) == 1 and not options.invalid_option and not invocation.as_stock
+        has_only_package = len(args) == 1 and not options.unusable_option and not invocation.as_stock
         return _list(args[0]) if has_only_package else _print_usage(invocation)
     package, name, *arguments = args
     if name.endswith("/"):

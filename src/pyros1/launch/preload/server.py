@@ -3,7 +3,8 @@
 Fifty nodes would import the same modules fifty times, which takes most of their startup time. With ``--preload``, the
 launcher starts this program; see `preloader` for its side. It has only one thread. The modules that it imports start no
 threads, and depend only on the environment variables in `preloader.SHARED_VARIABLE_PREFIXES`. So a forked program
-behaves as if started normally: with its own session, folder, environment, arguments, output and ``__main__``.
+behaves as if started normally: with its own session, working directory, environment, arguments, output and
+``__main__``.
 
 The program must run at the top level, so `become` returns its code.
 """
@@ -46,7 +47,7 @@ class Request:
 
     Args:
         descriptors: the descriptors of the socket to the launcher, the standard output and the standard error. Over the
-            socket, the launcher sends JSON with the script's path, arguments, environment and folder.
+            socket, the launcher sends JSON with the script's path, arguments, environment and working directory.
 
     Raises:
         OSError, ValueError: the launcher has exited, or not all descriptors could be received.
@@ -60,7 +61,7 @@ class Request:
         self.script: str = message["script"]
         self.words: list[str] = message["words"]
         self.environ: dict[str, str] = message["environ"]
-        self.folder: str = message["folder"]
+        self.working_directory: str = message["folder"]
 
 
 def preload() -> None:
@@ -184,7 +185,7 @@ def become(request: Request) -> tuple[Any, dict[str, Any]]:
         os.close(descriptor)
     os.environ.clear()
     os.environ.update(request.environ)
-    os.chdir(request.folder)
+    os.chdir(request.working_directory)
     time.tzset()
     sys.argv = [request.script, *request.words]
     sys.orig_argv = [sys.executable, *sys.argv]

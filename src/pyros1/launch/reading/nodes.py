@@ -105,7 +105,7 @@ class NodeReader:
         node_scope = scope.child(text("ns"))
         if text("clear_params") and flag("clear_params"):  # empty is false, as for groups, and only here
             self._plan.clear_params.append(node_scope.child(name).namespace)
-        self._read_inside(element, node_scope, name)
+        self._read_children(element, node_scope, name)
         package, node_type = text("pkg") or "", text("type") or ""
         if not package.strip():
             raise LaunchError("package must be non-empty.")
@@ -142,7 +142,7 @@ class NodeReader:
             self._check_unique(plan, element)
         return plan
 
-    def _read_inside(self, element: Element, scope: Scope, name: str) -> None:
+    def _read_children(self, element: Element, scope: Scope, name: str) -> None:
         def text(child: Element, name: str) -> str | None:
             return self._attribute(child, scope, name)
 

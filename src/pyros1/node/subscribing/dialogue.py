@@ -43,7 +43,7 @@ REPORTED_BACKOFF = 3.0
 class State(Enum):
     """State of a dialogue; see the module's docstring."""
 
-    BACKING_OFF = "resting"
+    BACKING_OFF = "backing off"
     ASKING = "asking"
     CONNECTING = "connecting"
     GREETING = "greeting"
@@ -121,7 +121,7 @@ class Drop(NamedTuple):
 
 
 class EndDatagrams(NamedTuple):
-    """End the link over UDP, since its publisher is gone."""
+    """End the UDP link: its publisher is gone."""
 
 
 class Forget(NamedTuple):

@@ -34,7 +34,7 @@ class Arcball:
         self._axis: Array | None = None  # axis of the current drag; None for any
         self._constrain = False
         self._grabbed = np.array((0.0, 0.0, 1.0))
-        self._start = self._last = self._now = _rotation(initial)
+        self._start = self._last = self._current_rotation = _rotation(initial)
 
     def place(self, center: ArrayLike, radius: float) -> None:
         """Set the sphere's position on the screen: its center (2,) and its radius, in pixels."""
@@ -60,7 +60,7 @@ class Arcball:
     def down(self, point: ArrayLike) -> None:
         """Start a drag at a point on the screen (2,)."""
         self._grabbed = arcball_map_to_sphere(point, self._center, self._radius)
-        self._start = self._last = self._now
+        self._start = self._last = self._current_rotation
         self._axis = None
         if self._constrain and self._axes is not None:
             self._axis = arcball_nearest_axis(self._grabbed, self._axes)
@@ -71,20 +71,21 @@ class Arcball:
         dragged = arcball_map_to_sphere(point, self._center, self._radius)
         if self._axis is not None:
             dragged = arcball_constrain_to_axis(dragged, self._axis)
-        self._last = self._now
+        self._last = self._current_rotation
         normal = np.cross(self._grabbed, dragged)
         if normal @ normal < EPS:
-            self._now = self._start
+            self._current_rotation = self._start
         else:  # the quaternion for twice the angle between the two points
-            self._now = quaternion_multiply(np.append(normal, self._grabbed @ dragged), self._start)
+            self._current_rotation = quaternion_multiply(np.append(normal, self._grabbed @ dragged), self._start)
 
     def next(self, acceleration: float = 0.0) -> None:
         """Continue the rotation of the last step by the same angle, plus ``acceleration`` times that angle."""
-        self._last, self._now = self._now, quaternion_slerp(self._last, self._now, 2.0 + acceleration, 0)
+        extrapolated = quaternion_slerp(self._last, self._current_rotation, 2.0 + acceleration, 0)
+        self._last, self._current_rotation = self._current_rotation, extrapolated
 
     def matrix(self) -> Array:
         """Return the rotation as a matrix (4, 4)."""
-        return quaternion_matrix(self._now)
+        return quaternion_matrix(self._current_rotation)
 
 
 def arcball_map_to_sphere(point: ArrayLike, center: ArrayLike, radius: float) -> Array:

@@ -66,7 +66,7 @@ def to_yaml(value: Mapping[str, Any]) -> str:
             isinstance(part, list) or part.keys() == {"secs", "nsecs"}
         )
 
-    return dump(value, inline=is_short, ordered=True)
+    return dump(value, is_inline=is_short, ordered=True)
 
 
 def from_yaml(cls: type[Message], value: Any) -> Any:

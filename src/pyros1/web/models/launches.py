@@ -20,11 +20,11 @@ _EXIT_CODE_MEANINGS = {
     255: "a connection was lost, or the program returned this code",
 }
 
-CpuTime = tuple[float, float]
+CpuSample = tuple[float, float]
 """A point in time, and the CPU time used until then, both in seconds."""
 
 
-def describe(report: Report, now: float, earlier: Mapping[tuple[str, int], CpuTime]) -> dict[str, Any]:
+def describe(report: Report, now: float, earlier: Mapping[tuple[str, int], CpuSample]) -> dict[str, Any]:
     """Return the description of a launch for a page.
 
     Args:
@@ -51,7 +51,7 @@ def describe(report: Report, now: float, earlier: Mapping[tuple[str, int], CpuTi
     }
 
 
-def _describe(entry: Status, now: float, earlier: Mapping[tuple[str, int], CpuTime]) -> dict[str, Any]:
+def _describe(entry: Status, now: float, earlier: Mapping[tuple[str, int], CpuSample]) -> dict[str, Any]:
     is_running = entry.state in ("running", "stopping")
     return {
         "label": entry.label,
@@ -70,12 +70,12 @@ def _describe(entry: Status, now: float, earlier: Mapping[tuple[str, int], CpuTi
     }
 
 
-def cpu_times(report: Report, now: float) -> dict[tuple[str, int], CpuTime]:
+def cpu_times(report: Report, now: float) -> dict[tuple[str, int], CpuSample]:
     """Return the CPU times of the processes of a launch, by label and process id."""
     return {(entry.label, entry.pid): (now, entry.cpu) for entry in report.processes if entry.cpu >= 0}
 
 
-def _cpu_percentage(entry: Status, now: float, earlier: CpuTime | None) -> float | None:
+def _cpu_percentage(entry: Status, now: float, earlier: CpuSample | None) -> float | None:
     if earlier is None or entry.cpu < 0 or now <= earlier[0]:
         return None
     return max(0.0, round(100 * (entry.cpu - earlier[1]) / (now - earlier[0]), 1))

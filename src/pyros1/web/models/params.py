@@ -49,7 +49,7 @@ def summarize(value: Any) -> ValueSummary:
         return ValueSummary(kind, str(value).lower(), False)
     is_cut = isinstance(value, (list, tuple)) and len(value) > _MAX_ITEMS
     try:
-        text = dump(value[:_MAX_ITEMS] if is_cut else value, inline=lambda _: True).removesuffix("...\n").strip()
+        text = dump(value[:_MAX_ITEMS] if is_cut else value, is_inline=lambda _: True).removesuffix("...\n").strip()
     except YamlError:
         text = str(value)
     text = " ".join(text.split())
@@ -106,7 +106,8 @@ def editable_yaml(value: Any) -> str:
         items: Any = part.values() if isinstance(part, Mapping) else part
         return not any(isinstance(item, (list, dict)) for item in items)
 
-    return dump(value, inline=lambda part: isinstance(part, list) and is_flat(part), ordered=True).removesuffix("...\n")
+    text = dump(value, is_inline=lambda part: isinstance(part, list) and is_flat(part), ordered=True)
+    return text.removesuffix("...\n")
 
 
 def _block_scalar(value: str) -> str:

@@ -30,7 +30,7 @@ _HOST_PATTERN = re.compile(
 _STALE_TOKEN = "This link is from an earlier run of the server: pyros1 web creates a new token each time it starts."
 _MISSING_TOKEN = "This link lacks its token."
 _TOKEN_HINT = (
-    "Use the link that the server printed, or type pyros1 web graph, which opens it. "
+    "Use the link that the server printed, or run `pyros1 web graph`, which opens the page. "
     "Links stay valid if the server is started with --token and a secret of your own."
 )
 

@@ -45,7 +45,7 @@ class _Stream:
             return None
         if self.view is None:
             return self.pushed_at + _RETRY_DELAY
-        if not self.acknowledged or not (self.has_update or self.view.polled):
+        if not self.acknowledged or not (self.has_update or self.view.polls_periodically):
             return None
         return self.pushed_at + self.view.period
 
@@ -106,15 +106,15 @@ class Session:
         try:
             match request:
                 case wire.Open(number, name, args):
-                    self._open(number, name, args)
+                    self._open_stream(number, name, args)
                 case wire.Change(number, args):
-                    self._change(number, args)
+                    self._change_stream(number, args)
                 case wire.Next(number):
                     if (stream := self._streams.get(number)) is not None:
                         stream.acknowledged = True
                         self._wake()
                 case wire.Close(number):
-                    self._close(number)
+                    self._close_stream(number)
         except Error as error:
             return [wire.problem(request.stream, str(error))]
         return []
@@ -132,9 +132,9 @@ class Session:
         """End all streams and service calls."""
         self._exchanges.close()
         for number in list(self._streams):
-            self._close(number)
+            self._close_stream(number)
 
-    def _open(self, number: int, name: str, args: Mapping[str, Any]) -> None:
+    def _open_stream(self, number: int, name: str, args: Mapping[str, Any]) -> None:
         if number in self._streams:
             raise RequestError(f"stream {number} is already open")
         if len(self._streams) >= MAX_STREAMS:
@@ -150,7 +150,7 @@ class Session:
         stream = self._streams[number] = _Stream(lambda args: view_class(self._robot, args, on_update), args)
         self._wake()
 
-    def _change(self, number: int, args: Mapping[str, Any]) -> None:
+    def _change_stream(self, number: int, args: Mapping[str, Any]) -> None:
         stream = self._streams.get(number)
         if stream is None:
             return
@@ -182,7 +182,7 @@ class Session:
         stream.problem = problem
         return wire.problem(number, problem)
 
-    def _close(self, number: int) -> None:
+    def _close_stream(self, number: int) -> None:
         stream = self._streams.pop(number, None)
         if stream is None:
             return

@@ -27,7 +27,7 @@ class FramesView(View):
     """Pushes the result of `pyros1.web.transforms.frames.Frames.describe` twice a second, and the "problem" of /tf."""
 
     period = 0.5
-    polled = True
+    polls_periodically = True
 
     def __init__(self, robot: Robot, args: Mapping[str, Any], wake: Callable[[], object]) -> None:
         super().__init__(robot, args, wake)

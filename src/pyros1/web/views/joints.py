@@ -50,7 +50,7 @@ class JointsView(View):
     """
 
     period = 1 / 15
-    polled = True
+    polls_periodically = True
 
     def __init__(self, robot: Robot, args: Mapping[str, Any], wake: Callable[[], object]) -> None:
         super().__init__(robot, args, wake)

@@ -29,7 +29,7 @@ class LaunchLogView(View):
     """
 
     period = 1.0
-    polled = True
+    polls_periodically = True
 
     def __init__(self, robot: Robot, args: Mapping[str, Any], wake: Callable[[], object]) -> None:
         super().__init__(robot, args, wake)

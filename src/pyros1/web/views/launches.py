@@ -11,7 +11,7 @@ from pyros1.doctor.concurrent import run_concurrently
 from pyros1.ground.errors import Error
 from pyros1.launch.running.control import Launch, Report, launch_uris
 from pyros1.net.hosts import parse_uri
-from pyros1.web.models.launches import CpuTime, cpu_times, describe
+from pyros1.web.models.launches import CpuSample, cpu_times, describe
 from pyros1.web.server.wire import Push
 from pyros1.web.views.view import View
 
@@ -34,13 +34,13 @@ class LaunchesView(View):
     """
 
     period = _PERIOD
-    polled = True
+    polls_periodically = True
 
     def __init__(self, robot: Robot, args: Mapping[str, Any], wake: Callable[[], object]) -> None:
         super().__init__(robot, args, wake)
         self._launches: dict[str, Launch] = {}
         self._unreachable: dict[str, tuple[float, str]] = {}
-        self._cpu_times: dict[str, dict[tuple[str, int], CpuTime]] = {}
+        self._cpu_times: dict[str, dict[tuple[str, int], CpuSample]] = {}
 
     def poll(self) -> Push | None:
         start = monotonic()

@@ -30,7 +30,7 @@ class ParamView(View):
     """
 
     period = _MIN_PERIOD
-    polled = True
+    polls_periodically = True
 
     def __init__(self, robot: Robot, args: Mapping[str, Any], wake: Callable[[], object]) -> None:
         super().__init__(robot, args, wake)

@@ -22,7 +22,7 @@ class ParamsView(View):
     """Pushes the result of `pyros1.web.models.params.Changes.update` whenever something has changed."""
 
     period = _MIN_PERIOD
-    polled = True
+    polls_periodically = True
 
     def __init__(self, robot: Robot, args: Mapping[str, Any], wake: Callable[[], object]) -> None:
         super().__init__(robot, args, wake)

@@ -33,7 +33,7 @@ class PlotView(View):
     "waiting" says what a curve without a problem is waiting for: its topic or a message.
     """
 
-    polled = True
+    polls_periodically = True
 
     def __init__(self, robot: Robot, args: Mapping[str, Any], wake: Callable[[], object]) -> None:
         super().__init__(robot, args, wake)

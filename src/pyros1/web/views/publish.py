@@ -28,7 +28,7 @@ class PublishView(View):
     """
 
     period = 0.2
-    polled = True
+    polls_periodically = True
 
     def __init__(self, robot: Robot, args: Mapping[str, Any], wake: Callable[[], object]) -> None:
         super().__init__(robot, args, wake)

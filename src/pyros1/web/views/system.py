@@ -15,7 +15,7 @@ class SystemView(View):
     """Pushes the result of `pyros1.web.system.System.describe`, once a second, if it has changed."""
 
     period = 1.0
-    polled = True
+    polls_periodically = True
 
     _last_pushed: Any = None
 

@@ -34,7 +34,7 @@ class TurtlesView(View):
     """
 
     period = 1 / 30
-    polled = True
+    polls_periodically = True
 
     def __init__(self, robot: Robot, args: Mapping[str, Any], wake: Callable[[], object]) -> None:
         super().__init__(robot, args, wake)

@@ -29,7 +29,7 @@ class View(ABC):
 
     period = 1 / 30
     """Minimum number of seconds between two pushes."""
-    polled = False
+    polls_periodically = False
     """Whether to call `poll` after each period, even without `wake`."""
 
     def __init__(self, robot: Robot, args: Mapping[str, Any], wake: Callable[[], object]) -> None:

@@ -17,9 +17,9 @@ LEVELS = ("debug", "info", "warn", "error", "fatal")
 """Names of the levels. The number of a level is 1 shifted left by the level's index in this list."""
 
 
-def get_loggers(invocation: Invocation, node: Node, name: str) -> dict[str, str]:
+def get_loggers(invocation: Invocation, node: Node, node_name: str) -> dict[str, str]:
     """Return the levels of a node's loggers by name."""
-    response = call_logger_service(invocation, node, name, "get_loggers", {})
+    response = call_logger_service(invocation, node, node_name, "get_loggers", {})
     return {logger.name: logger.level for logger in response.loggers}
 
 
@@ -30,14 +30,14 @@ def unknown_logger_error(invocation: Invocation, node: str, logger: str, loggers
 
 
 def call_logger_service(
-    invocation: Invocation, node: Node, name: str, service_name: str, request: dict[str, str]
+    invocation: Invocation, node: Node, node_name: str, service_name: str, request: dict[str, str]
 ) -> Any:
     """Call one of a node's two logging services.
 
     Args:
         invocation: the command's invocation.
         node: the command's node.
-        name: the name of the node to call.
+        node_name: the name of the node to call.
         service_name: ``get_loggers`` or ``set_logger_level``.
         request: the fields of the request.
 
@@ -47,16 +47,18 @@ def call_logger_service(
     Raises:
         CommandError: the node does not exist, does not respond in time, or refuses the request.
     """
-    service = f"{name}/{service_name}"
+    service = f"{node_name}/{service_name}"
     service_type = "roscpp/GetLoggers" if service_name == "get_loggers" else "roscpp/SetLoggerLevel"
     try:
         client = node.service(service, service_type)
         return client.call(client.type._request_class(**request), NODE_TIMEOUT)
     except WaitTimeoutError:
-        message = f"node '{name}' did not answer within {NODE_TIMEOUT:g} s"
+        message = f"node '{node_name}' did not answer within {NODE_TIMEOUT:g} s"
     except ServiceUnavailableError:
-        hint = did_you_mean(name, invocation.graph.state().nodes())
-        message = f"node '{name}' doesn't exist or doesn't support query: Service [{service}] is not available.{hint}"
+        hint = did_you_mean(node_name, invocation.graph.state().nodes())
+        message = (
+            f"node '{node_name}' doesn't exist or doesn't support query: Service [{service}] is not available.{hint}"
+        )
     except ServiceError as error:
-        message = f"node '{name}' logger request failed: {error}"
+        message = f"node '{node_name}' logger request failed: {error}"
     raise CommandError(f"{invocation.program}: error: {message}", 1, plain=True)

@@ -68,7 +68,7 @@ VERB = Verb(
     "publish on /tf_changes when frames have moved",
     usage=_USAGE,
     examples=[
-        ("", "publish when base_link moves in map"),
+        ("", "publish when base_link moves relative to map"),
         ("_frame_pairs:='[{source_frame: arm, target_frame: base_link}]'", "publish when the arm moves"),
     ],
     aliases=["tf_change_notifier"],

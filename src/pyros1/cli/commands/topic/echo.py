@@ -189,7 +189,7 @@ class Printer:
         self._print_value = print_value
         self._expression = expression
         self._limit = limit
-        self._decoder = Decoder(type_name or "", by_name=type_name is not None)
+        self._decoder = Decoder(type_name or "", prefer_installed=type_name is not None)
         self._skips_invalid_messages = type_name is not None
         self._printed_warnings: set[str] = set()
         self._out = data_stream()  # messages are already escaped, and --clear works for files as well, like stock's

@@ -9,8 +9,8 @@ from typing import Any
 
 from pyros1.cli.commands.topic_tools._estimates import (
     CALL_COSTS,
-    RANDOM_RESULT_SIZES,
-    RESULT_SIZES,
+    RANDOM_RESULT_SIZE_FUNCTIONS,
+    RESULT_SIZE_FUNCTIONS,
     broadcast_size,
     no_cost,
 )
@@ -51,7 +51,9 @@ _CALL_COST = 100
 def numpy_module() -> Module:
     """Return the part of numpy that expressions can use."""
     numpy: Any = import_module("numpy")
-    members = {name: getattr(numpy, name) for name in (*_NUMPY_NAMES.split(), *RESULT_SIZES) if hasattr(numpy, name)}
+    members = {
+        name: getattr(numpy, name) for name in (*_NUMPY_NAMES.split(), *RESULT_SIZE_FUNCTIONS) if hasattr(numpy, name)
+    }
     for name, value in members.items():
         if callable(value) and not isinstance(value, type):
             members[name] = CheckedFunction(value, name)
@@ -60,7 +62,7 @@ def numpy_module() -> Module:
     )
     random_members = {
         name: CheckedFunction(getattr(numpy.random, name), name, count=count)
-        for name, count in RANDOM_RESULT_SIZES.items()
+        for name, count in RANDOM_RESULT_SIZE_FUNCTIONS.items()
     }
     return Module("numpy", {**members, "linalg": linalg, "random": Module("numpy.random", random_members)})
 
@@ -83,7 +85,8 @@ class CheckedFunction:
         function: the function.
         name: the function's name.
         array: the array if the function is a method of an array.
-        count: returns the number of items of the result for the same arguments; default: the entry in `RESULT_SIZES`.
+        count: returns the number of items of the result for the same arguments; default: the entry in
+            `RESULT_SIZE_FUNCTIONS`.
     """
 
     def __init__(
@@ -92,7 +95,7 @@ class CheckedFunction:
         self._function = function
         self._array = array
         self._name = name
-        self._count = functools.partial(count or RESULT_SIZES.get(name, broadcast_size), *array)
+        self._count = functools.partial(count or RESULT_SIZE_FUNCTIONS.get(name, broadcast_size), *array)
         self._cost = functools.partial(CALL_COSTS.get(name, no_cost), *array)
 
     def cost(self, *args: Any, **keywords: Any) -> int:

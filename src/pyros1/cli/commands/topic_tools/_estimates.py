@@ -139,7 +139,7 @@ def _where_size(condition: Any, *args: Any) -> float:
     return broadcast_size(condition, *args) if args else _indices_size(condition)
 
 
-RESULT_SIZES: Mapping[str, Callable[..., float]] = {
+RESULT_SIZE_FUNCTIONS: Mapping[str, Callable[..., float]] = {
     "append": _concatenated_size,
     "arange": _arange_size,
     "argwhere": _indices_size,
@@ -178,14 +178,14 @@ RESULT_SIZES: Mapping[str, Callable[..., float]] = {
     "zeros_like": _like_size,
 }
 """Functions that estimate the number of items in a result, for results that may exceed `broadcast_size`."""
-RANDOM_RESULT_SIZES: Mapping[str, Callable[..., float]] = {
+RANDOM_RESULT_SIZE_FUNCTIONS: Mapping[str, Callable[..., float]] = {
     "normal": _random_size,
     "uniform": _random_size,
     "randint": _random_size,
     "rand": _size_from_lengths,
     "randn": _size_from_lengths,
 }
-"""The same as `RESULT_SIZES`, for the functions of ``numpy.random``."""
+"""The same as `RESULT_SIZE_FUNCTIONS`, for the functions of ``numpy.random``."""
 
 
 # Costs ---------------------------------------------------------------------------------------------------------------

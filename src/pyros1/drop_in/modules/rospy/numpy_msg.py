@@ -7,12 +7,12 @@ from typing import Any
 
 import numpy
 
-from pyros1.msgs.array_views import genpy_view
+from pyros1.msgs.array_views import make_genpy_view
 from pyros1.msgs.base import MessageType
 
 __all__ = ["numpy_msg"]
 
-_view = genpy_view(numpy)
+_view = make_genpy_view(numpy)
 
 
 @lru_cache(maxsize=1000)

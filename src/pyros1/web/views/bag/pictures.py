@@ -33,7 +33,7 @@ class BagPicturesView(BagView):
     is a problem, or no image yet.
     """
 
-    polled = True
+    polls_periodically = True
 
     def change(self, args: Mapping[str, Any]) -> None:
         name = string_arg(args, "topic")
@@ -48,11 +48,11 @@ class BagPicturesView(BagView):
         self._pending_times = deque(
             number_arg({"time": time}, "time", -_MAX_SECONDS, _MAX_SECONDS, 0.0) for time in times
         )
-        self.polled = True
+        self.polls_periodically = True
 
     def poll(self) -> Push | None:
         if not self._pending_times:
-            self.polled = False  # until the next change
+            self.polls_periodically = False  # until the next change
             return None
         requested_time = self._pending_times.popleft()
         description = {

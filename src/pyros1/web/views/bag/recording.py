@@ -15,7 +15,7 @@ class BagRecordingView(View):
     """
 
     period = 0.5
-    polled = True
+    polls_periodically = True
     _last_status: Any = ()
 
     def poll(self) -> Push | None:

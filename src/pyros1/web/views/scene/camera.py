@@ -54,7 +54,7 @@ class CameraView(View):
             raise
 
     @property
-    def polled(self) -> bool:  # type: ignore[override]  # frames may arrive late
+    def polls_periodically(self) -> bool:  # type: ignore[override]  # frames may arrive late
         """Whether to call `poll` even if no message has arrived."""
         return self._pose_unknown
 

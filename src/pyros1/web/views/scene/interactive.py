@@ -31,7 +31,7 @@ class SceneInteractiveView(View):
     `pyros1.web.scene.interactive`. Poses are in the frames of the markers.
     """
 
-    polled = True  # servers may disappear without notice
+    polls_periodically = True  # servers may disappear without notice
 
     def __init__(self, robot: Robot, args: Mapping[str, Any], wake: Callable[[], object]) -> None:
         super().__init__(robot, args, wake)

@@ -70,7 +70,7 @@ class SceneTopicView(View):
             raise
 
     @property
-    def polled(self) -> bool:  # type: ignore[override]  # markers expire, and frames may arrive late
+    def polls_periodically(self) -> bool:  # type: ignore[override]  # markers expire, and frames may arrive late
         """Whether to call `poll` even if no message has arrived."""
         return self._markers is not None or self._pose_unknown
 
