@@ -11,6 +11,7 @@ from typing import Any
 
 import pytest
 
+from pyros1.cli.clean_output import CleanStream
 from pyros1.net import background_writer
 from pyros1.net.background_writer import BackgroundWriter, write_to_terminal
 
@@ -126,3 +127,11 @@ def test_a_missing_terminal_stops_nothing(monkeypatch: pytest.MonkeyPatch, strea
     monkeypatch.setattr(sys, "stderr", stream)
     monkeypatch.setattr(sys, "__stderr__", stream)
     write_to_terminal([("stderr", "x\n")], lambda: False)
+
+
+def test_a_filter_in_front_of_the_terminal_is_passed_by(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Log lines are clean already, and keep their colours whatever the command's own output may contain."""
+    terminal = io.StringIO()
+    monkeypatch.setattr(sys, "stderr", CleanStream(terminal))
+    write_to_terminal([("stderr", "\x1b[33mwarned\x1b[0m\n")], lambda: False)
+    assert terminal.getvalue() == "\x1b[33mwarned\x1b[0m\n"
