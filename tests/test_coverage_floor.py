@@ -64,13 +64,13 @@ def test_copies_of_sources_and_broken_data_files_do_not_count(tmp_path: Path) ->
     copy.mkdir(parents=True)
     module = copy / "gone.py"
     module.write_text("from pyros1.values import angles\nangles.evaluate_angle('1')\n")
-    words = [sys.executable, "-m", "coverage", "run", f"--data-file={tmp_path / 'data'}", "--source", f"{tmp_path},src"]
-    subprocess.run([*words, str(module)], cwd=ROOT, check=True)
+    options = ["--rcfile=/dev/null", "--branch", "--parallel-mode", f"--data-file={tmp_path / 'data'}"]
+    subprocess.run([sys.executable, "-m", "coverage", "run", *options, str(module)], cwd=ROOT, check=True)
     module.unlink()
     (tmp_path / "data.killed").write_bytes(b"SQLite format 3\0" + bytes(100))
     with pytest.warns(CoverageWarning, match="Couldn't use data file"):
         found = measured(tmp_path / "data")
-    assert list(rooms(found)) == sorted(FLOORS) and found["src/pyros1/values/angles.py"].reached_statements
+    assert found["src/pyros1/values/angles.py"].reached_statements and all(path.startswith("src/") for path in found)
 
 
 def test_without_data_every_floor_is_missed(tmp_path: Path) -> None:
