@@ -8,6 +8,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
 
+from conditions import QUIET
+
 if TYPE_CHECKING:
     from steps import Bench
 
@@ -32,6 +34,8 @@ class Step(Protocol):
 
 Results = dict[Step, list["dict[str, float] | None"]]
 """The figures of every turn; None for a turn that failed."""
+ResultsByCondition = Mapping[str, Results]
+"""Results under each condition, see `conditions`; the first one is the quiet machine, if that was measured."""
 
 
 @dataclass(frozen=True)
@@ -117,6 +121,25 @@ class Row:
         if value is None:
             return False
         return value <= goal.bound if goal.most else value >= goal.bound
+
+    def goals_under(self, condition: str) -> tuple[Goal, ...]:
+        """The goals that hold under a condition: ratios always, bounds for our own figure on a quiet machine only."""
+        return tuple(goal for goal in self.goals if condition == QUIET or goal.than)
+
+    def lost(self, measured: ResultsByCondition, condition: str) -> list[str]:
+        """The columns than which we are better on a quiet machine, but worse under a condition."""
+        if QUIET not in measured:
+            return []
+        ratios = {
+            column: (self.ratio(measured[QUIET], column), self.ratio(measured[condition], column))
+            for column in self.steps
+            if column != OURS
+        }
+        return [
+            column
+            for column, (quiet, other) in ratios.items()
+            if quiet is not None and other is not None and quiet >= 1 > other
+        ]
 
     def failures(self, results: Results, column: str) -> int:
         """In how many turns a column has no figure although it should have one."""

@@ -13,6 +13,7 @@ from itertools import groupby
 from pathlib import Path
 from typing import Any
 
+from conditions import QUIET
 from model import OURS
 from table import number
 
@@ -43,10 +44,13 @@ LABEL, WIDTH, HIGH = 330, 980, 22
 
 def history_line(report: dict[str, Any]) -> str:
     """One run as a line of a history file: where and when, and the ratios and medians of its rows."""
-    rows = {
-        f"{row['group']}: {row['name']}": {"ratio": row["ratio"], "median": row["median"]} for row in report["rows"]
-    }
+    rows = {f"{row['group']}: {label(row)}": {"ratio": row["ratio"], "median": row["median"]} for row in report["rows"]}
     return json.dumps({"about": report["about"], "rows": rows}, separators=(",", ":"))
+
+
+def label(row: dict[str, Any]) -> str:
+    """A row's name with the condition, unless the machine was quiet."""
+    return row["name"] if row["condition"] == QUIET else f"{row['name']} [{row['condition']}]"
 
 
 def read_history(file: Path) -> list[dict[str, Any]]:
@@ -88,6 +92,9 @@ def page(report: dict[str, Any], history: list[dict[str, Any]]) -> str:
     ]
     if missed:
         parts += ["<p>Missed:</p><ul>", *(f"<li>{missed_text(row)}</li>" for row in missed), "</ul>"]
+    if report["losses"]:
+        lines = (f'<li class="bad">{escape(text)}</li>' for text in report["losses"])
+        parts += ["<p>Better than:</p><ul>", *lines, "</ul>"]
     parts.append(
         '<p class="legend">How many times better than another library (log scale; right is better): '
         '<span class="roscpp">● the column roscpp</span><span class="rospy">● the column rospy</span>'
@@ -120,7 +127,7 @@ def missed_text(row: dict[str, Any]) -> str:
     ours = row["median"].get(OURS)
     figure = "no figure" if ours is None else f"{number(ours)} {row['unit']}"
     words = escape(f"{figure}; {ratios}; goal {goals}")
-    return f'{escape(row["group"])}: {escape(row["name"])}: <span class="bad">{words}</span>'
+    return f'{escape(row["group"])}: {escape(label(row))}: <span class="bad">{words}</span>'
 
 
 def plot(rows: list[dict[str, Any]]) -> str:
@@ -148,7 +155,7 @@ def plot(rows: list[dict[str, Any]]) -> str:
 def plot_row(row: dict[str, Any], top: float, across: Any) -> Iterator[str]:
     """The marks of one row."""
     style = "" if all(goal["met"] for goal in row["goals"]) else ' class="bad"'
-    yield f'<text{style} x="0" y="{top + 15}">{escape(row["name"])}</text>'
+    yield f'<text{style} x="0" y="{top + 15}">{escape(label(row))}</text>'
     for offset, (column, ratio) in zip((7, 15), row["ratio"].items(), strict=False):
         y = top + offset
         for goal in row["goals"]:
@@ -187,15 +194,23 @@ def steps_of_two(low: float, high: float) -> list[float]:
 
 def figures(rows: list[dict[str, Any]], history: list[dict[str, Any]]) -> str:
     """The figures of a group as a table, with the way that its ratios took from run to run."""
-    heads = ["", "unit", "ours", "roscpp", "rospy", "vs roscpp", "vs rospy", "goal", "earlier runs"]
-    parts = ['<div class="wide"><table><tr>', *(f"<th>{head}</th>" for head in heads), "</tr>"]
-    for row in rows:
-        cells = [escape(row["name"]), escape(row["unit"])]
-        cells += [figure(row, column) for column in (OURS, "roscpp", "rospy")]
-        ratios = [row["ratio"].get(column) for column in ("roscpp", "rospy")]
-        cells += ["-" if ratio is None else f"{ratio:.2f}" for ratio in ratios]
-        parts += ["<tr>", *(f"<td>{cell}</td>" for cell in cells), f'<td class="goals">{goals_text(row)}</td>']
-        parts.append(f"<td>{trend(row, history)}</td></tr>")
+    heads = ["", "unit"]
+    for condition in dict.fromkeys(row["condition"] for row in rows):
+        where = "" if condition == QUIET else f"{condition}: "
+        heads += [f"{where}{head}" for head in ("ours", "roscpp", "rospy", "vs roscpp", "vs rospy", "goal")]
+        heads.append("earlier runs")
+    parts = ['<div class="wide"><table><tr>', *(f"<th>{escape(head)}</th>" for head in heads), "</tr>"]
+    for name, conditions in groupby(rows, lambda row: row["name"]):
+        parts.append(f"<tr><td>{escape(name)}</td>")
+        for place, row in enumerate(conditions):
+            if not place:
+                parts.append(f"<td>{escape(row['unit'])}</td>")
+            ratios = [row["ratio"].get(column) for column in ("roscpp", "rospy")]
+            cells = [figure(row, column) for column in (OURS, "roscpp", "rospy")]
+            cells += ["-" if ratio is None else f"{ratio:.2f}" for ratio in ratios]
+            parts += [*(f"<td>{cell}</td>" for cell in cells), f'<td class="goals">{goals_text(row)}</td>']
+            parts.append(f"<td>{trend(row, history)}</td>")
+        parts.append("</tr>")
     return "".join([*parts, "</table></div>"])
 
 
@@ -221,7 +236,7 @@ def goals_text(row: dict[str, Any]) -> str:
 
 def trend(row: dict[str, Any], history: list[dict[str, Any]]) -> str:
     """The ratios of a row in all runs as a small plot; nothing for less than two."""
-    name = f"{row['group']}: {row['name']}"
+    name = f"{row['group']}: {label(row)}"
     lines = []
     for column in ("roscpp", "rospy"):
         known = [(place, run["rows"].get(name, {}).get("ratio", {}).get(column)) for place, run in enumerate(history)]

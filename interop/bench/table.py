@@ -11,8 +11,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from conditions import QUIET
 from harness import STOCK_PYTHON
-from model import COLUMNS, OURS, ROSCPP, ROSPY, Results, Row
+from model import COLUMNS, OURS, ROSCPP, ROSPY, Results, ResultsByCondition, Row
 
 
 def number(value: float) -> str:
@@ -34,22 +35,32 @@ def cell(row: Row, results: Results, column: str) -> str:
     return f"{text}, {failures} failed" if failures else text
 
 
-def table(rows: list[Row], results: Results) -> str:
-    """The table as Markdown, columns aligned."""
-    lines = [["work", "unit", *COLUMNS, "ours vs roscpp", "ours vs rospy", "goal", "met"]]
+def table(rows: list[Row], measured: ResultsByCondition) -> str:
+    """The table as Markdown, columns aligned; below it, the rows in which we are better only on a quiet machine."""
+    heads = ["work", "unit"]
+    for condition in measured:
+        where = "" if condition == QUIET else f"{condition}: "
+        heads += [*(f"{where}{column}" for column in COLUMNS), f"{where}vs roscpp", f"{where}vs rospy", f"{where}met"]
+    lines = [[*heads, "goal"]]
     for row in rows:
-        ratios = [row.ratio(results, column) for column in (ROSCPP, ROSPY)]
-        lines.append(
-            [
-                f"{row.group}: {row.name}",
-                row.unit,
-                *(cell(row, results, column) for column in COLUMNS),
-                *("-" if ratio is None else f"{ratio:.2f}" for ratio in ratios),
-                ", ".join(goal.text(row.unit) for goal in row.goals),
-                ", ".join("yes" if row.met(results, goal) else "NO" for goal in row.goals),
-            ]
-        )
-    return markdown(lines)
+        cells = [f"{row.group}: {row.name}", row.unit]
+        for condition, results in measured.items():
+            ratios = [row.ratio(results, column) for column in (ROSCPP, ROSPY)]
+            cells += [cell(row, results, column) for column in COLUMNS]
+            cells += ["-" if ratio is None else f"{ratio:.2f}" for ratio in ratios]
+            cells.append(", ".join("yes" if row.met(results, goal) else "NO" for goal in row.goals_under(condition)))
+        lines.append([*cells, ", ".join(goal.text(row.unit) for goal in row.goals)])
+    return "\n".join([markdown(lines), *(f"better than {text}" for text in losses(rows, measured))])
+
+
+def losses(rows: list[Row], measured: ResultsByCondition) -> list[str]:
+    """What we lose under other conditions, a line per row, condition and library."""
+    return [
+        f"{column} on a quiet machine, worse under {condition!r}: {row.group}: {row.name}"
+        for row in rows
+        for condition in measured
+        for column in row.lost(measured, condition)
+    ]
 
 
 def markdown(lines: Sequence[Sequence[str]]) -> str:
@@ -62,18 +73,20 @@ def markdown(lines: Sequence[Sequence[str]]) -> str:
     return "\n".join(padded)
 
 
-def report(rows: list[Row], results: Results, runs: int, seconds: float) -> dict[str, Any]:
-    """Everything for a JSON file: where it was measured, every figure, ratios and goals."""
-    return {"about": about(runs, seconds), "rows": [row_report(row, results) for row in rows]}
+def report(rows: list[Row], measured: ResultsByCondition, runs: int, seconds: float) -> dict[str, Any]:
+    """Everything for a JSON file: where it was measured, every figure, ratios and goals under each condition."""
+    reports = [row_report(row, results, condition) for row in rows for condition, results in measured.items()]
+    return {"about": about(runs, seconds), "rows": reports, "losses": losses(rows, measured)}
 
 
-def row_report(row: Row, results: Results) -> dict[str, Any]:
-    """One row. A ratio is how many times better we are; a ratio or median that there is not is null."""
+def row_report(row: Row, results: Results, condition: str = QUIET) -> dict[str, Any]:
+    """One row under one condition. A ratio is how many times better we are; a ratio or median is null if unknown."""
     measured = [column for column in COLUMNS if column in row.steps]
     ratios = {column: row.ratio(results, column) for column in measured if column != OURS}
     return {
         "group": row.group,
         "name": row.name,
+        "condition": condition,
         "unit": row.unit,
         "better": "less" if row.less else "more",
         "figures": {column: row.values(results, column) for column in measured},
@@ -83,7 +96,7 @@ def row_report(row: Row, results: Results) -> dict[str, Any]:
         "ratios": {column: row.ratios(results, column) for column in measured if column != OURS},
         "goals": [
             {"goal": goal.text(row.unit), "met": row.met(results, goal), "than": goal.than, "bound": goal.bound}
-            for goal in row.goals
+            for goal in row.goals_under(condition)
         ],
     }
 

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import json
+import os
 import subprocess
 import sys
+import threading
 from collections.abc import Iterator
 from html.parser import HTMLParser
 from pathlib import Path
@@ -38,17 +40,31 @@ class Turn:
         raise NotImplementedError
 
 
-def reported(figures: dict[str, list[float | None]], bound: float, less: bool = False) -> dict[str, Any]:
-    """The report of one row with these figures per column; None is a turn that failed."""
-    from model import Goal, Row
-    from table import row_report
+Figures = dict[str, list["float | None"]]
 
-    steps = {column: Turn() for column in figures}
+
+def measured(by_condition: dict[str, Figures], bound: float, less: bool = False) -> tuple[Any, Any]:
+    """A row and its results with these figures per condition and column; None is a turn that failed."""
+    from model import Goal, Row
+
+    steps = {column: Turn() for column in by_condition["quiet"]}
     results = {
-        steps[column]: [None if one is None else {"x": one} for one in turns] for column, turns in figures.items()
+        condition: {
+            steps[column]: [None if one is None else {"x": one} for one in turns] for column, turns in figures.items()
+        }
+        for condition, figures in by_condition.items()
     }
-    row = Row("group", "a <row>", "ms", "x", steps, (Goal(bound, "roscpp"),), less)
-    return {"about": ABOUT, "rows": [row_report(row, results)]}  # type: ignore[arg-type]
+    goals = (Goal(bound, "roscpp"), Goal(1e-9, most=True)) if len(by_condition) > 1 else (Goal(bound, "roscpp"),)
+    return Row("group", "a <row>", "ms", "x", steps, goals, less), results  # type: ignore[arg-type]
+
+
+def reported(figures: Figures, bound: float, less: bool = False, **others: Figures) -> dict[str, Any]:
+    """The report of one row with these figures per column on a quiet machine, and under other conditions."""
+    from table import losses, row_report
+
+    row, results = measured({"quiet": figures, **others}, bound, less)
+    rows = [row_report(row, results[condition], condition) for condition in results]
+    return {"about": ABOUT, "rows": rows, "losses": losses([row], results)}
 
 
 class Reader(HTMLParser):
@@ -124,6 +140,81 @@ def test_a_row_without_figures_is_shown_as_failed() -> None:
     report = reported({"ours": [None], "roscpp": [1.0]}, 4)
     text = " ".join(Reader(page(report, [json.loads(history_line(report))])).texts)
     assert "failed" in text and "no figure" in text
+
+
+BUSY: dict[str, Figures] = {
+    "quiet": {"ours": [10.0, 12.0], "roscpp": [20.0, 24.0], "rospy": [10.0, 11.0]},
+    "busy": {"ours": [50.0, 60.0], "roscpp": [40.0, 30.0], "rospy": [70.0, 60.0]},
+}
+
+
+def test_a_row_under_two_conditions_is_one_line_with_the_figures_of_both() -> None:
+    from table import table
+
+    row, results = measured(BUSY, 0.5, less=True)
+    heads, _, line, *below = table([row], results).splitlines()
+    cells = dict(zip(heads.split("|"), line.split("|"), strict=True))
+    cells = {head.strip(): cell.strip() for head, cell in cells.items()}
+    assert cells["ours"].startswith("11 ") and cells["busy: ours"].startswith("55 ")
+    assert (cells["vs roscpp"], cells["busy: vs roscpp"]) == ("2.00", "0.64")
+    assert (cells["met"], cells["busy: met"]) == ("yes, NO", "yes"), (
+        "a bound for our own figure holds on a quiet machine"
+    )
+    assert below == ["better than roscpp on a quiet machine, worse under 'busy': group: a <row>"]
+
+
+def test_the_page_has_both_conditions() -> None:
+    from page import history_line, page
+
+    report = reported(BUSY["quiet"], 0.5, less=True, busy=BUSY["busy"])
+    first = json.loads(history_line(report))
+    assert set(first["rows"]) == {"group: a <row>", "group: a <row> [busy]"}
+    seen = Reader(page(report, [first]))
+    assert {"vs roscpp", "busy: vs roscpp", "2.00", "0.64", "a <row> [busy]"} <= set(seen.texts)
+    assert any("worse under 'busy'" in text for text in seen.texts)
+    assert len([tag for tag, _ in seen.elements if tag == "circle"]) == 4
+
+
+@pytest.mark.parametrize(
+    ("figures", "quick", "code"),
+    [
+        (BUSY, False, 1),  # the bound for our own figure
+        (BUSY, True, 0),
+        ({**BUSY, "busy": {**BUSY["busy"], "rospy": [None, 1.0]}}, True, 2),
+    ],
+)
+def test_the_exit_code_counts_all_conditions(figures: dict[str, Figures], quick: bool, code: int) -> None:
+    from run import exit_code
+
+    row, results = measured(figures, 0.5, less=True)
+    assert exit_code([row], results, quick) == code
+
+
+def test_conditions_end_and_leave_nothing() -> None:
+    from conditions import CONDITIONS
+
+    cores, groups, children = os.sched_getaffinity(0), Path("/proc/self/cgroup").read_text(), own_children()
+    for name, condition in CONDITIONS.items():
+        try:
+            with pytest.raises(KeyError), condition():  # however the step ends
+                assert len(own_children()) - len(children) == (len(cores) if name == "busy" else 0)
+                assert len(os.sched_getaffinity(0)) == (1 if name == "pinned" else len(cores))
+                assert (Path("/proc/self/cgroup").read_text() != groups) == (name == "quota")
+                raise KeyError
+        except OSError as error:
+            assert name == "quota" and str(error), "only root may make a control group"
+        assert os.sched_getaffinity(0) == cores and Path("/proc/self/cgroup").read_text() == groups
+        assert own_children() == children
+
+
+def own_children() -> list[str]:
+    return Path(f"/proc/self/task/{threading.get_native_id()}/children").read_text().split()
+
+
+def test_a_condition_that_there_is_not_is_an_error() -> None:
+    program = [sys.executable, str(BENCH / "run.py"), "--under", "quiet,lazy", "--list"]
+    done = subprocess.run(program, capture_output=True, text=True, check=False, timeout=60)
+    assert done.returncode == 2 and "no such condition: 'lazy'; there are quiet, busy, quota, pinned" in done.stderr
 
 
 def test_a_history_that_is_none_is_an_error(tmp_path: Path) -> None:
