@@ -19,7 +19,7 @@ from harness import PEERS, STOCK_PYTHON
 from pyros1.bag import BagOutput
 from pyros1.bag import open as open_bag
 from pyros1.cli.commands.topic_tools._expression import load_modules
-from pyros1.cli.commands.topic_tools.transform import make_transformer
+from pyros1.cli.commands.topic_tools.transform import make_expression_evaluator
 from pyros1.cli.shared.filters import filter_expression
 from pyros1.ground.errors import Error, LaunchError
 from pyros1.ground.expressions import ExpressionError
@@ -132,7 +132,7 @@ def filtered(bag: Path, text: str) -> list[int] | None:
 
 def transformed(message: Any, text: str, modules: list[str]) -> Any:
     try:
-        return plain(make_transformer(text, load_modules(modules, Time))(message))
+        return plain(make_expression_evaluator(text, load_modules(modules, Time))(message))
     except (Error, TypeError):
         return None
 

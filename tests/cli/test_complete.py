@@ -9,7 +9,7 @@ import pytest
 
 import pyros1
 from pyros1.cli import registry
-from pyros1.cli.complete import join_parts, main, quote
+from pyros1.cli.complete import join_split_words, main, quote
 from pyros1.cli.main import entry
 from pyros1.master import Master
 from pyros1.msgs import load_message
@@ -165,8 +165,8 @@ def test_values_of_options_are_not_arguments(capsys: pytest.CaptureFixture[str],
 
 
 def test_bash_parts_words_at_colons(capsys: pytest.CaptureFixture[str]) -> None:
-    assert join_parts(["roslaunch", "f", "a", ":=", "1", "b"]) == ["roslaunch", "f", "a:=1", "b"]
-    assert join_parts(["rostopic", "echo", ":="]) == ["rostopic", "echo:="]
+    assert join_split_words(["roslaunch", "f", "a", ":=", "1", "b"]) == ["roslaunch", "f", "a:=1", "b"]
+    assert join_split_words(["rostopic", "echo", ":="]) == ["rostopic", "echo:="]
     assert offered(capsys, "roslaunch minimal_nodes minimal_nodes.launch rate := ", breaks=" :=") == []
 
 

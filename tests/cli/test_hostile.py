@@ -156,7 +156,7 @@ def test_nor_do_those_that_run_until_they_are_interrupted(
     rounds = iter([True, True])
 
     def pause(self: Invocation, seconds: float) -> bool:
-        return not self._wait(0.1) and next(rounds, False)
+        return not self._wait_for_shutdown(0.1) and next(rounds, False)
 
     monkeypatch.setattr(Invocation, "pause", pause)
     assert "".join(run(make_robot("answer").uri, command)[1:])
@@ -287,7 +287,7 @@ def test_diagnostics_of_others() -> None:
     array: Any = load_message("diagnostic_msgs/DiagnosticArray")
     values = [pair(key="k" + WORSE, value="v" + WORSE)]
     one = status(level=2, name="n" + WORSE, message="m" + WORSE, hardware_id="h" + WORSE, values=values)
-    lines = list(status_lines(array(status=[one]), [one], detail=True, colour=False))
+    lines = list(status_lines(array(status=[one]), [one], detail=True, coloured=False))
     assert len(lines) >= 4
     assert_clean("\n".join(lines))
 

@@ -1,1 +1,1 @@
-"""Commands: each module parses its arguments, calls the library and prints. Nothing else in pyros1 prints."""
+"""The command line: each command parses its arguments, calls the library and prints. Nothing else in pyros1 prints."""

@@ -1,4 +1,4 @@
-"""Output streams that remove control characters from a command's output.
+"""Removes control characters from a command's output.
 
 Names and messages from other programs are cleaned where they are printed, see `pyros1.ground.terminal_text`. This is a
 second line of defence. The command's own escape sequences, such as colours, are kept if the output is a terminal.
@@ -16,19 +16,20 @@ from typing import Any, TextIO
 from pyros1.ground import terminal_text
 
 _ALLOWED_SEQUENCES = "(\x1b\\[(?:[0-9;]*m|[0-9;]*H|[0-2]?J|K|\\?(?:25|1049)[hl])|\r)"
+"""Matches a carriage return or an escape sequence that commands themselves print on terminals."""
 
 
-_clean = partial(terminal_text.lines, keep_bytes=True)
+_clean_text = partial(terminal_text.lines, keep_bytes=True)
 
 
 class CleanStream:
     """A text stream that removes control characters from what is written to it, and passes the rest to another stream.
 
     Args:
-        stream: the stream to write to.
+        stream: the stream that receives the cleaned text.
 
     Attributes:
-        underlying: the stream to write to.
+        underlying: the stream that receives the cleaned text.
     """
 
     def __init__(self, stream: TextIO) -> None:
@@ -40,9 +41,9 @@ class CleanStream:
         if not text.isprintable():
             if self._keeps_escape_sequences and ("\x1b" in text or "\r" in text):
                 parts = enumerate(re.split(_ALLOWED_SEQUENCES, text))
-                text = "".join(part if number % 2 else _clean(part) for number, part in parts)
+                text = "".join(part if index % 2 else _clean_text(part) for index, part in parts)
             else:
-                text = _clean(text)
+                text = _clean_text(text)
         return self.underlying.write(text)
 
     def writelines(self, lines: Any) -> None:

@@ -1,6 +1,7 @@
-"""``pyros1 __complete``: candidates for the word at the cursor, for shell completion.
+"""``pyros1 __complete``: prints candidates for the word at the cursor, for completion in shells.
 
-It prints no errors, waits only briefly for the master, and imports only what the requested kind of candidate needs.
+This command prints no errors, waits only briefly for the master, and imports only what the requested kinds of
+candidates need.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ _UNQUOTED_CHARACTERS = frozenset("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRST
 _FILE_WORDS = ("bag", "dir", "file", "output")
 """Words in the name of an option or its value that indicate a file."""
 _OPTION_KINDS = ("example",)
-"""Options whose names are also the kinds of candidates for their values."""
+"""Options whose names are also the kinds of candidates for their values, see `complete_values.PROVIDERS_BY_KIND`."""
 
 
 def candidates(line: CommandLine) -> list[str]:
@@ -26,7 +27,7 @@ def candidates(line: CommandLine) -> list[str]:
     if not line.command:
         return sorted([*registry.commands(), "help"])
     if line.token.startswith("-"):
-        return _options(line)
+        return _option_names(line)
     if line.verbs and not line.verb:
         return [] if line.words else line.verbs
     option = line.option
@@ -47,8 +48,8 @@ def candidates(line: CommandLine) -> list[str]:
     return [candidate for kind in kinds.split("|") for candidate in providers[kind](line)]
 
 
-def _options(line: CommandLine) -> list[str]:
-    """Return the options of a command or verb."""
+def _option_names(line: CommandLine) -> list[str]:
+    """Return the names of the options of the verb or, if the command has no verbs, of the command."""
     verb = registry.load_verb(line.command, line.verb) if line.verb else registry.load_command(line.command).verb
     if verb is None:
         return ["--help"]
@@ -56,7 +57,7 @@ def _options(line: CommandLine) -> list[str]:
 
 
 def main(argv: list[str]) -> int:
-    """Print candidates.
+    """Print the candidates for the word at the cursor.
 
     Args:
         argv: the shell's name; its word separators (bash's ``COMP_WORDBREAKS``, otherwise empty); the index of the
@@ -69,7 +70,7 @@ def main(argv: list[str]) -> int:
         shell, separators, index, *words = argv
         words = words[: int(index) + 1] + [""] * (int(index) + 1 - len(words))
         if ":" in separators:
-            words = join_parts(words)
+            words = join_split_words(words)
         token = words[-1]
         quotation_mark = token[:1] if token[:1] in ("'", '"') else ""
         line = CommandLine([*words[:-1], token[len(quotation_mark) :]], one_line=shell == "fish")
@@ -90,8 +91,8 @@ def main(argv: list[str]) -> int:
     return 0
 
 
-def join_parts(words: list[str]) -> list[str]:
-    """Return words without bash's splits at colons and equals signs: ``rate``, ``:=``, ``5`` are one word in ROS."""
+def join_split_words(words: list[str]) -> list[str]:
+    """Join words that bash has split at colons and equals signs: ``rate``, ``:=``, ``5`` are one word in ROS."""
     result: list[str] = []
     joins_next = False
     for word in words:
@@ -105,7 +106,7 @@ def join_parts(words: list[str]) -> list[str]:
 
 
 def quote(word: str, quotation_mark: str = "") -> str:
-    """Return a word quoted for a shell, in double quotes if necessary.
+    """Quote a word for a shell if necessary, in double quotes unless another quotation mark was already typed.
 
     Args:
         word: the word.

@@ -1,4 +1,4 @@
-"""An unfinished command line, for completion."""
+"""Analyses an unfinished command line for completion."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ MASTER_TIMEOUT = 0.7
 
 
 class CommandLine:
-    """An unfinished command line.
+    """An unfinished command line, split into command, verb, arguments and the word to complete.
 
     Args:
-        words: the words up to the cursor. The last one is to be completed.
+        words: the words up to the cursor, starting with the program. The last one is to be completed.
         one_line: whether candidates must not contain line breaks.
 
     Attributes:
@@ -53,17 +53,17 @@ class CommandLine:
     @property
     def positional_arguments(self) -> list[str]:
         """The positional arguments after the command and its verb."""
-        arguments, valued_options, is_value = [], self._options_with_values(), False
+        arguments, valued_options, expects_value = [], self._options_with_values(), False
         for word in self._words_after_command:
-            if is_value or word.startswith("-") or ":=" in word:
-                is_value = not is_value and word in valued_options
+            if expects_value or word.startswith("-") or ":=" in word:
+                expects_value = not expects_value and word in valued_options
             else:
                 arguments.append(word)
         return arguments[1:] if self.verb else arguments
 
     @property
     def option(self) -> Option | None:
-        """The option whose value is at the cursor; None if the word at the cursor is not an option's value."""
+        """The option whose value is at the cursor; None if the word to complete is not an option's value."""
         return self._options_with_values().get(self._words_after_command[-1]) if self._words_after_command else None
 
     def _options_with_values(self) -> dict[str, Option]:

@@ -1,4 +1,4 @@
-"""The candidates that completion offers: running nodes and topics, installed packages and types, and files."""
+"""Finds the candidates that completion offers: running nodes and topics, installed packages and types, files ..."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ _LISTEN_SECONDS = 0.25
 
 
 @contextmanager
-def _open_master() -> Iterator[MasterClient]:
-    """Yield a client for the master. A timer ends the process, because host name lookups have no timeout."""
+def _connect_to_master() -> Iterator[MasterClient]:
+    """Yield a client for the master. A timer ends the process if this takes too long: host lookups have no timeout."""
     from pyros1.cli.complete_line import MASTER_TIMEOUT  # noqa: PLC0415
     from pyros1.net.hosts import master_uri  # noqa: PLC0415
     from pyros1.net.master_client import MasterClient  # noqa: PLC0415
@@ -38,41 +38,41 @@ def _open_master() -> Iterator[MasterClient]:
 
 
 def _topics(_: CommandLine) -> list[str]:
-    with _open_master() as master:
+    with _connect_to_master() as master:
         publishers, subscribers, _services = master.get_system_state()
     return sorted({name for name, _ in [*publishers, *subscribers]})
 
 
 def _services(_: CommandLine) -> list[str]:
-    with _open_master() as master:
+    with _connect_to_master() as master:
         return sorted(name for name, _ in master.get_system_state()[2])
 
 
 def _nodes(_: CommandLine) -> list[str]:
-    with _open_master() as master:
+    with _connect_to_master() as master:
         return sorted({node for table in master.get_system_state() for _, nodes in table for node in nodes})
 
 
-def _reconfigurable(line: CommandLine) -> list[str]:
+def _reconfigurable_nodes(line: CommandLine) -> list[str]:
     return [name.removesuffix("/set_parameters") for name in _services(line) if name.endswith("/set_parameters")]
 
 
 def _parameters(_: CommandLine) -> list[str]:
-    with _open_master() as master:
+    with _connect_to_master() as master:
         return sorted(master.get_param_names())
 
 
 def _namespaces(line: CommandLine) -> list[str]:
     names = _nodes(line) if line.command == "node" else _services(line) if line.command == "service" else _topics(line)
     return sorted(
-        {name[:position] for name in names for position, letter in enumerate(name) if letter == "/" and position}
+        {name[:position] for name in names for position, character in enumerate(name) if character == "/" and position}
     )
 
 
 def _machines(_: CommandLine) -> list[str]:
     from urllib.parse import urlsplit  # noqa: PLC0415
 
-    with _open_master() as master:
+    with _connect_to_master() as master:
         nodes = {node for table in master.get_system_state() for _, nodes in table for node in nodes}
         return sorted({urlsplit(master.lookup_node(node)).hostname or "" for node in nodes})
 
@@ -82,7 +82,7 @@ def _topic_type(line: CommandLine) -> list[str]:
     from pyros1.ground.errors import Error  # noqa: PLC0415
 
     try:
-        with _open_master() as master:
+        with _connect_to_master() as master:
             types = {topic: type_name for topic, type_name in master.get_topic_types()}  # noqa: C416 - pairs are lists
     except Error:
         types = {}
@@ -92,10 +92,10 @@ def _topic_type(line: CommandLine) -> list[str]:
 
 
 def _frames(_: CommandLine) -> list[str]:
-    """Return the frames received within a short time: static ones and those that are published frequently."""
+    """Return the frames received within `_LISTEN_SECONDS`: static ones and those that are published frequently."""
     from time import sleep  # noqa: PLC0415
 
-    with _open_master() as master:
+    with _connect_to_master() as master:
         if not {topic for topic, _ in master.get_system_state()[0]} & {"/tf", "/tf_static"}:
             return []
         from pyros1.node import Node  # noqa: PLC0415 - only needed if frames are published
@@ -148,16 +148,16 @@ def _request_template(line: CommandLine) -> list[str]:
         if line.positional_arguments[0].startswith("/")
         else "/" + line.positional_arguments[0]
     )
-    with _open_master() as master:
+    with _connect_to_master() as master:
         type_name = probe_service(name, master.lookup_service(name), "/complete", timeout=0.5)["type"]
     return [_template("srv", type_name, line.one_line)]
 
 
-def _template(kind: str, type_name: str, one_line: bool) -> str:
+def _template(extension: str, type_name: str, one_line: bool) -> str:
     from pyros1.cli.commands.msg_proto import load_class  # noqa: PLC0415
     from pyros1.observe.template import template  # noqa: PLC0415
 
-    return template(load_class(kind, type_name), 1 if one_line else None)
+    return template(load_class(extension, type_name), 1 if one_line else None)
 
 
 def _definition_kinds(_: CommandLine) -> list[str]:
@@ -189,7 +189,7 @@ def _packages(_: CommandLine) -> list[str]:
 
 
 def _package_folders(line: CommandLine) -> list[str]:
-    """Return folders in a package, or the names of special folders."""
+    """Return the subfolders of the folder typed so far; before the first slash, the names of special folders."""
     from pyros1.cli.commands.pkg._files import resolve_folder, special_folders  # noqa: PLC0415
     from pyros1.finding.packages import is_folder  # noqa: PLC0415
 
@@ -271,21 +271,22 @@ def _panels(line: CommandLine) -> list[str]:
 
 
 def _panel_arguments(line: CommandLine) -> list[str]:
-    """Return the candidates for the argument of a panel on the web page."""
+    """Return the candidates for the argument of a panel, such as the topics for the image panel."""
     from pyros1.cli.shared.windows import GUI_PROGRAMS  # noqa: PLC0415
 
     panel = line.positional_arguments[0]
     panel = GUI_PROGRAMS[panel].args[0] if panel in GUI_PROGRAMS else panel
     providers = {
         "bag": _bags, "image": _topics, "launches": _nodes, "nodes": _nodes, "plot": _topics, "publisher": _topics,
-        "reconfigure": _reconfigurable, "scene": _files, "services": _services, "topics": _topics, "turtles": _nodes,
+        "reconfigure": _reconfigurable_nodes, "scene": _files, "services": _services, "topics": _topics, "turtles":
+    _nodes,
     }  # fmt: skip
     return providers[panel](line) if panel in providers else []
 
 
 PROVIDERS_BY_KIND: dict[str, Callable[[CommandLine], list[str]]] = {
     "bag": _bags,
-    "configurable": _reconfigurable,
+    "configurable": _reconfigurable_nodes,
     "definition": _definitions,
     "definition_kind": _definition_kinds,
     "example": _example_names,
@@ -314,4 +315,4 @@ PROVIDERS_BY_KIND: dict[str, Callable[[CommandLine], list[str]]] = {
     "topic": _topics,
     "topic_type": _topic_type,
 }
-"""For each kind of argument, the function that returns its candidates."""
+"""For each kind of argument, the function that returns the candidates for it."""

@@ -1,4 +1,4 @@
-"""Runs the command named on a command line without importing the others."""
+"""Runs the command named on the command line, without importing the other commands."""
 
 from __future__ import annotations
 
@@ -23,20 +23,22 @@ _MAX_VERBS = 12
 
 
 def usage() -> str:
-    """Return the output of ``pyros1 help``."""
+    """Return the text that ``pyros1 help`` prints: how to call pyros1, and all commands by group."""
     lines = ["usage: pyros1 <command> [arguments]"]
     all_commands = registry.commands()
     for group, heading in COMMAND_GROUPS.items():
         lines += ["", f"{heading}:"]
         lines += [
-            f"  {name:11} {_summary(name, entry)}" for name, entry in all_commands.items() if entry.group == group
+            f"  {name:11} {_command_summary(name, entry)}"
+            for name, entry in all_commands.items()
+            if entry.group == group
         ]
     lines += ["", "Each accepts the arguments of the corresponding ROS 1 tool: `pyros1 topic list` is `rostopic list`."]
     lines += ["Type pyros1 <command> -h for more. pyros1 --version shows the version."]
     return "\n".join(lines)
 
 
-def _summary(name: str, entry: registry.CommandEntry) -> str:
+def _command_summary(name: str, entry: registry.CommandEntry) -> str:
     verbs = registry.verbs(name) if entry.verbs else {}
     verb_list = " ".join([*verbs][:_MAX_VERBS])
     aliases = f" (also: {', '.join(entry.aliases)})" * bool(entry.aliases)
@@ -60,7 +62,7 @@ def dispatch(argv: list[str], alone: bool) -> int:
             with clean_output():
                 return _run_named_command(list(argv))
         finally:
-            sys.stdout.flush()  # errors of Python's own flush at exit cannot be caught
+            sys.stdout.flush()  # errors in Python's own flush at exit cannot be caught
     except KeyboardInterrupt:
         if alone:
             interrupts.die_by_signal()
@@ -100,7 +102,7 @@ def _run_named_command(argv: list[str]) -> int:
 
         return complete(argv[2:])
     name = registry.command_name(first_arg)
-    if name is None and first_arg in (stock_names := registry.stock_names()):  # like rviz, which is `web rviz`
+    if name is None and first_arg in (stock_names := registry.stock_names()):  # for example rviz, which is `web rviz`
         name, *args = stock_names[first_arg]
         argv[2:2] = args
     if name is None:
@@ -111,10 +113,10 @@ def _run_named_command(argv: list[str]) -> int:
         )
         print(f"pyros1: unknown command {first_arg!r}{hint}; see: pyros1 help", file=sys.stderr)
         return 64
-    return _run(name, argv[2:])
+    return _run_and_report_errors(name, argv[2:])
 
 
-def _run(command: str, arguments: list[str]) -> int:
+def _run_and_report_errors(command: str, arguments: list[str]) -> int:
     try:
         add_nearby_packages(os.environ)
         from pyros1.cli.running import run_command  # noqa: PLC0415 - not needed for help and completion
@@ -122,11 +124,11 @@ def _run(command: str, arguments: list[str]) -> int:
         with interrupts.keyboard_interrupts():
             code = run_command(command, arguments)
         if code:
-            _print_suggestion(command, arguments)
+            _print_argument_hints(command, arguments)
         return code
     except SystemExit as error:
         if error.code:  # the command line is invalid
-            _print_suggestion(command, arguments)
+            _print_argument_hints(command, arguments)
         raise
     except Error as error:
         print(f"ERROR: {error}", file=sys.stderr)
@@ -139,14 +141,14 @@ def _run(command: str, arguments: list[str]) -> int:
         print(f"ERROR: the input is not UTF-8 text: byte {byte:#04x} at offset {offset}", file=sys.stderr)
         return 1
     except OSError as error:
-        if error.filename in (None, output.STDOUT_NAME):  # an error without the name of a file is a bug
+        if error.filename in (None, output.STDOUT_NAME):  # an error that names no file is a bug
             raise
         print(f"ERROR: {error.filename or repr('')}: {error.strerror}", file=sys.stderr)
         return 1
 
 
-def _print_suggestion(command: str, arguments: list[str]) -> None:
-    """After a failure, print hints about arguments that look like misspelt options or remappings, except values."""
+def _print_argument_hints(command: str, arguments: list[str]) -> None:
+    """After a failure, print hints about arguments that look like misspelt options or remappings."""
     if command in _COMMANDS_WITH_OWN_HINTS:
         return
     from pyros1.ground.suggest import argument_hint, similar_option  # noqa: PLC0415 - only needed after a failure

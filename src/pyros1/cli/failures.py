@@ -1,4 +1,4 @@
-"""The errors that commands raise, and functions that print errors."""
+"""Errors for commands to raise, and functions that print errors and suggestions."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pyros1.cli import output
 from pyros1.ground.errors import Error, MasterUnreachableError
 
 EX_USAGE = 64
-"""Exit code for a missing or unknown verb (sysexits.h), as in the stock tools."""
+"""Exit code for a missing or unknown verb, as in the stock tools. The name is from sysexits.h."""
 _MAX_COMMANDS_SHOWN = 3
 
 
@@ -59,16 +59,16 @@ def flush_stdout() -> None:
 
 
 def ignore_closed_pipe() -> int:
-    """Make the interpreter exit silently after the reader of the output has closed the pipe. Return exit code 0."""
+    """Make the interpreter exit silently although the reader of stdout has closed the pipe. Return exit code 0."""
     output.discard_output()
     return 0
 
 
-def did_you_mean(word: str, known: Iterable[str]) -> str:
-    """Return a suggestion for a misspelt word to append to a message; empty if nothing is similar."""
+def did_you_mean(word: str, known_words: Iterable[str]) -> str:
+    """Return a suggestion to append to a message about a misspelt word; empty if no known word is similar."""
     from pyros1.ground.suggest import did_you_mean as hint  # noqa: PLC0415 - only needed after a failure
 
-    return hint(word, known)
+    return hint(word, known_words)
 
 
 def other_commands_hint(verb: str) -> str:

@@ -1,4 +1,4 @@
-"""The option parser of a verb, and the layout of its help."""
+"""The option parser of verbs, which also prints their usage and help."""
 
 from __future__ import annotations
 
@@ -36,9 +36,9 @@ class Parser(OptionParser):
         if msg.startswith(_UNKNOWN_OPTION_PREFIX) and not self._as_stock:
             from pyros1.ground.suggest import did_you_mean  # noqa: PLC0415 - only needed after a failure
 
-            visible = [option for option in self.option_list if option.help != SUPPRESS_HELP]
-            known = [name for option in visible for name in option._long_opts]
-            msg += did_you_mean(msg.removeprefix(_UNKNOWN_OPTION_PREFIX), known)
+            visible_options = [option for option in self.option_list if option.help != SUPPRESS_HELP]
+            known_names = [name for option in visible_options for name in option._long_opts]
+            msg += did_you_mean(msg.removeprefix(_UNKNOWN_OPTION_PREFIX), known_names)
         super().error(msg)
 
     def format_epilog(self, formatter: HelpFormatter) -> str:
@@ -50,7 +50,7 @@ class _Formatter(IndentedHelpFormatter):
     """Formats help without reserving space for hidden options, unlike optparse's formatter."""
 
     def store_option_strings(self, parser: OptionParser) -> None:
-        """Measure the visible options."""
+        """Measure the widths of the visible options, so that their descriptions are aligned."""
         all_options = parser.option_list
         parser.option_list = [option for option in all_options if option.help != SUPPRESS_HELP]
         try:

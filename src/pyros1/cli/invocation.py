@@ -42,7 +42,10 @@ class Invocation:
         as_stock: whether the command was called by the stock tool's name.
         verb: the first argument if the command has verbs.
         args: the arguments without the verb and remappings.
-        special: the values of arguments such as ``__name:=x``, by name with ``__``.
+        argv: the arguments as given, with the verb and remappings.
+        special: the values of arguments such as ``__name:=x``, by name including ``__``.
+        remapping_args: the remappings, including those in ``special``.
+        environ: the environment variables.
     """
 
     def __init__(
@@ -64,13 +67,13 @@ class Invocation:
         self.args = arguments.rest[1:] if with_verb else arguments.rest
         self.special = arguments.special
         self.remapping_args = [arg for arg in argv if arg not in arguments.rest]
-        ns = arguments.special.get("__ns") or self.environ.get("ROS_NAMESPACE") or names.SEP
-        self._namespace = names.SEP + ns.strip(names.SEP)
+        namespace = arguments.special.get("__ns") or self.environ.get("ROS_NAMESPACE") or names.SEP
+        self._namespace = names.SEP + namespace.strip(names.SEP)
         self._master: MasterClient | None = None
-        self._wait: Callable[[float], bool]  # set by open_node
+        self._wait_for_shutdown: Callable[[float], bool]  # set by open_node
 
     def resolve(self, name: str) -> str:
-        """Return the full name for a name on the command line. It is not checked here, but by the master."""
+        """Return the full name for a name on the command line. The master checks the name; this method does not."""
         if names.is_private(name):
             return terminal_text.untrusted(names.canonicalize_name(f"{self._namespace}/{self.tool}/{name[1:]}"))
         return terminal_text.untrusted(names.canonicalize_name(names.ns_join(self._namespace, name)))
@@ -82,7 +85,7 @@ class Invocation:
 
     @property
     def caller_id(self) -> str:
-        """The name with which the tool identifies itself in calls to the master and to nodes."""
+        """The name with which the command identifies itself in calls to the master and to nodes."""
         return f"/{self.tool}-{os.getpid()}" if self.tool == "rosparam" else f"/{self.tool}"
 
     @property
@@ -104,7 +107,7 @@ class Invocation:
 
     @property
     def graph(self) -> Graph:
-        """An object that queries the running system."""
+        """A new object that queries the running system."""
         from pyros1.graph import Graph  # noqa: PLC0415
 
         return Graph(self.master)
@@ -113,7 +116,7 @@ class Invocation:
         """Create and return a node for this command, with an anonymous name like the stock tool's (L05).
 
         Raises:
-            MasterUnreachableError: no master is running. Tools do not wait for it.
+            MasterUnreachableError: no master is running. Unlike other nodes, commands do not wait for one.
         """
         self.master.ping()  # fail before slow imports if no master is running
         from threading import Event  # noqa: PLC0415
@@ -131,9 +134,9 @@ class Invocation:
         )
         has_shut_down = Event()
         node.on_shutdown(has_shut_down.set)
-        self._wait = has_shut_down.wait
+        self._wait_for_shutdown = has_shut_down.wait
         return node
 
     def pause(self, seconds: float) -> bool:
-        """Wait for a time in wall-clock seconds. Return False as soon as the node from `open_node` shuts down."""
-        return not self._wait(seconds)
+        """Wait for some wall-clock seconds. Return True, or False as soon as the node from `open_node` shuts down."""
+        return not self._wait_for_shutdown(seconds)

@@ -14,7 +14,7 @@ _EXIT_TIMEOUT = 5.0
 
 
 def main(argv: list[str]) -> int:
-    """Run the program. Return its exit code.
+    """Publish joint states until the node is shut down. Return the exit code.
 
     Args:
         argv: the command line, including the program's name.
@@ -38,7 +38,11 @@ def main(argv: list[str]) -> int:
 
 
 def _open_page(node: Node) -> subprocess.Popen[bytes]:
-    """Open the panel in a running web server, or in a new one that exits with this node. Return the process."""
+    """Open the panel with the sliders on the page of a running web server, or of a new one that exits with this node.
+
+    Returns:
+        The process of ``pyros1 web``.
+    """
     args = ["web", "joints", f"__master:={node.master.uri}"]
     page_process = subprocess.Popen([sys.executable, "-m", "pyros1", *args], stdin=subprocess.DEVNULL)
 

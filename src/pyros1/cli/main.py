@@ -30,7 +30,7 @@ def entry(argv: list[str] | None = None, *, alone: bool | None = None) -> int:
 
 
 def run_script(file: str) -> None:
-    """Run the command of a script in one of pyros1's ROS packages with this process's arguments, and end the process.
+    """Run the command for a script in one of pyros1's ROS packages with this process's arguments, and end the process.
 
     Args:
         file: the script, or a link to it.

@@ -1,4 +1,4 @@
-"""Packages near the current folder, which are found without any setting.
+"""Finds packages near the current folder, so that they can be used without any setting.
 
 These are the packages in the current folder; inside a package, that package and its siblings; inside a workspace, those
 in its ``src``. They are appended to ``ROS_PACKAGE_PATH``, so that the user's setting has priority and started nodes
@@ -24,12 +24,12 @@ def add_nearby_packages(environ: MutableMapping[str, str]) -> None:
         environ: the environment variables, which are changed.
     """
     try:
-        start = os.getcwd()
+        current_folder = os.getcwd()
     except OSError:  # the folder was removed
         return
     configured_folders = [part for part in environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep) if part]
-    nearby = find_nearby_packages(start)
-    if not nearby:
+    nearby_folders = find_nearby_packages(current_folder)
+    if not nearby_folders:
         return
     from pyros1.finding.packages import OWN_PACKAGES  # noqa: PLC0415 - not needed by most commands
 
@@ -37,23 +37,27 @@ def add_nearby_packages(environ: MutableMapping[str, str]) -> None:
         *configured_folders,
         OWN_PACKAGES,
     )  # shipped packages stay last, even if the current folder is one of them
-    new_folders = [folder for folder in nearby if not any(_is_in(folder, root) for root in covered_folders)]
+    new_folders = [folder for folder in nearby_folders if not any(_is_inside(folder, root) for root in covered_folders)]
     if new_folders and os.pathsep not in "".join(new_folders):
         environ["ROS_PACKAGE_PATH"] = os.pathsep.join([*configured_folders, *new_folders])
 
 
-def find_nearby_packages(start: str) -> list[str]:
+def find_nearby_packages(start_folder: str) -> list[str]:
     """Return the folders of the packages near a folder, or the folder that contains all of them."""
-    folders = list(_packages_in(start))
-    folder = start
+    folders = list(_packages_in(start_folder))
+    folder = start_folder
     while not folders:
         if _is_package(folder):
             folders = list(_packages_in(os.path.dirname(folder)))
         else:
-            source = os.path.join(folder, "src")
-            if os.path.isdir(source):
+            source_folder = os.path.join(folder, "src")
+            if os.path.isdir(source_folder):
                 is_workspace = any(os.path.exists(os.path.join(folder, marker)) for marker in _WORKSPACE_MARKERS)
-                folders = [source] if is_workspace and _is_trusted(source, folder) else list(_packages_in(source))
+                folders = (
+                    [source_folder]
+                    if is_workspace and _is_trusted(source_folder, folder)
+                    else list(_packages_in(source_folder))
+                )
         parent = os.path.dirname(folder)
         if parent == folder:
             break
@@ -85,5 +89,5 @@ def _is_trusted(folder: str, parent: str) -> bool:
     return not os.stat(parent).st_mode & 0o002 or os.stat(folder).st_uid == os.getuid()
 
 
-def _is_in(folder: str, root: str) -> bool:
+def _is_inside(folder: str, root: str) -> bool:
     return folder == root or folder.startswith(root.rstrip(os.sep) + os.sep)

@@ -1,4 +1,4 @@
-"""Handling of unusual standard output: closed, a full disk, a pipe without a reader, or a limited encoding."""
+"""Copes with unusual standard streams: closed, on a full disk, without a reader, or in an encoding other than UTF-8."""
 
 from __future__ import annotations
 
@@ -12,8 +12,9 @@ from typing import Any, TextIO
 _ASCII_REPLACEMENTS = str.maketrans(
     {"─": "-", "│": "|", "├": "|", "└": "`", "•": "*", "…": "...", "→": "->", "←": "<-", "↔": "<->", "·": "."}
 )
-"""ASCII replacements of drawing characters that the encoding lacks."""
+"""ASCII replacements for drawing characters that the encoding lacks."""
 _ERROR_HANDLER = "pyros1"
+"""The name under which the handler for encoding errors is registered."""
 STDOUT_NAME = "standard output"
 """The name of standard output in error messages."""
 
@@ -35,12 +36,12 @@ def prepare_streams() -> None:
 def _format_warning(
     message: Warning | str, category: object, filename: str, lineno: int, line: str | None = None
 ) -> str:
-    """Format a warning without its location in the source of pyros1."""
+    """Format a warning without its location in the source code of pyros1."""
     return f"WARNING: {message}\n"
 
 
 def _open_closed_streams() -> None:
-    """Open streams that the caller has closed. Otherwise, a socket could take the place of one in child processes."""
+    """Open the standard streams that are closed. Otherwise, child processes could use a socket as a standard stream."""
     while (descriptor := os.open(os.devnull, os.O_RDWR)) <= 2:
         os.set_inheritable(descriptor, True)
     os.close(descriptor)
@@ -50,7 +51,7 @@ def _open_closed_streams() -> None:
 
 
 def _replace_character(error: UnicodeError) -> tuple[str | bytes, int]:
-    """Encode a character that the encoding lacks. Undecodable bytes of file names are kept, others are replaced."""
+    """Encode a character that the encoding lacks. Only undecodable bytes of file names are kept as they are."""
     if not isinstance(error, UnicodeEncodeError):
         raise error
     character = error.object[error.start]
@@ -77,9 +78,9 @@ def _with_named_errors(stream: TextIO) -> TextIO:
     """Return an equivalent stream whose errors have the file name `STDOUT_NAME`."""
     if not isinstance(stream, io.TextIOWrapper):
         return stream
-    raw = _NamedOutput(stream.fileno(), "w", closefd=False)
+    raw_stream = _NamedOutput(stream.fileno(), "w", closefd=False)
     return io.TextIOWrapper(
-        raw if isinstance(stream.buffer, io.RawIOBase) else io.BufferedWriter(raw),
+        raw_stream if isinstance(stream.buffer, io.RawIOBase) else io.BufferedWriter(raw_stream),
         encoding=stream.encoding,
         errors=stream.errors,
         line_buffering=stream.line_buffering,
@@ -89,6 +90,6 @@ def _with_named_errors(stream: TextIO) -> TextIO:
 
 def discard_output() -> None:
     """Discard output that could not be written, so that the interpreter exits silently."""
-    null = os.open(os.devnull, os.O_WRONLY)
-    os.dup2(null, sys.stdout.fileno())
-    os.close(null)
+    null_device = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(null_device, sys.stdout.fileno())
+    os.close(null_device)

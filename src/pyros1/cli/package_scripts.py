@@ -1,7 +1,7 @@
-"""The commands of the scripts in pyros1's ROS packages. All scripts are identical and look up their command here.
+"""The commands that scripts in pyros1's ROS packages run. All scripts are identical and look up their command here.
 
-They are files because every ``rosrun`` and every launcher must find them. They are not links because wheels cannot
-contain links. To add a script, copy any other one to ``packages/PACKAGE/scripts/`` and add its command here. The
+The scripts are files so that every ``rosrun`` and every launcher can find them. They are not links because wheels
+cannot contain links. To add a script, copy any other one to ``packages/PACKAGE/scripts/`` and add its command here. The
 scripts of minimal_nodes are different: they are examples for users.
 """
 
@@ -144,24 +144,24 @@ SCRIPTS: Mapping[str, Mapping[str, str | Callable[[], int]]] = {
     "xacro": {"xacro": _xacro},
     **{package: {name: f"web {name}" for name in names} for package, names in PROGRAMS_BY_PACKAGE.items()},
 }
-"""The ``pyros1`` command of each package's scripts, or a function that returns an exit code."""
+"""By package and script: the arguments of ``pyros1``, or a function that runs the script and returns an exit code."""
 
 
 def run(file: str) -> None:
-    """Run the command of a script with this process's arguments, and exit.
+    """Run the command for a script with this process's arguments, and exit.
 
     Args:
         file: the script, or a link to it.
     """
     *folders, name = os.path.realpath(file).split(os.sep)
     package = next(folder for folder in reversed(folders) if folder in SCRIPTS)
-    script = SCRIPTS[package][name]
-    if callable(script):
+    command = SCRIPTS[package][name]
+    if callable(command):
         try:
-            code = script()
+            code = command()
         except Error as error:  # for example, the master's address is invalid
             sys.exit(f"ERROR: {name}: {error}")
         sys.exit(code)
     from pyros1.cli.dispatch import dispatch  # noqa: PLC0415 - not needed by the scripts above
 
-    sys.exit(dispatch(["pyros1", *script.split(), *sys.argv[1:]], alone=True))
+    sys.exit(dispatch(["pyros1", *command.split(), *sys.argv[1:]], alone=True))

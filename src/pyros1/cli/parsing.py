@@ -1,6 +1,6 @@
-"""Parsing of command lines into options and positional arguments, according to a verb's record.
+"""Parses command lines into options and positional arguments, according to a verb's record.
 
-A verb's `parse` is one of these functions or a function of the verb's module.
+The `parse` function of a verb's record is one of these functions or a function from the verb's module.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from typing import Any
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Verb
 
-_MARK = "\0"
+_POSITIONAL_MARK = "\0"
 """Prefix of arguments that are positional although they begin with ``-``."""
 
 
@@ -40,24 +40,24 @@ def parse_with_negative_numbers(invocation: Invocation, verb: Verb) -> tuple[Any
 
 
 def leave_unparsed(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:
-    """Return None and all arguments, which the verb parses itself. The options are only for help and completion."""
+    """Return None and all arguments, for verbs that parse them in `run`. Their options are for help and completion."""
     return None, invocation.args
 
 
 def parse_marked(invocation: Invocation, verb: Verb, args: list[str]) -> tuple[Any, list[str]]:
-    """Parse arguments like `parse_args`, some of which `mark_negative_number` has marked as positional."""
+    """Parse arguments like `parse_args`. Those marked by `mark_negative_number` are positional."""
     options, arguments = parse_arg_list(invocation, verb, args)
-    return options, [argument.removeprefix(_MARK) for argument in arguments]
+    return options, [argument.removeprefix(_POSITIONAL_MARK) for argument in arguments]
 
 
 def mark_negative_number(arg: str) -> str:
-    """Return an argument, marked as positional if it is a negative number."""
-    return _MARK + arg if _is_negative_number(arg) else arg
+    """Return an argument, with a mark that makes it positional if it is a negative number."""
+    return _POSITIONAL_MARK + arg if _is_negative_number(arg) else arg
 
 
 def unmark(arg: str) -> str:
     """Return an argument without the mark of `mark_negative_number`."""
-    return arg.removeprefix(_MARK)
+    return arg.removeprefix(_POSITIONAL_MARK)
 
 
 def default_options(verb: Verb) -> Any:

@@ -1,4 +1,4 @@
-"""The records of commands and verbs, from which usage, help, completion, tables and dispatch are generated.
+"""The records of commands and verbs. Usage, help, completion, dispatch and the tables in documents come from them.
 
 A command is a module or folder in `pyros1.cli.commands` with a `Command` record named ``COMMAND``; in a folder, it is
 in ``__init__.py``. A command with verbs, such as ``topic``, is a folder with a file for each verb, which has the verb's
@@ -106,16 +106,17 @@ class Verb:
         name: the name to type; empty if the command has no verbs.
         about: a one-line description for the list of verbs.
         parts: the options and the arguments in order.
-        run: runs the verb.
+        run: the function that runs the verb.
         usage: the usage after the name; None to generate it from the parts.
-        description: the lines of help between usage and options.
-        examples: pairs of the arguments after the name (or a whole line if it begins with ``pyros1``) and a
-            description.
+        description: the text between usage and options in help.
+        examples: pairs of a command and its description. The command is what follows the verb's name, or a whole line
+            that begins with ``pyros1``.
         aliases: other names of the verb.
         stock: the equivalent stock program, such as ``rosls``, with its first arguments if there are any; empty if
             stock has none. None if it is the verb of the same name in the command's stock tool, whose list of verbs
             contains only such verbs.
-        stock_about: the `about` of the stock tool if it differs; empty for none.
+        stock_about: the description in the stock tool's list of verbs if it differs from `about`; empty if that list
+            lacks the verb.
         stock_examples: whether the stock tool's help also shows the examples.
         parse: parses the arguments, see `pyros1.cli.parsing`; None for `parse_args`.
     """
@@ -191,7 +192,7 @@ COMMAND_GROUPS = {
     "develop": "Messages and packages",
     "machine": "This machine",
 }
-"""The headings in ``pyros1 help`` by group of commands."""
+"""The heading in ``pyros1 help`` for each group of commands."""
 
 
 class Command:

@@ -1,4 +1,4 @@
-"""Finds commands and their verbs.
+"""Finds the commands and their verbs by name.
 
 Names and descriptions of all commands are in a table (`index`), so that only the command that runs is imported.
 ``python -m pyros1.cli.make_index`` generates it from the records, and a test checks that it is current. Commands
@@ -18,7 +18,7 @@ from pyros1.cli.records import Command, Verb
 COMMANDS_PACKAGE = "pyros1.cli.commands"
 SHELL_FUNCTIONS = ("roscd", "rospd", "rosd")
 """Names of shell functions that change the shell's current folder, which a program cannot do."""
-_FOLDER = os.path.join(os.path.dirname(os.path.abspath(__file__)), "commands")
+_COMMANDS_FOLDER = os.path.join(os.path.dirname(os.path.abspath(__file__)), "commands")
 
 
 class VerbEntry:
@@ -101,7 +101,7 @@ def find_command(name: str) -> CommandEntry | None:
 
 
 def stock_names() -> dict[str, tuple[str, ...]]:
-    """Return the equivalent arguments of ``pyros1`` for each stock program."""
+    """Return the equivalent arguments of ``pyros1`` by name of stock program."""
     args_by_program: dict[str, tuple[str, ...]] = {}
     for name, entry in commands().items():
         if entry.stock:
@@ -112,16 +112,16 @@ def stock_names() -> dict[str, tuple[str, ...]]:
     return dict(sorted(args_by_program.items()))
 
 
-def completion_kinds(name: str, verb: str, position: int) -> str:
+def completion_kinds(command: str, verb: str, position: int) -> str:
     """Return the kinds of candidates for an argument, separated by ``|``; empty if unknown.
 
     Args:
-        name: the command.
+        command: the command.
         verb: the verb; empty for a command without verbs.
         position: the argument's position, counted from 0.
     """
-    entry = find_command(name)
-    kinds = verbs(name)[verb].completion_kinds if verb else entry.completion_kinds if entry else ()
+    entry = find_command(command)
+    kinds = verbs(command)[verb].completion_kinds if verb else entry.completion_kinds if entry else ()
     if position < len(kinds):
         return kinds[position].rstrip("+")
     return kinds[-1].rstrip("+") if kinds and kinds[-1].endswith("+") else ""
@@ -141,9 +141,9 @@ def command_name(word: str) -> str | None:
     return None
 
 
-def verbs(name: str) -> dict[str, VerbEntry]:
-    """Return the verbs of a command by name, in the order in which they are listed; those not in the table are last."""
-    entry = find_command(name)
+def verbs(command: str) -> dict[str, VerbEntry]:
+    """Return the verbs of a command by name, in the order of the table; verbs that the table lacks are last."""
+    entry = find_command(command)
     if entry is None:
         return {}
     entries = dict(entry.verbs)
@@ -154,9 +154,9 @@ def verbs(name: str) -> dict[str, VerbEntry]:
     return entries
 
 
-def find_verb(name: str, word: str) -> str | None:
-    """Return the name of the verb with this name or alias; None if unknown."""
-    entries = verbs(name)
+def find_verb(command: str, word: str) -> str | None:
+    """Return the name of the verb with this name or alias; None if the command has none."""
+    entries = verbs(command)
     if word in entries:
         return word
     return next((verb for verb, entry in entries.items() if word in entry.aliases), None)
@@ -166,39 +166,39 @@ def load_command(name: str) -> Command:
     """Return the record of an existing command."""
     entry = find_command(name)
     assert entry is not None, name
-    return _load(entry.module)
+    return _load_record(entry.module)
 
 
-def load_verb(name: str, verb: str) -> Verb:
+def load_verb(command: str, verb: str) -> Verb:
     """Return the record of an existing verb."""
-    return next(record for record in _records(verbs(name)[verb].module) if record.name == verb)
+    return next(record for record in _load_verb_records(verbs(command)[verb].module) if record.name == verb)
 
 
 def describe_command(module: str) -> tuple[str, tuple[Any, ...]]:
-    """Import a command. Return its name and the fields of its entry, without the verbs."""
-    record = _load(module)
+    """Import a command's module. Return the command's name and the fields of its entry, without the verbs."""
+    record = _load_record(module)
     other_programs = {name: tuple(args) for name, args in record.other_programs.items()}
     kinds = _argument_kinds(record.verb) if record.verb else ()
     return record.name, (module, record.about, record.group, record.stock, other_programs, record.aliases, kinds, {})
 
 
 def describe_verbs(module: str) -> dict[str, tuple[Any, ...]]:
-    """Import a file of verbs. Return the fields of their entries by name."""
+    """Import a module of verbs. Return the fields of each verb's entry by the verb's name."""
     return {
         verb.name: (module, verb.about, verb.stock_about, verb.stock, verb.usage, _argument_kinds(verb), verb.aliases)
-        for verb in _records(module)
+        for verb in _load_verb_records(module)
     }
 
 
 def modules(command: str = "") -> list[str]:
     """Return the names of all commands' modules, or of those of one command's verbs, relative to `COMMANDS_PACKAGE`."""
     try:
-        names = os.listdir(os.path.join(_FOLDER, command))
+        names = os.listdir(os.path.join(_COMMANDS_FOLDER, command))
     except OSError:  # the command is a module, or is in an archive, whose commands are all in the table
         return []
     module_names = [name.removesuffix(".py") for name in names if name.endswith(".py")]
     if not command:
-        module_names += [name for name in names if os.path.exists(os.path.join(_FOLDER, name, "__init__.py"))]
+        module_names += [name for name in names if os.path.exists(os.path.join(_COMMANDS_FOLDER, name, "__init__.py"))]
     prefix = f"{command}." * bool(command)
     return sorted(prefix + name for name in module_names if not name.startswith("_"))
 
@@ -208,12 +208,12 @@ def _argument_kinds(verb: Verb) -> tuple[str, ...]:
     return tuple(argument.completion_kinds + "+" * argument.repeatable for argument in verb.arguments)
 
 
-def _load(module: str) -> Command:
+def _load_record(module: str) -> Command:
     record: Command = import_module(f"{COMMANDS_PACKAGE}.{module}").COMMAND
     return record
 
 
-def _records(module: str) -> Iterable[Verb]:
-    loaded = import_module(f"{COMMANDS_PACKAGE}.{module}")
-    records: Iterable[Verb] = loaded.VERBS if hasattr(loaded, "VERBS") else [loaded.VERB]
+def _load_verb_records(module: str) -> Iterable[Verb]:
+    imported_module = import_module(f"{COMMANDS_PACKAGE}.{module}")
+    records: Iterable[Verb] = imported_module.VERBS if hasattr(imported_module, "VERBS") else [imported_module.VERB]
     return records

@@ -37,7 +37,7 @@ def run_command(name: str, argv: list[str]) -> int:
     if verb is None and command.dispatch is None:
         verb_name = registry.find_verb(name, invocation.verb)
         if verb_name is None:
-            help_verb = _verb_of_help_request(command, invocation)
+            help_verb = _requested_help_verb(command, invocation)
             return run_command(name, [help_verb, "-h"]) if help_verb else _print_unknown_verb(command, invocation)
         verb = registry.load_verb(name, verb_name)
     try:
@@ -54,7 +54,7 @@ def run_command(name: str, argv: list[str]) -> int:
 
 
 def _print_error(command: Command, error: Error | OSError) -> int:
-    """Print an error in the command's format and return the exit code. Raise an OSError again if it has no format."""
+    """Print an error in the command's format and return the exit code. Raise an OSError without a format again."""
     message = command.format_error(error) if command.format_error else None
     code = error.code if isinstance(error, CommandError) else command.error_exit_code
     if message is None and not isinstance(error, Error):
@@ -86,7 +86,7 @@ def verb_list(command: Command, program: str, *, as_stock: bool) -> str:
     Args:
         command: the command.
         program: the name by which the command was called.
-        as_stock: whether to list only stock's verbs, as the stock tool does.
+        as_stock: whether to list only the stock tool's verbs with its descriptions.
     """
     lines = [command.heading.format(program=program)]
     verbs = registry.verbs(command.name)
@@ -98,7 +98,7 @@ def verb_list(command: Command, program: str, *, as_stock: bool) -> str:
     return "\n".join([*lines, command.footing.format(program=program)])
 
 
-def _verb_of_help_request(command: Command, invocation: Invocation) -> str | None:
+def _requested_help_verb(command: Command, invocation: Invocation) -> str | None:
     """Return the verb in a request for help such as ``topic help echo``; None for other arguments."""
     if not invocation.args or invocation.verb not in command.help_words(as_stock=invocation.as_stock):
         return None

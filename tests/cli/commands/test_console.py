@@ -78,7 +78,7 @@ def test_a_line() -> None:
         header=SimpleNamespace(stamp=stamp),
     )
     assert format_row(message) == "      12.250 WARN  /n: one\n    two  [c.py:7 f]"
-    assert "\x1b[93mWARN \x1b[0m" in format_row(message, colour=True)
+    assert "\x1b[93mWARN \x1b[0m" in format_row(message, coloured=True)
     message.header.stamp = Time(1_700_000_000, 999_999_999)
     message.file, message.function, message.msg = "", "", "\x1b[2Jevil"
     assert format_row(message)[2:6:3] == "::" and format_row(message).partition(" ")[0].endswith(".999")

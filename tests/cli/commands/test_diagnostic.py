@@ -132,9 +132,9 @@ def test_following_prints_lines_only(
 def test_colours_and_levels_that_do_not_exist() -> None:
     array = DiagnosticArray()
     one = [DiagnosticStatus(1, "n", "m", "", [])]
-    assert list(diagnostic.status_lines(array, one, colour=True)) == ["[ \x1b[93mWARN \x1b[0m ] n - m"]
+    assert list(diagnostic.status_lines(array, one, coloured=True)) == ["[ \x1b[93mWARN \x1b[0m ] n - m"]
     odd = [DiagnosticStatus(7, "n", "m", "", []), DiagnosticStatus(-1, "o", "m", "", [])]
-    assert list(diagnostic.status_lines(array, odd, colour=True)) == ["[ 7     ] n - m", "[ -1    ] o - m"]
+    assert list(diagnostic.status_lines(array, odd, coloured=True)) == ["[ 7     ] n - m", "[ -1    ] o - m"]
     assert diagnostic.select_statuses([*odd, *one], -5) == [odd[0], one[0], odd[1]]
 
 

@@ -96,7 +96,7 @@ def test_echo_refuses_what_it_does_not_understand(run: Run) -> None:
 def test_colours_only_on_request() -> None:
     message: Any = SimpleNamespace(level=16, name="/n", msg="m")
     assert echo.format_message(message) == "[ FATAL ] [/n]: m"
-    assert echo.format_message(message, colour=True) == "[ \x1b[95mFATAL\x1b[0m ] [\x1b[1m/n\x1b[0m]: m"
+    assert echo.format_message(message, coloured=True) == "[ \x1b[95mFATAL\x1b[0m ] [\x1b[1m/n\x1b[0m]: m"
     assert echo.format_message(SimpleNamespace(level=3, name="/n", msg="m")) == "[ 3     ] [/n]: m"
 
 

@@ -391,7 +391,7 @@ def test_a_panel_needs_not_the_usual_port(environ: dict[str, str]) -> None:
         taken.bind(("127.0.0.1", 0))
         taken.listen()
         port = taken.getsockname()[1]
-        code = f"import pyros1.cli.commands.web as web; web.PORT = {port}; from pyros1.cli.main import entry;"
+        code = f"import pyros1.cli.commands.web as web; web.WEB_PORT = {port}; from pyros1.cli.main import entry;"
         code += "entry(['pyros1', 'web', 'rqt_console', '--host', '127.0.0.1'])"
         process = subprocess.Popen(
             [sys.executable, "-c", code],

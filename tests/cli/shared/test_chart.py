@@ -9,17 +9,20 @@ from pyros1.cli.shared.chart import Canvas, nice_range, render_chart
 
 def test_dots_are_where_they_should_be() -> None:
     canvas = Canvas(2, 1)
-    canvas.dot(0, 0, 0)  # bottom left
-    canvas.dot(3, 3, 0)  # top right
-    canvas.dot(99, 99, 0)
-    canvas.dot(-1, 0, 0)
-    assert canvas.rows(False) == ["\u2840\u2808"]
+    canvas.set_dot(0, 0, 0)  # bottom left
+    canvas.set_dot(3, 3, 0)  # top right
+    canvas.set_dot(99, 99, 0)
+    canvas.set_dot(-1, 0, 0)
+    assert canvas.render_rows(False) == ["\u2840\u2808"]
 
 
 def test_a_line_has_no_holes() -> None:
     canvas = Canvas(10, 5)
-    canvas.line(0, 0, 19, 19, 0)
-    assert sum(bin(ord(char) - 0x2800).count("1") for row in canvas.rows(False) for char in row if char != " ") == 20
+    canvas.draw_line(0, 0, 19, 19, 0)
+    assert (
+        sum(bin(ord(char) - 0x2800).count("1") for row in canvas.render_rows(False) for char in row if char != " ")
+        == 20
+    )
 
 
 def test_ranges_are_round_and_never_empty() -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from pyros1.cli.shared.documents import Record, read_documents
+from pyros1.cli.shared.documents import JsonDocument, read_documents
 from pyros1.ground.errors import Error
 
 
@@ -32,4 +32,4 @@ def test_lines_of_json_are_documents() -> None:
     lines = ['{"data": "a"}\n', '{"data": "---"}\n', "{data: yaml}\n", "---\n", "{data: 1,\n", " more: 2}\n"]
     got = list(read_documents(lines))
     assert got == [{"data": "a"}, {"data": "---"}, {"data": "yaml"}, {"data": 1, "more": 2}]
-    assert [isinstance(document, Record) for document in got] == [True, True, False, False]
+    assert [isinstance(document, JsonDocument) for document in got] == [True, True, False, False]

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from pyros1.cli.shared.forms import Plot
+from pyros1.cli.shared.forms import PlotFormat
 from pyros1.ground.timing import Time
 from pyros1.msgs.geometry_msgs.msg import PointStamped
 from pyros1.msgs.std_msgs.msg import Float64, Header
@@ -25,5 +25,5 @@ from pyros1.msgs.std_msgs.msg import Float64, Header
 def test_times_of_rows(message: Any, offset: bool, row: str) -> None:
     written: list[str] = []
     options = SimpleNamespace(offset=offset, bag=None, nostr=False, noarr=False)
-    Plot(options, lambda: Time(7))(message, message, None, written.append)
+    PlotFormat(options, lambda: Time(7))(message, message, None, written.append)
     assert "".join(written).splitlines()[1] == row

@@ -1,4 +1,4 @@
-"""``pyros1 console``: the log of all nodes in the terminal, like rqt_console."""
+"""``pyros1 console``: prints the log messages of all nodes, like rqt_console."""
 
 from __future__ import annotations
 
@@ -13,23 +13,23 @@ from pyros1.cli.commands.log._messages import BOLD, COLOURS, DIM, RESET, as_json
 from pyros1.cli.failures import UsageError, did_you_mean
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import JSON_FLAG, Command, Flag, Option, Verb
-from pyros1.cli.shared.printing import print_json, use_colour
+from pyros1.cli.shared.printing import print_json, should_use_colour
 from pyros1.ground.terminal_text import lines, one_line
 
 _DEFAULT_LEVEL = "info"
 _SIMULATED_TIME_LIMIT = 100_000_000
-"""Times in seconds below this limit, a time in 1973, are treated as simulated time."""
+"""Times below this limit in seconds, which is in 1973, are treated as simulated time."""
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
-    """Print messages of all nodes as they arrive."""
+    """Print log messages of all nodes as they arrive, until enough have been printed or a signal arrives."""
     if args:
         raise UsageError(f"console takes no arguments; to select a node: --node {args[0]}")
     if options.count is not None and options.count < 1:
         raise UsageError("--count needs a number of at least 1")
-    message_filter = Filter(options)
-    colour = not options.nocolor and use_colour(sys.stdout)
-    remaining = options.count
+    message_filter = MessageFilter(options)
+    coloured = not options.nocolor and should_use_colour(sys.stdout)
+    remaining_count = options.count
     if sys.stderr.isatty():
         print(_earlier_logs_hint(), file=sys.stderr)
     for message in receive_messages(invocation):
@@ -38,15 +38,15 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
         if options.json:
             print_json(as_json(message))
         else:
-            print(format_row(message, colour=colour))
+            print(format_row(message, coloured=coloured))
         sys.stdout.flush()
-        remaining = remaining and remaining - 1
-        if remaining == 0:
+        remaining_count = remaining_count and remaining_count - 1
+        if remaining_count == 0:
             return
 
 
-class Filter:
-    """Selects the messages to print.
+class MessageFilter:
+    """Selects the log messages to print.
 
     Args:
         options: the parsed options of the command.
@@ -60,39 +60,41 @@ class Filter:
         if level not in LEVELS:
             raise UsageError(f"there is no level {options.level!r}{did_you_mean(level, LEVELS)}: {', '.join(LEVELS)}")
         self._lowest_level = 1 << LEVELS.index(level)
-        self._nodes = [_compile("--node", pattern) for pattern in options.nodes or ()]
-        self._included = [_compile("--grep", pattern) for pattern in options.texts or ()]
-        self._excluded = [_compile("--exclude", pattern) for pattern in options.excluded or ()]
+        self._node_patterns = [_compile_pattern("--node", pattern) for pattern in options.nodes or ()]
+        self._included_patterns = [_compile_pattern("--grep", pattern) for pattern in options.texts or ()]
+        self._excluded_patterns = [_compile_pattern("--exclude", pattern) for pattern in options.excluded or ()]
 
     def matches(self, message: Any) -> bool:
         """Return whether to print a rosgraph_msgs/Log message."""
         return bool(
             message.level >= self._lowest_level
-            and (not self._nodes or any(pattern.search(message.name) for pattern in self._nodes))
-            and all(pattern.search(message.msg) for pattern in self._included)
-            and not any(pattern.search(message.msg) or pattern.search(message.name) for pattern in self._excluded)
+            and (not self._node_patterns or any(pattern.search(message.name) for pattern in self._node_patterns))
+            and all(pattern.search(message.msg) for pattern in self._included_patterns)
+            and not any(
+                pattern.search(message.msg) or pattern.search(message.name) for pattern in self._excluded_patterns
+            )
         )
 
 
-def _compile(option: str, pattern: str) -> re.Pattern[str]:
+def _compile_pattern(option_name: str, pattern: str) -> re.Pattern[str]:
     try:
         return re.compile(pattern, re.IGNORECASE)
     except re.error as error:
-        raise UsageError(f"{option} needs a regular expression, not {pattern!r}: {error}") from None
+        raise UsageError(f"{option_name} needs a regular expression, not {pattern!r}: {error}") from None
 
 
-def format_row(message: Any, *, colour: bool = False) -> str:
+def format_row(message: Any, *, coloured: bool = False) -> str:
     """Return a rosgraph_msgs/Log message as a line: time, severity, node, text and source location.
 
     Args:
         message: the message. All lines of its text except the first are indented.
-        colour: whether to use escape sequences for colours.
+        coloured: whether to use escape sequences for colours.
     """
     severity = f"{level_name(message.level).upper():5}"
     node, text = one_line(message.name), lines(message.msg).rstrip("\n").replace("\n", "\n    ")
     location = _source_location(message)
     time_text = _format_time(message.header.stamp.secs, message.header.stamp.nsecs)
-    if not colour:
+    if not coloured:
         return f"{time_text} {severity} {node}: {text}{location and f'  [{location}]'}"
     location = location and f"  {DIM}[{location}]{RESET}"
     level_colour = COLOURS.get(message.level, "")
@@ -102,8 +104,8 @@ def format_row(message: Any, *, colour: bool = False) -> str:
 def _source_location(message: Any) -> str:
     if not message.file:
         return one_line(message.function)
-    source = f"{os.path.basename(one_line(message.file))}:{message.line}"
-    return f"{source} {one_line(message.function)}".rstrip()
+    file_and_line = f"{os.path.basename(one_line(message.file))}:{message.line}"
+    return f"{file_and_line} {one_line(message.function)}".rstrip()
 
 
 def _format_time(seconds: int, nanoseconds: int) -> str:
@@ -117,8 +119,10 @@ def _earlier_logs_hint() -> str:
     from pyros1.launch.running.logs import log_folder  # noqa: PLC0415 - only needed on terminals
 
     file = log_folder(os.environ) / "latest" / "rosout.log"
-    more = f"; earlier ones are in {file}" if file.exists() else "; pyros1 web keeps earlier ones while it is running"
-    return f"showing messages from now on{more}"
+    earlier_hint = (
+        f"; earlier ones are in {file}" if file.exists() else "; pyros1 web keeps earlier ones while it is running"
+    )
+    return f"showing messages from now on{earlier_hint}"
 
 
 COMMAND = Command(

@@ -1,4 +1,4 @@
-"""``pyros1 core``: the master, the parameter server and rosout (L06-L19, https://wiki.ros.org/roscore)."""
+"""``pyros1 core``: runs the master, the parameter server and rosout (L06-L19, https://wiki.ros.org/roscore)."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ from pyros1.cli.shared.listening import ALLOW_OPTION, BIND_OPTION, PORTS_OPTION,
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> int:
-    """Run until a signal arrives. Return 1 if the master could not be started."""
+    """Run a core until a signal arrives. Return the exit code, which is 1 if the master could not be started."""
     if args:
         raise UsageError(f"{invocation.program} does not take arguments")
 
-    from pyros1.cli.commands.launch import VERB as LAUNCH  # noqa: PLC0415 - not needed for help
+    from pyros1.cli.commands.launch import VERB as LAUNCH_VERB  # noqa: PLC0415 - not needed for help
     from pyros1.cli.shared.launching import launch, print_exception  # noqa: PLC0415
     from pyros1.ground.errors import Error  # noqa: PLC0415
     from pyros1.launch.plan import Plan  # noqa: PLC0415
     from pyros1.launch.reading.world import make_resources  # noqa: PLC0415
 
-    launch_options = default_options(LAUNCH)
+    launch_options = default_options(LAUNCH_VERB)
     launch_options.core = True
     launch_options.port = options.port
     launch_options.timeout = options.timeout

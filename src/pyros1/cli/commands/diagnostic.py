@@ -1,4 +1,4 @@
-"""``pyros1 diagnostic``: rosdiagnostic (L202, https://wiki.ros.org/rosdiagnostic)."""
+"""``pyros1 diagnostic``: shows diagnostics, like rosdiagnostic (L202, https://wiki.ros.org/rosdiagnostic)."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from pyros1.cli.failures import CommandError, did_you_mean
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Command, Flag, Option, Verb
-from pyros1.cli.shared.printing import print_json, use_colour
+from pyros1.cli.shared.printing import print_json, should_use_colour
 from pyros1.ground.terminal_text import one_line
 
 if TYPE_CHECKING:
@@ -27,20 +27,20 @@ _COLOURS = ["\x1b[92m", "\x1b[93m", "\x1b[91m", "\x1b[94m"]
 _RESET = "\x1b[0m"
 _WIDTH = 69
 _POLL_PERIOD = 0.2
-_AGGREGATED, _RAW = "/diagnostics_agg", "/diagnostics"
+_AGGREGATED_TOPIC, _RAW_TOPIC = "/diagnostics_agg", "/diagnostics"
 _GATHER_TIMEOUT = 2.0
 """Seconds to wait for messages from all nodes. Most nodes publish once per second."""
 _MESSAGE_TYPE = "diagnostic_msgs/DiagnosticArray"
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
-    """Print the diagnostics that are not OK."""
+    """Print the diagnostics whose level is at least that of ``--level``: once, or with ``--follow`` as they arrive."""
     try:
         pattern = re.compile(options.filter)
     except re.error as error:
         raise CommandError(f"{options.filter!r} is not a regular expression: {error}", 2) from None
     topic, source_count = _choose_topic(invocation, options.topic)
-    colour = not options.nocolor and use_colour(sys.stdout)
+    coloured = not options.nocolor and should_use_colour(sys.stdout)
     messages: queue.SimpleQueue[Message] = queue.SimpleQueue()
     with invocation.open_node() as node, node.subscribe(topic, _MESSAGE_TYPE, messages.put):
         _warn_if_unpublished(invocation, node.resolve(topic))
@@ -50,16 +50,16 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
             except queue.Empty:
                 continue
             if source_count > 1 and not options.follow:
-                _gather(message, messages, source_count)
+                _gather_statuses(message, messages, source_count)
             statuses_to_print = select_statuses(message.status, options.level, pattern)
             if options.json:
                 print_json(as_json(message, statuses_to_print))
             elif options.follow:
-                _print(status_lines(message, statuses_to_print, detail=options.detail, colour=colour))
+                _print_lines(status_lines(message, statuses_to_print, detail=options.detail, coloured=coloured))
             else:
-                _print([f"{'=' * _WIDTH}", f"Diagnostics generated on: {_local_time(message)}", "-" * _WIDTH])
-                _print(status_lines(message, statuses_to_print, detail=options.detail, colour=colour))
-                _print(["=" * _WIDTH])
+                _print_lines([f"{'=' * _WIDTH}", f"Diagnostics generated on: {_local_time(message)}", "-" * _WIDTH])
+                _print_lines(status_lines(message, statuses_to_print, detail=options.detail, coloured=coloured))
+                _print_lines(["=" * _WIDTH])
             sys.stdout.flush()
             if not options.follow:
                 return
@@ -96,7 +96,11 @@ COMMAND = Command(
             metavar="LEVEL",
             help=f"lowest level to print: {_NUMBERED_LEVELS} (default: 1)",
         ),
-        Option("--topic", default="", help=f"topic to read (default: {_AGGREGATED}; without an aggregator {_RAW})"),
+        Option(
+            "--topic",
+            default="",
+            help=f"topic to read (default: {_AGGREGATED_TOPIC}; without an aggregator {_RAW_TOPIC})",
+        ),
         Option("--filter", default=".*", metavar="REGEX", help="only names that match this regular expression"),
         Flag("--nocolor", help="no color, even on a terminal"),
         Flag("-d", "--detail", help="also print time, hardware and all values"),
@@ -117,22 +121,24 @@ COMMAND = Command(
 
 
 def _choose_topic(invocation: Invocation, requested: str) -> tuple[str, int]:
-    """Return the topic to read and the number of nodes whose messages together describe the robot's state.
+    """Return the topic to read, and the number of nodes whose messages together describe the robot's state.
 
     If no topic is requested and nothing aggregates diagnostics, as on many robots, the nodes' own topic is read.
     """
-    topic = invocation.resolve(requested or _AGGREGATED)
-    raw = invocation.resolve(_RAW)
+    topic = invocation.resolve(requested or _AGGREGATED_TOPIC)
+    raw_topic = invocation.resolve(_RAW_TOPIC)
     if requested or invocation.as_stock:
         return topic, 1
-    published = invocation.graph.state().publishers
-    if published.get(topic) or not published.get(raw):
+    publishers_by_topic = invocation.graph.state().publishers
+    if publishers_by_topic.get(topic) or not publishers_by_topic.get(raw_topic):
         return topic, 1
-    print(f"nothing publishes {topic}; showing {raw} instead, as the nodes publish it", file=sys.stderr, flush=True)
-    return raw, len(published[raw])
+    print(
+        f"nothing publishes {topic}; showing {raw_topic} instead, as the nodes publish it", file=sys.stderr, flush=True
+    )
+    return raw_topic, len(publishers_by_topic[raw_topic])
 
 
-def _gather(message: Any, messages: queue.SimpleQueue[Message], source_count: int) -> None:
+def _gather_statuses(message: Any, messages: queue.SimpleQueue[Message], source_count: int) -> None:
     """Add the statuses of other nodes to the first message until every node has published or the timeout expires."""
     statuses = {status.name: status for status in message.status}
     senders = {message._connection_header.get("callerid")}
@@ -148,15 +154,19 @@ def _gather(message: Any, messages: queue.SimpleQueue[Message], source_count: in
 
 
 def _warn_if_unpublished(invocation: Invocation, topic: str) -> None:
-    types = invocation.graph.published_types()
-    if topic in types:
+    types_by_topic = invocation.graph.published_types()
+    if topic in types_by_topic:
         return
-    others = [name for name, type_name in types.items() if type_name == _MESSAGE_TYPE]
-    hint = f"; these are published: {', '.join(others)}" if others else did_you_mean(topic, types)
+    diagnostic_topics = [name for name, type_name in types_by_topic.items() if type_name == _MESSAGE_TYPE]
+    hint = (
+        f"; these are published: {', '.join(diagnostic_topics)}"
+        if diagnostic_topics
+        else did_you_mean(topic, types_by_topic)
+    )
     print(f"WARNING: topic [{topic}] does not appear to be published yet{hint}", file=sys.stderr, flush=True)
 
 
-def _print(lines: Sequence[str] | Iterator[str]) -> None:
+def _print_lines(lines: Sequence[str] | Iterator[str]) -> None:
     for line in lines:
         print(line)
 
@@ -169,37 +179,43 @@ def _local_time(message: Any) -> datetime:
 # Functions without side effects ---------------------------------------------------------------------------------------
 
 
-def select_statuses(statuses: Sequence[Any], lowest: int = 1, pattern: re.Pattern[str] | None = None) -> list[Any]:
+def select_statuses(
+    statuses: Sequence[Any], lowest_level: int = 1, pattern: re.Pattern[str] | None = None
+) -> list[Any]:
     """Return the statuses to print, most severe first.
 
     Args:
         statuses: the diagnostic_msgs/DiagnosticStatus items of one message. A status that is the parent of another, as
             ``/a`` is of ``/a/b``, only summarizes others and is left out.
-        lowest: the lowest level to print.
+        lowest_level: the lowest level to print.
         pattern: a regular expression that must match somewhere in the name.
     """
     parents = {status.name.rpartition("/")[0] for status in statuses}
     statuses_to_print = [
         status
         for status in statuses
-        if status.name not in parents and status.level >= lowest and (pattern is None or pattern.search(status.name))
+        if status.name not in parents
+        and status.level >= lowest_level
+        and (pattern is None or pattern.search(status.name))
     ]
     return sorted(statuses_to_print, key=lambda status: -status.level)
 
 
-def status_lines(message: Any, statuses: Sequence[Any], *, detail: bool = False, colour: bool = False) -> Iterator[str]:
-    """Yield the printed lines of statuses.
+def status_lines(
+    message: Any, statuses: Sequence[Any], *, detail: bool = False, coloured: bool = False
+) -> Iterator[str]:
+    """Yield the lines to print for statuses.
 
     Args:
         message: the diagnostic_msgs/DiagnosticArray that contains the statuses.
         statuses: the result of `select_statuses`.
         detail: whether to add time, hardware and values.
-        colour: whether to use escape sequences for colours.
+        coloured: whether to use escape sequences for colours.
     """
     for status in statuses:
         is_known = 0 <= status.level < len(LEVELS)
         label = _LEVEL_LABELS[status.level] if is_known else f"{status.level:<5}"
-        if colour and is_known:
+        if coloured and is_known:
             label = f"{_COLOURS[status.level]}{label}{_RESET}"
         yield f"[ {label} ] {one_line(status.name)} - {one_line(status.message)}"
         if detail:
@@ -209,7 +225,7 @@ def status_lines(message: Any, statuses: Sequence[Any], *, detail: bool = False,
 
 
 def as_json(message: Any, statuses: Sequence[Any]) -> dict[str, Any]:
-    """Return statuses as JSON values: the time in seconds, and each status's level, name, text, hardware and values."""
+    """Return statuses as a JSON object: the time in seconds, and each status's level, name, text, hardware, values."""
     return {
         "stamp": message.header.stamp.secs + message.header.stamp.nsecs / 1e9,
         "status": [

@@ -1,4 +1,4 @@
-"""``pyros1 graph``: rosgraph (L177)."""
+"""``pyros1 graph``: prints nodes and their connections, like rosgraph (L177)."""
 
 from __future__ import annotations
 
@@ -31,12 +31,12 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
     if args in (["-h"], ["--help"]):
         print(_usage(invocation))
         return 0
-    to_file = len(args) == 2 and args[0] in ("--svg", "--dot")
-    if args and not to_file and args not in (["--once"], ["--json"], ["--dot"]):
+    writes_file = len(args) == 2 and args[0] in ("--svg", "--dot")
+    if args and not writes_file and args not in (["--once"], ["--json"], ["--dot"]):
         print(_usage(invocation))
         return 255
     try:
-        _print(invocation, *args)
+        _print_graph(invocation, *args)
     except KeyboardInterrupt:
         pass
     except MasterUnreachableError as error:
@@ -72,28 +72,28 @@ def _usage(invocation: Invocation) -> str:
     text = f"{program} is a command-line tool for debugging the ROS Computation Graph.\n\nUsage:\n\t{program}\n"
     if invocation.as_stock:
         return text
-    rows = {
+    help_by_option = {
         " ".join([*option.names, *option.settings.get("metavar", "").split()]): option.help for option in _VERB.options
     }
-    option_list = "".join(f"\t{names:12}  {about}\n" for names, about in rows.items())
+    option_list = "".join(f"\t{names:12}  {about}\n" for names, about in help_by_option.items())
     return (
         f"{text}\nPrints nodes, their connections and services every second, until interrupted.\n\n"
         f"Options:\n{option_list}{_VERB.examples_text(program, as_stock=False)}"
     )
 
 
-def _print(invocation: Invocation, output_format: str = "", file: str = "") -> None:
+def _print_graph(invocation: Invocation, output_format: str = "", file: str = "") -> None:
     while True:
         snapshot = GraphSnapshot(invocation.graph)
         if output_format == "--svg":
-            _draw(snapshot.dot(), file)
+            _draw_svg(snapshot.dot(), file)
         elif file:
-            _write(file, snapshot.dot())
+            _write_dot_file(file, snapshot.dot())
         elif output_format == "--json":
             print(json_text(json.dumps(snapshot.as_json(), ensure_ascii=False)))
         else:
             print(snapshot.dot() if output_format == "--dot" else snapshot.text(), flush=True)
-            for name in snapshot.unreachable:
+            for name in snapshot.unreachable_nodes:
                 print(f"WARNING: {name} does not answer; see: pyros1 wtf", file=sys.stderr)
         if output_format:
             return
@@ -104,15 +104,16 @@ class GraphSnapshot:
     """A snapshot of the system's nodes, connections and services.
 
     Args:
-        graph: queries the system. All queries are made in the constructor.
+        graph: the object that queries the system. All queries are made in the constructor.
 
     Attributes:
         nodes: the sorted names of the nodes.
         services: the sorted names of the services.
         edges: the connections that nodes report.
-        missing: the connections that the registrations imply but that at least one of their nodes does not report.
-        unknown: the connections that the registrations imply, but one of whose nodes did not respond.
-        unreachable: the names of the nodes that did not respond.
+        missing_edges: the connections that the registrations imply, but that at least one of their nodes does not
+            report.
+        unknown_edges: the connections that the registrations imply, but one of whose nodes did not respond.
+        unreachable_nodes: the names of the nodes that did not respond.
     """
 
     def __init__(self, graph: Graph) -> None:
@@ -123,45 +124,53 @@ class GraphSnapshot:
         results = run_concurrently(
             {name: partial(_query_connections, graph, uri) for name, uri in uris.items()}, _NODE_TIMEOUT
         )
-        self.unreachable = [name for name, result in results.items() if isinstance(result, Exception)]
-        reports = {name: result for name, result in results.items() if not isinstance(result, Exception)}
+        self.unreachable_nodes = [name for name, result in results.items() if isinstance(result, Exception)]
+        connections_by_node = {name: result for name, result in results.items() if not isinstance(result, Exception)}
         topics = {*state.publishers, *state.subscribers}
-        reported = actual_edges(reports, uris)
-        self.edges = sorted({edge for edges in reported.values() for edge in edges if edge.topic in topics})
-        expected = expected_edges(state)
-        self.missing = {edge for edge in expected if is_missing_edge(edge, reported)}
-        unreachable = {*self.unreachable}
-        self.unknown = {edge for edge in expected if not unreachable.isdisjoint(edge[1:])}.difference(self.edges)
+        reported_edges = actual_edges(connections_by_node, uris)
+        self.edges = sorted({edge for edges in reported_edges.values() for edge in edges if edge.topic in topics})
+        implied_edges = expected_edges(state)
+        self.missing_edges = {edge for edge in implied_edges if is_missing_edge(edge, reported_edges)}
+        unreachable = {*self.unreachable_nodes}
+        self.unknown_edges = {edge for edge in implied_edges if not unreachable.isdisjoint(edge[1:])}.difference(
+            self.edges
+        )
 
     def text(self) -> str:
-        """Return the stock tool's listing."""
+        """Return the graph as text in the stock tool's format."""
         lines = ["", "", "Nodes:"]
         for node in self.nodes:
             inbound = {edge.publisher for edge in self.edges if edge.subscriber == node}
             outbound = {edge.subscriber for edge in self.edges if edge.publisher == node}
-            lines += [f"  {node} :", "    Inbound:", *_indent(inbound), "    Outbound:", *_indent(outbound)]
+            lines += [
+                f"  {node} :",
+                "    Inbound:",
+                *_indented_lines(inbound),
+                "    Outbound:",
+                *_indented_lines(outbound),
+            ]
         return "\n".join([*lines, "Services:", *(f"  {name}" for name in self.services)])
 
     def as_json(self) -> dict[str, Any]:
-        """Return the graph as JSON values."""
+        """Return the graph as a JSON object."""
         edges = [edge._asdict() for edge in self.edges]
-        return {"nodes": self.nodes, "edges": edges, "services": self.services, "silent": self.unreachable}
+        return {"nodes": self.nodes, "edges": edges, "services": self.services, "silent": self.unreachable_nodes}
 
     def dot(self) -> str:
         """Return the graph in the dot language.
 
-        Edges are labelled with topics. Unreachable nodes and unknown edges are dashed, missing edges dashed and red.
-        The page of ``pyros1 web`` saves the same format (`web/page/lib/graph/model.js`).
+        Edges are labelled with topics. Unreachable nodes and unknown edges are dashed; missing edges are dashed and
+        red. The page of ``pyros1 web`` saves graphs in the same format (`web/page/lib/graph/model.js`).
         """
         lines = ["digraph system {", "  rankdir=LR;"]
         for node in self.nodes:
-            lines.append(f"  {_quote(node)}{' [style=dashed]' if node in self.unreachable else ''};")
-        for edge in sorted({*self.edges, *self.missing, *self.unknown}):
+            lines.append(f"  {_quote(node)}{' [style=dashed]' if node in self.unreachable_nodes else ''};")
+        for edge in sorted({*self.edges, *self.missing_edges, *self.unknown_edges}):
             style = (
                 ", color=red, style=dashed"
-                if edge in self.missing
+                if edge in self.missing_edges
                 else ", style=dashed"
-                if edge in self.unknown
+                if edge in self.unknown_edges
                 else ""
             )
             attributes = f"label={_quote(edge.topic)}{style}"
@@ -174,7 +183,7 @@ def _quote(text: str) -> str:
     return '"' + one_line(text).replace("\\", "\\\\").replace('"', '\\"') + '"'
 
 
-def _indent(names: Iterable[str]) -> list[str]:
+def _indented_lines(names: Iterable[str]) -> list[str]:
     return [f"      {name}" for name in sorted(names)]
 
 
@@ -186,14 +195,14 @@ def _query_connections(graph: Graph, uri: str) -> list[Connection]:
         node_api.close()
 
 
-def _write(file: str, dot: str) -> None:
+def _write_dot_file(file: str, dot: str) -> None:
     try:
         write_atomically(file, f"{dot}\n")
     except OSError as error:
         raise CommandError(f"cannot write {one_line(file)}: {error.strerror}") from None
 
 
-def _draw(dot: str, file: str) -> None:
+def _draw_svg(dot: str, file: str) -> None:
     program = shutil.which("dot")
     if program is None:
         raise CommandError("drawing needs Graphviz (its program dot); --dot prints the graph as text")

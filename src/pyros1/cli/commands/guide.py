@@ -1,4 +1,4 @@
-"""``pyros1 guide``: a step-by-step introduction and how-to pages in the terminal."""
+"""``pyros1 guide``: prints the steps of an introduction to ROS 1, and how-to pages."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from pyros1.cli.failures import UsageError
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Command, Flag, Verb
-from pyros1.cli.shared.printing import use_colour
+from pyros1.cli.shared.printing import should_use_colour
 from pyros1.ground.suggest import did_you_mean
 
 if TYPE_CHECKING:
@@ -20,11 +20,11 @@ _MAX_WIDTH = 100
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> int:
-    """List the steps or pages, print one of them, or check a step's exercise. Return 1 if the exercise is not done."""
+    """List the steps or pages, print one, write a step's files, or check its exercise. Return 1 after a failure."""
     from pyros1.guide.text import steps  # noqa: PLC0415 - not needed for help
 
     if args[:1] == ["howto"]:
-        return _howto(args[1:])
+        return _run_howto(args[1:])
     all_steps = steps()
     if not args and not options.write:
         print("The guide: ROS 1 in hands-on steps. pyros1 guide 1 shows the first.\n")
@@ -33,56 +33,56 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
         print("How-to pages for particular tasks: pyros1 guide howto")
         return 0
     is_check = args[:1] == ["check"]
-    numbers = args[1:] if is_check else args
-    if len(numbers) != 1 or not numbers[0].isdigit() or not 1 <= int(numbers[0]) <= len(all_steps):
+    step_numbers = args[1:] if is_check else args
+    if len(step_numbers) != 1 or not step_numbers[0].isdigit() or not 1 <= int(step_numbers[0]) <= len(all_steps):
         raise UsageError(
             f"say which step: pyros1 guide {'check ' * is_check or '-w ' * options.write}1 ... {len(all_steps)}"
         )
-    step = all_steps[int(numbers[0]) - 1]
+    step = all_steps[int(step_numbers[0]) - 1]
     if options.write:
-        return _write(step)
+        return _write_files(step)
     if not is_check:
-        _show(step)
+        _print_page(step)
         if step.files:
             print(f"\npyros1 guide -w {step.number} writes the files of this step to the current folder.")
         return 0
     from pyros1.guide.checks import check  # noqa: PLC0415 - only checks need nodes
 
-    missing = check(step.number)
-    if missing:
-        print(f"{step.number}. {step.title} is not done yet: {missing}")
+    missing_text = check(step.number)
+    if missing_text:
+        print(f"{step.number}. {step.title} is not done yet: {missing_text}")
         return 1
     next_hint = f" Next: pyros1 guide {step.number + 1}" if step.number < len(all_steps) else " That was the last step."
     print(f"{step.number}. {step.title}: done.{next_hint}")
     return 0
 
 
-def _howto(names: list[str]) -> int:
+def _run_howto(names: list[str]) -> int:
     """List the how-to pages, or print one of them."""
     from pyros1.guide.text import pages  # noqa: PLC0415
 
     all_pages = pages()
     if not names:
         print("How-to pages: pyros1 guide howto NAME shows one.\n")
-        longest = max(map(len, all_pages))
-        print("\n".join(f"  {page.name:{longest}}  {page.heading}" for page in all_pages.values()))
+        name_width = max(map(len, all_pages))
+        print("\n".join(f"  {page.name:{name_width}}  {page.heading}" for page in all_pages.values()))
         return 0
     if len(names) > 1 or names[0] not in all_pages:
         hint = did_you_mean(names[0], all_pages) if len(names) == 1 else ""
         raise UsageError(f"there is no page {' '.join(names)}{hint}; the pages are {', '.join(all_pages)}")
-    _show(all_pages[names[0]])
+    _print_page(all_pages[names[0]])
     return 0
 
 
-def _show(page: GuideStep | GuidePage) -> None:
+def _print_page(page: GuideStep | GuidePage) -> None:
     """Print a step or page."""
     from pyros1.guide.text import format_for_terminal  # noqa: PLC0415
 
     width = min(shutil.get_terminal_size().columns, _MAX_WIDTH)
-    print(format_for_terminal(page, width, use_colour(sys.stdout)), end="")
+    print(format_for_terminal(page, width, should_use_colour(sys.stdout)), end="")
 
 
-def _write(step: GuideStep) -> int:
+def _write_files(step: GuideStep) -> int:
     """Write the step's files to the current folder. Return 1 if one of them exists with different contents."""
     for name, content in step.files.items():
         path = Path(name)

@@ -1,4 +1,4 @@
-"""``pyros1 master``: the master alone, without rosout, like rosmaster (L20). Most users want ``pyros1 core``."""
+"""``pyros1 master``: runs only the master, without rosout, like rosmaster (L20). Most users want ``pyros1 core``."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ This starts the master without rosout. Use pyros1 core (roscore) instead, or add
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> int:
-    """Run until a signal arrives or an API client shuts the master down. Return 1 if the master could not start."""
+    """Run a master until a signal or a shutdown request arrives. Return the exit code, 1 if it could not start."""
     if args:
         raise UsageError(f"unrecognized args: {' '.join(args)}")
 
@@ -49,13 +49,13 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
     try:
         port = options.port or parse_uri(master_uri(os.environ, special_args))[1]
         address = host_from_environment(environ, special_args)
-        folder = Path(special_args["__log"]).parent if "__log" in special_args else log_folder(os.environ)
-        folder.mkdir(parents=True, exist_ok=True)
+        master_log_folder = Path(special_args["__log"]).parent if "__log" in special_args else log_folder(os.environ)
+        master_log_folder.mkdir(parents=True, exist_ok=True)
         core = Core(
             port=port,
             address=address,
             uri=make_uri(address.advertised, port),
-            log_folder=folder,
+            log_folder=master_log_folder,
             environ=os.environ,
             on_shutdown=shutdown_requests.put,
             notify_timeout=options.timeout,

@@ -1,6 +1,6 @@
-"""``pyros1 msg-proto msg|srv TYPE``: rosmsg-proto, a template to fill in for ``topic pub`` and ``service call`` (L89).
+"""``pyros1 msg-proto msg|srv TYPE``: a template for ``topic pub`` or ``service call``, like rosmsg-proto (L89).
 
-Shells use it for completion.
+Shells run this command for completion.
 """
 
 from __future__ import annotations
@@ -17,17 +17,17 @@ from pyros1.observe.template import template
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> int:
-    """Print a template. Return the exit code."""
+    """Print a template of a message or service request. Return the exit code."""
 
-    def report(text: str) -> None:
+    def print_error(text: str) -> None:
         if not options.silent:
             print(text, file=sys.stderr)
 
     if len(args) < 2:
-        report("Insufficient arguments: give msg or srv, and a type")
+        print_error("Insufficient arguments: give msg or srv, and a type")
         return EX_USAGE
     if args[0] not in ("msg", "srv"):
-        report(f"Invalid type: {args[0]!r} is neither msg nor srv")
+        print_error(f"Invalid type: {args[0]!r} is neither msg nor srv")
         return EX_USAGE
     excluded = (options.exclude_slots or "").split(",")
     try:
@@ -35,7 +35,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
             load_class(args[0], args[1]), options.flow_style, empty_arrays=options.empty_arrays, excluded=excluded
         )
     except Error as error:
-        report(f"Unknown {'message' if args[0] == 'msg' else 'service'} class: {error}")
+        print_error(f"Unknown {'message' if args[0] == 'msg' else 'service'} class: {error}")
         return 0 if options.silent else 1  # completion must not print errors
     text = "\n".join(options.prefix + line for line in text.split("\n"))
     print(text if options.no_hyphens else f'"{text}"')
@@ -80,19 +80,19 @@ COMMAND = Command(
 )
 
 
-def load_class(kind: str, name: str) -> Any:
+def load_class(extension: str, type_name: str) -> Any:
     """Return the class of a message or of a service request.
 
     Args:
-        kind: ``msg`` or ``srv``.
-        name: the type name, with or without the package.
+        extension: ``msg`` or ``srv``.
+        type_name: the name of the type, with or without the package.
 
     Raises:
         Error: the type is unknown.
     """
-    if "/" not in name:
+    if "/" not in type_name:
         from pyros1.cli.shared.definitions import MESSAGE_KIND, SERVICE_KIND, find_full_names  # noqa: PLC0415 - shells pass full names
 
-        names, _ = find_full_names(MESSAGE_KIND if kind == "msg" else SERVICE_KIND, name)
-        name = names[0] if names else name
-    return load_message(name) if kind == "msg" else load_service(name)._request_class
+        names, _ = find_full_names(MESSAGE_KIND if extension == "msg" else SERVICE_KIND, type_name)
+        type_name = names[0] if names else type_name
+    return load_message(type_name) if extension == "msg" else load_service(type_name)._request_class

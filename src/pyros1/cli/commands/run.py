@@ -1,4 +1,4 @@
-"""``pyros1 run``: run one executable of a package (https://wiki.ros.org/rosbash#rosrun)."""
+"""``pyros1 run``: runs an executable from a package (https://wiki.ros.org/rosbash#rosrun)."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ class _Options:
     """The parsed command line.
 
     Attributes:
-        prefix: the command that runs the program.
+        prefix: the words of the command that runs the program, such as a debugger.
         debug: whether to print the executables that were found.
-        unusable_option: an unknown option, or one without its value.
+        unusable_option: an unknown option, or an option that lacks its value; empty if there is none.
         args: the package, the executable and its arguments.
         shows_usage: whether to print the usage, because an option is invalid or the executable is missing.
     """
@@ -51,7 +51,7 @@ class _Options:
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> int:
-    """Replace this process with the program (L22-L24).
+    """Replace this process with the program (L22-L24), or print usage or a package's executables.
 
     Returns:
         The exit code if nothing was run: 0 after usage or a list was printed, 1 for a name that ends with a slash, 2
@@ -66,43 +66,43 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
         raise UsageError(f"no such option: {options.unusable_option}{_similar_option_hint(options.unusable_option)}")
     if options.shows_usage:
         has_only_package = len(args) == 1 and not options.unusable_option and not invocation.as_stock
-        return _list(args[0]) if has_only_package else _print_usage(invocation)
-    package, name, *arguments = args
-    if name.endswith("/"):
-        print(f"[rosrun] Couldn't find executable named {name}", file=sys.stderr)
+        return _print_executables(args[0]) if has_only_package else _print_usage(invocation)
+    package, executable_name, *arguments = args
+    if executable_name.endswith("/"):
+        print(f"[rosrun] Couldn't find executable named {executable_name}", file=sys.stderr)
         return 1
-    index = PackageIndex(os.environ)
+    package_index = PackageIndex(os.environ)
     try:
-        executables = index.find_executable(package, name)
+        executables = package_index.find_executable(package, executable_name)
     except PackageNotFoundError as error:
-        _print_unknown_package(index, package)
+        _print_unknown_package(package_index, package)
         if options.debug:
             print(f"[rosrun] {error}", file=sys.stderr)
         return 2
     if options.debug:
         print(f"[rosrun] found: {', '.join(map(str, executables)) or 'nothing'}")
     if not executables:
-        _print_missing_executable(index, package, name, index.find(package))
+        _print_missing_executable(package_index, package, executable_name, package_index.find(package))
         return 3
-    executable = executables[0] if len(executables) == 1 else _select(executables)
+    executable = executables[0] if len(executables) == 1 else _select_executable(executables)
     if executable is None:
         return 0
     for argument in arguments:
         hint = argument_hint(argument)
         if hint:
             print(f"[rosrun] {hint}; the argument is passed to the program unchanged", file=sys.stderr)
-    return _execute([*options.prefix, *executable_words(executable), *arguments], executable)
+    return _execute_command([*options.prefix, *executable_words(executable), *arguments], executable)
 
 
 def _similar_option_hint(option_text: str) -> str:
     return did_you_mean(option_text.partition("=")[0], [name for option in _VERB.options for name in option.names])
 
 
-def _execute(command: list[str], executable: Path) -> int:
-    is_ours = is_own(executable)
+def _execute_command(command: list[str], executable: Path) -> int:
+    is_own_script = is_own(executable)
     environ = {**os.environ, **program_environment(executable, os.environ)}
     sys.stdout.flush()
-    problem = "" if is_ours or command[0] != str(executable) else script_problem(executable, environ)
+    problem = "" if is_own_script or command[0] != str(executable) else script_problem(executable, environ)
     if problem:
         print(f"[rosrun] cannot run {executable}: {problem}", file=sys.stderr)
         return 126
@@ -113,45 +113,45 @@ def _execute(command: list[str], executable: Path) -> int:
         return 126
 
 
-def _list(package: str) -> int:
+def _print_executables(package: str) -> int:
     """Print the names of a package's executables. Return the exit code."""
-    index = PackageIndex(os.environ)
+    package_index = PackageIndex(os.environ)
     try:
-        names = index.executables(package)
+        names = package_index.executables(package)
     except PackageNotFoundError:
-        _print_unknown_package(index, package)
+        _print_unknown_package(package_index, package)
         return 2
     if not names:
-        print(f"[rosrun] the package {package} in {index.find(package)} has no executables", file=sys.stderr)
+        print(f"[rosrun] the package {package} in {package_index.find(package)} has no executables", file=sys.stderr)
         return 3
     print(*names, sep="\n")
     return 0
 
 
-def _print_unknown_package(index: PackageIndex, package: str) -> None:
+def _print_unknown_package(package_index: PackageIndex, package: str) -> None:
     print(f"[rospack] Error: package '{package}' not found", file=sys.stderr)
-    _suggest(package, index.list())
+    _print_suggestion(package, package_index.list())
 
 
-def _print_missing_executable(index: PackageIndex, package: str, name: str, folder: Path) -> None:
-    print(f"[rosrun] Couldn't find executable named {name} below {folder}", file=sys.stderr)
-    others = index.find_resource(package, name)
-    if others:
+def _print_missing_executable(package_index: PackageIndex, package: str, executable_name: str, folder: Path) -> None:
+    print(f"[rosrun] Couldn't find executable named {executable_name} below {folder}", file=sys.stderr)
+    unusable_paths = package_index.find_resource(package, executable_name)
+    if unusable_paths:
         print("[rosrun] Found the following, but they're either not files,", file=sys.stderr)
         print("[rosrun] or not executable:", file=sys.stderr)
-        for path in others:
+        for path in unusable_paths:
             print(f"[rosrun]   {path}", file=sys.stderr)
     else:
-        _suggest(name, index.executables(package))
+        _print_suggestion(executable_name, package_index.executables(package))
 
 
-def _suggest(name: str, known: list[str]) -> None:
-    hint = did_you_mean(name, known)
+def _print_suggestion(name: str, known_names: list[str]) -> None:
+    hint = did_you_mean(name, known_names)
     if hint:
         print(f"[rosrun]{hint}", file=sys.stderr)
 
 
-def _select(executables: list[Path]) -> Path | None:
+def _select_executable(executables: list[Path]) -> Path | None:
     """Return the executable that the user selects; None if the input ends. Without a terminal, return the first."""
     if not sys.stdin.isatty():
         return executables[0]

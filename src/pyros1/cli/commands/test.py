@@ -1,4 +1,4 @@
-"""``pyros1 test``: rostest (L186, https://wiki.ros.org/rostest/Commandline)."""
+"""``pyros1 test``: runs tests in launch files, like rostest (L186, https://wiki.ros.org/rostest/Commandline)."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> int:
-    """Run tests. Return 0 if all passed, 1 if a test could not be run, 2 if a test failed."""
+    """Run the tests of a file. Return 0 if all passed, 1 if a test could not be run, or 2 if a test failed."""
     if options.clear and not options.reuse_master:
         print("The --clear option is only valid with --reuse-master", file=sys.stderr)
         return 1
@@ -50,14 +50,16 @@ def _run_file(options: Any, args: list[str]) -> int:
         file = Path(files[0])
         package_folder, package = enclosing_package(file)
         package_folder, package = Path(options.pkg_dir or package_folder), options.package or package
-        name = options.results_filename or name_from_path(package_folder, file)
-        name = name.rpartition(".")[0] or name
+        results_name = options.results_filename or name_from_path(package_folder, file)
+        results_name = results_name.rpartition(".")[0] or results_name
         folder = results_folder(os.environ, options.results_base_dir)
-        path = results_file(folder, package, "rostest", name)
+        results_path = results_file(folder, package, "rostest", results_name)
         if is_missing:
             message = f"rostest file [{file}] does not exist"
-            write_results(path, name, Results([Case("test_ran", "Results", 1.0, [("", message)])]), "", "")
-            raise UsageError(f"test file is invalid. Generated failure case result file in {path}")
+            write_results(
+                results_path, results_name, Results([Case("test_ran", "Results", 1.0, [("", message)])]), "", ""
+            )
+            raise UsageError(f"test file is invalid. Generated failure case result file in {results_path}")
         plan = load_plan([str(file)], {}, resources)
         test_run = TestRun(
             plan,
@@ -69,7 +71,7 @@ def _run_file(options: Any, args: list[str]) -> int:
             reuse_master=bool(options.reuse_master),
             clear=bool(options.clear),
         )
-        return _execute(test_run, path, options.text)
+        return _execute(test_run, results_path, options.text)
     except WordsError as error:
         raise UsageError(str(error)) from None
     except UsageError:
@@ -79,15 +81,15 @@ def _run_file(options: Any, args: list[str]) -> int:
         return 1
 
 
-def _execute(test_run: TestRun, path: Path, text: bool) -> int:
+def _execute(test_run: TestRun, results_path: Path, uses_text: bool) -> int:
     from pyros1.launch.running.logs import log_folder  # noqa: PLC0415
     from pyros1.launch.running.supervisor import install_signals  # noqa: PLC0415
     from pyros1.launch.testing.junit import summary, write_results  # noqa: PLC0415
 
-    log = log_folder(test_run.environ) / f"rostest-{socket.gethostname()}-{os.getpid()}.log"
-    print(f"... logging to {log}")
-    if not text:
-        print(f"[ROSUNIT] Outputting test results to {path}", flush=True)
+    log_path = log_folder(test_run.environ) / f"rostest-{socket.gethostname()}-{os.getpid()}.log"
+    print(f"... logging to {log_path}")
+    if not uses_text:
+        print(f"[ROSUNIT] Outputting test results to {results_path}", flush=True)
     restore_signals = install_signals(test_run.stop, test_run.stop_waiting)
     try:
         test_run.run()
@@ -97,23 +99,23 @@ def _execute(test_run: TestRun, path: Path, text: bool) -> int:
         _print_case(case)
     out, err = test_run.out.getvalue(), test_run.err.getvalue()
     try:
-        log.parent.mkdir(parents=True, exist_ok=True)
-        log.write_text(out + err, encoding="utf-8")
-        if not text:
-            write_results(path, "unittest.suite.TestSuite", test_run.runs, out, err)
+        log_path.parent.mkdir(parents=True, exist_ok=True)
+        log_path.write_text(out + err, encoding="utf-8")
+        if not uses_text:
+            write_results(results_path, "unittest.suite.TestSuite", test_run.runs, out, err)
     except OSError as error:
         print(f"ERROR: cannot write {error.filename}: {error.strerror}", file=sys.stderr)
     if test_run.plan.warnings:
         print("\n[ROSTEST WARNINGS]" + "-" * 62 + "\n", file=sys.stderr)
         for warning in test_run.plan.warnings:
             print(f" * {warning}", file=sys.stderr)
-    if text:
+    if uses_text:
         print("WARNING: overall test result is not accurate when --text is enabled")
     else:
         print()
         # The summary is coloured in files and pipes as well, like stock's.
         print(terminal_text.coloured_lines(summary(test_run.runs, test_run.results)), file=data_stream())
-    print(f"rostest log file is in {log}")
+    print(f"rostest log file is in {log_path}")
     if test_run.stopped or test_run.runs.errors or test_run.runs.failures:
         return 1
     return 2 if test_run.results.errors or test_run.results.failures else 0

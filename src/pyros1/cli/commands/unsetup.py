@@ -1,4 +1,4 @@
-"""``pyros1 unsetup``: reverts ``setup``."""
+"""``pyros1 unsetup``: reverts ``pyros1 setup`` in a shell."""
 
 from __future__ import annotations
 

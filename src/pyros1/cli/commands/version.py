@@ -1,4 +1,4 @@
-"""``pyros1 version``: rosversion (L180)."""
+"""``pyros1 version``: prints the versions of packages and the distribution's name, like rosversion (L180)."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ from pyros1.cli.shared.printing import print_json
 from pyros1.finding.packages import PackageIndex
 from pyros1.ground.errors import PackageNotFoundError
 
-_COMMENT = re.compile(r"<!--.*?-->", re.DOTALL)
-_VERSION = re.compile(r"<version[^>]*>\s*([^<\s]+)\s*</version>")
-_UNVERSIONED = "<unversioned>"
+_XML_COMMENT = re.compile(r"<!--.*?-->", re.DOTALL)
+_VERSION_ELEMENT = re.compile(r"<version[^>]*>\s*([^<\s]+)\s*</version>")
+_NO_VERSION = "<unversioned>"
 
 
 _SKIP_NEWLINE = Flag("-s", "--skip-newline", help="do not print a newline")
-_SELECTION = (
+_EXCLUSIVE_PARTS = (
     Argument("package", "package", optional=True, help="name of a package, for example roscpp"),
     Flag("-d", "--distro", help="print the name of the ROS distribution"),
     Flag("-a", "--all", help="print all packages and their versions"),
@@ -32,10 +32,10 @@ _SELECTION = (
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> int:
-    """Print versions. Return 1 if the package is unknown."""
-    index = PackageIndex(os.environ)
+    """Print versions or the distribution's name. Return the exit code, which is 1 if the package is unknown."""
+    package_index = PackageIndex(os.environ)
     if options.all:
-        versions = {name: package_version(folder) for name, folder in sorted(index.paths().items())}
+        versions = {name: package_version(folder) for name, folder in sorted(package_index.paths().items())}
         if options.json:
             print_json(versions)
             return 0
@@ -46,10 +46,10 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
         lines = [f"pyros1 {__version__}"]
     else:
         try:
-            lines = [package_version(index.find(options.package))]
+            lines = [package_version(package_index.find(options.package))]
         except PackageNotFoundError:
             print(f"Cannot locate [{options.package}]")  # on stdout, like the stock tool
-            hint = did_you_mean(options.package, index.paths())
+            hint = did_you_mean(options.package, package_index.paths())
             if hint:
                 print(f"{invocation.program}: unknown package {options.package}{hint}", file=sys.stderr)
             return 1
@@ -70,25 +70,26 @@ def package_version(folder: Path) -> str:
     try:
         text = (folder / "package.xml").read_text(encoding="utf-8", errors="replace")
     except OSError:
-        return _UNVERSIONED
-    match = _VERSION.search(_COMMENT.sub("", text))
-    return match[1] if match else _UNVERSIONED
+        return _NO_VERSION
+    match = _VERSION_ELEMENT.search(_XML_COMMENT.sub("", text))
+    return match[1] if match else _NO_VERSION
 
 
 def distribution(environ: Mapping[str, str]) -> str:
-    """Return the name of the ROS distribution, from ``ROS_DISTRO`` or the stock installation.
+    """Return the name of the ROS distribution, from ``ROS_DISTRO`` or the installation of stock ROS.
 
     Args:
         environ: the environment variables.
 
     Returns:
-        The name, such as ``noetic``; ``Debian`` for Debian's packages, like their rosversion; or ``<unknown>``.
+        The name, such as ``noetic``; ``Debian`` for ROS packages from Debian, as their rosversion prints; or
+        ``<unknown>``.
     """
     if environ.get("ROS_DISTRO"):
         return environ["ROS_DISTRO"]
-    installed = sorted(Path("/opt/ros").glob("*/share/roslib"), reverse=True)
-    if installed:
-        return installed[0].parent.parent.name
+    roslib_folders = sorted(Path("/opt/ros").glob("*/share/roslib"), reverse=True)
+    if roslib_folders:
+        return roslib_folders[0].parent.parent.name
     return "Debian" if Path("/usr/share/roslib/package.xml").exists() else "<unknown>"
 
 
@@ -99,7 +100,7 @@ def _parse(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:
     )
     add_options_and_arguments(parser, invocation, _SKIP_NEWLINE)
     add_options_and_arguments(
-        parser.add_mutually_exclusive_group(required=invocation.as_stock), invocation, *_SELECTION
+        parser.add_mutually_exclusive_group(required=invocation.as_stock), invocation, *_EXCLUSIVE_PARTS
     )
     add_options_and_arguments(parser, invocation, JSON_FLAG)
     return parser.parse_args(invocation.argv), []
@@ -112,7 +113,7 @@ COMMAND = Command(
         "",
         "",
         _SKIP_NEWLINE,
-        *_SELECTION,
+        *_EXCLUSIVE_PARTS,
         JSON_FLAG,
         examples=[
             ("", "print the version of pyros1"),

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from pyros1.node import Node
     from pyros1.web.bags.granted_files import GrantedFiles
 
-PORT = 9090
+WEB_PORT = 9090
 _MAX_PAGES_LIMIT = 10_000
 _ALL_INTERFACES = ("0.0.0.0", "::", "")
 _SINGLE_NAME_PANELS = {
@@ -42,13 +42,13 @@ _SINGLE_NAME_PANELS = {
     "launches": ("node", "node"),
     "turtles": ("node", "node"),
 }
-"""Panels that accept one name: the setting for it, and the kind of name."""
+"""Panels that accept one name: the panel's setting for the name, and what the name stands for."""
 _IMAGE_TOPIC = "image"
-"""The topic that image_view displays before remapping."""
+"""The topic that image_view displays unless it is remapped."""
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> int:
-    """Serve the page until a signal arrives, or open a panel of a running server. Return the exit code."""
+    """Serve the page until a signal arrives, or open a panel in a server that is running. Return the exit code."""
     if options.port is not None and not 0 <= options.port <= 65535:
         raise UsageError(f"the port must be from 0 to 65535, not {options.port}")
     if options.most_pages is not None and not 1 <= options.most_pages <= _MAX_PAGES_LIMIT:
@@ -100,16 +100,16 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
                 _open_link(url)
 
         try:
-            _serve(invocation, options, uri, granted, on_started, PORT if options.port is None else options.port)
-        except _PortTakenError:  # for example by a page for another master
+            _serve(invocation, options, uri, granted, on_started, WEB_PORT if options.port is None else options.port)
+        except _CannotListenError:  # for example by a page for another master
             if options.port is not None or not opens_panel:
                 raise
             _serve(invocation, options, uri, granted, on_started, 0)
     return 0
 
 
-class _PortTakenError(CommandError):
-    """The page cannot listen on its port."""
+class _CannotListenError(CommandError):
+    """The server cannot listen on its port."""
 
 
 def _save_graph(invocation: Invocation, file: str) -> int:
@@ -120,7 +120,7 @@ def _save_graph(invocation: Invocation, file: str) -> int:
 
 
 def _open_in_running_server(invocation: Invocation, link: str, uri: str) -> int:
-    """Open a panel of a running server. In a launch file, keep running, since the node may be required."""
+    """Open a panel of a running server. If a launch file started this node, keep running: it may be a required one."""
     print(f"the robot at {uri} in a browser: {link}", flush=True)
     _open_link(link)
     if "__name" in invocation.special:
@@ -172,7 +172,7 @@ def _serve(
             print("the node of this server was asked to shut down, so the server shuts down", file=sys.stderr)
     except OSError as error:
         reason = error.strerror or str(error)
-        raise _PortTakenError(
+        raise _CannotListenError(
             f"cannot listen on {options.host or '*'}:{port}: {reason}. --port 0 selects a free port"
         ) from None
 
@@ -199,7 +199,7 @@ def _parse(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:
 
 
 def _plugin_args(plugin: str) -> tuple[str, ...]:
-    """Return the arguments for an rqt plugin such as ``rqt_plot`` or, with its full name, ``rqt_plot/Plot``."""
+    """Return the arguments for an rqt plugin: ``rqt_plot`` or, with its full name, ``rqt_plot/Plot``."""
     name = plugin.partition("/")[0].partition(".")[0]
     if name not in GUI_PROGRAMS or name == "rqt_gui":
         plugins = ", ".join(name for name in GUI_PROGRAMS if name.startswith("rqt_") and name != "rqt_gui")
@@ -208,7 +208,7 @@ def _plugin_args(plugin: str) -> tuple[str, ...]:
 
 
 def _panel_and_settings(invocation: Invocation, options: Any, args: list[str]) -> tuple[str, dict[str, Any]]:
-    """Return the requested panel or layout and its settings."""
+    """Return the name of the requested panel or layout, which may be empty, and the settings to open it with."""
     if options.layout:
         if args:
             raise UsageError("--layout opens a whole layout: do not name a panel as well")
@@ -225,8 +225,8 @@ def _panel_and_settings(invocation: Invocation, options: Any, args: list[str]) -
     if panel not in panels:
         hint = did_you_mean(panel, [*panels, *GUI_PROGRAMS, *PANEL_PARTS])
         raise UsageError(f"there is no panel {panel!r}{hint}; the panels are {', '.join(panels)}")
-    if panel in _SETTINGS:
-        return panel, _SETTINGS[panel](invocation, options, panel_args)
+    if panel in _SETTINGS_FUNCTIONS:
+        return panel, _SETTINGS_FUNCTIONS[panel](invocation, options, panel_args)
     if panel in _SINGLE_NAME_PANELS and len(panel_args) == 1:
         return panel, {_SINGLE_NAME_PANELS[panel][0]: invocation.resolve(panel_args[0])}
     if panel_args:
@@ -241,8 +241,8 @@ def _bag_settings(invocation: Invocation, options: Any, files: list[str]) -> dic
     for file in files:
         check_bag(file)
     options.files = [os.path.abspath(file) for file in files]
-    clock = {"clock": True} if options.clock else {}
-    return {"files": options.files, **clock} if files else clock
+    clock_settings = {"clock": True} if options.clock else {}
+    return {"files": options.files, **clock_settings} if files else clock_settings
 
 
 def _plot_settings(invocation: Invocation, options: Any, args: list[str]) -> dict[str, Any]:
@@ -270,8 +270,8 @@ def _scene_settings(invocation: Invocation, options: Any, args: list[str]) -> di
         from pyros1.web.scene.rviz.file import MAX_BYTES, RvizFileError, read_rviz  # noqa: PLC0415
 
         try:
-            with open(file, "rb") as opened:
-                text = opened.read(MAX_BYTES + 1).decode(errors="replace")
+            with open(file, "rb") as stream:
+                text = stream.read(MAX_BYTES + 1).decode(errors="replace")
             settings, notes = read_rviz(text, invocation.resolve)
             lines = [f"{one_line(file)}: {note}" for note in notes]
         except OSError as error:
@@ -290,9 +290,9 @@ def _scene_settings(invocation: Invocation, options: Any, args: list[str]) -> di
     return settings
 
 
-_SETTINGS: Mapping[str, Callable[[Invocation, Any, list[str]], dict[str, Any]]]
-_SETTINGS = {"bag": _bag_settings, "plot": _plot_settings, "scene": _scene_settings}
-"""Functions that return the settings of panels with several arguments or their own options."""
+_SETTINGS_FUNCTIONS: Mapping[str, Callable[[Invocation, Any, list[str]], dict[str, Any]]]
+_SETTINGS_FUNCTIONS = {"bag": _bag_settings, "plot": _plot_settings, "scene": _scene_settings}
+"""For panels with several arguments or their own options: the function that returns the panel's settings."""
 
 
 COMMAND = Command(
@@ -301,7 +301,7 @@ COMMAND = Command(
     Verb(
         "",
         "",
-        Option("--port", type="int", metavar="PORT", help=f"port of the page ({PORT}); 0: any free port"),
+        Option("--port", type="int", metavar="PORT", help=f"port of the page ({WEB_PORT}); 0: any free port"),
         Option(
             "--host",
             "--bind",
@@ -367,7 +367,7 @@ COMMAND = Command(
         Option("-f", "--fixed-frame", metavar="FRAME", help="scene: the fixed frame"),
         Option("--target-frame", metavar="FRAME", help="scene: the frame that the view follows"),
         Option("-d", "--display-config", metavar="FILE", help="scene: a configuration file of rviz"),
-        # rqt and its plugins accept these options, which have no meaning for the page
+        # rqt and its plugins accept these options, but they have no meaning for the page
         Flag("--clear-config", dest="clear_config", hidden=True),
         Flag("--force-discover", dest="force_discover", hidden=True),
         Option("--output", hidden=True),  # rxgraph's
@@ -401,7 +401,7 @@ COMMAND = Command(
 
 
 def _make_node_factory(invocation: Invocation, uri: str, environ: Mapping[str, str]) -> Callable[[], Node]:
-    def make() -> Node:
+    def make_node() -> Node:
         from pyros1.node import Node  # noqa: PLC0415 - imported in the thread that connects to the master
 
         return Node(
@@ -416,7 +416,7 @@ def _make_node_factory(invocation: Invocation, uri: str, environ: Mapping[str, s
             log_level="error",
         )
 
-    return make
+    return make_node
 
 
 def _node_args(invocation: Invocation) -> list[str]:

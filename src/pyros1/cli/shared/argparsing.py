@@ -1,6 +1,6 @@
-"""Parsing with argparse, for commands whose stock tool uses it, so that help looks the same.
+"""Parses arguments with argparse, for commands whose stock tools use it, so that the help texts look the same.
 
-The settings of `records.Option` are valid for optparse and argparse.
+The settings of `records.Option` are valid for both optparse and argparse.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ def add_options_and_arguments(parser: Any, invocation: Invocation, *parts: Optio
     """Add options and arguments to a parser.
 
     Args:
-        parser: the parser or one of its groups.
+        parser: the parser, or one of its argument groups.
         invocation: the invocation. If the command was called by the stock tool's name, help shows only that tool's
             options.
         parts: the options and arguments.

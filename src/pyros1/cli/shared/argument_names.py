@@ -1,4 +1,4 @@
-"""The fields of a message in the order of their values on the command line (L68, L76)."""
+"""The field names of a message class, in the order in which values are given on the command line (L68, L76)."""
 
 from __future__ import annotations
 

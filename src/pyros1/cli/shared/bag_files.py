@@ -1,4 +1,4 @@
-"""Checks of bags on the command line before a page opens them."""
+"""Checks the bags named on the command line before the web page opens them."""
 
 from __future__ import annotations
 
@@ -33,9 +33,9 @@ def check_bag(path: str) -> None:
         raise CommandError(f"{one_line(path)} is a folder, not a bag; --bags {one_line(path)} shows its bags")
     folder = os.path.dirname(path)
     try:
-        others = [
+        sibling_bags = [
             os.path.join(folder, name) for name in os.listdir(folder or ".") if name.endswith((".bag", ".active"))
         ]
     except OSError:
-        others = []
-    raise CommandError(f"there is no file {one_line(path)}{did_you_mean(path, others)}")
+        sibling_bags = []
+    raise CommandError(f"there is no file {one_line(path)}{did_you_mean(path, sibling_bags)}")

@@ -1,33 +1,33 @@
-"""Writes strings in chunks, so that a large string is never completely in memory."""
+"""Writes strings in chunks, so that a large output is never held in memory as a whole."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from types import TracebackType
 
-Write = Callable[[str], object]
+WriteFunction = Callable[[str], object]
 
 _CHUNK_SIZE = 1 << 16
 """Number of characters to write at a time."""
 
 
 class BufferedOutput:
-    """Collects small strings, splits large ones, and writes them in chunks. Use it in a ``with`` statement.
+    """Collects small strings, splits large ones, and writes the result in chunks. Use it in a ``with`` statement.
 
     Args:
-        write: writes a string.
-        transform: changes each chunk before it is written. A chunk may end within a line, but not between a carriage
-            return and a line feed.
+        write: the function that writes each chunk.
+        transform: returns the text to write for a chunk; None to write chunks unchanged. A chunk may end within a line,
+            but not between a carriage return and a line feed.
     """
 
-    def __init__(self, write: Write, transform: Callable[[str], str] | None = None) -> None:
+    def __init__(self, write: WriteFunction, transform: Callable[[str], str] | None = None) -> None:
         self._write = write
         self._transform = transform
         self._parts: list[str] = []
         self._size = 0
 
     def add(self, text: str) -> None:
-        """Add a string."""
+        """Add a string to the output. Chunks are written as soon as they are full."""
         if len(text) > _CHUNK_SIZE:
             for start in range(0, len(text), _CHUNK_SIZE):
                 self.add(text[start : start + _CHUNK_SIZE])
@@ -49,7 +49,7 @@ class BufferedOutput:
         return self
 
     def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
+        self, error_type: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
     ) -> None:
-        if kind is None:
+        if error_type is None:
             self._flush(is_last=True)

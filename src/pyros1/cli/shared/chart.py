@@ -1,25 +1,32 @@
-"""Draws curves for terminals with braille characters of two by four dots. This module has no side effects."""
+"""Draws curves for terminals with braille characters, each of which is two dots wide and four dots high.
+
+This module has no side effects.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
 
-Curve = Sequence[tuple[float, float]]
+CurvePoints = Sequence[tuple[float, float]]
 """Points (time in s, value) in chronological order."""
 
 COLOURS = (36, 33, 35, 32, 34, 31)
 """ANSI codes of the curves' colours. If there are more curves, the colours are repeated."""
 
-_DOTS = ((0x01, 0x08), (0x02, 0x10), (0x04, 0x20), (0x40, 0x80))
-_AXIS_WIDTH = 11  # columns left of the chart
+_DOT_BITS = ((0x01, 0x08), (0x02, 0x10), (0x04, 0x20), (0x40, 0x80))
+"""The bits of the dots in a braille character, by row and column."""
+_AXIS_WIDTH = 11  # columns to the left of the canvas
 
 
 class Canvas:
-    """A grid of dots.
+    """A grid of coloured dots.
 
     Args:
         columns, rows: the size in characters.
+
+    Attributes:
+        width, height: the size in dots.
     """
 
     def __init__(self, columns: int, rows: int) -> None:
@@ -28,26 +35,26 @@ class Canvas:
         self._cells = [[0] * columns for _ in range(rows)]
         self._colours = [[-1] * columns for _ in range(rows)]
 
-    def dot(self, x: int, y: int, colour: int) -> None:
+    def set_dot(self, x: int, y: int, colour: int) -> None:
         """Set a dot. x is counted from the left, y from the bottom. Dots outside the canvas are ignored."""
         if 0 <= x < self.width and 0 <= y < self.height:
             row, dot_row = divmod(self.height - 1 - y, 4)
-            self._cells[row][x // 2] |= _DOTS[dot_row][x % 2]
+            self._cells[row][x // 2] |= _DOT_BITS[dot_row][x % 2]
             self._colours[row][x // 2] = colour
 
-    def line(self, x0: int, y0: int, x1: int, y1: int, colour: int) -> None:
+    def draw_line(self, x0: int, y0: int, x1: int, y1: int, colour: int) -> None:
         """Draw a straight line between two dots."""
         steps = max(abs(x1 - x0), abs(y1 - y0), 1)
         for step in range(steps + 1):
-            self.dot(round(x0 + (x1 - x0) * step / steps), round(y0 + (y1 - y0) * step / steps), colour)
+            self.set_dot(round(x0 + (x1 - x0) * step / steps), round(y0 + (y1 - y0) * step / steps), colour)
 
-    def rows(self, coloured: bool) -> list[str]:
-        """Return the rows as strings, from top to bottom."""
-        return [self._row(row, coloured) for row in range(len(self._cells))]
+    def render_rows(self, coloured: bool) -> list[str]:
+        """Return the rows of characters as strings, from top to bottom."""
+        return [self._render_row(row, coloured) for row in range(len(self._cells))]
 
-    def _row(self, row: int, coloured: bool) -> str:
+    def _render_row(self, row_index: int, coloured: bool) -> str:
         parts, last_colour = [], -1
-        for cell, cell_colour in zip(self._cells[row], self._colours[row], strict=True):
+        for cell, cell_colour in zip(self._cells[row_index], self._colours[row_index], strict=True):
             colour = cell_colour if cell else -1
             if coloured and colour != last_colour:
                 parts.append("\033[0m" if colour < 0 else f"\033[{COLOURS[colour % len(COLOURS)]}m")
@@ -57,7 +64,7 @@ class Canvas:
 
 
 def nice_range(low: float, high: float) -> tuple[float, float]:
-    """Return round limits that contain a range of values. The limits always differ."""
+    """Return two different round numbers that enclose the range from ``low`` to ``high``."""
     if not low < high:
         margin = abs(low) * 0.1 or 1.0
         low, high = low - margin, high + margin
@@ -66,47 +73,51 @@ def nice_range(low: float, high: float) -> tuple[float, float]:
 
 
 def render_chart(
-    curves: Sequence[tuple[str, Curve]], now: float, period: float, size: tuple[int, int], coloured: bool
+    curves: Sequence[tuple[str, CurvePoints]], now: float, period: float, size: tuple[int, int], coloured: bool
 ) -> str:
     """Return a chart of the last ``period`` seconds as lines of text.
 
     Args:
         curves: the label and points of each curve.
-        now: the time of the right edge in s.
+        now: the time at the right edge in s.
         period: the length of the time axis in s.
-        size: the columns and rows of the whole chart, including axis and legend.
+        size: the numbers of columns and rows of the whole chart, including its axes and legend.
         coloured: whether to use ANSI colours.
     """
     columns, rows = max(10, size[0] - _AXIS_WIDTH - 1), max(4, size[1] - 2 - len(curves))
     canvas = Canvas(columns, rows)
-    begin = now - period
+    start_time = now - period
     visible_curves = [
-        [(time, value) for time, value in points if time >= begin and math.isfinite(value)] for _, points in curves
+        [(time, value) for time, value in points if time >= start_time and math.isfinite(value)] for _, points in curves
     ]
     values = [value for points in visible_curves for _, value in points]
     low, high = nice_range(min(values), max(values)) if values else (0.0, 1.0)
-    for number, curve in enumerate(visible_curves):
-        previous = None
+    for curve_index, curve in enumerate(visible_curves):
+        previous_point = None
         for time, value in curve:
-            x = round((time - begin) / period * (canvas.width - 1))
+            x = round((time - start_time) / period * (canvas.width - 1))
             y = round((value - low) / (high - low) * (canvas.height - 1))
-            canvas.line(*(previous or (x, y)), x, y, number)
-            previous = (x, y)
+            canvas.draw_line(*(previous_point or (x, y)), x, y, curve_index)
+            previous_point = (x, y)
     lines = []
-    ticks = {round(part / 4 * (rows - 1)): high - (high - low) * part / 4 for part in range(5)}
-    for row, text in enumerate(canvas.rows(coloured)):
-        label = f"{ticks[row]:.4g}" if row in ticks else ""
+    tick_values = {round(part / 4 * (rows - 1)): high - (high - low) * part / 4 for part in range(5)}
+    for row, text in enumerate(canvas.render_rows(coloured)):
+        label = f"{tick_values[row]:.4g}" if row in tick_values else ""
         lines.append(f"{label:>{_AXIS_WIDTH - 1}} \u2502{text}")
     lines.append(" " * _AXIS_WIDTH + "\u2514" + "\u2500" * columns)
     start_label = f"{-period:g} s"
     lines.append(" " * (_AXIS_WIDTH + 1) + start_label + "now".rjust(columns - len(start_label)))
-    for number, ((label, points), visible) in enumerate(zip(curves, visible_curves, strict=True)):
-        legend_line = f"\033[{COLOURS[number % len(COLOURS)]}m\u2501\u2501\033[0m" if coloured else "\u2501\u2501"
+    for curve_index, ((label, points), visible_points) in enumerate(zip(curves, visible_curves, strict=True)):
+        legend_line = f"\033[{COLOURS[curve_index % len(COLOURS)]}m\u2501\u2501\033[0m" if coloured else "\u2501\u2501"
         last_value = f"{points[-1][1]:.6g}" if points else "no data yet"
-        rate = f", {(len(visible) - 1) / (visible[-1][0] - visible[0][0]):.1f} Hz" if _has_rate(visible) else ""
+        rate = (
+            f", {(len(visible_points) - 1) / (visible_points[-1][0] - visible_points[0][0]):.1f} Hz"
+            if _spans_time(visible_points)
+            else ""
+        )
         lines.append(f"{legend_line} {label} = {last_value}{rate}")
     return "\n".join(lines)
 
 
-def _has_rate(points: Curve) -> bool:
+def _spans_time(points: CurvePoints) -> bool:
     return len(points) > 1 and points[-1][0] > points[0][0]

@@ -1,4 +1,4 @@
-"""Curves in command arguments, in the syntax of rqt_plot and the page's plot."""
+"""Parses the curves named in arguments, which have the same syntax as in rqt_plot and the web page's plot."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def parse_curves(invocation: Invocation, argument: str) -> list[str]:
         argument: ``/topic/x:y``, ``/topic/array[0:3],/other/field``, or ``/topic: m.x * 2``.
 
     Raises:
-        UsageError: a colon between fields is not preceded by a topic.
+        UsageError: the argument has fields separated by colons, but no topic before them.
     """
     if not split_expression(argument):
         for part in argument.split(","):
@@ -29,15 +29,19 @@ def parse_curves(invocation: Invocation, argument: str) -> list[str]:
                 raise UsageError(f"{part} must contain a topic and a field, as in /topic/x:y")
     curves = []
     for text in expand_fields(argument):
-        split = split_expression(text)
-        curves.append(f"{invocation.resolve(split[0])}: {split[1]}" if split else invocation.resolve(text))
+        topic_and_code = split_expression(text)
+        curves.append(
+            f"{invocation.resolve(topic_and_code[0])}: {topic_and_code[1]}"
+            if topic_and_code
+            else invocation.resolve(text)
+        )
     return curves
 
 
 def expand_messages(invocation: Invocation, curves: Iterable[str]) -> list[str]:
-    """Expand curves that are messages to their numeric fields, as in rqt_plot: ``/pose`` to ``/pose/x`` ...
+    """Replace curves that name whole messages with their numeric fields, as in rqt_plot: ``/pose`` with ``/pose/x`` ...
 
-    Unknown topics are kept unchanged, as are all topics if the master does not respond.
+    Curves from unknown topics are kept unchanged, as are all curves if the master does not respond.
 
     Args:
         invocation: the command's invocation.
@@ -53,18 +57,18 @@ def expand_messages(invocation: Invocation, curves: Iterable[str]) -> list[str]:
 def _numeric_fields(graph: Graph, curve: str) -> list[str]:
     from pyros1.msgs import load_message  # noqa: PLC0415 - only needed for known topics
 
-    found = None if split_expression(curve) else graph.find_topic(curve)
-    if found is None:
+    topic_match = None if split_expression(curve) else graph.find_topic(curve)
+    if topic_match is None:
         return [curve]
-    _, type_name, path = found
+    _, type_name, path = topic_match
     try:
         type_name = FieldPath(path).type_in(load_message(type_name))
         message_class = load_message(type_name)
-    except Error:  # the page reports fields that are not messages and unknown types
+    except Error:  # the page reports unknown types, and fields that are not messages
         return [curve]
     if len(message_class.__slots__) == 1:  # the page draws messages with a single field
         return [curve]
     slots = zip(message_class.__slots__, message_class._slot_types, strict=True)
-    excluded = (*_NON_NUMERIC_TYPES, *message_class._classes)
-    names = [name for name, slot_type in slots if "[" not in slot_type and slot_type not in excluded]
+    excluded_types = (*_NON_NUMERIC_TYPES, *message_class._classes)
+    names = [name for name, slot_type in slots if "[" not in slot_type and slot_type not in excluded_types]
     return [f"{curve.rstrip('/')}/{name}" for name in names] or [curve]

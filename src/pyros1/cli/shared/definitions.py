@@ -1,4 +1,4 @@
-"""Definitions of messages and services by name, for ``msg``, ``srv`` and ``msg-proto``."""
+"""Looks up the definitions of messages and services by name, for ``msg``, ``srv`` and ``msg-proto``."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ if TYPE_CHECKING:
 JSON_LIST_FLAG = Flag("--json", help="print a JSON list", pyros1_only=True)
 
 
-class Kind:
-    """Messages or services, with the differences between ``msg`` and ``srv``.
+class DefinitionKind:
+    """A kind of definition, messages or services, with what differs between ``msg`` and ``srv``.
 
     Attributes:
         extension: the extension of definition files, ``msg`` or ``srv``.
-        word: the word used in output.
-        completion_kinds: the kind of the types' completion candidates, see `pyros1.cli.complete_values`.
+        word: the word for the kind in output, ``message`` or ``service``.
+        completion_kinds: the kind of completion candidates for its type names, see `pyros1.cli.complete_values`.
     """
 
     def __init__(self, extension: str, word: str, completion_kinds: str) -> None:
@@ -31,18 +31,18 @@ class Kind:
         self.word = word
         self.completion_kinds = completion_kinds
 
-    def names(self, library: Library, package: str) -> list[str]:
+    def type_names(self, library: Library, package: str) -> list[str]:
         """Return the sorted full names of a package's types."""
         base_names = library.messages(package) if self.extension == "msg" else library.services(package)
         return [f"{package}/{name}" for name in base_names]
 
-    def spec(self, library: Library, name: str) -> MessageSpec | ServiceSpec:
-        """Return the definition of a type."""
+    def load_spec(self, library: Library, name: str) -> MessageSpec | ServiceSpec:
+        """Return the definition of a type by its full name."""
         return library.message(name) if self.extension == "msg" else library.service(name)
 
 
-MESSAGE_KIND = Kind("msg", "message", "message")
-SERVICE_KIND = Kind("srv", "service", "service_type")
+MESSAGE_KIND = DefinitionKind("msg", "message", "message")
+SERVICE_KIND = DefinitionKind("srv", "service", "service_type")
 
 
 @cache
@@ -53,25 +53,30 @@ def library() -> Library:
     return Library(os.environ)
 
 
-def find_full_names(kind: Kind, name: str) -> tuple[list[str], bool]:
-    """Return the full names of the types that a name may refer to, and whether the name lacks a package."""
-    if "/" in name:
-        return [name], False
+def find_full_names(kind: DefinitionKind, type_name: str) -> tuple[list[str], bool]:
+    """Return the full names of the types that a name may refer to, and whether the name lacks a package.
+
+    A name with a package is returned unchanged, even if there is no such type.
+    """
+    if "/" in type_name:
+        return [type_name], False
     all_definitions = library()
     return [
-        f"{package}/{name}"
+        f"{package}/{type_name}"
         for package in all_definitions.packages()
-        if f"{package}/{name}" in kind.names(all_definitions, package)
+        if f"{package}/{type_name}" in kind.type_names(all_definitions, package)
     ], True
 
 
-def similar_name_hint(kind: Kind, name: str) -> str:
+def similar_name_hint(kind: DefinitionKind, type_name: str) -> str:
     """Return a hint with the name of a similar type; empty if there is none."""
-    full_names = [full_name for package in library().packages() for full_name in kind.names(library(), package)]
-    return did_you_mean(name, full_names if "/" in name else {full_name.partition("/")[2] for full_name in full_names})
+    full_names = [full_name for package in library().packages() for full_name in kind.type_names(library(), package)]
+    return did_you_mean(
+        type_name, full_names if "/" in type_name else {full_name.partition("/")[2] for full_name in full_names}
+    )
 
 
-def type_argument(kind: Kind, args: list[str]) -> str:
+def parse_type_argument(kind: DefinitionKind, args: list[str]) -> str:
     """Return the name of a type from the arguments or, if there are none, from standard input.
 
     Raises:
@@ -80,20 +85,20 @@ def type_argument(kind: Kind, args: list[str]) -> str:
     """
     if len(args) > 1:
         raise UsageError(f"you may only specify one {kind.word} type")
-    name = args[0] if args else read_name_from_stdin()
-    if "::" in name:
+    type_name = args[0] if args else read_name_from_stdin()
+    if "::" in type_name:
         raise UsageError(
             "rosmsg does not understand C++-style namespaces (i.e. '::').\n"
             "Please refer to msg/srv types as 'package_name/Type'."
         )
-    name = name.removesuffix("." + kind.extension)
-    if "." in name:
-        raise UsageError(f"invalid message type '{name}'.\nPlease refer to msg/srv types as 'package_name/Type'.")
-    return name
+    type_name = type_name.removesuffix("." + kind.extension)
+    if "." in type_name:
+        raise UsageError(f"invalid message type '{type_name}'.\nPlease refer to msg/srv types as 'package_name/Type'.")
+    return type_name
 
 
 def read_name_from_stdin() -> str:
-    """Return a missing argument that is read from standard input, so that it can be piped.
+    """Read a name from standard input, for a command without arguments, so that names can be piped to it.
 
     Raises:
         CommandError: standard input is a terminal or contains no name.

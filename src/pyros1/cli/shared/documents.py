@@ -14,52 +14,52 @@ MAX_DOCUMENT_LENGTH = 64 << 20
 
 
 class DocumentTooLongError(Error):
-    """A document is too long."""
+    """A document is longer than `MAX_DOCUMENT_LENGTH`."""
 
 
 def read_documents(lines: Iterable[str], source_name: str | None = None) -> Iterator[Any]:
-    """Yield each document that is not empty, as soon as the ``---`` line after it or the end of the stream is read.
+    """Yield each non-empty document as soon as the ``---`` line after it or the end of the stream is read.
 
     A line with a JSON object is a separate document, so that the output of ``topic echo --json`` can be read.
 
     Args:
-        lines: a text file or any other iterable of lines.
+        lines: the lines to read, for example a text file.
         source_name: the name of the source, for error messages.
 
     Raises:
-        Error: a document is not YAML or is too long.
+        Error: a document is not valid YAML, or is too long.
     """
     document_lines: list[str] = []
-    size = 0
+    length = 0
     for line in lines:
         if line.rstrip() == "---":
             yield from _parse_document(document_lines, source_name)
-            document_lines, size = [], 0
+            document_lines, length = [], 0
             continue
         if not document_lines and line.startswith("{"):
-            record = _parse_json_line(line)
-            if record is not None:
-                yield record
+            json_document = _parse_json_line(line)
+            if json_document is not None:
+                yield json_document
                 continue
         document_lines.append(line)
-        size += len(line)
-        if size > MAX_DOCUMENT_LENGTH:
+        length += len(line)
+        if length > MAX_DOCUMENT_LENGTH:
             raise DocumentTooLongError(
                 f"{source_name or 'the input'} contains a document of more than {MAX_DOCUMENT_LENGTH} characters"
             )
     yield from _parse_document(document_lines, source_name)
 
 
-class Record(dict[str, Any]):
+class JsonDocument(dict[str, Any]):
     """A document read from a line of JSON."""
 
 
-def _parse_json_line(line: str) -> Record | None:
+def _parse_json_line(line: str) -> JsonDocument | None:
     try:
         value = json.loads(line)
     except (ValueError, RecursionError):
         return None
-    return Record(value) if isinstance(value, dict) else None
+    return JsonDocument(value) if isinstance(value, dict) else None
 
 
 def _parse_document(lines: list[str], source_name: str | None) -> Iterator[Any]:

@@ -1,4 +1,4 @@
-"""The expressions of ``--filter`` and ``bag filter``, and the names that they can use in addition to the message."""
+"""Filter expressions, for ``--filter`` and ``bag filter``, and the names they can use in addition to the message."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from pyros1.node import Node
 
 
-class Clock:
+class ExpressionClock:
     """The clock for ``rospy.Time.now()`` in expressions.
 
     Attributes:
@@ -25,28 +25,28 @@ class Clock:
     node: Node | None = None
 
     def now(self) -> Time:
-        """Return the time."""
+        """Return the current time."""
         return Time.from_sec(time.time()) if self.node is None else self.node.now()
 
 
-def filter_expression(text: str, clock: Clock | None = None) -> Expression:
-    """Return the expression of a filter, which can also use print, and the times of rospy and genpy.
+def filter_expression(text: str, clock: ExpressionClock | None = None) -> Expression:
+    """Parse a filter expression. In addition to the message, it can use print and the times of rospy, genpy and time.
 
     Args:
         text: the expression.
-        clock: the clock; None for the system's time.
+        clock: the clock for ``rospy.Time.now()``; None for the system's time.
 
     Raises:
         ExpressionError: the expression is malformed or uses something that is not allowed.
     """
-    clock = clock or Clock()
-    names = {
+    clock = clock or ExpressionClock()
+    extra_names = {
         "print": _print,
         "rospy": time_module(clock.now),
         "genpy": time_module(clock.now, "genpy"),
         "time": Module("time", {"time": time.time}),
     }
-    return Expression(text, names)
+    return Expression(text, extra_names)
 
 
 def _print(*values: Any, sep: str = " ", end: str = "\n") -> None:

@@ -11,28 +11,28 @@ from collections.abc import Callable
 from typing import Any
 
 from pyros1.bag.export.tables import Table
-from pyros1.cli.shared.buffered_output import BufferedOutput, Write
-from pyros1.cli.shared.printing import use_colour
+from pyros1.cli.shared.buffered_output import BufferedOutput, WriteFunction
+from pyros1.cli.shared.printing import should_use_colour
 from pyros1.ground.terminal_text import json_text, lines
 from pyros1.ground.timing import Time
 from pyros1.msgs import Message
 from pyros1.msgs.text import emit_message
 
-ValueWriter = Callable[[Message, Any, "str | None", Write], object]
-"""Writes a value of a message. The arguments are the message, the value, its type from `FieldPath.get`, and a function
-that writes a string."""
+ValueWriter = Callable[[Message, Any, "str | None", WriteFunction], object]
+"""Writes a value from a message. The arguments are the message, the value, its type from `FieldPath.get`, and a
+function that writes a string."""
 
-_CLEAR = "\033[2J\033[;H"
+_CLEAR_SCREEN = "\033[2J\033[;H"
 _FIELD_NAME = re.compile(r"^( *(?:- )?)([A-Za-z]\w*):(?=$| )", re.M)
-"""A field name at the beginning of a line."""
+"""Matches a field name at the beginning of a line."""
 
 
-class Text:
+class TextFormat:
     """Writes messages as YAML-like text, each followed by ``---`` (L61)."""
 
     def __init__(self, options: Any, now: Callable[[], Time]) -> None:
-        self._prefix = _CLEAR if options.clear else ""
-        self._make_transform = _make_colouring if use_colour(sys.stdout) else _make_plain
+        self._prefix = _CLEAR_SCREEN if options.clear else ""
+        self._make_transform = _make_colouring_transform if should_use_colour(sys.stdout) else _make_plain_transform
         self._now = now if options.offset else None
         self._settings: dict[str, Any] = {
             "no_string": bool(options.nostr),
@@ -40,7 +40,7 @@ class Text:
             "width": options.width,
         }
 
-    def __call__(self, message: Message, value: Any, type_name: str | None, write: Write) -> None:
+    def __call__(self, message: Message, value: Any, type_name: str | None, write: WriteFunction) -> None:
         if self._prefix:
             write(self._prefix)
         offset = self._now() if self._now else None
@@ -49,11 +49,11 @@ class Text:
             out.add("\n---\n")
 
 
-def _make_plain() -> Callable[[str], str]:
+def _make_plain_transform() -> Callable[[str], str]:
     return lines
 
 
-def _make_colouring() -> Callable[[str], str]:
+def _make_colouring_transform() -> Callable[[str], str]:
     """Return a function that escapes and colours the chunks of a message, which may end in the middle of a line."""
     at_start = True
 
@@ -66,13 +66,15 @@ def _make_colouring() -> Callable[[str], str]:
     return transform
 
 
-class Json:
+class JsonFormat:
     """Writes messages as lines of JSON."""
 
     def __init__(self, options: Any) -> None:
         self._excludes_strings, self._excludes_arrays = bool(options.nostr), bool(options.noarr)
 
-    def __call__(self, message: Message, value: Any, type_name: str | None, write: Write, end: str = "\n") -> None:
+    def __call__(
+        self, message: Message, value: Any, type_name: str | None, write: WriteFunction, end: str = "\n"
+    ) -> None:
         from pyros1.msgs.json_form import emit_json  # noqa: PLC0415
 
         with BufferedOutput(write, json_text) as out:
@@ -85,7 +87,7 @@ class Json:
         )
 
 
-class Plot:
+class PlotFormat:
     """Writes messages as rows of comma-separated values after a row of names (L62)."""
 
     def __init__(self, options: Any, now: Callable[[], Time]) -> None:
@@ -95,7 +97,7 @@ class Plot:
         self._table = Table(nostr=bool(options.nostr), noarr=bool(options.noarr))
         self._has_written_header = False
 
-    def __call__(self, message: Message, value: Any, type_name: str | None, write: Write) -> None:
+    def __call__(self, message: Message, value: Any, type_name: str | None, write: WriteFunction) -> None:
         now = self._now()
         uses_stamp = not self._uses_bag_time and type_name is None and getattr(message, "_has_header", False)
         stamp = message.header.stamp if uses_stamp else now  # type: ignore[attr-defined] # checked by _has_header

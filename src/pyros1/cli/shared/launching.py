@@ -23,7 +23,7 @@ def launch(plan: Plan, parsed_options: Any, resources: Resources, *, title: str)
     Args:
         plan: the plan to launch.
         parsed_options: the parsed options of ``launch``.
-        resources: the resources, which are used to find executables.
+        resources: the environment and packages, which are used to find executables.
         title: the title to give the terminal.
 
     Raises:
@@ -49,7 +49,7 @@ def launch(plan: Plan, parsed_options: Any, resources: Resources, *, title: str)
     if level not in LOG_LEVELS:
         print(f"WARNING: --master-logger-level: unknown level {level!r}", file=sys.stderr)
         level = "info"
-    # Like in stock, the output is written to log files if both options are given.
+    # As in stock, the output is written to log files if both options are given.
     to_screen = False if parsed_options.force_log else True if parsed_options.force_screen else None
     options = Options(
         core=parsed_options.core,
@@ -102,6 +102,6 @@ def _write_pid(path: Path) -> None:
 
 
 def print_exception(error: Error) -> None:
-    """Print the reason why nothing was launched, in the format that scripts look for."""
+    """Print the reason why nothing was launched in stock's format, which scripts search for."""
     red, reset = ("\033[31m", "\033[0m") if sys.stderr.isatty() else ("", "")
     print(f"{red}RLException: {error}{reset}", file=sys.stderr)

@@ -26,21 +26,21 @@ PORTS_OPTION = Option(
     pyros1_only=True,
     help="ports to use besides the master's, for example 40000-40099",
 )
-_VARIABLES = {"allow": "PYROS1_ALLOW", "bind": "PYROS1_BIND", "ports": "PYROS1_PORTS"}
+_VARIABLES_BY_OPTION = {"allow": "PYROS1_ALLOW", "bind": "PYROS1_BIND", "ports": "PYROS1_PORTS"}
 
 
 def with_options(environ: Mapping[str, str], options: Any) -> Mapping[str, str]:
-    """Return the environment with the variables replaced by the values of the given options.
+    """Return the environment, with variables set from the options of this module that were given.
 
     Args:
         environ: the environment variables.
         options: the parsed options.
 
     Raises:
-        UsageError: an option is empty. An unset variable in a script must not admit all clients.
+        UsageError: an option has an empty value. A script in which a variable is not set must not admit all clients.
     """
-    given_values = {variable: getattr(options, name, None) for name, variable in _VARIABLES.items()}
-    for variable, value in given_values.items():
+    values_by_variable = {variable: getattr(options, name, None) for name, variable in _VARIABLES_BY_OPTION.items()}
+    for variable, value in values_by_variable.items():
         if value is not None and not value.strip():
             raise UsageError(f"--{variable.removeprefix('PYROS1_').lower()} needs a value")
-    return {**environ, **{variable: value for variable, value in given_values.items() if value is not None}}
+    return {**environ, **{variable: value for variable, value in values_by_variable.items() if value is not None}}

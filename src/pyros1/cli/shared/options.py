@@ -10,10 +10,10 @@ from pyros1.cli.records import Option
 from pyros1.ground.errors import Error
 
 
-def _set_limit(option: object, name: str, value: str, parser: Any) -> None:
-    """Check the option's value, and set the environment variable that limits the chunks that this command reads."""
+def _set_chunk_limit(option: object, option_name: str, value: str, parser: Any) -> None:
+    """Check the option's value, and set the environment variable that limits the size of the chunks to read."""
     try:
-        parse_limit(value, name)
+        parse_limit(value, option_name)
     except Error as error:
         parser.error(str(error))
     os.environ[CHUNK_LIMIT_VARIABLE] = value
@@ -24,7 +24,7 @@ CHUNK_LIMIT_OPTION = Option(
     type="str",
     metavar="MB",
     action="callback",
-    callback=_set_limit,
+    callback=_set_chunk_limit,
     pyros1_only=True,
     help=f"read chunks of bags up to MB mebibytes (default {DEFAULT_CHUNK_LIMIT >> 20}, or ${CHUNK_LIMIT_VARIABLE})",
 )

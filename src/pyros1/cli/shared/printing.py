@@ -1,4 +1,4 @@
-"""Printing of JSON and colours."""
+"""Prints JSON, and decides whether to print colours."""
 
 from __future__ import annotations
 
@@ -15,6 +15,6 @@ def print_json(value: Any) -> None:
     print(terminal_text.json_text(json.dumps(value, ensure_ascii=False)))
 
 
-def use_colour(stream: TextIO) -> bool:
+def should_use_colour(stream: TextIO) -> bool:
     """Return whether a stream is a terminal with colours and NO_COLOR is not set (https://no-color.org)."""
     return stream.isatty() and not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb"

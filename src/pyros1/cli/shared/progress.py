@@ -7,6 +7,7 @@ import sys
 import time
 
 _UPDATE_PERIOD = 0.2
+"""Minimum time between updates of the line in seconds."""
 
 
 class Progress:
@@ -26,7 +27,7 @@ class Progress:
         self._is_drawn = False
 
     def __call__(self, processed_bytes: int) -> None:
-        """Update the number of bytes processed so far."""
+        """Set the number of bytes processed so far. The line is only redrawn from time to time."""
         if not self._is_enabled:
             return
         now = time.monotonic()

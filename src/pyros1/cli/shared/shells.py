@@ -1,8 +1,9 @@
 """Shared code of ``setup`` and ``unsetup``: detection of the calling shell, and code for bash, zsh, fish and sh.
 
-The code saves existing functions and completions of the same names, and restores them later. Plain sh cannot print
-the definition of a function, so existing functions are lost there. Commands that start programs must not be functions:
-a shell runs a background function in a copy of itself, and ``kill $!`` would kill that copy instead of the program.
+The code saves existing functions and completions with the same names, and ``unsetup`` restores them. Plain sh cannot
+print the definition of a function, so existing functions are lost there. Commands that start programs must not be
+functions: a shell runs a background function in a copy of itself, and ``kill $!`` would kill that copy instead of the
+program.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ from pyros1.finding.python_modules import DROP_IN_START
 
 @dataclass(frozen=True)
 class CompletedNames:
-    """The programs and functions to complete."""
+    """The programs and functions whose arguments are completed."""
 
     programs: list[str]
 
@@ -35,11 +36,11 @@ class CompletedNames:
 
 @dataclass(frozen=True)
 class Shell:
-    """The code for a shell.
+    """The code that sets up a kind of shell, and reverts the setup.
 
     Attributes:
-        setup_code: the setup, with placeholders such as ``@@bin`` and ``@@names``.
-        undo_code: code that reverts the setup if there is one.
+        setup_code: code that sets up the shell, with placeholders such as ``@@bin`` and ``@@names``.
+        undo_code: code that reverts the setup if the shell was set up, and otherwise runs ``@@otherwise``.
         source_format: the line that makes the shell read a command's output, with braces for the command.
     """
 
@@ -51,14 +52,14 @@ class Shell:
         """Return the code that sets up the shell.
 
         Args:
-            folder: the folder of the programs.
-            names: the names to complete.
+            folder: the folder that contains the programs.
+            names: the programs and functions to complete.
         """
         functions = " ".join(SHELL_FUNCTIONS)
         undo = self.undo_code.replace("@@otherwise", "true")
-        values = {"bin": shlex.quote(folder), "names": str(names), "functions": functions, "undo": undo}
-        values |= {"modules": shlex.quote(DROP_IN_START), "python": shlex.quote(sys.executable)}
-        return _AtTemplate(self.setup_code).substitute(values).lstrip()
+        substitutions = {"bin": shlex.quote(folder), "names": str(names), "functions": functions, "undo": undo}
+        substitutions |= {"modules": shlex.quote(DROP_IN_START), "python": shlex.quote(sys.executable)}
+        return _AtTemplate(self.setup_code).substitute(substitutions).lstrip()
 
     def undo(self) -> str:
         """Return the code that reverts the setup, or prints that the shell was not set up."""
@@ -313,60 +314,60 @@ hash -r
 
 SHELLS = {"bash": _BASH, "zsh": _ZSH, "fish": _FISH, "sh": _SH}
 """The code for each shell."""
-SH_COMPATIBLE = frozenset({"dash", "ash", "ksh", "ksh93", "mksh", "yash", "busybox"})
+SH_COMPATIBLE_NAMES = frozenset({"dash", "ash", "ksh", "ksh93", "mksh", "yash", "busybox"})
 """Process names of shells that use the code for sh."""
 
 SHELL_OPTION = Option("--shell", choices=sorted(SHELLS), help="shell to generate code for (default: the calling shell)")
 
 
 def usage_examples(command: str) -> list[tuple[str, str]]:
-    """Return the examples of a command, which show how each shell reads the command's output."""
+    """Return examples for a command's help: how each shell reads the command's output, and the shell's name."""
     return [(shell.source_format.format(f"pyros1 {command}"), name) for name, shell in SHELLS.items()]
 
 
 def parse_shell(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:
-    """Parse the arguments of ``setup`` and ``unsetup``. Return the options, and no arguments."""
+    """Parse the arguments of ``setup`` and ``unsetup``. Return the options, and an empty list of arguments."""
     parser = make_parser(invocation, verb)
     examples = "\n".join(f"  {name:5} {line}" for line, name in verb.examples)
     parser.epilog = f"how to use it:\n{examples}"
     add_options_and_arguments(parser, invocation, *verb.options)
-    values, others = parser.parse_known_args(invocation.argv)
-    if others:
-        hint = f" (write --shell {others[0]})" if others[0] in SHELLS else ""
-        parser.error(f"unrecognized arguments: {' '.join(others)}{hint}")
-    return values, []
+    parsed_options, unknown_args = parser.parse_known_args(invocation.argv)
+    if unknown_args:
+        hint = f" (write --shell {unknown_args[0]})" if unknown_args[0] in SHELLS else ""
+        parser.error(f"unrecognized arguments: {' '.join(unknown_args)}{hint}")
+    return parsed_options, []
 
 
 def select_shell(invocation: Invocation, options: Any) -> Shell | None:
-    """Return the shell that reads the output. If that is a terminal, print how to use the command, and return None."""
+    """Return the shell that reads the output; None if stdout is a terminal, after printing how to use the command."""
     name = options.shell or detect_shell(os.environ)
     if not sys.stdout.isatty():
         return SHELLS[name]
-    line = SHELLS[name].source_format.format(invocation.program)
-    print(f"The output is meant to be read by the shell. In {name}, type:\n\n  {line}\n")
+    usage_line = SHELLS[name].source_format.format(invocation.program)
+    print(f"The output is meant to be read by the shell. In {name}, type:\n\n  {usage_line}\n")
     return None
 
 
 def detect_shell(environ: Mapping[str, str]) -> str:
-    """Return the calling shell: the first known shell among the parent processes.
+    """Return the name of the calling shell: the first known shell among the parent processes.
 
     A shell that only runs a script named pyros1 with this command's arguments is skipped.
     """
     pid = os.getppid()
     for _ in range(4):
         try:
-            status = Path(f"/proc/{pid}/stat").read_text(encoding="utf-8", errors="replace")
+            process_status = Path(f"/proc/{pid}/stat").read_text(encoding="utf-8", errors="replace")
         except OSError:
             break
-        name = status[status.find("(") + 1 : status.rfind(")")].lstrip("-")
-        if (name in SHELLS or name in SH_COMPATIBLE) and not _is_wrapper(pid):
-            return name if name in SHELLS else "sh"
-        pid = int(status[status.rfind(")") + 2 :].split()[1])
-    name = os.path.basename(environ.get("SHELL", ""))
-    return name if name in SHELLS else "bash"
+        shell_name = process_status[process_status.find("(") + 1 : process_status.rfind(")")].lstrip("-")
+        if (shell_name in SHELLS or shell_name in SH_COMPATIBLE_NAMES) and not _runs_this_command(pid):
+            return shell_name if shell_name in SHELLS else "sh"
+        pid = int(process_status[process_status.rfind(")") + 2 :].split()[1])
+    shell_name = os.path.basename(environ.get("SHELL", ""))
+    return shell_name if shell_name in SHELLS else "bash"
 
 
-def _is_wrapper(pid: int) -> bool:
+def _runs_this_command(pid: int) -> bool:
     own_args = [os.fsencode(arg) for arg in sys.argv[1:]]
     try:
         command_line = Path(f"/proc/{pid}/cmdline").read_bytes().split(b"\0")[:-1]

@@ -15,26 +15,27 @@ _POLL_PERIOD = 0.2
 
 
 def wait_for_topic(invocation: Invocation, node: Any, name: str) -> tuple[str, str, str] | None:
-    """Wait until the topic is known, and split ``name`` into topic and field path. Warn before waiting (L61).
+    """Wait until the topic in ``name`` is known, and split ``name`` into topic and field path. Warn before waiting
+    (L61).
 
     Returns:
         (topic, field path, type), or None if the node was shut down.
     """
     graph = invocation.graph
-    found = graph.find_topic(name)
-    if found is None:
+    topic_match = graph.find_topic(name)
+    if topic_match is None:
         hint = did_you_mean(name, graph.topic_types())
         print(f"WARNING: topic [{name}] does not appear to be published yet{hint}", file=sys.stderr, flush=True)
-    while found is None:
+    while topic_match is None:
         if not node.ok():
             return None
-        # Only registrations tell which part of the name is the topic and which is a field.
+        # Only the registered topics tell where the topic ends and the field path begins.
         invocation.pause(_POLL_PERIOD)
         try:
-            found = graph.find_topic(name)
+            topic_match = graph.find_topic(name)
         except MasterError:
             continue  # the master may become available again
-    return found[0], found[2], found[1]
+    return topic_match[0], topic_match[2], topic_match[1]
 
 
 def subscribe(node: Any, topic: str, callback: Callable[[AnyMsg], object]) -> Any:

@@ -1,4 +1,4 @@
-"""Translation of the command lines of stock's GUI programs to ``pyros1 web``. This module has no side effects.
+"""Translates the command lines of stock's GUI programs to ``pyros1 web``. This module has no side effects.
 
 Options that only affect how a window looks or loads have no meaning for a page and are ignored. For other options
 without an equivalent, a note is printed.
@@ -21,9 +21,9 @@ class OptionMapping(NamedTuple):
     """The equivalent of a stock program's option in ``pyros1 web``.
 
     Attributes:
-        equivalent: the option of ``pyros1 web``; empty if it has none.
-        takes_value: whether a value follows.
-        note: a note to print for the user; empty for none.
+        equivalent: the equivalent option of ``pyros1 web``; empty if there is none.
+        takes_value: whether the option is followed by a value.
+        note: a note to print for the user; empty to print none.
     """
 
     equivalent: str = ""
@@ -31,17 +31,17 @@ class OptionMapping(NamedTuple):
     note: str = _NO_NOTE
 
 
-_IGNORED = OptionMapping()
-_IGNORED_VALUE = OptionMapping(takes_value=True)
-_RQT: Mapping[str, OptionMapping] = {
-    "-b": _IGNORED_VALUE, "--qt-binding": _IGNORED_VALUE,
-    "--clear-config": _IGNORED, "--force-discover": _IGNORED, "--reload-import": _IGNORED,
-    "-f": _IGNORED, "--freeze-layout": _IGNORED,
-    "-ht": _IGNORED, "--hide-title": _IGNORED,
-    "-l": _IGNORED, "--lock-perspective": _IGNORED,
-    "-m": _IGNORED, "--multi-process": _IGNORED,
-    "-t": _IGNORED, "--on-top": _IGNORED,
-    "-v": _IGNORED, "--verbose": _IGNORED,
+_IGNORED_FLAG = OptionMapping()
+_IGNORED_WITH_VALUE = OptionMapping(takes_value=True)
+_RQT_OPTIONS: Mapping[str, OptionMapping] = {
+    "-b": _IGNORED_WITH_VALUE, "--qt-binding": _IGNORED_WITH_VALUE,
+    "--clear-config": _IGNORED_FLAG, "--force-discover": _IGNORED_FLAG, "--reload-import": _IGNORED_FLAG,
+    "-f": _IGNORED_FLAG, "--freeze-layout": _IGNORED_FLAG,
+    "-ht": _IGNORED_FLAG, "--hide-title": _IGNORED_FLAG,
+    "-l": _IGNORED_FLAG, "--lock-perspective": _IGNORED_FLAG,
+    "-m": _IGNORED_FLAG, "--multi-process": _IGNORED_FLAG,
+    "-t": _IGNORED_FLAG, "--on-top": _IGNORED_FLAG,
+    "-v": _IGNORED_FLAG, "--verbose": _IGNORED_FLAG,
     "--perspective": OptionMapping(takes_value=True, note=_LAYOUTS_NOTE),
     "--perspective-file": OptionMapping(takes_value=True, note=_LAYOUTS_NOTE),
     "--command-pid": OptionMapping(takes_value=True, note=_NO_EMBEDDING_NOTE),
@@ -51,17 +51,17 @@ _RQT: Mapping[str, OptionMapping] = {
     "--embed-plugin-serial": OptionMapping(takes_value=True, note=_NO_EMBEDDING_NOTE),
     "--embed-plugin-address": OptionMapping(takes_value=True, note=_NO_EMBEDDING_NOTE),
 }  # fmt: skip
-_PERSPECTIVE: Mapping[str, OptionMapping] = {"-p": OptionMapping(takes_value=True, note=_LAYOUTS_NOTE)}
-_RQT_ALONE: Mapping[str, OptionMapping] = {
-    **_RQT, **_PERSPECTIVE,
+_PERSPECTIVE_OPTIONS: Mapping[str, OptionMapping] = {"-p": OptionMapping(takes_value=True, note=_LAYOUTS_NOTE)}
+_RQT_PROGRAM_OPTIONS: Mapping[str, OptionMapping] = {
+    **_RQT_OPTIONS, **_PERSPECTIVE_OPTIONS,
     "-s": OptionMapping("--standalone", takes_value=True),
     "--standalone": OptionMapping("--standalone", takes_value=True),
-    "--args": _IGNORED,
+    "--args": _IGNORED_FLAG,
     "--list-perspectives": OptionMapping(note=_LAYOUTS_NOTE),
     "--list-plugins": OptionMapping("--list-plugins"),
 }  # fmt: skip
-_PLOT: Mapping[str, OptionMapping] = {
-    **_RQT,
+_PLOT_OPTIONS: Mapping[str, OptionMapping] = {
+    **_RQT_OPTIONS,
     "-P": OptionMapping("--start-paused"), "--pause": OptionMapping("--start-paused"),
     "--start-paused": OptionMapping("--start-paused"),
     "-e": OptionMapping("--empty"), "--empty": OptionMapping("--empty"),
@@ -74,27 +74,27 @@ _RXPLOT_NOTES = {
     ("-l", "--legend"): "the page labels curves by their fields",
     ("-M", "--mode"): "the page plots curves over time; --xy plots the second of two against the first",
 }
-_RXPLOT: Mapping[str, OptionMapping] = {
+_RXPLOT_OPTIONS: Mapping[str, OptionMapping] = {
     **{name: OptionMapping(takes_value=True, note=note) for names, note in _RXPLOT_NOTES.items() for name in names},
     "-P": OptionMapping("--start-paused"),
 }
-_RVIZ: Mapping[str, OptionMapping] = {
-    "-s": _IGNORED_VALUE, "--splash-screen": _IGNORED_VALUE,
-    "--help-file": _IGNORED_VALUE, "--opengl": _IGNORED_VALUE,
-    "-l": _IGNORED, "--ogre-log": _IGNORED, "--in-mc-wrapper": _IGNORED,
-    "--disable-anti-aliasing": _IGNORED, "--no-stereo": _IGNORED,
-    "-v": _IGNORED, "--verbose": _IGNORED, "--log-level-debug": _IGNORED,
-    "--fullscreen": _IGNORED,
+_RVIZ_OPTIONS: Mapping[str, OptionMapping] = {
+    "-s": _IGNORED_WITH_VALUE, "--splash-screen": _IGNORED_WITH_VALUE,
+    "--help-file": _IGNORED_WITH_VALUE, "--opengl": _IGNORED_WITH_VALUE,
+    "-l": _IGNORED_FLAG, "--ogre-log": _IGNORED_FLAG, "--in-mc-wrapper": _IGNORED_FLAG,
+    "--disable-anti-aliasing": _IGNORED_FLAG, "--no-stereo": _IGNORED_FLAG,
+    "-v": _IGNORED_FLAG, "--verbose": _IGNORED_FLAG, "--log-level-debug": _IGNORED_FLAG,
+    "--fullscreen": _IGNORED_FLAG,
     "-t": OptionMapping("--target-frame", takes_value=True),
     "--target-frame": OptionMapping("--target-frame", takes_value=True),
 }  # fmt: skip
 
 
-class Program(NamedTuple):
+class GuiProgram(NamedTuple):
     """A GUI program of stock ROS.
 
     Attributes:
-        args: the arguments of ``pyros1 web`` that open its panel.
+        args: the arguments with which ``pyros1 web`` opens the program's panel.
         options: the program's options that ``pyros1 web`` lacks or interprets differently.
     """
 
@@ -102,36 +102,36 @@ class Program(NamedTuple):
     options: Mapping[str, OptionMapping] = {}
 
 
-GUI_PROGRAMS: Mapping[str, Program] = {
-    "image_view": Program(("image",)),
-    "rqt": Program(("--open",), _RQT_ALONE),
-    "rqt_bag": Program(("bag",), {**_RQT, **_PERSPECTIVE}),
-    "rqt_console": Program(("console",), {**_RQT, **_PERSPECTIVE}),
-    "rqt_graph": Program(("graph",), {**_RQT, **_PERSPECTIVE}),
-    "rqt_gui": Program(("--open",), _RQT_ALONE),
-    "rqt_image_view": Program(("image",), {**_RQT, **_PERSPECTIVE}),
-    "rqt_launch": Program(("launches",), {**_RQT, **_PERSPECTIVE}),
-    "rqt_logger_level": Program(("nodes",), {**_RQT, **_PERSPECTIVE}),
-    "rqt_plot": Program(("plot",), _PLOT),
-    "rqt_publisher": Program(("publisher",), {**_RQT, **_PERSPECTIVE}),
-    "rqt_reconfigure": Program(("reconfigure",), {**_RQT, **_PERSPECTIVE}),
-    "rqt_service_caller": Program(("services",), {**_RQT, **_PERSPECTIVE}),
-    "rqt_tf_tree": Program(("frames",), {**_RQT, **_PERSPECTIVE}),
-    "rqt_top": Program(("launches",), {**_RQT, **_PERSPECTIVE}),
-    "rqt_topic": Program(("topics",), {**_RQT, **_PERSPECTIVE}),
-    "rviz": Program(("scene",), _RVIZ),
-    "rxbag": Program(("bag",)),
-    "rxconsole": Program(("console",)),
-    "rxgraph": Program(("graph",), {"-o": OptionMapping("--output", takes_value=True)}),
-    "rxplot": Program(("plot",), _RXPLOT),
+GUI_PROGRAMS: Mapping[str, GuiProgram] = {
+    "image_view": GuiProgram(("image",)),
+    "rqt": GuiProgram(("--open",), _RQT_PROGRAM_OPTIONS),
+    "rqt_bag": GuiProgram(("bag",), {**_RQT_OPTIONS, **_PERSPECTIVE_OPTIONS}),
+    "rqt_console": GuiProgram(("console",), {**_RQT_OPTIONS, **_PERSPECTIVE_OPTIONS}),
+    "rqt_graph": GuiProgram(("graph",), {**_RQT_OPTIONS, **_PERSPECTIVE_OPTIONS}),
+    "rqt_gui": GuiProgram(("--open",), _RQT_PROGRAM_OPTIONS),
+    "rqt_image_view": GuiProgram(("image",), {**_RQT_OPTIONS, **_PERSPECTIVE_OPTIONS}),
+    "rqt_launch": GuiProgram(("launches",), {**_RQT_OPTIONS, **_PERSPECTIVE_OPTIONS}),
+    "rqt_logger_level": GuiProgram(("nodes",), {**_RQT_OPTIONS, **_PERSPECTIVE_OPTIONS}),
+    "rqt_plot": GuiProgram(("plot",), _PLOT_OPTIONS),
+    "rqt_publisher": GuiProgram(("publisher",), {**_RQT_OPTIONS, **_PERSPECTIVE_OPTIONS}),
+    "rqt_reconfigure": GuiProgram(("reconfigure",), {**_RQT_OPTIONS, **_PERSPECTIVE_OPTIONS}),
+    "rqt_service_caller": GuiProgram(("services",), {**_RQT_OPTIONS, **_PERSPECTIVE_OPTIONS}),
+    "rqt_tf_tree": GuiProgram(("frames",), {**_RQT_OPTIONS, **_PERSPECTIVE_OPTIONS}),
+    "rqt_top": GuiProgram(("launches",), {**_RQT_OPTIONS, **_PERSPECTIVE_OPTIONS}),
+    "rqt_topic": GuiProgram(("topics",), {**_RQT_OPTIONS, **_PERSPECTIVE_OPTIONS}),
+    "rviz": GuiProgram(("scene",), _RVIZ_OPTIONS),
+    "rxbag": GuiProgram(("bag",)),
+    "rxconsole": GuiProgram(("console",)),
+    "rxgraph": GuiProgram(("graph",), {"-o": OptionMapping("--output", takes_value=True)}),
+    "rxplot": GuiProgram(("plot",), _RXPLOT_OPTIONS),
 }
-"""Stock's GUI programs by name. ``pyros1 setup`` provides all. Those in `PROGRAMS_BY_PACKAGE` are also in packages."""
+"""Stock's GUI programs by name. ``pyros1 setup`` provides all of them, and packages those in `PROGRAMS_BY_PACKAGE`."""
 
 PANEL_PARTS: Mapping[str, tuple[str, str]] = {
     "reconfigure": ("params", "reconfigure"),
     "publisher": ("topics", "publish"),
 }
-"""Parts of panels that are separate plugins in rqt: the panel, and the setting for the name of a node or topic."""
+"""For each rqt plugin that is part of a panel: the panel, and the panel's setting for the name of a node or topic."""
 
 PROGRAMS_BY_PACKAGE: Mapping[str, tuple[str, ...]] = {
     **{name: (name,) for name in GUI_PROGRAMS if name.startswith("rqt_")},
@@ -141,7 +141,7 @@ PROGRAMS_BY_PACKAGE: Mapping[str, tuple[str, ...]] = {
 """The programs of each package, from `GUI_PROGRAMS`."""
 DEFAULT_RVIZ_FILE = "~/.rviz/default.rviz"
 """The file that rviz opens by default."""
-_TRANSPORTS = frozenset({"raw", "compressed"})
+_IMAGE_TRANSPORTS = frozenset({"raw", "compressed"})
 
 
 class TranslatedCall(NamedTuple):
@@ -203,16 +203,16 @@ def first_argument_index(args: Sequence[str], options_with_value: Collection[str
     return min(index, len(args))
 
 
-def select_image_topic(args: Sequence[str], remapped: str, transport: str) -> list[str]:
-    """Return the topic that image_view displays as a list, which is empty if no topic is given.
+def select_image_topic(args: Sequence[str], remapped_topic: str, transport: str) -> list[str]:
+    """Return a list with the topic that image_view displays; an empty list if no topic is given.
 
     Args:
         args: image_view's positional arguments: the transport, the topic, or both.
-        remapped: the topic to which ``image`` is remapped; empty if it is not remapped.
-        transport: the private parameter ``image_transport``; empty if it is not set.
+        remapped_topic: the topic to which ``image`` is remapped; empty if it is not remapped.
+        transport: the value of the private parameter ``image_transport``; empty if it is not set.
     """
-    topics = [arg for arg in args if arg not in _TRANSPORTS] or [remapped] * bool(remapped)
-    selected_transport = next((arg for arg in args if arg in _TRANSPORTS), transport)
+    topics = [arg for arg in args if arg not in _IMAGE_TRANSPORTS] or [remapped_topic] * bool(remapped_topic)
+    selected_transport = next((arg for arg in args if arg in _IMAGE_TRANSPORTS), transport)
     if selected_transport in ("", "raw"):
         return topics
     return [f"{topic.rstrip('/')}/{selected_transport}" for topic in topics]

@@ -44,10 +44,10 @@ def test_what_counts_as_a_move() -> None:
     """Small steps add up; turns are measured as half the angle, the sign of a quaternion means nothing."""
     pair = FramePair("base", "map")
     poses = [pose(), pose(), pose(0.09), pose(0.11), pose(0.2), pose(0.22)]
-    assert [pair.has_moved(each) for each in poses] == [True, False, False, True, False, True]
+    assert [pair.check_moved(each) for each in poses] == [True, False, False, True, False, True]
     pair = FramePair("base", "map")
     poses = [pose(), pose(sign=-1), pose(yaw=0.19), pose(yaw=0.21), pose(yaw=0.4), pose(yaw=0.42)]
-    assert [pair.has_moved(each) for each in poses] == [True, False, False, True, False, True]
+    assert [pair.check_moved(each) for each in poses] == [True, False, False, True, False, True]
 
 
 @pytest.mark.parametrize(

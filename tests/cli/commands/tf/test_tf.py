@@ -14,7 +14,7 @@ from typing import Any
 
 import pytest
 
-from pyros1.cli.commands.tf._drawing import Frame, dot, find_roots_and_children, format_tree, svg
+from pyros1.cli.commands.tf._drawing import Frame, find_roots_and_children, format_tree, render_dot, render_svg
 from pyros1.cli.main import entry
 from pyros1.finding.packages import PackageIndex
 from pyros1.ground.errors import PackageNotFoundError
@@ -239,18 +239,20 @@ def test_drawings() -> None:
     lines = format_tree(frames, 10.0).splitlines()
     assert [line.partition("/n")[0].rstrip() for line in lines] == ['a"<', "├── b", "│   └── d", "└── c"]
     assert lines[1].endswith("10.0 Hz  1.000 s old") and "once" in lines[2] and lines[3].endswith("static")
-    assert '"a\\"<" -> "b"' in dot(frames, 10.0)
-    picture = svg(frames, 10.0, "title & all")
+    assert '"a\\"<" -> "b"' in render_dot(frames, 10.0)
+    picture = render_svg(frames, 10.0, "title & all")
     assert "a&quot;&lt;" in picture and "title &amp; all" in picture and "stroke-dasharray" in picture
     xml.dom.minidom.parseString(picture)
-    assert format_tree([], 0.0) == "" and xml.dom.minidom.parseString(svg([], 0.0, "none"))
+    assert format_tree([], 0.0) == "" and xml.dom.minidom.parseString(render_svg([], 0.0, "none"))
 
 
 def test_a_loop_is_drawn_once() -> None:
     frames = [frame("a", "c"), frame("b", "a"), frame("c", "b"), frame("x", "b")]
     roots, _ = find_roots_and_children(frames)
     assert [root.name for root in roots] == ["a"]
-    assert len(format_tree(frames, 10.0).splitlines()) == 4 and xml.dom.minidom.parseString(svg(frames, 10.0, ""))
+    assert len(format_tree(frames, 10.0).splitlines()) == 4 and xml.dom.minidom.parseString(
+        render_svg(frames, 10.0, "")
+    )
 
 
 # Publishing -----------------------------------------------------------------------------------------------------------

@@ -8,8 +8,8 @@ from typing import Any
 import pytest
 
 from pyros1.cli.commands.topic_tools._expression import MessageExpression, ModuleError, load_modules
-from pyros1.cli.commands.topic_tools.relay_field import make_filler
-from pyros1.cli.commands.topic_tools.transform import make_transformer
+from pyros1.cli.commands.topic_tools.relay_field import make_field_evaluator
+from pyros1.cli.commands.topic_tools.transform import make_expression_evaluator
 from pyros1.ground.expressions import ExpressionError
 from pyros1.ground.timing import Time
 from pyros1.msgs import Message, load_message
@@ -125,7 +125,7 @@ def test_random_numbers_and_times() -> None:
 
 def test_names_of_lambdas_and_comprehensions_need_no_import() -> None:
     text = "map(lambda x: x * 2 + m, [1, 2]), [y for y in [m]], sorted([2, 1], key=lambda a: -a)"
-    assert make_transformer(text, modules())(3) == [[5, 7], [3], [2, 1]]
+    assert make_expression_evaluator(text, modules())(3) == [[5, 7], [3], [2, 1]]
 
 
 def test_whole_arrays() -> None:
@@ -177,14 +177,14 @@ def test_other_modules_are_refused() -> None:
 
 def test_a_wrong_expression_is_refused_at_once() -> None:
     with pytest.raises(ExpressionError, match="unknown name 'x'"):
-        make_transformer("x + m", modules())
+        make_expression_evaluator("x + m", modules())
     with pytest.raises(ExpressionError, match="not an expression"):
-        make_transformer("m +", modules())
+        make_expression_evaluator("m +", modules())
 
 
 def test_a_list_stands_for_the_fields() -> None:
-    assert make_transformer("[m, 2]", modules())(1) == [1, 2]
-    assert make_transformer("m", modules())("text") == ["text"]
+    assert make_expression_evaluator("[m, 2]", modules())(1) == [1, 2]
+    assert make_expression_evaluator("m", modules())("text") == ["text"]
 
 
 @pytest.mark.parametrize(
@@ -202,5 +202,5 @@ def test_a_list_stands_for_the_fields() -> None:
 def test_fields_are_texts_or_expressions(fields: str, expected: tuple[int, Time, str]) -> None:
     header: type[Message] = load_message("std_msgs/Header")
     made: Any
-    (made,) = make_filler(fields, modules(), header, now)(load_message("std_msgs/String")("here"))
+    (made,) = make_field_evaluator(fields, modules(), header, now)(load_message("std_msgs/String")("here"))
     assert (made.seq, made.stamp, made.frame_id) == expected

@@ -1,4 +1,4 @@
-"""``pyros1 bag``: rosbag (L90-L145)."""
+"""``pyros1 bag``: records, plays, inspects and edits bags, like rosbag (L90-L145)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Error messages of ``bag`` for bags that cannot be read and files that cannot be written."""
+"""Formats the errors of ``bag`` about bags that cannot be read and files that cannot be written."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from pyros1.bag.errors import BagError, UnindexedError
 from pyros1.cli.failures import flush_stdout
 from pyros1.cli.output import STDOUT_NAME
 
-_WRITE_ERRORS = (errno.ENOSPC, errno.EFBIG, errno.EDQUOT, errno.EROFS)
+_WRITE_ERROR_NUMBERS = (errno.ENOSPC, errno.EFBIG, errno.EDQUOT, errno.EROFS)
 
 
 def format_error(error: Exception) -> str | None:
-    """Return the message for an error about a bag or file, None for any other error."""
+    """Return the message for an error about a bag or another file; None for any other error."""
     if isinstance(error, UnindexedError):
         return f"ERROR bag unindexed: {error}"
     if isinstance(error, BagError):
@@ -24,11 +24,11 @@ def format_error(error: Exception) -> str | None:
 
 
 def report_bag_error(error: BagError | OSError, path: str) -> None:
-    """Print to stderr what is wrong with one of several bags."""
+    """Print to stderr why a bag cannot be read or written. The command can then continue with other bags."""
     flush_stdout()
     if isinstance(error, BagError):
         print(format_error(error), file=sys.stderr)
     else:
-        verb = "writing" if error.errno in _WRITE_ERRORS else "reading"
-        action = f"{verb} {path}" if error.filename in (None, path) else error.filename
-        print(f"ERROR {action}: {error.strerror or error}", file=sys.stderr)
+        operation = "writing" if error.errno in _WRITE_ERROR_NUMBERS else "reading"
+        failed_action = f"{operation} {path}" if error.filename in (None, path) else error.filename
+        print(f"ERROR {failed_action}: {error.strerror or error}", file=sys.stderr)

@@ -1,4 +1,4 @@
-"""Options of several verbs of ``bag``: selection of messages, times, and compression."""
+"""Options shared by verbs of ``bag``, for the selection of messages and for compression, and parsing of times."""
 
 from __future__ import annotations
 
@@ -38,11 +38,11 @@ SELECTION_OPTIONS = (
         help="leave out messages from these publishers: node names or connection numbers",
     ),
 )
-"""Options that select messages of a bag, see `make_selection`."""
+"""Options that select messages from a bag, see `make_selection`."""
 
 
-def compression(default: str) -> tuple[Option, Option]:
-    """Return the options ``--bz2`` and ``--lz4``; `default` is the compression without them."""
+def compression_options(default: str) -> tuple[Option, Option]:
+    """Return the options ``--bz2`` and ``--lz4``. Without them, the compression is `default`."""
     settings: dict[str, Any] = {"action": "store_const", "dest": "compression", "default": default}
     return (
         Option("-j", "--bz2", const="bz2", help="use BZ2 compression", **settings),
@@ -51,7 +51,7 @@ def compression(default: str) -> tuple[Option, Option]:
 
 
 def make_selection(options: Any, bag: BagReader) -> MessageSelection:
-    """Return the selection that the options of `SELECTION_OPTIONS` describe.
+    """Return the selection that the values of `SELECTION_OPTIONS` describe.
 
     Args:
         options: The parsed options.
@@ -81,25 +81,27 @@ def warn_about_unknown_topics(selection: MessageSelection, bags: Sequence[BagRea
     for name in selection.topics:
         if not any(MessageSelection([name]).connections(bag) for bag in bags):
             print(f"WARNING: {name} is not in the bag{did_you_mean(name, topics)}", file=sys.stderr)
-    callers = {connection.callerid for connection in connections}
+    publisher_names = {connection.callerid for connection in connections}
     for name in sorted(selection.drop):
-        if name not in callers and name not in {str(connection.id) for connection in connections}:
-            print(f"WARNING: the bag has no connection from {name}{did_you_mean(name, callers)}", file=sys.stderr)
+        if name not in publisher_names and name not in {str(connection.id) for connection in connections}:
+            print(
+                f"WARNING: the bag has no connection from {name}{did_you_mean(name, publisher_names)}", file=sys.stderr
+            )
 
 
 def split_on_commas(values: list[str] | None) -> list[str]:
-    """Return all items of a repeatable option that takes a comma-separated list."""
+    """Return all items of a repeatable option whose values are comma-separated lists."""
     return [item for value in values or () for item in value.split(",") if item]
 
 
-def parse_time(text: str, bag: BagReader | None, option: str) -> int:
+def parse_time(text: str, bag: BagReader | None, option_name: str) -> int:
     """Parse a time from the command line. Return it in nanoseconds.
 
     Args:
         text: Seconds from the start of the bag, or from its end if negative; ``@`` and seconds since 1970; or a
             local date and time such as ``2026-11-20T20:10:31``.
-        bag: The bag; None to return a relative time as it is.
-        option: The option's name, for error messages.
+        bag: The bag to whose start or end a relative time refers; None to return a relative time unchanged.
+        option_name: The name of the option, for error messages.
 
     Raises:
         CommandError: The time has none of these forms.
@@ -113,7 +115,7 @@ def parse_time(text: str, bag: BagReader | None, option: str) -> int:
             return round(datetime.fromisoformat(text).timestamp() * 1e6) * 1000
     except (InvalidOperation, ValueError, OverflowError):
         raise CommandError(
-            f"{option}: {text!r} is not a time: give seconds from the start of the bag (negative: from its end), "
+            f"{option_name}: {text!r} is not a time: give seconds from the start of the bag (negative: from its end), "
             "@ followed by seconds since 1970, or a date such as 2026-11-20T20:10:31",
             2,
         ) from None

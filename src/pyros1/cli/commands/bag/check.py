@@ -1,4 +1,4 @@
-"""``bag check`` (L139)."""
+"""``bag check``: finds messages that do not match this system's definitions, and writes rules for ``fix`` (L139)."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from pyros1.cli.shared.options import CHUNK_LIMIT_OPTION
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
-    """Print the migrations that the messages of a bag need to match the definitions on this system."""
+    """Print the migrations that a bag's messages need to match the definitions on this system; write rules for them."""
     if not args:
         raise UsageError("You must specify a bag file to check.")
     if options.append and options.rulefile is None:
@@ -31,7 +31,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
         return
     print("The following migrations need to occur:")
     print(*migration_lines(needed_migrations), sep="\n")
-    print(f"\n{_write_rules(needed_migrations, options.rulefile)}")
+    print(f"\n{_write_missing_rules(needed_migrations, options.rulefile)}")
 
 
 VERB = Verb(
@@ -54,16 +54,18 @@ VERB = Verb(
 )
 
 
-def _write_rules(needed_migrations: list[Migration], path: str | None) -> str:
+def _write_missing_rules(needed_migrations: list[Migration], path: str | None) -> str:
     """Append the missing rules to a file if one is given. Return the message to print."""
-    missing = {
+    missing_rules = {
         old_class._md5sum: (old_class, new_class) for _, _, steps in needed_migrations for old_class, new_class in steps
     }
-    if path is None and missing:
+    if path is None and missing_rules:
         return "To generate rules, please run with -g <rulefile>"
     if path is None:
         return "All rules defined.  Bag is ready to be migrated"
-    rule_texts = [rule_text(old_class, new_class) for old_class, new_class in missing.values() if new_class is not None]
+    rule_texts = [
+        rule_text(old_class, new_class) for old_class, new_class in missing_rules.values() if new_class is not None
+    ]
     if not rule_texts:
         return f"No additional rule files needed to be generated.  {path} not created."
     with open(path, "a", encoding="utf-8") as file:

@@ -1,4 +1,4 @@
-"""``bag compress`` and ``bag decompress`` (L142)."""
+"""``bag compress`` and ``bag decompress``: rewrite bags with or without compression (L142)."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import Any
 
 from pyros1.bag.edit import editing as edit
 from pyros1.bag.format.reader import BagReader
-from pyros1.cli.commands.bag._options import compression
+from pyros1.cli.commands.bag._options import compression_options
 from pyros1.cli.commands.bag._writing.rewrite import BAGS_ARGUMENT, REWRITE_OPTIONS, REWRITE_USAGE, rewrite_each
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Verb
@@ -28,7 +28,7 @@ VERBS = [
         "compress",
         "compress one or more bag files",
         *REWRITE_OPTIONS,
-        *compression("bz2"),
+        *compression_options("bz2"),
         BAGS_ARGUMENT,
         usage=REWRITE_USAGE,
         description="Compress one or more bag files.",
@@ -49,8 +49,8 @@ VERBS = [
 
 
 def _recompress(options: Any, paths: list[str], new_compression: str) -> int:
-    def operation(source: str, target: str) -> None:
+    def recompress_bag(source: str, target: str) -> None:
         with BagReader(source) as bag, Progress(source, bag.content_size(), quiet=options.quiet) as progress:
             edit.copy(bag.messages(), target, compression=new_compression, cipher=bag.file.cipher, progress=progress)
 
-    return rewrite_each(options, paths, operation)
+    return rewrite_each(options, paths, recompress_bag)

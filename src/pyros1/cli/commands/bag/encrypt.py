@@ -1,4 +1,4 @@
-"""``bag encrypt`` and ``bag decrypt`` (L144)."""
+"""``bag encrypt`` and ``bag decrypt``: rewrite bags with or without encryption (L144)."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any
 from pyros1.bag.edit import editing as edit
 from pyros1.bag.format.encryption import AES_ENCRYPTOR, ENCRYPTORS, Cipher, KeyUnavailableError, new_cipher
 from pyros1.bag.format.reader import BagReader
-from pyros1.cli.commands.bag._options import compression
+from pyros1.cli.commands.bag._options import compression_options
 from pyros1.cli.commands.bag._writing.rewrite import BAGS_ARGUMENT, REWRITE_OPTIONS, REWRITE_USAGE, rewrite_each
 from pyros1.cli.failures import CommandError, did_you_mean
 from pyros1.cli.invocation import Invocation
@@ -20,12 +20,12 @@ def encrypt(invocation: Invocation, options: Any, args: list[str]) -> int:
     if options.plugin not in ENCRYPTORS:
         hint = did_you_mean(options.plugin, ENCRYPTORS)
         raise CommandError(f"unknown encryptor {options.plugin!r}{hint}; known encryptors: {', '.join(ENCRYPTORS)}")
-    return _rewrite(options, args, options.param if options.plugin == AES_ENCRYPTOR else None)
+    return _rewrite_bags(options, args, options.param if options.plugin == AES_ENCRYPTOR else None)
 
 
 def decrypt(invocation: Invocation, options: Any, args: list[str]) -> int:
     """Rewrite bags without encryption. Return the exit code."""
-    return _rewrite(options, args, None)
+    return _rewrite_bags(options, args, None)
 
 
 VERBS = [
@@ -44,7 +44,7 @@ VERBS = [
             help="encryptor plugin parameter: the gpg user whose public key is used "
             "(Default: %default, gpg's default key)",
         ),
-        *compression("none"),
+        *compression_options("none"),
         BAGS_ARGUMENT,
         usage=REWRITE_USAGE,
         description="Encrypt one or more bag files.",
@@ -55,7 +55,7 @@ VERBS = [
         "decrypt",
         "decrypt one or more bag files",
         *REWRITE_OPTIONS,
-        *compression("none"),
+        *compression_options("none"),
         BAGS_ARGUMENT,
         usage=REWRITE_USAGE,
         description="Decrypt one or more bag files.",
@@ -65,18 +65,18 @@ VERBS = [
 ]
 
 
-def _rewrite(options: Any, paths: list[str], user: str | None) -> int:
+def _rewrite_bags(options: Any, paths: list[str], user: str | None) -> int:
     """Rewrite bags, encrypted for a gpg user, or unencrypted if `user` is None."""
 
-    def operation(source: str, target: str) -> None:
+    def rewrite_bag(source: str, target: str) -> None:
         with BagReader(source) as bag, Progress(source, bag.content_size(), quiet=options.quiet) as progress:
             messages = bag.messages()
-            edit.copy(messages, target, compression=options.compression, cipher=_cipher(user), progress=progress)
+            edit.copy(messages, target, compression=options.compression, cipher=_make_cipher(user), progress=progress)
 
-    return rewrite_each(options, paths, operation)
+    return rewrite_each(options, paths, rewrite_bag)
 
 
-def _cipher(user: str | None) -> Cipher | None:
+def _make_cipher(user: str | None) -> Cipher | None:
     """Return a cipher with a new key; None if `user` is None."""
     try:
         return None if user is None else new_cipher(user)

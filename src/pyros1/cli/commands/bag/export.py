@@ -24,7 +24,7 @@ from pyros1.cli.shared.progress import Progress
 from pyros1.ground.errors import MessageError
 from pyros1.ground.timing import Time
 
-FORMATS = {
+SUFFIXES_BY_FORMAT = {
     "csv": "_csv",
     "jsonl": ".jsonl",
     "images": "_images",
@@ -32,9 +32,9 @@ FORMATS = {
     "mcap": ".mcap",
     "ros2": "_ros2",
 }
-"""Default suffix of the output's name for each format."""
+"""The formats, and the default suffix of the output's name for each."""
 
-_EXTENSIONS = {
+_FORMATS_BY_EXTENSION = {
     ".csv": "csv",
     ".jsonl": "jsonl",
     ".ndjson": "jsonl",
@@ -44,8 +44,8 @@ _EXTENSIONS = {
     ".avi": "video",
     ".mov": "video",
 }
-_STDOUT = "-"
-_DISTRIBUTION = "jazzy"
+_STDOUT_TARGET = "-"
+_DEFAULT_DISTRIBUTION = "jazzy"
 _MAX_SKIPPED_SHOWN = 5
 _MAX_NAMES_SHOWN = 20
 
@@ -55,27 +55,35 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
     if not args:
         raise UsageError("You must specify at least one bag file.")
     format_name = _select_format(options)
-    target = options.output or os.path.splitext(args[0])[0] + FORMATS[format_name]
+    target = options.output or os.path.splitext(args[0])[0] + SUFFIXES_BY_FORMAT[format_name]
     for path in args:
         check_different(path, target)
-    with ExitStack() as stack:
-        bags = [stack.enter_context(Bag(path, unindexed=False)) for path in args]
-        first = min(bags, key=lambda bag: bag.reader.start or sys.maxsize)
-        export = _Export(bags, make_selection(options, first.reader), images=format_name in ("images", "video"))
-        temporary = target
-        if target != _STDOUT:
-            is_folder = format_name in ("csv", "images", "video", "ros2") and _extension(target) not in _EXTENSIONS
-            temporary = stack.enter_context(write_atomically(target, is_folder=is_folder, force=bool(options.force)))
-        writer = _make_writer(format_name, temporary, export.topics, options)
-        stack.callback(writer.abort)
-        progress = stack.enter_context(Progress(target, export.size, quiet=options.quiet or target == _STDOUT))
+    with ExitStack() as exit_stack:
+        bags = [exit_stack.enter_context(Bag(path, unindexed=False)) for path in args]
+        first_bag = min(bags, key=lambda bag: bag.reader.start or sys.maxsize)
+        export = _Export(
+            bags, make_selection(options, first_bag.reader), only_images=format_name in ("images", "video")
+        )
+        temporary_path = target
+        if target != _STDOUT_TARGET:
+            is_folder = (
+                format_name in ("csv", "images", "video", "ros2") and _extension(target) not in _FORMATS_BY_EXTENSION
+            )
+            temporary_path = exit_stack.enter_context(
+                write_atomically(target, is_folder=is_folder, force=bool(options.force))
+            )
+        writer = _make_writer(format_name, temporary_path, export.topics, options)
+        exit_stack.callback(writer.abort)
+        progress = exit_stack.enter_context(
+            Progress(target, export.size, quiet=options.quiet or target == _STDOUT_TARGET)
+        )
         count = export.write_to(writer, progress)
         if not count and not export.skipped:
             raise CommandError(f"no messages between the selected times in {', '.join(args)}")
         writer.close()
     for text in (*export.skipped_warnings(), *_renaming_notes(writer)):
         print(text, file=sys.stderr)
-    if target != _STDOUT and not options.quiet:
+    if target != _STDOUT_TARGET and not options.quiet:
         print(f"{target}: {count} messages of {len(export.topics)} topic{'s' if len(export.topics) != 1 else ''}")
     return 1 if export.skipped else 0
 
@@ -86,7 +94,7 @@ VERB = Verb(
     CHUNK_LIMIT_OPTION,
     Option(
         "--format",
-        choices=list(FORMATS),
+        choices=list(SUFFIXES_BY_FORMAT),
         metavar="F",
         help="csv: one table per topic, as `topic echo -b -p` prints it; jsonl: one line of JSON per message; "
         "images: image files; video: one video per topic; mcap: an MCAP file with ROS 2 messages, or ROS 1 messages "
@@ -109,9 +117,9 @@ VERB = Verb(
     Option("--storage", choices=["sqlite3", "mcap"], default="sqlite3", help="ros2: sqlite3 or mcap"),
     Option(
         "--distro",
-        default=_DISTRIBUTION,
+        default=_DEFAULT_DISTRIBUTION,
         metavar="D",
-        help=f"ros2, mcap: the ROS 2 distribution whose types are used (default {_DISTRIBUTION})",
+        help=f"ros2, mcap: the ROS 2 distribution whose types are used (default {_DEFAULT_DISTRIBUTION})",
     ),
     Flag(
         "--ros1",
@@ -136,22 +144,22 @@ VERB = Verb(
 
 def _renaming_notes(writer: Any) -> Iterator[str]:
     """Yield notes about names that were changed because ROS 2 does not allow them."""
-    changed = writer.names.changed if hasattr(writer, "names") else {}
-    for old_name, name in list(changed.items())[:_MAX_NAMES_SHOWN]:
-        yield f"NOTE: {old_name} was renamed to {name}: ROS 2 does not allow its name"
-    if len(changed) > _MAX_NAMES_SHOWN:
-        yield f"NOTE: {len(changed) - _MAX_NAMES_SHOWN} more names were changed"
+    new_names = writer.names.changed if hasattr(writer, "names") else {}
+    for old_name, new_name in list(new_names.items())[:_MAX_NAMES_SHOWN]:
+        yield f"NOTE: {old_name} was renamed to {new_name}: ROS 2 does not allow its name"
+    if len(new_names) > _MAX_NAMES_SHOWN:
+        yield f"NOTE: {len(new_names) - _MAX_NAMES_SHOWN} more names were changed"
 
 
 def _select_format(options: Any) -> str:
     output = options.output
-    guessed_format = _EXTENSIONS.get(_extension(output)) if output else None
+    guessed_format = _FORMATS_BY_EXTENSION.get(_extension(output)) if output else None
     if options.format is None and guessed_format is None:
         raise UsageError("You must specify --format, or an output whose name ends with .csv, .jsonl, .mcap or .mp4")
     format_name = str(options.format or guessed_format)
     if guessed_format is not None and guessed_format != format_name:
         raise UsageError(f"--format {format_name} does not match the output name {output}")
-    if output == _STDOUT and format_name not in ("csv", "jsonl"):
+    if output == _STDOUT_TARGET and format_name not in ("csv", "jsonl"):
         raise UsageError(f"--format {format_name} needs a file or folder as output")
     if options.ros1 and format_name != "mcap":
         raise UsageError(f"--ros1 needs --format mcap, not {format_name}")
@@ -162,24 +170,26 @@ def _extension(path: str) -> str:
     return os.path.splitext(path)[1].lower()
 
 
-def _make_writer(format_name: str, temporary: str, topics: list[str], options: Any) -> Any:
+def _make_writer(format_name: str, temporary_path: str, topics: list[str], options: Any) -> Any:
     if format_name in ("csv", "jsonl"):
         # Only the modules that the format needs are imported.
         from pyros1.cli.commands.bag._writing.text import CsvWriter, JsonWriter  # noqa: PLC0415
 
-        return CsvWriter(temporary, topics, options) if format_name == "csv" else JsonWriter(temporary, options)
+        return (
+            CsvWriter(temporary_path, topics, options) if format_name == "csv" else JsonWriter(temporary_path, options)
+        )
     if format_name == "images":
         from pyros1.bag.export.image_files import PictureWriter  # noqa: PLC0415
 
-        return PictureWriter(temporary, mosaic=bool(options.mosaic))
+        return PictureWriter(temporary_path, mosaic=bool(options.mosaic))
     if format_name == "video":
         from pyros1.bag.export.video import VideoWriter  # noqa: PLC0415
 
-        return VideoWriter(_make_video_path(temporary, topics))
+        return VideoWriter(_make_video_path(temporary_path, topics))
     if options.ros1:
         from pyros1.bag.export.mcap_writer import Ros1McapWriter  # noqa: PLC0415
 
-        return Ros1McapWriter(temporary)
+        return Ros1McapWriter(temporary_path)
     from pyros1.bag.export.ros2 import McapWriter, Ros2Writer  # noqa: PLC0415
     from pyros1.bag.export.schemas import distributions  # noqa: PLC0415
 
@@ -189,23 +199,23 @@ def _make_writer(format_name: str, temporary: str, topics: list[str], options: A
             f"--distro: unknown distribution {options.distro!r}{hint or '; known: ' + ', '.join(distributions())}", 2
         )
     if format_name == "mcap":
-        return McapWriter(temporary, options.distro)
-    return Ros2Writer(temporary, options.storage, options.distro)
+        return McapWriter(temporary_path, options.distro)
+    return Ros2Writer(temporary_path, options.storage, options.distro)
 
 
-def _make_video_path(temporary: str, topics: list[str]) -> Callable[[str], str]:
+def _make_video_path(temporary_path: str, topics: list[str]) -> Callable[[str], str]:
     from pyros1.bag.export.topic_names import FileNames  # noqa: PLC0415
 
-    if _extension(temporary) in _EXTENSIONS:
+    if _extension(temporary_path) in _FORMATS_BY_EXTENSION:
         if len(topics) > 1:
             raise CommandError(
                 f"a video shows one topic, but {len(topics)} are selected: select one with --topics, "
                 "or give a folder as output"
             )
-        return lambda topic: temporary
-    os.mkdir(temporary)
-    names = FileNames()
-    return lambda topic: os.path.join(temporary, f"{names[topic]}.mp4")
+        return lambda topic: temporary_path
+    os.mkdir(temporary_path)
+    file_names = FileNames()
+    return lambda topic: os.path.join(temporary_path, f"{file_names[topic]}.mp4")
 
 
 class _Export:
@@ -214,10 +224,10 @@ class _Export:
     Args:
         bags: The open bags.
         selection: The selected topics and times.
-        images: Whether to export only topics with images.
+        only_images: Whether to export only topics with images.
 
     Attributes:
-        topics: The sorted topics with selected messages.
+        topics: The sorted names of the topics with selected messages.
         size: The size of the bags' contents in bytes.
         skipped: The number of messages left out, by topic and reason.
 
@@ -225,67 +235,69 @@ class _Export:
         CommandError: No message is selected.
     """
 
-    def __init__(self, bags: list[Bag], selection: MessageSelection, *, images: bool) -> None:
+    def __init__(self, bags: list[Bag], selection: MessageSelection, *, only_images: bool) -> None:
         self._bags = bags
         self._selection = selection
-        self._bag_of_connection = {id(connection): bag for bag in bags for connection in bag.connections}
-        types = _image_types() if images else None
+        self._bags_by_connection_id = {id(connection): bag for bag in bags for connection in bag.connections}
+        types = _image_types() if only_images else None
         self._usable_connections: dict[int, Connection] = {}
         self._connection_ids = [_connections_with_messages(bag, selection, types) for bag in bags]
-        pairs = zip(bags, self._connection_ids, strict=True)
-        self.topics = sorted({bag.reader.connections[number].topic for bag, ids in pairs for number in ids})
+        bags_and_ids = zip(bags, self._connection_ids, strict=True)
+        self.topics = sorted(
+            {bag.reader.connections[connection_id].topic for bag, ids in bags_and_ids for connection_id in ids}
+        )
         if not self.topics:
-            raise CommandError(self._no_messages_text(images))
-        known = {topic for bag in bags for topic in bag.topics}
+            raise CommandError(self._no_messages_text(only_images))
+        known_topics = {topic for bag in bags for topic in bag.topics}
         for name in selection.topics:
             if not any(MessageSelection([name]).connections(bag.reader) for bag in bags):
-                raise CommandError(f"no topic {name} in {bags[0].path}{did_you_mean(name, known)}")
+                raise CommandError(f"no topic {name} in {bags[0].path}{did_you_mean(name, known_topics)}")
         self.size = sum(bag.reader.header(chunk).size for bag in bags for chunk in bag.reader.chunks)
         self.skipped: dict[str, dict[str, int]] = {}
 
     def write_to(self, writer: Any, progress: Callable[[int], object]) -> int:
-        """Write all selected messages. Return their number.
+        """Write all selected messages. Return the number of messages written.
 
         Args:
             writer: An object with a method `write_raw` for stored messages, or `write_message` for decoded ones.
-            progress: Called with the number of bytes done so far, out of `size`.
+            progress: Called with the number of bytes processed so far, out of `size`.
 
         Raises:
             BagError: A bag cannot be read, or a message cannot be converted.
             OSError: The output cannot be written, for example because the disk is full.
         """
-        accepts_raw = hasattr(writer, "write_raw")
+        accepts_raw_messages = hasattr(writer, "write_raw")
         begin = max(min(bag.reader.start for bag in self._bags), self._selection.start or 0)
         end = min(max(bag.reader.end for bag in self._bags), self._selection.end or sys.maxsize)
         bytes_per_nanosecond = self.size / max(1, end - begin)
         count = 0
-        for stored in self._messages():
-            progress(int((stored.time - begin) * bytes_per_nanosecond))
-            if accepts_raw:
-                writer.write_raw(self._with_usable_definition(stored))
+        for raw_message in self._messages():
+            progress(int((raw_message.time - begin) * bytes_per_nanosecond))
+            if accepts_raw_messages:
+                writer.write_raw(self._with_usable_definition(raw_message))
                 count += 1
                 continue
-            topic = stored.connection.topic
-            message = self._bag_of_connection[id(stored.connection)].decode(stored)
+            topic = raw_message.connection.topic
+            message = self._bags_by_connection_id[id(raw_message.connection)].decode(raw_message)
             try:
-                writer.write_message(topic, message, Time.from_nsec(stored.time))
+                writer.write_message(topic, message, Time.from_nsec(raw_message.time))
                 count += 1
             except MessageError as error:
                 reasons = self.skipped.setdefault(topic, {})
                 reasons[str(error)] = reasons.get(str(error), 0) + 1
-            del stored, message  # it may be large, and must not stay in memory while the next one is read
+            del raw_message, message  # a message may be large, and must not stay in memory while the next one is read
         return count
 
-    def _with_usable_definition(self, stored: RawMessage) -> RawMessage:
-        """Return the message with a definition in its connection that other programs can read, if one is known."""
-        connection = stored.connection
+    def _with_usable_definition(self, raw_message: RawMessage) -> RawMessage:
+        """Return a message whose connection has a definition that other programs can read, if one is known."""
+        connection = raw_message.connection
         if id(connection) not in self._usable_connections:
-            text = self._bag_of_connection[id(connection)].definition(connection)
-            header = {**connection.header, "message_definition": text.encode("utf-8", "surrogateescape")}
-            is_same = text == connection.definition
+            definition = self._bags_by_connection_id[id(connection)].definition(connection)
+            header = {**connection.header, "message_definition": definition.encode("utf-8", "surrogateescape")}
+            is_same = definition == connection.definition
             self._usable_connections[id(connection)] = connection if is_same else replace(connection, header=header)
-        usable = self._usable_connections[id(connection)]
-        return stored if usable is connection else stored._replace(connection=usable)
+        usable_connection = self._usable_connections[id(connection)]
+        return raw_message if usable_connection is connection else raw_message._replace(connection=usable_connection)
 
     def skipped_warnings(self) -> Iterator[str]:
         """Yield warnings about messages that were left out."""
@@ -302,7 +314,7 @@ class _Export:
         ]
         return streams[0] if len(streams) == 1 else heapq.merge(*streams, key=lambda stored: stored.time)
 
-    def _no_messages_text(self, images: bool) -> str:
+    def _no_messages_text(self, only_images: bool) -> str:
         bag_names = ", ".join(bag.path for bag in self._bags)
         topics = {topic for bag in self._bags for topic in bag.topics}
         if not topics:
@@ -313,11 +325,19 @@ class _Export:
         selection = self._selection
         has_selection = selection.topics or selection.drop or selection.start is not None or selection.end is not None
         time_range = " for the selected topics and times" if has_selection else ""
-        return f"no {'images' if images else 'messages'}{time_range} in {bag_names}"
+        return f"no {'images' if only_images else 'messages'}{time_range} in {bag_names}"
 
 
-def _connections_with_messages(bag: Bag, selection: MessageSelection, types: tuple[str, ...] | None) -> set[int]:
-    """Return the ids of the selected connections that have messages between the selected times."""
+def _connections_with_messages(
+    bag: Bag, selection: MessageSelection, accepted_types: tuple[str, ...] | None
+) -> set[int]:
+    """Return the ids of the selected connections that have messages between the selected times.
+
+    Args:
+        bag: The open bag.
+        selection: The selected topics and times.
+        accepted_types: The accepted message types; None for all.
+    """
     used_ids = {
         connection_id
         for chunk in bag.reader.chunks
@@ -327,7 +347,9 @@ def _connections_with_messages(bag: Bag, selection: MessageSelection, types: tup
     }
     ids = selection.connections(bag.reader) & used_ids
     return {
-        connection_id for connection_id in ids if types is None or bag.reader.connections[connection_id].type in types
+        connection_id
+        for connection_id in ids
+        if accepted_types is None or bag.reader.connections[connection_id].type in accepted_types
     }
 
 

@@ -1,4 +1,4 @@
-"""``bag filter`` (L141)."""
+"""``bag filter``: copies the messages that match an expression or options to another bag (L141)."""
 
 from __future__ import annotations
 
@@ -34,22 +34,22 @@ The following variables are available:
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
-    """Write the selected messages of a bag to another bag."""
+    """Write the messages of a bag that match the expression and the options to another bag."""
     source, target, text = _parse_arguments(options, args)
     if not os.path.isfile(source):
         raise CommandError(f"Cannot locate input bag file [{source}]", 2, plain=True)
     check_different(source, target, 3)
     expression = None if text is None else _MessageExpression(text)
     print_expression = None if options.print_expression is None else _MessageExpression(options.print_expression)
-    with Bag(source, unindexed=False) as bag, new_file(target) as temporary:
-        total = len(bag)
+    with Bag(source, unindexed=False) as bag, new_file(target) as temporary_path:
+        total_count = len(bag)
         size = bag.reader.content_size()
         selection = make_selection(options, bag.reader)
         warn_about_unknown_topics(selection, [bag.reader])
         with Progress(target, size) as progress:
             messages = _matching_messages(selection.messages(bag.reader), bag, expression, print_expression, progress)
-            count = edit.copy(messages, temporary, cipher=bag.reader.file.cipher)
-    print(f"{target}: {count} of {total} messages")
+            count = edit.copy(messages, temporary_path, cipher=bag.reader.file.cipher)
+    print(f"{target}: {count} of {total_count} messages")
 
 
 VERB = Verb(
@@ -96,7 +96,7 @@ def _parse_arguments(options: Any, args: list[str]) -> tuple[str, str, str | Non
 
 
 class _MessageExpression:
-    """An expression that uses the variables topic, m and t.
+    """An expression about a recorded message, with the variables topic, m and t.
 
     Args:
         text: The expression.
@@ -109,17 +109,19 @@ class _MessageExpression:
         self._expression = filter_expression(text)
         self._needs_message = re.search(r"\bm\b", text) is not None
 
-    def __call__(self, bag: Bag, stored: RawMessage) -> Any:
+    def __call__(self, bag: Bag, raw_message: RawMessage) -> Any:
         """Return the expression's value for a message. The message is decoded only if the expression uses it.
 
         Raises:
             CommandError: The expression cannot be evaluated.
         """
-        names = {"topic": stored.connection.topic, "t": Time.from_nsec(stored.time)}
+        names = {"topic": raw_message.connection.topic, "t": Time.from_nsec(raw_message.time)}
         try:
-            return self._expression({**names, "m": bag.decode(stored) if self._needs_message else None})
+            return self._expression({**names, "m": bag.decode(raw_message) if self._needs_message else None})
         except ExpressionError as error:
-            message_description = f"{stored.connection.topic} at {stored.time / 1e9:.6f} ({stored.connection.type})"
+            message_description = (
+                f"{raw_message.connection.topic} at {raw_message.time / 1e9:.6f} ({raw_message.connection.type})"
+            )
             has_hint = isinstance(error, UnknownNameError | LimitError)
             hint = "" if has_hint else ": does `topic == ... and` need to come first?"
             raise CommandError(f"{error} (in the message on {message_description}){hint}") from None
@@ -133,11 +135,11 @@ def _matching_messages(
     progress: Callable[[int], object],
 ) -> Iterator[RawMessage]:
     processed_bytes = 0
-    for stored in messages:
-        matches = expression is None or expression(bag, stored)
+    for raw_message in messages:
+        matches = expression is None or expression(bag, raw_message)
         if print_expression is not None:
-            print("MATCH" if matches else "NO MATCH", print_expression(bag, stored))
+            print("MATCH" if matches else "NO MATCH", print_expression(bag, raw_message))
         if matches:
-            yield stored
-        processed_bytes += len(stored.data) + RECORD_OVERHEAD
+            yield raw_message
+        processed_bytes += len(raw_message.data) + RECORD_OVERHEAD
         progress(processed_bytes)

@@ -1,4 +1,4 @@
-"""``bag fix`` (L140)."""
+"""``bag fix``: copies a bag, and migrates its messages to the definitions on this system (L140)."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from pyros1.cli.shared.progress import Progress
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> int:
-    """Write a bag with the messages of another, migrated to the definitions on this system. Return the exit code."""
+    """Copy a bag with its messages migrated to the definitions on this system. Return 1 if this needs more rules."""
     if not args:
         raise UsageError("You must pass input and output bag files.")
     if len(args) < 2:
@@ -29,17 +29,17 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
     with Bag(source, unindexed=False) as bag:
         if not len(bag):
             raise BagError(source, f"the bag has no messages; {target} was not written")
-        failing = [migration for migration in find_migrations(bag, migrator) if migration[2]]
-        if failing and not options.force:
+        impossible_migrations = [migration for migration in find_migrations(bag, migrator) if migration[2]]
+        if impossible_migrations and not options.force:
             print("Bag could not be migrated.  The following migrations could not be performed:")
-            print(*migration_lines(failing), sep="\n")
+            print(*migration_lines(impossible_migrations), sep="\n")
             print(
                 f"Try running '{invocation.program} check' to create the necessary rule files "
                 f"or run '{invocation.program} fix' with the '--force' option."
             )
             return 1
-        with new_file(target) as temporary, Progress(target, bag.reader.file.size) as progress:
-            MigratedBagWriter(bag, migrator).write(temporary, progress)
+        with new_file(target) as temporary_path, Progress(target, bag.reader.file.size) as progress:
+            MigratedBagWriter(bag, migrator).write(temporary_path, progress)
     print("Bag migrated successfully.")
     return 0
 

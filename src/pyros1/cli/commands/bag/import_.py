@@ -7,7 +7,7 @@ import os
 import sys
 from typing import Any
 
-from pyros1.cli.commands.bag._options import QUIET_FLAG, TOPICS_OPTION, compression, split_on_commas
+from pyros1.cli.commands.bag._options import QUIET_FLAG, TOPICS_OPTION, compression_options, split_on_commas
 from pyros1.cli.commands.bag._writing.files import check_different, write_atomically
 from pyros1.cli.failures import CommandError, UsageError, did_you_mean
 from pyros1.cli.invocation import Invocation
@@ -17,31 +17,31 @@ from pyros1.cli.shared.progress import Progress
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
-    """Write a bag with the messages of a ROS 2 bag or MCAP file."""
+    """Write a bag with the messages from a ROS 2 bag or MCAP file."""
     if len(args) != 1:
         raise UsageError("You must specify one ROS 2 bag or MCAP file.")
     source = os.path.normpath(args[0])
     target = options.output or os.path.splitext(source)[0] + ".bag"
     check_different(source, target)
     patterns = split_on_commas(options.topics)
-    existing: list[str] = []
+    known_topics: list[str] = []
 
     def is_selected(topic: str) -> bool:
-        existing.append(topic)
+        known_topics.append(topic)
         name = topic.lstrip("/")
         return not patterns or any(fnmatch.fnmatchcase(name, pattern.lstrip("/")) for pattern in patterns)
 
     from pyros1.bag.export.imports import import_bag  # noqa: PLC0415 - not needed for help
 
     with (
-        write_atomically(target, is_folder=False, force=bool(options.force)) as temporary,
-        Progress(target, _size_bytes(source), quiet=options.quiet) as progress,
+        write_atomically(target, is_folder=False, force=bool(options.force)) as temporary_path,
+        Progress(target, _size_in_bytes(source), quiet=options.quiet) as progress,
     ):
         result = import_bag(
-            source, temporary, compression=options.compression, is_selected=is_selected, progress=progress
+            source, temporary_path, compression=options.compression, is_selected=is_selected, progress=progress
         )
         if patterns and not result.topics:
-            hint = did_you_mean(patterns[0], existing)
+            hint = did_you_mean(patterns[0], known_topics)
             raise CommandError(f"no topic {' '.join(patterns)} in {source}{hint}")
         if not result.messages:
             reasons = "".join(f"; {topic} is left out: {reason}" for topic, reason in result.skipped.items())
@@ -60,7 +60,7 @@ VERB = Verb(
     Flag("-f", "--force", help="replace the bag if it exists"),
     QUIET_FLAG,
     TOPICS_OPTION,
-    *compression("none"),
+    *compression_options("none"),
     Argument("SOURCE", "file"),
     description="Convert a ROS 2 bag to a ROS 1 bag. SOURCE is the folder of the ROS 2 bag, or an .mcap or .db3 file. "
     "An .mcap file may also contain ROS 1 messages.",
@@ -73,7 +73,7 @@ VERB = Verb(
 )
 
 
-def _size_bytes(source: str) -> int:
+def _size_in_bytes(source: str) -> int:
     if not os.path.isdir(source):
         return os.path.getsize(source) if os.path.exists(source) else 0
     return sum(entry.stat().st_size for entry in os.scandir(source) if entry.is_file())

@@ -1,4 +1,4 @@
-"""``bag info`` (L114-L116)."""
+"""``bag info``: summarizes the contents of bags (L114-L116)."""
 
 from __future__ import annotations
 
@@ -25,15 +25,15 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
         raise UsageError("You must specify at least 1 bag file.")
     if options.key and not options.yaml:
         raise UsageError("You can only specify key when printing in YAML format.")
-    failed = False
-    for number, path in enumerate(args):
+    has_failed = False
+    for index, path in enumerate(args):
         try:
             with BagReader(path) as bag:
                 summary = summarize(bag, frequencies=options.freq)
         except (BagError, OSError) as error:
             report_bag_error(error, path)
             if isinstance(error, EncryptedError):
-                failed = True
+                has_failed = True
                 continue
             return 1
         if options.json:
@@ -42,12 +42,12 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
         if not options.yaml:
             print(info_text(summary))
         elif options.key:
-            _print_key(info_values(summary), options.key)
+            _print_value_at(info_values(summary), options.key)
         else:
             print(yaml_text(info_values(summary)))
-        if number < len(args) - 1:
+        if index < len(args) - 1:
             print("---")
-    return int(failed)
+    return int(has_failed)
 
 
 VERB = Verb(
@@ -85,7 +85,7 @@ def _convert_field(name: str, value: Any) -> Any:
     return _convert_numbers(value)
 
 
-def _print_key(values: dict[str, Any], key: str) -> None:
+def _print_value_at(values: dict[str, Any], key: str) -> None:
     try:
         value = _value_at(_convert_numbers(values), key)
     except (LookupError, ValueError):
@@ -95,19 +95,24 @@ def _print_key(values: dict[str, Any], key: str) -> None:
 
 
 def _value_at(value: Any, key: str) -> Any:
-    """Return the value at a path such as ``topics[0].type``."""
+    """Return the value at a path such as ``topics[0].type``.
+
+    Raises:
+        LookupError: There is no such value.
+        ValueError: The path is malformed.
+    """
     position = 0
     while position < len(key):
-        step = _PATH_STEP.match(key, position)
-        if step is None:
+        match = _PATH_STEP.match(key, position)
+        if match is None:
             raise ValueError(key)
-        name, index = step.groups()
+        name, index = match.groups()
         if name is not None and not isinstance(value, dict):
             raise LookupError(key)
         if index is not None and not isinstance(value, list):
             raise LookupError(key)
         value = value[name] if name is not None else value[int(index)]
-        position = step.end()
+        position = match.end()
     return value
 
 

@@ -1,4 +1,4 @@
-"""``bag play`` (L117-L137)."""
+"""``bag play``: publishes the messages in bags with their original timing (L117-L137)."""
 
 from __future__ import annotations
 
@@ -26,11 +26,11 @@ if TYPE_CHECKING:
     from pyros1.node import Node
 
 _SWITCH_INTERVAL = 0.00005
-"""Interpreter switch interval in seconds. It limits how long the reading thread can delay the playing thread."""
+"""The interpreter's switch interval in seconds. It limits how long reading can delay playing."""
 
 _COLLECTION_THRESHOLD = 100_000
-"""The garbage collector's threshold in new objects. Messages read ahead stay below it, since one collection of all
-objects takes up to 90 ms."""
+"""The number of new objects after which the garbage collector runs. Messages that are read ahead have fewer objects, so
+that they do not cause collections, which take up to 90 ms."""
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> int:
@@ -46,7 +46,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
     sys.setswitchinterval(_SWITCH_INTERVAL)
     with Bags(paths, options.topics) as bags:
         _check_content(bags, options)
-        gc.freeze()  # the index of a large bag is large, and is kept
+        gc.freeze()  # the index of a bag can be large, and is needed until the end
         gc.set_threshold(_COLLECTION_THRESHOLD)
         try:
             node = Node(f"play_{time.time_ns()}", argv=invocation.remapping_args, environ=invocation.environ)
@@ -156,8 +156,8 @@ VERB = Verb(
 
 def _reduce_timer_slack() -> None:
     """Make Linux wake this thread exactly on time. By default, it may be up to 50 us late."""
-    with contextlib.suppress(OSError), open("/proc/self/timerslack_ns", "w", encoding="ascii") as slack:
-        slack.write("1")
+    with contextlib.suppress(OSError), open("/proc/self/timerslack_ns", "w", encoding="ascii") as slack_file:
+        slack_file.write("1")
 
 
 def _play(node: Node, bags: Bags, options: Any, control: Control) -> int:
@@ -167,7 +167,7 @@ def _play(node: Node, bags: Bags, options: Any, control: Control) -> int:
 
     status_line = StatusLine(not options.quiet)
 
-    def show(status: Status) -> None:
+    def show_status(status: Status) -> None:
         status_line.show(
             f" [{status.state}]  Bag Time: {status.time:13.6f}   Duration: {status.passed:.6f} / {status.length:.6f}"
         )
@@ -175,16 +175,18 @@ def _play(node: Node, bags: Bags, options: Any, control: Control) -> int:
     for reader in bags.readers:
         status_line.print_message(f"Opening {reader.path}")
         node.log.note(f"Opening {reader.path}")  # like stock, which logs nothing else here
-    player = Player(node, bags, _settings(options), control, None if options.quiet else show)
+    player = Player(node, bags, _make_settings(options), control, None if options.quiet else show_status)
     for topic, reason in player.unplayable.items():
         node.log.warn("%s is not played: %s", one_line(topic), one_line(reason))
-    node.advertise_service("~pause_playback", "std_srvs/SetBool", lambda request: _pause(control, request.data))
+    node.advertise_service(
+        "~pause_playback", "std_srvs/SetBool", lambda request: _handle_pause_request(control, request.data)
+    )
     if options.rate_control_topic:
         _control_rate(node, player, options.rate_control_topic)
     player.read_ahead()
     if options.delay:
         _print_status(options, f"\nWaiting {options.delay:g} seconds after advertising topics...", end="")
-        _sleep(control, options.delay)
+        _wait_until_ended(control, options.delay)
         _print_status(options, " done.")
     if options.wait_for_subscribers and not control.ended:
         status_line.print_message("Waiting for subscribers.")
@@ -202,9 +204,9 @@ def _play(node: Node, bags: Bags, options: Any, control: Control) -> int:
     status_line.clear()
     if not player.wait_until_sent():
         node.log.warn("slow subscribers did not receive all messages")
-    dropped = player.dropped()
-    if dropped:
-        node.log.warn("%d messages were dropped because subscribers were too slow; see --queue", dropped)
+    dropped_count = player.dropped()
+    if dropped_count:
+        node.log.warn("%d messages were dropped because subscribers were too slow; see --queue", dropped_count)
     if not control.ended:
         _print_status(options, "\nDone.")
     return 0
@@ -217,14 +219,14 @@ def _print_status(options: Any, text: str, end: str = "\n") -> None:
             print(text, end=end, flush=True)
 
 
-def _sleep(control: Control, seconds: float) -> None:
+def _wait_until_ended(control: Control, seconds: float) -> None:
     deadline = monotonic() + seconds
     while not control.ended and monotonic() < deadline:
         control.wait(deadline - monotonic())
 
 
-def _pause(control: Control, paused: bool) -> tuple[bool, str]:
-    """Handle a call to the service ~pause_playback (B29)."""
+def _handle_pause_request(control: Control, paused: bool) -> tuple[bool, str]:
+    """Handle a call to the service ~pause_playback (B29). Return the success and message of the response."""
     new_state = "paused" if paused else "resumed"
     if control.set_paused(paused):
         return True, f"Playback is now {new_state}"
@@ -284,7 +286,7 @@ def _without_slash(topic: str) -> str:
     return topic.lstrip("/")
 
 
-def _settings(options: Any) -> PlayOptions:
+def _make_settings(options: Any) -> PlayOptions:
     from pyros1.bag.play.player import PlayOptions  # noqa: PLC0415
 
     return PlayOptions(

@@ -1,4 +1,4 @@
-"""``bag record`` (L90-L113)."""
+"""``bag record``: records topics to bags (L90-L113)."""
 
 from __future__ import annotations
 
@@ -175,7 +175,7 @@ def _record(node: Node, selection: Selection, settings: RecordOptions, options: 
     from pyros1.cli.commands.bag._running.live import RecordingStatus, StatusLine, recording_summary  # noqa: PLC0415
 
     status_line = StatusLine(not options.quiet, log=node.log)
-    announce = _make_announcer(node) if options.publish else lambda path: None
+    announce = _make_announce_function(node) if options.publish else lambda path: None
 
     def on_opened(path: str) -> None:
         status_line.print_message(f"Recording to '{path}'.")
@@ -185,7 +185,7 @@ def _record(node: Node, selection: Selection, settings: RecordOptions, options: 
         status_line.clear()
         node.log.warn("%s", one_line(text))
 
-    search = TopicSearch(node, selection)
+    topic_search = TopicSearch(node, selection)
     if not wait_for_time(node, stop_signal):
         return 0
     events = Events(on_opened, lambda path: status_line.print_message(f"Closing '{path}'."), warn, stop_signal.stop)
@@ -194,18 +194,24 @@ def _record(node: Node, selection: Selection, settings: RecordOptions, options: 
     except (OSError, BagError) as error:
         raise CommandError(_failure_text(error)) from None
 
-    def subscribe(name: str) -> None:
-        if not names.is_legal_name(name) and (options.all or options.regex or options.node):
+    def subscribe(topic: str) -> None:
+        if not names.is_legal_name(topic) and (options.all or options.regex or options.node):
             warn(
-                f"'{name}' is not a legal name and is not recorded"
-            )  # an error in another node must not stop the recording
+                f"'{topic}' is not a legal name and is not recorded"
+            )  # another node's invalid topic must not stop the recording
             return
-        status_line.print_message(f"Subscribing to {one_line(name)}")
-        recorder.subscribe(name, transports=("udp", "tcp") if options.udp else ("tcp",))
+        status_line.print_message(f"Subscribing to {one_line(topic)}")
+        recorder.subscribe(topic, transports=("udp", "tcp") if options.udp else ("tcp",))
 
     with recorder:
-        status = RecordingStatus(recorder)
-        follow(search, stop_signal, subscribe, lambda: status_line.show(status.text()), recorder.unsubscribe_finished)
+        recording_status = RecordingStatus(recorder)
+        follow(
+            topic_search,
+            stop_signal,
+            subscribe,
+            lambda: status_line.show(recording_status.text()),
+            recorder.unsubscribe_finished,
+        )
         status_line.clear()
     if not options.quiet:
         print(recording_summary(recorder), flush=True)
@@ -215,7 +221,7 @@ def _record(node: Node, selection: Selection, settings: RecordOptions, options: 
     return 0
 
 
-def _make_announcer(node: Node) -> Callable[[str], None]:
+def _make_announce_function(node: Node) -> Callable[[str], None]:
     publisher: Any = node.advertise("begin_write", "std_msgs/String", queue_size=10, latch=True)
 
     def announce(path: str) -> None:
@@ -231,21 +237,21 @@ def _failure_text(error: Exception) -> str:
 
 
 def _make_selection(options: Any, topics: list[str]) -> Selection:
-    record_all = options.all
-    if options.exclude and not (record_all or options.regex or options.node or topics):
+    records_all = options.all
+    if options.exclude and not (records_all or options.regex or options.node or topics):
         print("only -x is given: recording all topics except those excluded", file=sys.stderr)
-        record_all = True
-    if not (topics or record_all or options.node):
+        records_all = True
+    if not (topics or records_all or options.node):
         raise UsageError("You must specify a topic name or else use the '-a' option.")
     for name in topics:
         if not options.regex and not name.strip("/"):
             raise CommandError(f"{name!r} is not a legal topic name")
-    if options.limit and (record_all or options.regex or options.node):
+    if options.limit and (records_all or options.regex or options.node):
         raise CommandError("--limit works only with named topics, not with -a, -e, -x or --node")
     from pyros1.bag.record.names import Selection  # noqa: PLC0415
 
     try:
-        return Selection(topics, options.regex, record_all, options.exclude, options.node)
+        return Selection(topics, options.regex, records_all, options.exclude, options.node)
     except Error as error:
         raise CommandError(str(error)) from None
 
@@ -281,15 +287,15 @@ def _make_settings(options: Any) -> RecordOptions:
 
 
 def _parse_quantity(option: str, text: str, units: dict[str, int]) -> float:
-    """Return the value of a string that consists of a number and an optional unit.
+    """Parse a number with an optional unit. Return it in the smallest unit.
 
     Raises:
         UsageError: the string has another form.
     """
-    number = text.rstrip("".join(units) + "".join(units).upper() + "B")
-    unit = text[len(number) :].lower().removesuffix("b")
+    number_text = text.rstrip("".join(units) + "".join(units).upper() + "B")
+    unit = text[len(number_text) :].lower().removesuffix("b")
     try:
-        value = float(number) * units[unit]
+        value = float(number_text) * units[unit]
     except (ValueError, KeyError):
         value = -1.0
     if not 0 <= value < float("inf"):

@@ -1,4 +1,4 @@
-"""``bag reindex`` (L143)."""
+"""``bag reindex``: repairs bags that were not closed or are damaged (L143)."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _MAX_ERRORS_SHOWN = 5
 def run(invocation: Invocation, options: Any, args: list[str]) -> int:
     """Rewrite bags, keeping all messages that can be read. Return the exit code."""
 
-    def operation(source: str, target: str) -> None:
+    def reindex_bag(source: str, target: str) -> None:
         with Progress(source, os.path.getsize(source), quiet=options.quiet) as progress:
             result = reindex(source, target, progress)
         if not result.messages:
@@ -33,7 +33,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
         lost = f"; {result.lost} are lost because they have no connection record or valid time" if result.lost else ""
         print(f"{source}: {result.messages} messages{lost}")
 
-    return rewrite_each(options, args, operation)
+    return rewrite_each(options, args, reindex_bag)
 
 
 VERB = Verb(

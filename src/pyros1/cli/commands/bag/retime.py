@@ -1,4 +1,4 @@
-"""``bag retime``."""
+"""``bag retime``: copies a bag with other message times."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 from pyros1.bag.api import Bag
 from pyros1.bag.edit import editing as edit
 from pyros1.bag.format.reader import RawMessage
-from pyros1.cli.commands.bag._options import compression, parse_time
+from pyros1.cli.commands.bag._options import compression_options, parse_time
 from pyros1.cli.commands.bag._writing.files import check_different, new_file
 from pyros1.cli.failures import UsageError
 from pyros1.cli.invocation import Invocation
@@ -25,16 +25,16 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
     check_different(source, target)
     with Bag(source, unindexed=False) as bag:
         if options.header_stamp:
-            retime = _make_stamp_function(bag)
+            retime = _make_stamp_reader(bag)
         else:
             offset = parse_time(options.offset, None, "--offset") if options.offset is not None else 0
             if options.start is not None:
                 offset = parse_time(options.start, bag.reader, "--start") - bag.reader.start
             retime = edit.time_shifter(offset, options.rate, bag.reader.start)
-        with new_file(target) as temporary, Progress(target, bag.reader.content_size()) as progress:
+        with new_file(target) as temporary_path, Progress(target, bag.reader.content_size()) as progress:
             count = edit.copy(
                 bag.reader.messages(),
-                temporary,
+                temporary_path,
                 compression=options.compression,
                 cipher=bag.reader.file.cipher,
                 retime=retime,
@@ -51,7 +51,7 @@ VERB = Verb(
     Option("--start", metavar="TIME", help="make the bag start at TIME, in the same forms as `filter --from`"),
     Option("--rate", type="float", default=1.0, metavar="F", help="divide the time between messages by F"),
     Flag("--header-stamp", help="use the header stamps of messages that have a header"),
-    *compression("none"),
+    *compression_options("none"),
     Argument("INBAG", "bag"),
     Argument("OUTBAG", "file"),
     usage="[options] INBAG OUTBAG",
@@ -78,10 +78,10 @@ def _check_options(options: Any, args: list[str]) -> None:
         raise UsageError("--rate must be greater than 0")
 
 
-def _make_stamp_function(bag: Bag) -> Callable[[RawMessage], int]:
-    def stamp(stored: RawMessage) -> int:
-        header = getattr(bag.decode(stored), "header", None)
+def _make_stamp_reader(bag: Bag) -> Callable[[RawMessage], int]:
+    def read_stamp(raw_message: RawMessage) -> int:
+        header = getattr(bag.decode(raw_message), "header", None)
         header_stamp = getattr(header, "stamp", None)
-        return header_stamp.to_nsec() if isinstance(header_stamp, Time) and header_stamp else stored.time
+        return header_stamp.to_nsec() if isinstance(header_stamp, Time) and header_stamp else raw_message.time
 
-    return stamp
+    return read_stamp

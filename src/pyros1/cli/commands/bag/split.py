@@ -1,4 +1,4 @@
-"""``bag split``."""
+"""``bag split``: distributes the messages of a bag among several bags."""
 
 from __future__ import annotations
 
@@ -11,7 +11,12 @@ from typing import Any
 from pyros1.bag.edit import editing as edit
 from pyros1.bag.format.reader import BagReader
 from pyros1.bag.format.records import NS
-from pyros1.cli.commands.bag._options import SELECTION_OPTIONS, compression, make_selection, warn_about_unknown_topics
+from pyros1.cli.commands.bag._options import (
+    SELECTION_OPTIONS,
+    compression_options,
+    make_selection,
+    warn_about_unknown_topics,
+)
 from pyros1.cli.commands.bag._writing.files import clean_up_on_signal
 from pyros1.cli.failures import CommandError, UsageError
 from pyros1.cli.invocation import Invocation
@@ -23,7 +28,7 @@ _DURATION_UNITS = {"s": 1, "m": 60, "h": 3600}
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
-    """Write the messages of a bag to several bags."""
+    """Write the messages of a bag to several bags, each of a limited size, duration or number of messages."""
     if len(args) != 1:
         raise UsageError("You must specify one bag.")
     if options.size is None and options.duration is None and options.count is None:
@@ -35,7 +40,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
     if options.output_dir is not None:
         stem = os.path.join(options.output_dir, os.path.basename(stem))
     extension = extension or ".bag"
-    if not options.force:  # existing parts may be splits from the recorder
+    if not options.force:  # existing files with such names may come from the recorder
         _check_no_parts_exist(stem, extension)
     with BagReader(args[0]) as bag, clean_up_on_signal("the files written so far are complete"):
         selection = make_selection(options, bag)
@@ -69,7 +74,7 @@ VERB = Verb(
     Option("--output-dir", metavar="DIR", help="write to directory DIR"),
     Flag("-f", "--force", help="replace existing files"),
     *SELECTION_OPTIONS,
-    *compression("none"),
+    *compression_options("none"),
     Argument("INBAG", "bag"),
     description="Split a bag into NAME_0.bag, NAME_1.bag, ... whenever a given limit is reached.",
     examples=[("run.bag --duration 5m --repeat-latched", "write run_0.bag, run_1.bag, ...")],
@@ -81,11 +86,11 @@ VERB = Verb(
 def _check_no_parts_exist(stem: str, extension: str) -> None:
     folder, name = os.path.split(stem)
     pattern = re.compile(re.escape(name) + r"_\d+" + re.escape(extension))
-    existing: list[str] = []
+    existing_names: list[str] = []
     with contextlib.suppress(OSError):  # the writer reports a missing folder
-        existing = sorted(filter(pattern.fullmatch, os.listdir(folder or ".")))
-    if existing:
-        raise CommandError(f"{os.path.join(folder, existing[0])} already exists: use --force to replace it")
+        existing_names = sorted(filter(pattern.fullmatch, os.listdir(folder or ".")))
+    if existing_names:
+        raise CommandError(f"{os.path.join(folder, existing_names[0])} already exists: use --force to replace it")
 
 
 def _parse_duration(text: str) -> float:

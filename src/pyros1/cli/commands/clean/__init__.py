@@ -1,4 +1,4 @@
-"""``pyros1 clean``: rosclean (L179)."""
+"""``pyros1 clean``: shows and removes log files, like rosclean (L179)."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from pyros1.cli.shared.argparsing import add_options_and_arguments
 
 
 def _dispatch(invocation: Invocation) -> int | None:
-    """Run ``check`` or ``purge``."""
+    """Parse the arguments like the stock tool, and run ``check`` or ``purge``. Return the exit code."""
     program, as_stock = invocation.program, invocation.as_stock
     verbs = [registry.load_verb("clean", name) for name in registry.verbs("clean")]
     examples = [(f"{verb.name} {line}".rstrip(), about) for verb in verbs for line, about in verb.examples]

@@ -1,4 +1,4 @@
-"""Folders of log files."""
+"""Finds the folders that contain log files."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pyros1.launch.running.logs import log_folder, ros_home
 
 
 def existing_log_folders() -> Iterator[tuple[Path, str]]:
-    """Yield the existing log folders with links resolved, and a label for each."""
+    """Yield each log folder that exists, with links resolved, and its label."""
     for folder, label in (
         (log_folder(os.environ), "ROS node logs"),
         (ros_home(os.environ) / "rosmake", "rosmake logs"),

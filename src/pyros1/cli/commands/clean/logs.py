@@ -1,6 +1,6 @@
-"""``clean check`` and ``clean purge`` (L179).
+"""``clean check`` prints the size of the log files, and ``clean purge`` removes log files (L179).
 
-Nothing outside the log folders is removed, nor any log that is being written.
+Files outside the log folders are never removed, and logs that are being written only with ``--running``.
 """
 
 from __future__ import annotations
@@ -22,8 +22,8 @@ from pyros1.doctor.disk import files_in_use, folder_size, format_size_like_du
 _MEGABYTE = 1024 * 1024
 
 
-def _check(invocation: Invocation, options: Any, args: list[str]) -> None:
-    """Print the size of the log folders."""
+def _print_sizes(invocation: Invocation, options: Any, args: list[str]) -> None:
+    """Print the size of each log folder."""
     rows = [(label, folder, folder_size(folder, on_disk=True)) for folder, label in existing_log_folders()]
     if options.json:
         print_json([{"what": label, "folder": str(folder), "bytes": size} for label, folder, size in rows])
@@ -42,12 +42,12 @@ def _purge(invocation: Invocation, options: Any, args: list[str]) -> int:
             )
             return 1
         kept_entries = set() if options.running else _entries_in_use(folder)
-        removed = (_purge_to_size if options.size else _purge_all)(folder, label, options, kept_entries)
-        if removed is None:  # the user declined
+        was_removed = (_purge_to_size if options.size else _purge_all)(folder, label, options, kept_entries)
+        if was_removed is None:  # the user declined
             if options.size:
                 return 0
             continue
-        all_removed = all_removed and removed
+        all_removed = all_removed and was_removed
         if kept_entries:
             kept_names = ", ".join(sorted(kept_entries))
             print(
@@ -68,18 +68,18 @@ def _entries_in_use(folder: Path) -> set[str]:
 
 
 def _purge_all(folder: Path, label: str, options: Any, kept_entries: set[str]) -> bool | None:
-    """Remove all logs. Return whether this succeeded; None if the user declined."""
+    """Remove all logs. Return whether all were removed; None if the user declined."""
     print(f"Purging {label}.")
     if not options.yes:
         print("PLEASE BE CAREFUL TO VERIFY THE COMMAND BELOW!")
         quoted_folder = f'"{folder}"' if " " in str(folder) else str(folder)
         exceptions = f" (except {', '.join(map(shlex.quote, sorted(kept_entries)))})" if kept_entries else ""
-        if not _ask(f"rm -rf {quoted_folder}{exceptions}"):
+        if not _confirm(f"rm -rf {quoted_folder}{exceptions}"):
             return None
     if not kept_entries:
         return _remove(folder)
-    removed = [_remove(folder / name) for name in os.listdir(folder) if name not in kept_entries]
-    return all(removed)
+    results = [_remove(folder / name) for name in os.listdir(folder) if name not in kept_entries]
+    return all(results)
 
 
 def _purge_to_size(folder: Path, label: str, options: Any, kept_entries: set[str]) -> bool | None:
@@ -97,7 +97,7 @@ def _purge_to_size(folder: Path, label: str, options: Any, kept_entries: set[str
     )
     if not options.yes:
         print("PLEASE BE CAREFUL TO VERIFY THE COMMAND BELOW!")
-        if not _ask(f"Purge some of old logs in {folder}"):
+        if not _confirm(f"Purge some of old logs in {folder}"):
             return None
     all_removed = True
     for path in sorted(folder.iterdir(), key=lambda path: path.lstat().st_mtime):
@@ -109,7 +109,7 @@ def _purge_to_size(folder: Path, label: str, options: Any, kept_entries: set[str
     return all_removed
 
 
-def _ask(question: str) -> bool:
+def _confirm(question: str) -> bool:
     """Ask until the user answers y or n. Return whether the answer is y; the end of the input means n."""
     print(f"Okay to perform:\n\n{question}\n(y/n)?", flush=True)
     for line in sys.stdin:
@@ -120,14 +120,14 @@ def _ask(question: str) -> bool:
 
 
 def _remove(path: Path) -> bool:
-    """Remove a file, a link, or a folder and its contents. Links are not followed. Return whether this succeeded."""
+    """Remove a file, a link, or a folder and its contents. Links are not followed. Return whether it was removed."""
     try:
         if path.is_symlink() or not path.is_dir():
             path.unlink()
         else:
             shutil.rmtree(path)
     except FileNotFoundError:
-        pass  # another process removed it
+        pass  # another process has removed the file
     except OSError as error:
         print(f"FAILED to execute command: cannot remove {error.filename}: {error.strerror}", file=sys.stderr)
         return False
@@ -147,7 +147,7 @@ VERBS = [
         JSON_FLAG,
         examples=[("", "print how much space they use")],
         parse=leave_unparsed,  # the command parses the arguments
-        run=_check,
+        run=_print_sizes,
     ),
     Verb(
         "purge",

@@ -1,4 +1,4 @@
-"""``pyros1 dynparam``: the tool of dynamic_reconfigure (L200, https://wiki.ros.org/dynamic_reconfigure)."""
+"""``pyros1 dynparam``: configures nodes, like stock's tool (L200, https://wiki.ros.org/dynamic_reconfigure)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Shared code of the verbs for one node: the option ``-t`` and argument checks."""
+"""Shared code of the verbs that take a node: the option ``-t``, and a check of the number of arguments."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""dynamic_reconfigure configurations as YAML files (L200)."""
+"""Converts dynamic_reconfigure configurations to and from YAML files (L200)."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from pyros1.reconfigure.values import ParameterError
 from pyros1.values import YamlError, dump_yaml, load_all_yaml
 
 _TAG = "!!python/object/new:dynamic_reconfigure.encoding.Config"
-"""The tag that stock writes before each mapping of a file. Reading it as YAML requires that Python package."""
+"""The tag that stock writes before each mapping in a file. YAML parsers need that Python package to read it."""
 
 
 def file_text(values: dict[str, Any]) -> str:
-    """Return a configuration in the stock tool's file format, so that each tool can load the other's files."""
+    """Return a configuration in the stock tool's file format, so that pyros1 and stock can load each other's files."""
     lines = dump_yaml(_wrap(values)).splitlines()
     for number, line in enumerate(lines[:-1]):
         next_line = lines[number + 1].strip()
@@ -31,7 +31,7 @@ def _wrap(value: Any) -> Any:
 
 
 def read_file_text(text: str, file_name: str) -> dict[str, Any]:
-    """Return the values in a configuration file from `file_text`, or in plain YAML. Several documents are merged.
+    """Parse a configuration file in the format of `file_text`, or in plain YAML. Several documents are merged.
 
     Args:
         text: the file's contents.

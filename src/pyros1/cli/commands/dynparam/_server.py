@@ -1,4 +1,4 @@
-"""Access to the configurations of other nodes, with error messages."""
+"""Reads and changes the configurations of other nodes, and reports failures."""
 
 from __future__ import annotations
 
@@ -25,23 +25,25 @@ def configurable_nodes(invocation: Invocation) -> list[str]:
     return sorted(name.removesuffix(_SERVICE) for name in services if name.endswith(_SERVICE))
 
 
-def change_with_new_node(invocation: Invocation, name: str, values: dict[str, Any], timeout: float | None) -> int:
-    """Create a node, and use it to set parameters of another. Return the exit code. See `set_parameters`."""
+def change_with_new_node(invocation: Invocation, node_name: str, values: dict[str, Any], timeout: float | None) -> int:
+    """Create a node, and use it to set another node's parameters. Return the exit code. See `set_parameters`."""
     code = 0
     with invocation.open_node() as node:
-        code = set_parameters(invocation, node, name, values, timeout)
+        code = set_parameters(invocation, node, node_name, values, timeout)
     return code
 
 
-def set_parameters(invocation: Invocation, node: Node, name: str, values: dict[str, Any], timeout: float | None) -> int:
-    """Set parameters of a node.
+def set_parameters(
+    invocation: Invocation, node: Node, node_name: str, values: dict[str, Any], timeout: float | None
+) -> int:
+    """Set parameters of a node, and report failures.
 
     Args:
         invocation: the command's invocation.
         node: the command's node.
-        name: the name of the node to configure.
-        values: see `Server.change`.
-        timeout: the timeout in seconds, see `Server`.
+        node_name: the name of the node to configure, as the user wrote it.
+        values: see `ReconfigureServer.change`.
+        timeout: the timeout in seconds, see `ReconfigureServer`.
 
     Returns:
         The exit code.
@@ -49,11 +51,11 @@ def set_parameters(invocation: Invocation, node: Node, name: str, values: dict[s
     from pyros1.reconfigure.values import ParameterError  # noqa: PLC0415
 
     try:
-        Server(invocation, node, name, timeout).change(values)
+        ReconfigureServer(invocation, node, node_name, timeout).change(values)
     except ParameterError as error:
         return report_failure(invocation, f"error updating parameters: {error}", error.hint)
     except WaitTimeoutError as error:
-        return report_failure(invocation, f"couldn't set parameters at node {name}", str(error))
+        return report_failure(invocation, f"couldn't set parameters at node {node_name}", str(error))
     return 0
 
 
@@ -76,8 +78,8 @@ def failure_code(invocation: Invocation) -> int:
     return 0 if invocation.as_stock else 1
 
 
-class Server:
-    """A node that can be configured.
+class ReconfigureServer:
+    """The server of dynamic_reconfigure in a node, with which the node can be configured.
 
     Args:
         invocation: the command's invocation.
@@ -98,36 +100,38 @@ class Server:
         hint = "" if self.name in nodes else did_you_mean(self.name, nodes)
         self._wait_for(lambda seconds: node.wait_for_service(service, seconds), f"service {service}", hint)
 
-    def _wait_for(self, wait: Callable[[float | None], _T], description: str, hint: str = "") -> _T:
+    def _wait_for(self, wait_function: Callable[[float | None], _T], description: str, hint: str = "") -> _T:
         if self._timeout is not None:
             try:
-                return wait(self._timeout)
+                return wait_function(self._timeout)
             except WaitTimeoutError as error:
                 raise WaitTimeoutError(f"{error}{hint}") from None
         try:
-            return wait(_WAIT_NOTICE_DELAY)
+            return wait_function(_WAIT_NOTICE_DELAY)
         except WaitTimeoutError:
             print(f"Waiting for {description}...{hint}", file=sys.stderr, flush=True)
-            return wait(None)
+            return wait_function(None)
 
-    def _latched_message(self, topic: str, type_name: str, description: str) -> Any:
-        """Return the latched message of one of the node's topics."""
+    def _receive_latched_message(self, topic: str, type_name: str, description: str) -> Any:
+        """Return the latched message on one of the topics of the node to configure."""
         full_name = f"{self.name}/{topic}"
         return self._wait_for(lambda seconds: self._node.wait_for_message(full_name, type_name, seconds), description)
 
-    def _description(self) -> Any:
-        return self._latched_message("parameter_descriptions", "dynamic_reconfigure/ConfigDescription", "description")
+    def _receive_description(self) -> Any:
+        return self._receive_latched_message(
+            "parameter_descriptions", "dynamic_reconfigure/ConfigDescription", "description"
+        )
 
-    def _config(self) -> Any:
-        return self._latched_message("parameter_updates", "dynamic_reconfigure/Config", "configuration")
+    def _receive_config(self) -> Any:
+        return self._receive_latched_message("parameter_updates", "dynamic_reconfigure/Config", "configuration")
 
     def configuration(self) -> dict[str, Any] | None:
         """Return the values of all parameters and groups; None if the node does not publish them in time."""
         from pyros1.reconfigure.encoding import configuration  # noqa: PLC0415
 
         try:
-            description = self._description()
-            values: dict[str, Any] = configuration(self._config(), description)
+            description = self._receive_description()
+            values: dict[str, Any] = configuration(self._receive_config(), description)
             return values
         except WaitTimeoutError:
             return None
@@ -136,18 +140,18 @@ class Server:
         """Set parameters.
 
         Args:
-            values: values by parameter. The key ``groups`` contains states by group.
+            values: the new values by parameter. The value for ``groups`` is a mapping from group to state.
 
         Raises:
             ParameterError: a parameter does not exist or cannot have the given value.
             WaitTimeoutError: the node does not describe its parameters in time.
-            CommandError: the node refused the change.
+            CommandError: the node rejected the change.
         """
         from pyros1.msgs import load_service  # noqa: PLC0415
         from pyros1.msgs.fill import fill_message  # noqa: PLC0415
         from pyros1.reconfigure.values import request  # noqa: PLC0415
 
-        fields = request(values, self._description(), self._config() if "groups" in values else None)
+        fields = request(values, self._receive_description(), self._receive_config() if "groups" in values else None)
         service_class = load_service("dynamic_reconfigure/Reconfigure")
         message = service_class._request_class()
         fill_message(message, {"config": fields})

@@ -1,11 +1,11 @@
-"""``dynparam list``, ``get`` and ``dump``."""
+"""``dynparam list``, ``get`` and ``dump``: print and save the configurations of nodes."""
 
 from __future__ import annotations
 
 from typing import Any
 
 from pyros1.cli.commands.dynparam._arguments import TIMEOUT_OPTION, check_arguments
-from pyros1.cli.commands.dynparam._server import Server, configurable_nodes, report_failure
+from pyros1.cli.commands.dynparam._server import ReconfigureServer, configurable_nodes, report_failure
 from pyros1.cli.failures import CommandError
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.parsing import parse_with_negative_numbers
@@ -15,7 +15,7 @@ from pyros1.ground.atomic_file import write_atomically
 from pyros1.ground.terminal_text import one_line
 
 
-def _list(invocation: Invocation, options: Any, args: list[str]) -> None:
+def _print_nodes(invocation: Invocation, options: Any, args: list[str]) -> None:
     """Print nodes that can be configured."""
     names = configurable_nodes(invocation)
     if options.json:
@@ -24,12 +24,12 @@ def _list(invocation: Invocation, options: Any, args: list[str]) -> None:
         print(*map(one_line, names), sep="\n")
 
 
-def _get(invocation: Invocation, options: Any, args: list[str]) -> None:
+def _print_configuration(invocation: Invocation, options: Any, args: list[str]) -> None:
     """Print a node's configuration as a Python dictionary, which is also YAML."""
     check_arguments(args, "a node name")
     values = None
     with invocation.open_node() as node:  # Ctrl-C stops waiting and leaves this block silently
-        values = Server(invocation, node, args[0], options.timeout).configuration()
+        values = ReconfigureServer(invocation, node, args[0], options.timeout).configuration()
     if values is None:
         return
     if options.json:
@@ -38,23 +38,23 @@ def _get(invocation: Invocation, options: Any, args: list[str]) -> None:
         print(values)
 
 
-def _dump(invocation: Invocation, options: Any, args: list[str]) -> int:
-    """Write a node's configuration to a file."""
+def _dump_configuration(invocation: Invocation, options: Any, args: list[str]) -> int:
+    """Write a node's configuration to a file. Return the exit code."""
     from pyros1.cli.commands.dynparam._files import file_text  # noqa: PLC0415 - not needed for help
 
     check_arguments(args, "a node name", "an output file")
-    name, path = args
+    node_name, path = args
     code = 0
     with invocation.open_node() as node:
-        values = Server(invocation, node, name, options.timeout).configuration()
+        values = ReconfigureServer(invocation, node, node_name, options.timeout).configuration()
         if values is None:
-            code = report_failure(invocation, f"couldn't get parameters from node {name}")
+            code = report_failure(invocation, f"couldn't get parameters from node {node_name}")
         else:
-            _write(path, file_text(values))
+            _write_file(path, file_text(values))
     return code
 
 
-def _write(path: str, text: str) -> None:
+def _write_file(path: str, text: str) -> None:
     try:
         write_atomically(path, text)
     except OSError as error:
@@ -68,7 +68,7 @@ VERBS = [
         JSON_FLAG,
         usage="",
         examples=[("", "list the nodes whose parameters can be changed while they are running")],
-        run=_list,
+        run=_print_nodes,
     ),
     Verb(
         "get",
@@ -78,7 +78,7 @@ VERBS = [
         Argument("node", "configurable"),
         examples=[("/camera", "print all parameters of a node"), ("--json /camera", "print JSON for programs")],
         parse=parse_with_negative_numbers,
-        run=_get,
+        run=_print_configuration,
     ),
     Verb(
         "dump",
@@ -88,6 +88,6 @@ VERBS = [
         Argument("file", "file"),
         examples=[("/camera outdoors.yaml", "save a node's configuration")],
         parse=parse_with_negative_numbers,
-        run=_dump,
+        run=_dump_configuration,
     ),
 ]

@@ -1,4 +1,4 @@
-"""``dynparam set``, ``load`` and ``set_from_parameters``."""
+"""``dynparam set``, ``load`` and ``set_from_parameters``: change the configuration of a node."""
 
 from __future__ import annotations
 
@@ -13,40 +13,40 @@ from pyros1.cli.parsing import parse_with_negative_numbers
 from pyros1.cli.records import Argument, Verb
 from pyros1.ground.errors import ParameterNotSetError
 
-_EXPECTED = "either a node name, parameter name and parameter value, or a node name and a YAML dictionary"
+_EXPECTED_ARGUMENTS = "either a node name, parameter name and parameter value, or a node name and a YAML dictionary"
 
 
-def _set(invocation: Invocation, options: Any, args: list[str]) -> int:
-    """Set one parameter of a node, or those in a YAML dictionary."""
-    check_arguments(args, _EXPECTED, _EXPECTED, max_arguments=3)
-    name, *value_args = args
+def _set_from_arguments(invocation: Invocation, options: Any, args: list[str]) -> int:
+    """Set one parameter of a node, or all parameters in a YAML dictionary. Return the exit code."""
+    check_arguments(args, _EXPECTED_ARGUMENTS, _EXPECTED_ARGUMENTS, max_arguments=3)
+    node_name, *value_args = args
     if len(value_args) == 1:
         from pyros1.values import load_yaml  # noqa: PLC0415 - not needed for help
 
         values = load_yaml(value_args[0])
         if not isinstance(values, dict):
-            raise UsageError(f"invalid arguments. Please specify {_EXPECTED}")
+            raise UsageError(f"invalid arguments. Please specify {_EXPECTED_ARGUMENTS}")
     else:
         values = {value_args[0]: value_args[1]}
-    return change_with_new_node(invocation, name, values, options.timeout)
+    return change_with_new_node(invocation, node_name, values, options.timeout)
 
 
-def _load(invocation: Invocation, options: Any, args: list[str]) -> int:
-    """Set the parameters of a node from a file."""
+def _set_from_file(invocation: Invocation, options: Any, args: list[str]) -> int:
+    """Set the parameters of a node from a file. Return the exit code."""
     from pyros1.cli.commands.dynparam._files import read_file_text  # noqa: PLC0415 - not needed for help
 
     check_arguments(args, "a node name", "an input file")
-    name, path = args
+    node_name, path = args
     try:
         with open(path, encoding="utf-8") as file:
             text = file.read()
     except (OSError, UnicodeDecodeError) as error:
         raise CommandError(f"cannot read [{path}]: {getattr(error, 'strerror', None) or error}") from None
-    return change_with_new_node(invocation, name, read_file_text(text, path), options.timeout)
+    return change_with_new_node(invocation, node_name, read_file_text(text, path), options.timeout)
 
 
 def _set_from_parameters(invocation: Invocation, options: Any, args: list[str]) -> int:
-    """Set the parameters of a node to the private parameters of this command's node."""
+    """Set the parameters of a node to the private parameters of this command's node. Return the exit code."""
     check_arguments(args, "a node name")
     code = 0
     with invocation.open_node() as node:
@@ -76,7 +76,7 @@ VERBS = [
             ('/camera "{exposure: 0.02, auto: false}"', "set several parameters at once"),
         ],
         parse=parse_with_negative_numbers,
-        run=_set,
+        run=_set_from_arguments,
     ),
     Verb(
         "load",
@@ -86,7 +86,7 @@ VERBS = [
         Argument("file", "file"),
         examples=[("/camera outdoors.yaml", "load a file from `dump`, or plain YAML")],
         parse=parse_with_negative_numbers,
-        run=_load,
+        run=_set_from_file,
     ),
     Verb(
         "set_from_parameters",

@@ -1,4 +1,4 @@
-"""``pyros1 launch``: start the nodes of launch files (L147-L172, https://wiki.ros.org/roslaunch/Commandline%20Tools)."""
+"""``pyros1 launch``: runs launch files (L147-L172, https://wiki.ros.org/roslaunch/Commandline%20Tools)."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from pyros1.cli.shared.launching import launch, print_exception
 from pyros1.ground.errors import Error
 from pyros1.launch.reading.words import WordsError, find_files, parse_arguments
 
-_EXCLUSIVE = ("node_list", "find_node", "node_args", "ros_args")
-"""Mutually exclusive queries."""
-_QUERIES = (*_EXCLUSIVE, "dump_params", "file_list", "graph", "tree")
+_EXCLUSIVE_QUERIES = ("node_list", "find_node", "node_args", "ros_args")
+"""The queries of which only one can be given."""
+_QUERIES = (*_EXCLUSIVE_QUERIES, "dump_params", "file_list", "graph", "tree")
 """All queries. They start nothing."""
 _TOOLS = ("--deps", "--logs", "--complete")
 """First arguments that select another tool, which receives the remaining arguments, see `_tools`."""
@@ -37,7 +37,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
         return run_child(options, args)
     _check_usage(options, args)
     try:
-        return _run(options, args, parse_arguments(invocation.argv))
+        return _launch_or_query(options, args, parse_arguments(invocation.argv))
     except WordsError as error:
         raise UsageError(str(error)) from None
     except UsageError:
@@ -48,10 +48,10 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
 
 
 def _check_usage(options: Any, args: list[str]) -> None:
-    misplaced = [option for option in _TOOLS if getattr(options, f"tool_{option[2:]}")]
-    if misplaced:
-        raise UsageError(f"{misplaced[0]} must be the first argument")
-    if sum(bool(getattr(options, name)) for name in _EXCLUSIVE) > 1:
+    misplaced_options = [option for option in _TOOLS if getattr(options, f"tool_{option[2:]}")]
+    if misplaced_options:
+        raise UsageError(f"{misplaced_options[0]} must be the first argument")
+    if sum(bool(getattr(options, name)) for name in _EXCLUSIVE_QUERIES) > 1:
         raise UsageError("only one of --nodes, --find-node, --args and --ros-args can be given")
     if not args and not options.core:
         raise UsageError("you must specify at least one input file")
@@ -59,7 +59,7 @@ def _check_usage(options: Any, args: list[str]) -> None:
         raise UsageError("input files are not allowed in core mode")
 
 
-def _run(options: Any, args: list[str], arguments: dict[str, str]) -> int:
+def _launch_or_query(options: Any, args: list[str], arguments: dict[str, str]) -> int:
     # These are not needed for help or invalid command lines.
     from pyros1.launch.reading.loader import load_plan  # noqa: PLC0415
     from pyros1.launch.reading.world import make_resources  # noqa: PLC0415
@@ -87,7 +87,10 @@ def _run(options: Any, args: list[str], arguments: dict[str, str]) -> int:
 
 
 def _is_folder(args: list[str]) -> bool:
-    """Return whether the only argument besides ``NAME=VALUE`` is a folder. With others, it may be a package name."""
+    """Return whether the only argument besides ``NAME=VALUE`` is a folder.
+
+    If there are several arguments, the first may be the name of a package instead.
+    """
     paths = [arg for arg in args if "=" not in arg]
     return len(paths) == 1 and os.path.isdir(paths[0])
 

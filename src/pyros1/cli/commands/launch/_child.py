@@ -1,4 +1,4 @@
-"""``pyros1 launch -c NAME -u URI --run_id ID``: the child of a stock launcher on another machine (L151-L153)."""
+"""``pyros1 launch -c NAME -u URI --run_id ID``: runs as the child of stock's launcher elsewhere (L151-L153)."""
 
 from __future__ import annotations
 
@@ -21,7 +21,10 @@ def run_child(parsed_options: Any, args: list[str]) -> int:
         args: the positional arguments.
 
     Returns:
-        The exit code: 1 if the parent cannot be served.
+        The exit code: 1 if the parent cannot be served, otherwise 0.
+
+    Raises:
+        UsageError: a required option is missing, or files are given.
     """
     for option in ("server_uri", "run_id"):
         if not getattr(parsed_options, option):

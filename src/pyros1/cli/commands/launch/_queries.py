@@ -1,4 +1,4 @@
-"""The queries of ``pyros1 launch``, which start nothing (X06)."""
+"""The queries of ``pyros1 launch``, which print information about launch files and start nothing (X06)."""
 
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ def _format_names(names: list[str], options: Any) -> str:
 
 
 class _UnknownNodeError(LaunchError, LookupError):
-    """No node has this name."""
+    """No node has the requested name."""
 
 
 def _find_node(plan: Plan, name: str, files: list[str], resources: Resources) -> NodePlan:

@@ -39,7 +39,7 @@ def run_tool(argv: list[str]) -> int:
     return run_verb(TOOLS[name], Invocation(f"launch {name}", f"roslaunch-{name[2:]}", args, with_verb=False))
 
 
-def _deps(invocation: Invocation, options: Any, files: list[str]) -> int:
+def _print_needed_packages(invocation: Invocation, options: Any, files: list[str]) -> int:
     """Print the packages that launch files need: ``pyros1 launch --deps``, ``roslaunch-deps``.
 
     Returns:
@@ -47,9 +47,9 @@ def _deps(invocation: Invocation, options: Any, files: list[str]) -> int:
     """
     if not files:
         raise UsageError("please specify a launch file")
-    missing = [file for file in files if not os.path.exists(file)]
-    if missing:
-        raise UsageError(f"cannot locate {','.join(missing)}")
+    missing_files = [file for file in files if not os.path.exists(file)]
+    if missing_files:
+        raise UsageError(f"cannot locate {','.join(missing_files)}")
     try:
         _check_same_package(files)
         resources = replace(make_resources(), run_command=lambda args: "", read_bytes=_read_if_exists)
@@ -58,8 +58,8 @@ def _deps(invocation: Invocation, options: Any, files: list[str]) -> int:
             plan = load_plan([file], parse_arguments(invocation.argv), resources)
             needs_by_file.update({needs_of_file.file: needs_of_file for needs_of_file in file_needs(plan)})
             if options.verbose:
-                for loaded in plan.files:
-                    print(f"processing {'' if loaded == file else 'included '}launch {loaded}")
+                for loaded_file in plan.files:
+                    print(f"processing {'' if loaded_file == file else 'included '}launch {loaded_file}")
         if options.warn:
             print("Dependencies:")
         if options.verbose:
@@ -85,7 +85,7 @@ def _deps(invocation: Invocation, options: Any, files: list[str]) -> int:
 
 
 def _read_if_exists(path: str) -> bytes:
-    """Return the contents of a file, or nothing if it does not exist, since parameter values do not matter here."""
+    """Return the contents of a file; empty if it does not exist, since parameter values do not matter here."""
     try:
         return Path(path).read_bytes()
     except FileNotFoundError:
@@ -114,7 +114,7 @@ def _parse_files(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:
     return parse_arg_list(invocation, verb, [arg for arg in invocation.argv if ":=" not in arg])
 
 
-def _logs(invocation: Invocation, options: Any, args: list[str]) -> int:
+def _print_log_folder(invocation: Invocation, options: Any, args: list[str]) -> int:
     """Print the log folder of the running master: ``pyros1 launch --logs``, ``roslaunch-logs``.
 
     Returns:
@@ -138,7 +138,7 @@ def _logs(invocation: Invocation, options: Any, args: list[str]) -> int:
     return 0
 
 
-def _complete(invocation: Invocation, options: Any, args: list[str]) -> int:
+def _print_arg_names(invocation: Invocation, options: Any, args: list[str]) -> int:
     """Print the names of a file's arguments on one line: ``pyros1 launch --complete``, ``roslaunch-complete``.
 
     The command's arguments are the words typed so far: a file, or a package and a file, possibly followed by others.
@@ -157,7 +157,7 @@ def _complete(invocation: Invocation, options: Any, args: list[str]) -> int:
     return 0
 
 
-def _check(invocation: Invocation, options: Any, args: list[str]) -> int:
+def _run_roslaunch_check(invocation: Invocation, options: Any, args: list[str]) -> int:
     """Run ``roslaunch-check``, whose options differ from those of ``pyros1 launch --check``."""
     try:
         return check_package_files(args, parse_arguments(invocation.argv), options)
@@ -177,7 +177,7 @@ TOOLS = {
         Argument("<file(s)...>", "launch_file", repeatable=True),
         usage="[options] <file(s)...>",
         parse=_parse_files,
-        run=_deps,
+        run=_print_needed_packages,
     ),
     "--check": Verb(
         "",
@@ -192,16 +192,18 @@ TOOLS = {
         Flag("-i", "--ignore-unset-args", help="accept <arg>s without a value"),
         usage="[options] <file|folder> [NAME=VALUE...]",
         parse=_parse_files,
-        run=_check,
+        run=_run_roslaunch_check,
     ),
-    "--logs": Verb("", "", parse=parse_all_args, run=_logs),
-    "--complete": Verb("", "", parse=leave_unparsed, run=_complete),
+    "--logs": Verb("", "", parse=parse_all_args, run=_print_log_folder),
+    "--complete": Verb("", "", parse=leave_unparsed, run=_print_arg_names),
 }
 """The tools by the first argument that selects them."""
 
 
 def check_package_files(args: list[str], arguments: dict[str, str], options: Any) -> int:
-    """Check a launch file or all in a folder. Write JUnit results: ``pyros1 launch --check -o``, ``roslaunch-check``.
+    """Check a launch file, or all those in a folder, for ``pyros1 launch --check -o`` and ``roslaunch-check``.
+
+    With ``-o``, JUnit results are written.
 
     Args:
         args: the file or folder, followed by environment variables as ``NAME=VALUE``.
@@ -209,16 +211,16 @@ def check_package_files(args: list[str], arguments: dict[str, str], options: Any
         options: the parsed options; ``output_file``, ``test_depends`` and ``ignore_unset_args`` are used.
 
     Returns:
-        The exit code: 1 if there are problems.
+        The exit code: 1 if there are problems, otherwise 0.
     """
     from pyros1.launch.testing.junit import Case, Results, write_results  # noqa: PLC0415 - only this tool needs it
 
     if not args:
         raise UsageError("please specify a file or directory for roslaunch files to test")
     target, *variables = args
-    invalid = [arg for arg in variables if "=" not in arg]
-    if invalid:
-        raise UsageError(f"{invalid[0]} is not of the form NAME=VALUE")
+    invalid_args = [arg for arg in variables if "=" not in arg]
+    if invalid_args:
+        raise UsageError(f"{invalid_args[0]} is not of the form NAME=VALUE")
     if not os.path.exists(target):
         raise UsageError(f"cannot locate {target}")
     resources = make_resources()
@@ -230,11 +232,11 @@ def check_package_files(args: list[str], arguments: dict[str, str], options: Any
         if problems:
             texts.append(f"[{file}]:\n\t" + "\n\t".join(problems))
     folder, package = enclosing_package(Path(target, "x") if os.path.isdir(target) else Path(target))
-    relative = Path(target).resolve().relative_to(folder)
-    name = "" if relative == Path() else re.sub(r"[/.]", "_", str(relative))
+    relative_path = Path(target).resolve().relative_to(folder)
+    case_name = "" if relative_path == Path() else re.sub(r"[/.]", "_", str(relative_path))
     if options.output_file:
         path = Path(options.output_file)
-        case = Case(f"{package}_{name}", "roslaunch.RoslaunchCheck", 1.0)
+        case = Case(f"{package}_{case_name}", "roslaunch.RoslaunchCheck", 1.0)
         case.failures = [("", "\n".join([f"roslaunch check [{target}] failed", *texts]))] if texts else []
         print(f"...writing test results to {path}")
         try:
@@ -264,7 +266,7 @@ def _find_problems(file: str, arguments: dict[str, str], resources: Resources, o
     errors: list[LaunchError] = []
     plan = load_plan([file], arguments, resources, problems=errors)
     if options.ignore_unset_args:
-        errors = [error for error in errors if not _is_unset_arg(error)]
+        errors = [error for error in errors if not _is_about_unset_arg(error)]
     texts = [*map(str, errors), *map(str, missing_parts(plan, resources.packages, resources.environ))]
     if not called_as("roslaunch-check"):
         texts += map(str, unrunnable_python(plan, resources.packages, resources.environ))
@@ -274,7 +276,7 @@ def _find_problems(file: str, arguments: dict[str, str], resources: Resources, o
     return texts
 
 
-def _is_unset_arg(error: BaseException | None) -> bool:
+def _is_about_unset_arg(error: BaseException | None) -> bool:
     while error is not None and not isinstance(error, ArgNotSetError):
         error = error.__cause__
     return error is not None

@@ -1,4 +1,4 @@
-"""``pyros1 log``: rosconsole (L176)."""
+"""``pyros1 log``: gets and sets log levels, and prints log messages, like rosconsole (L176)."""
 
 from __future__ import annotations
 

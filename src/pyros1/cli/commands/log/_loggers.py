@@ -1,4 +1,4 @@
-"""Log levels and the two logging services of each node."""
+"""Log levels, and calls of the two services with which each node's loggers are read and set."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ if TYPE_CHECKING:
     from pyros1.node import Node
 
 LEVELS = ("debug", "info", "warn", "error", "fatal")
-"""Names of the levels. The number of a level is 1 shifted left by the level's index in this list."""
+"""Names of the levels. The number of a level is 1 shifted left by its index in this tuple."""
 
 
 def get_loggers(invocation: Invocation, node: Node, node_name: str) -> dict[str, str]:
-    """Return the levels of a node's loggers by name."""
+    """Return the level of each of a node's loggers by the logger's name."""
     response = call_logger_service(invocation, node, node_name, "get_loggers", {})
     return {logger.name: logger.level for logger in response.loggers}
 
 
-def unknown_logger_error(invocation: Invocation, node: str, logger: str, loggers: dict[str, str]) -> CommandError:
+def unknown_logger_error(invocation: Invocation, node_name: str, logger: str, loggers: dict[str, str]) -> CommandError:
     """Return the error to raise if a node has no logger of a given name."""
-    message = f"node {node} does not contain logger {one_line(logger)}{did_you_mean(logger, loggers)}"
+    message = f"node {node_name} does not contain logger {one_line(logger)}{did_you_mean(logger, loggers)}"
     return CommandError(f"{invocation.program}: error: {message}", 2, plain=True)
 
 

@@ -1,4 +1,4 @@
-"""Log messages as they arrive."""
+"""Receives the log messages of all nodes, and converts them for output."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ if TYPE_CHECKING:
 
 _POLL_PERIOD = 0.2
 COLOURS = {1: "\x1b[94m", 2: "\x1b[92m", 4: "\x1b[93m", 8: "\x1b[91m", 16: "\x1b[95m"}
+"""The escape sequence for each level's colour by the level's number."""
 BOLD, DIM, RESET = "\x1b[1m", "\x1b[2m", "\x1b[0m"
 
 
@@ -25,7 +26,7 @@ def receive_messages(invocation: Invocation, topic: str | None = None) -> Iterat
         topic: the full name of the topic to read; None for ``/rosout_agg`` if it is published, otherwise ``/rosout``.
     """
     if topic is None:
-        # The aggregator provides all messages over one connection. Without it, each node needs a connection.
+        # The aggregator provides all messages over one connection. Without it, a connection to each node is needed.
         topic = "/rosout_agg" if invocation.graph.state().publishers.get("/rosout_agg") else "/rosout"
     inbox: queue.SimpleQueue[Message] = queue.SimpleQueue()
     with invocation.open_node() as node, node.subscribe(topic, "rosgraph_msgs/Log", inbox.put):
@@ -42,7 +43,7 @@ def level_name(number: int) -> str:
 
 
 def as_json(message: Any) -> dict[str, Any]:
-    """Return a message as JSON values: level, node, text, time in seconds and source location."""
+    """Return a message as a JSON object: level, node, text, time in seconds and source location."""
     return {
         "level": level_name(message.level),
         "node": message.name,

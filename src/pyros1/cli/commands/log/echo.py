@@ -1,4 +1,4 @@
-"""``log echo``."""
+"""``log echo``: prints log messages as they arrive."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from pyros1.cli.commands.log._messages import BOLD, COLOURS, RESET, as_json, lev
 from pyros1.cli.failures import CommandError
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Flag, Option, Verb
-from pyros1.cli.shared.printing import print_json, use_colour
+from pyros1.cli.shared.printing import print_json, should_use_colour
 from pyros1.ground.terminal_text import lines, one_line
 
 _DEFAULT_LEVEL = "warn"
@@ -20,18 +20,18 @@ _DEFAULT_LEVEL = "warn"
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
-    """Print messages of all nodes as they arrive."""
+    """Print log messages of the nodes whose names match, as they arrive."""
     try:
         pattern = re.compile(args[0])
     except re.error as error:
         raise CommandError(f"{args[0]!r} is not a regular expression: {error}", 2) from None
-    lowest = 1 << LEVELS.index(options.level or _DEFAULT_LEVEL)
+    lowest_level = 1 << LEVELS.index(options.level or _DEFAULT_LEVEL)
     has_warned = False
-    colour = not options.nocolor and use_colour(sys.stdout)
+    coloured = not options.nocolor and should_use_colour(sys.stdout)
     for message in receive_messages(invocation, options.topic and invocation.resolve(options.topic)):
         if not pattern.search(message.name):
             continue
-        if message.level < lowest:
+        if message.level < lowest_level:
             if options.level is None and not has_warned:
                 has_warned = True
                 level = level_name(message.level)
@@ -44,7 +44,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
         if options.json:
             print_json(as_json(message))
         else:
-            print(format_message(message, colour=colour, verbose=options.verbose))
+            print(format_message(message, coloured=coloured, verbose=options.verbose))
         sys.stdout.flush()
         if options.once:
             return
@@ -92,21 +92,21 @@ VERB = Verb(
 )
 
 
-def format_message(message: Any, *, colour: bool = False, verbose: bool = False) -> str:
+def format_message(message: Any, *, coloured: bool = False, verbose: bool = False) -> str:
     """Return a message as one or more lines of text.
 
     Args:
         message: a rosgraph_msgs/Log message.
-        colour: whether to use escape sequences for colours.
+        coloured: whether to use escape sequences for colours.
         verbose: whether to add a line with the time and source location.
     """
     level, name = level_name(message.level).upper(), one_line(message.name)
     label = f"{level:5}"
-    if colour:
+    if coloured:
         label, name = f"{COLOURS.get(message.level, '')}{label}{RESET}", f"{BOLD}{name}{RESET}"
     text = f"[ {label} ] [{name}]: " + lines(message.msg).replace(
         "\n", "\n  "
-    )  # so that no line looks like another message
+    )  # indented, so that no line looks like another message
     if not verbose:
         return text
     stamp = message.header.stamp

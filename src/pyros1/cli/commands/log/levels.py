@@ -1,4 +1,4 @@
-"""``log list``, ``get`` and ``set``: loggers and their levels."""
+"""``log list``, ``get`` and ``set``: print and set the levels of a node's loggers."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from pyros1.cli.shared.printing import print_json
 from pyros1.ground.terminal_text import one_line
 
 
-def _list(invocation: Invocation, options: Any, args: list[str]) -> None:
+def _print_loggers(invocation: Invocation, options: Any, args: list[str]) -> None:
     """Print the loggers of a node."""
     if not args:
         raise UsageError("you must specify a node to list loggers")
@@ -26,33 +26,33 @@ def _list(invocation: Invocation, options: Any, args: list[str]) -> None:
             print(*map(one_line, loggers), sep="\n")
 
 
-def _get(invocation: Invocation, options: Any, args: list[str]) -> None:
+def _print_level(invocation: Invocation, options: Any, args: list[str]) -> None:
     """Print the level of a logger."""
     if len(args) < 2:
         raise UsageError("you must specify a node and a logger")
-    name, logger = invocation.resolve(args[0]), args[1]
+    node_name, logger = invocation.resolve(args[0]), args[1]
     with invocation.open_node() as node:
-        loggers = get_loggers(invocation, node, name)
+        loggers = get_loggers(invocation, node, node_name)
         if logger not in loggers:
-            raise unknown_logger_error(invocation, name, logger, loggers)
+            raise unknown_logger_error(invocation, node_name, logger, loggers)
         if options.json:
             print_json(loggers[logger])
         else:
             print(one_line(loggers[logger]))
 
 
-def _set(invocation: Invocation, options: Any, args: list[str]) -> None:
+def _set_level(invocation: Invocation, options: Any, args: list[str]) -> None:
     """Set the level of a logger."""
     if len(args) < 3:
         raise UsageError("you must specify a node, a logger and a level")
-    name, logger, level = invocation.resolve(args[0]), args[1], args[2].lower()
+    node_name, logger, level = invocation.resolve(args[0]), args[1], args[2].lower()
     if level not in LEVELS:
         raise UsageError(f"invalid level{did_you_mean(level, LEVELS)}")
     with invocation.open_node() as node:
-        loggers = get_loggers(invocation, node, name)
+        loggers = get_loggers(invocation, node, node_name)
         if logger not in loggers:
-            raise unknown_logger_error(invocation, name, logger, loggers)
-        call_logger_service(invocation, node, name, "set_logger_level", {"logger": logger, "level": level})
+            raise unknown_logger_error(invocation, node_name, logger, loggers)
+        call_logger_service(invocation, node, node_name, "set_logger_level", {"logger": logger, "level": level})
 
 
 VERBS = [
@@ -63,7 +63,7 @@ VERBS = [
         Argument("node", "node"),
         usage="<node>",
         examples=[("/talker", "print the loggers of a node")],
-        run=_list,
+        run=_print_loggers,
     ),
     Verb(
         "get",
@@ -73,7 +73,7 @@ VERBS = [
         Argument("logger"),
         usage="<node> <logger>",
         examples=[("/talker rosout", "print the level of one logger")],
-        run=_get,
+        run=_print_level,
     ),
     Verb(
         "set",
@@ -84,6 +84,6 @@ VERBS = [
         Argument("level"),
         usage=f"<node> <logger> <level>\n\n <level> must be one of [{', '.join(LEVELS)}]",
         examples=[("/talker rosout debug", "log more messages of a node until it exits")],
-        run=_set,
+        run=_set_level,
     ),
 ]

@@ -1,4 +1,4 @@
-"""``pyros1 msg``: rosmsg (L86-L89)."""
+"""``pyros1 msg``: shows message types, like rosmsg (L86-L89)."""
 
 from __future__ import annotations
 

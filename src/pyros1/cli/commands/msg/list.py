@@ -1,4 +1,4 @@
-"""``msg list``, ``package`` and ``packages`` (L88, L89)."""
+"""``msg list``, ``package`` and ``packages``: print the names of types and packages (L88, L89)."""
 
 from __future__ import annotations
 
@@ -9,36 +9,39 @@ from typing import Any
 from pyros1.cli.failures import EX_USAGE, UsageError, did_you_mean, fail
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Flag, Verb
-from pyros1.cli.shared.definitions import JSON_LIST_FLAG, MESSAGE_KIND, Kind, library, read_name_from_stdin
+from pyros1.cli.shared.definitions import JSON_LIST_FLAG, MESSAGE_KIND, DefinitionKind, library, read_name_from_stdin
 from pyros1.cli.shared.printing import print_json
 
 
-def _list(kind: Kind, invocation: Invocation, options: Any, args: list[str]) -> None:
-    """Print all types."""
-    names = [name for package in library().packages() for name in kind.names(library(), package)]
+def _print_all_types(kind: DefinitionKind, invocation: Invocation, options: Any, args: list[str]) -> None:
+    """Print the types in all packages."""
+    names = [name for package in library().packages() for name in kind.type_names(library(), package)]
     if options.json:
         print_json(names)
     elif names:
         print(*names, sep="\n")
 
 
-def _package(kind: Kind, invocation: Invocation, options: Any, args: list[str]) -> None:
-    """Print the types of a package."""
+def _print_types_in_package(kind: DefinitionKind, invocation: Invocation, options: Any, args: list[str]) -> None:
+    """Print the types in a package."""
     if len(args) > 1:
-        raise UsageError(f"you may only specify one {kind.word} type")  # like stock, although it is a package
-    name = args[0] if args else read_name_from_stdin()
-    if not library().has_package(name):
+        raise UsageError(f"you may only specify one {kind.word} type")  # like stock, although the argument is a package
+    package_name = args[0] if args else read_name_from_stdin()
+    if not library().has_package(package_name):
         from pyros1.finding.packages import PackageIndex  # noqa: PLC0415 - only needed after a failure
 
         packages = PackageIndex(os.environ).paths()
-        if name not in packages:
-            fail(f"Invalid package: {name}{did_you_mean(name, {*packages, *library().packages()})}", EX_USAGE)
-    _print_names(kind.names(library(), name), options)
+        if package_name not in packages:
+            fail(
+                f"Invalid package: {package_name}{did_you_mean(package_name, {*packages, *library().packages()})}",
+                EX_USAGE,
+            )
+    _print_names(kind.type_names(library(), package_name), options)
 
 
-def _packages(kind: Kind, invocation: Invocation, options: Any, args: list[str]) -> None:
+def _print_packages(kind: DefinitionKind, invocation: Invocation, options: Any, args: list[str]) -> None:
     """Print the packages that contain message or service types."""
-    _print_names([name for name in library().packages() if kind.names(library(), name)], options)
+    _print_names([name for name in library().packages() if kind.type_names(library(), name)], options)
 
 
 def _print_names(names: list[str], options: Any) -> None:
@@ -48,12 +51,12 @@ def _print_names(names: list[str], options: Any) -> None:
         print(*names, sep=" " if options.single_line else "\n")
 
 
-def make_verbs(kind: Kind, example_package: str) -> list[Verb]:
-    """Return the verbs for messages or services.
+def make_verbs(kind: DefinitionKind, example_package: str) -> list[Verb]:
+    """Return the three verbs for messages or services.
 
     Args:
         kind: messages or services.
-        example_package: a package that contains them, for the examples.
+        example_package: a package that contains such types, for the examples.
     """
     return [
         Verb(
@@ -62,7 +65,7 @@ def make_verbs(kind: Kind, example_package: str) -> list[Verb]:
             JSON_LIST_FLAG,
             usage="",
             examples=[("", "list all types"), ("--json", "print JSON for programs")],
-            run=partial(_list, kind),
+            run=partial(_print_all_types, kind),
         ),
         Verb(
             "package",
@@ -72,7 +75,7 @@ def make_verbs(kind: Kind, example_package: str) -> list[Verb]:
             Argument("package", "package"),
             usage="<package>",
             examples=[(example_package, "list the types of a package")],
-            run=partial(_package, kind),
+            run=partial(_print_types_in_package, kind),
         ),
         Verb(
             "packages",
@@ -81,7 +84,7 @@ def make_verbs(kind: Kind, example_package: str) -> list[Verb]:
             JSON_LIST_FLAG,
             usage="",
             examples=[("", f"list packages that contain {kind.word}s")],
-            run=partial(_packages, kind),
+            run=partial(_print_packages, kind),
         ),
     ]
 

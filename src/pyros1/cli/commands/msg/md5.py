@@ -1,4 +1,4 @@
-"""``msg md5`` (L88)."""
+"""``msg md5``: prints the checksum of a type (L88)."""
 
 from __future__ import annotations
 
@@ -8,34 +8,46 @@ from typing import Any
 
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Verb
-from pyros1.cli.shared.definitions import MESSAGE_KIND, Kind, find_full_names, library, similar_name_hint, type_argument
+from pyros1.cli.shared.definitions import (
+    MESSAGE_KIND,
+    DefinitionKind,
+    find_full_names,
+    library,
+    parse_type_argument,
+    similar_name_hint,
+)
 from pyros1.ground.errors import UnknownTypeError
 
 
-def _run(kind: Kind, invocation: Invocation, options: Any, args: list[str]) -> None:
+def _print_checksum(kind: DefinitionKind, invocation: Invocation, options: Any, args: list[str]) -> None:
     """Print a type's checksum. For an unknown type, print an error to stderr and return 0, like stock."""
-    name = type_argument(kind, args)
-    names, lacks_package = find_full_names(kind, name)
+    type_name = parse_type_argument(kind, args)
+    names, lacks_package = find_full_names(kind, type_name)
     if lacks_package and not names:
-        print(f"No {kind.word}s matching the name [{name}]", file=sys.stderr)
+        print(f"No {kind.word}s matching the name [{type_name}]", file=sys.stderr)
     for full_name in names:
         try:
-            checksum = library().digests.md5(kind.spec(library(), full_name))
+            checksum = library().digests.md5(kind.load_spec(library(), full_name))
         except UnknownTypeError:
             print(f"Cannot locate [{full_name}]{similar_name_hint(kind, full_name)}", file=sys.stderr)
             continue
         print(f"[{full_name}]: {checksum}" if lacks_package else checksum)
 
 
-def make_verb(kind: Kind, *examples: tuple[str, str]) -> Verb:
-    """Return the verb for messages or services."""
+def make_verb(kind: DefinitionKind, *examples: tuple[str, str]) -> Verb:
+    """Return the verb for messages or services.
+
+    Args:
+        kind: messages or services.
+        examples: the examples, see `Verb`.
+    """
     return Verb(
         "md5",
         f"Display {kind.word} md5sum",
         Argument("type", kind.completion_kinds),
         usage=f"<{kind.word} type>",
         examples=examples,
-        run=partial(_run, kind),
+        run=partial(_print_checksum, kind),
     )
 
 

@@ -1,4 +1,4 @@
-"""``msg show`` and ``msg info`` (L86)."""
+"""``msg show`` and ``msg info``: print the definition of a type (L86)."""
 
 from __future__ import annotations
 
@@ -11,7 +11,14 @@ from typing import TYPE_CHECKING, Any
 from pyros1.cli.failures import CommandError, fail
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Flag, Option, Verb
-from pyros1.cli.shared.definitions import MESSAGE_KIND, Kind, find_full_names, library, similar_name_hint, type_argument
+from pyros1.cli.shared.definitions import (
+    MESSAGE_KIND,
+    DefinitionKind,
+    find_full_names,
+    library,
+    parse_type_argument,
+    similar_name_hint,
+)
 from pyros1.cli.shared.options import CHUNK_LIMIT_OPTION
 from pyros1.ground.errors import DefinitionError, UnknownTypeError
 
@@ -19,30 +26,30 @@ if TYPE_CHECKING:
     from pyros1.msgs.spec import MessageSpec, ServiceSpec
 
 MAX_LINES = 100_000
-"""Maximum number of lines of one expanded type. Nested types can multiply the number of lines at each level."""
+"""Maximum number of lines in an expanded definition. Each level of nested types can multiply the number of lines."""
 
 
-def _run(kind: Kind, invocation: Invocation, options: Any, args: list[str]) -> None:
-    """Print a definition."""
-    name = type_argument(kind, args)
+def _print_definition(kind: DefinitionKind, invocation: Invocation, options: Any, args: list[str]) -> None:
+    """Print the definition of a type, by default with nested types expanded."""
+    type_name = parse_type_argument(kind, args)
     if options.bag:
-        for text in _definitions_in_bag(options.bag, name, options.raw):
+        for text in _definitions_in_bag(options.bag, type_name, options.raw):
             print(text)
         return
-    names, lacks_package = find_full_names(kind, name)
+    names, lacks_package = find_full_names(kind, type_name)
     if not names:
-        fail(f"Could not find msg '{name}'{similar_name_hint(kind, name)}")
+        fail(f"Could not find msg '{type_name}'{similar_name_hint(kind, type_name)}")
     for full_name in names:
         try:
-            spec = kind.spec(library(), full_name)
-            text = spec.text if options.raw else _describe(spec, library().message)
+            spec = kind.load_spec(library(), full_name)
+            text = spec.text if options.raw else _expand(spec, library().message)
         except (DefinitionError, UnknownTypeError) as error:
             message = "Unable to load msg" if kind is MESSAGE_KIND else "Unknown srv type"
             fail(f"{message} [{full_name}]: {error}")
         print((f"[{full_name}]:\n" if lacks_package else "") + text)
 
 
-def make_verbs(kind: Kind, *examples: tuple[str, str]) -> Sequence[Verb]:
+def make_verbs(kind: DefinitionKind, *examples: tuple[str, str]) -> Sequence[Verb]:
     """Return the two verbs for messages or services."""
     parts = (
         Flag("-r", "--raw", help="show raw message text, including comments"),
@@ -52,7 +59,12 @@ def make_verbs(kind: Kind, *examples: tuple[str, str]) -> Sequence[Verb]:
     )
     usage = f"[options] <{kind.word} type>"
     show_verb = Verb(
-        "show", f"Show {kind.word} description", *parts, usage=usage, examples=examples, run=partial(_run, kind)
+        "show",
+        f"Show {kind.word} description",
+        *parts,
+        usage=usage,
+        examples=examples,
+        run=partial(_print_definition, kind),
     )
     info_verb = Verb(
         "info",
@@ -61,7 +73,7 @@ def make_verbs(kind: Kind, *examples: tuple[str, str]) -> Sequence[Verb]:
         usage=usage,
         examples=[(examples[0][0], "do the same as show")],
         stock_about=f"Alias for ros{kind.extension} show",
-        run=partial(_run, kind),
+        run=partial(_print_definition, kind),
     )
     return show_verb, info_verb
 
@@ -74,10 +86,11 @@ VERBS = make_verbs(
 )
 
 
-def _describe(spec: MessageSpec | ServiceSpec, resolve: Callable[[str], MessageSpec]) -> str:
+def _expand(spec: MessageSpec | ServiceSpec, resolve: Callable[[str], MessageSpec]) -> str:
     """Return a definition with nested types expanded below each field.
 
     Args:
+        spec: the definition.
         resolve: returns the spec for a full type name.
 
     Raises:
@@ -89,7 +102,7 @@ def _describe(spec: MessageSpec | ServiceSpec, resolve: Callable[[str], MessageS
     Digests(resolve).dependencies(spec)  # raises an error if a type contains itself
     parts = (spec,) if isinstance(spec, MessageSpec) else (spec.request, spec.response)
     texts = [
-        "".join(line + "\n" for line in islice(_describe_lines(part, resolve, ""), MAX_LINES + 1)) for part in parts
+        "".join(line + "\n" for line in islice(_expanded_lines(part, resolve, ""), MAX_LINES + 1)) for part in parts
     ]
     if any(text.count("\n") > MAX_LINES for text in texts):
         raise DefinitionError(
@@ -98,17 +111,21 @@ def _describe(spec: MessageSpec | ServiceSpec, resolve: Callable[[str], MessageS
     return "---\n".join(texts)
 
 
-def _describe_lines(spec: MessageSpec, resolve: Callable[[str], MessageSpec], indent: str) -> Iterator[str]:
+def _expanded_lines(spec: MessageSpec, resolve: Callable[[str], MessageSpec], indent: str) -> Iterator[str]:
     for constant in spec.constants:
         yield f"{indent}{constant.type} {constant.name}={constant.text}"
     for field in spec.fields:
         yield f"{indent}{field.type} {field.name}"
         if not field.is_builtin:
-            yield from _describe_lines(resolve(field.base), resolve, indent + "  ")
+            yield from _expanded_lines(resolve(field.base), resolve, indent + "  ")
 
 
 def _definitions_in_bag(path: str, name: str, raw: bool) -> Iterator[str]:
-    """Yield the different definitions of a type in a bag."""
+    """Yield each different definition of a type that a bag contains.
+
+    Raises:
+        CommandError: the bag does not exist, or lacks the definition of a nested type.
+    """
     if not os.path.isfile(path):
         raise CommandError(f"bag file [{path}] does not exist")
     from pyros1 import bag as bags  # noqa: PLC0415 - only needed for bags
@@ -126,12 +143,12 @@ def _definitions_in_bag(path: str, name: str, raw: bool) -> Iterator[str]:
         if raw:
             yield (text if type_name == name else parts[name]).removesuffix("\n")
         else:
-            yield _describe(parse_message(name, parts[name], path), partial(_parse_part, parts, path))
+            yield _expand(parse_message(name, parts[name], path), partial(_parse_definition, parts, path))
 
 
-def _parse_part(definitions: Mapping[str, str], path: str, name: str) -> MessageSpec:
+def _parse_definition(definitions: Mapping[str, str], path: str, type_name: str) -> MessageSpec:
     from pyros1.msgs.spec import parse_message  # noqa: PLC0415
 
-    if name not in definitions:
-        raise CommandError(f"[{path}] has no definition of {name}")
-    return parse_message(name, definitions[name], path)
+    if type_name not in definitions:
+        raise CommandError(f"[{path}] has no definition of {type_name}")
+    return parse_message(type_name, definitions[type_name], path)

@@ -1,4 +1,4 @@
-"""``msg stubs``: type stubs of messages and services for editors and type checkers."""
+"""``msg stubs``: writes type stubs of messages and services for editors and type checkers."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
 
     packages = list(dict.fromkeys(args or library().packages()))
     shipped_library = stubs.shipped_library()
-    written, errors = [], []
+    written_files, errors = [], []
     try:
-        for package in packages:  # packages that these use are appended in the loop
+        for package in packages:  # packages whose types they use are appended in the loop
             try:
-                written += stubs.write_stubs(stubs.generate_stubs(library(), [package]), stubs.STUBS_FOLDER)
+                written_files += stubs.write_stubs(stubs.generate_stubs(library(), [package]), stubs.STUBS_FOLDER)
                 used_packages = sorted(stubs.required_packages(library(), package))
                 packages += [
                     name for name in used_packages if name not in packages and not shipped_library.has_package(name)
@@ -33,7 +33,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
             f"cannot write {error.filename}: {error.strerror}. Stubs are written to the installed pyros1: install it "
             "where you have write permission, for example in a virtual environment"
         ) from None
-    written_packages = {path.parent.name for path in written}
+    written_packages = {path.parent.name for path in written_files}
     count = len(packages) - len(errors)
     if count or not errors:
         print(

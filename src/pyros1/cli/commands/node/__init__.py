@@ -1,4 +1,4 @@
-"""``pyros1 node``: rosnode (L70-L75)."""
+"""``pyros1 node``: lists, inspects and stops nodes, like rosnode (L70-L75)."""
 
 from __future__ import annotations
 

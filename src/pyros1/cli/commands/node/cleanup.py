@@ -1,4 +1,4 @@
-"""``node cleanup`` (L75)."""
+"""``node cleanup``: removes the registrations of nodes that do not respond (L75)."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
     results = run_concurrently({name: partial(_is_responding, graph, name) for name in names}, PING_TIMEOUT + 1.0)
     for result in results.values():
         if isinstance(result, MasterError):
-            raise result  # the nodes are not necessarily dead
-    dead = [name for name, result in results.items() if result is not True]
-    if not dead:
+            raise result  # without the master, it is unknown which nodes respond
+    unresponsive_names = [name for name, result in results.items() if result is not True]
+    if not unresponsive_names:
         return
-    print("Unable to contact the following nodes:\n" + "\n".join(f" * {name}" for name in dead))
+    print("Unable to contact the following nodes:\n" + "\n".join(f" * {name}" for name in unresponsive_names))
     print("Warning: these might include alive and functioning nodes, e.g. in unstable networks.")
     print("Cleanup will purge all information about these nodes from the master.")
     print("Please type y or n to continue:", flush=True)
@@ -42,7 +42,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
             print("aborting")
             return
         print("Please type y or n to continue:", flush=True)
-    for name in dead:
+    for name in unresponsive_names:
         print(f"Unregistering {name}")
         _unregister(invocation, graph, name)
     print("done")
@@ -56,16 +56,16 @@ VERB = Verb(
 )
 
 
-def _is_responding(graph: Graph, name: str) -> bool:
-    uri = graph.node_uri(name)
+def _is_responding(graph: Graph, node_name: str) -> bool:
+    uri = graph.node_uri(node_name)
     if uri is None:
-        return True  # it has unregistered in the meantime
+        return True  # the node has unregistered in the meantime
     node_api = graph.node_api(uri, PING_TIMEOUT)
     try:
         node_api.pid()
     except Error as error:
         sys.stderr.write(
-            f"ERROR: {failure_reason(error, name, uri)}\n"
+            f"ERROR: {failure_reason(error, node_name, uri)}\n"
         )  # one write, since other nodes are pinged concurrently
         return False
     finally:
@@ -73,23 +73,25 @@ def _is_responding(graph: Graph, name: str) -> bool:
     return True
 
 
-def _unregister(invocation: Invocation, graph: Graph, name: str) -> None:
+def _unregister(invocation: Invocation, graph: Graph, node_name: str) -> None:
     """Remove all registrations of a node from the master, on the node's behalf."""
     from pyros1.net.master_client import MasterClient  # noqa: PLC0415
 
-    uri = graph.node_uri(name)
+    uri = graph.node_uri(node_name)
     if uri is None:
         return
-    registrations = graph.state().of_node(name)
-    calls: list[tuple[str, list[str]]] = [("unregisterPublisher", [topic, uri]) for topic in registrations.publications]
-    calls += [("unregisterSubscriber", [topic, uri]) for topic in registrations.subscriptions]
+    registrations = graph.state().of_node(node_name)
+    master_calls: list[tuple[str, list[str]]] = [
+        ("unregisterPublisher", [topic, uri]) for topic in registrations.publications
+    ]
+    master_calls += [("unregisterSubscriber", [topic, uri]) for topic in registrations.subscriptions]
     for service in registrations.services:
         service_uri = graph.service_uri(service)
         if service_uri:
-            calls.append(("unregisterService", [service, service_uri]))
-    master = MasterClient(name, invocation.master.uri, timeout=MASTER_TIMEOUT)
+            master_calls.append(("unregisterService", [service, service_uri]))
+    master = MasterClient(node_name, invocation.master.uri, timeout=MASTER_TIMEOUT)
     try:
-        for method, arguments in calls:
+        for method, arguments in master_calls:
             master.call(method, *arguments)
     finally:
         master.close()

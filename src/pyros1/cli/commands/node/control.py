@@ -1,4 +1,4 @@
-"""``node stop``, ``node start`` and ``node restart``: control of nodes in running launches."""
+"""``node stop``, ``node start`` and ``node restart``: control the nodes of running launches."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ _POLL_PERIOD = 0.05
 _TIMEOUT = 30.0
 
 
-def _run(verb: str, past_participle: str, invocation: Invocation, options: Any, args: list[str]) -> None:
-    """Make launches stop or start nodes, and print the results."""
+def _control_nodes(verb: str, past_participle: str, invocation: Invocation, options: Any, args: list[str]) -> None:
+    """Make launches stop, start or restart nodes, and print the results."""
     if not args:
         raise UsageError("You must specify at least one node name")
     names = [invocation.resolve(arg) for arg in args]
@@ -34,9 +34,9 @@ def _run(verb: str, past_participle: str, invocation: Invocation, options: Any, 
     finally:
         for launch, _ in launches:
             launch.close()
-    unknown = set(names) - {entry.node for _, entry in selected_entries}
-    if unknown:
-        raise CommandError("no running launch has the node " + ", ".join(sorted(unknown)))
+    unknown_names = set(names) - {entry.node for _, entry in selected_entries}
+    if unknown_names:
+        raise CommandError("no running launch has the node " + ", ".join(sorted(unknown_names)))
 
 
 def _make_verb(name: str, past_participle: str, about: str, example: str) -> Verb:
@@ -47,7 +47,7 @@ def _make_verb(name: str, past_participle: str, about: str, example: str) -> Ver
         usage="node1 [node2...]",
         examples=[("/driver", example)],
         stock="",
-        run=partial(_run, name, past_participle),
+        run=partial(_control_nodes, name, past_participle),
     )
 
 

@@ -1,4 +1,4 @@
-"""``node info`` (L71, L72)."""
+"""``node info``: prints the topics, services and connections of nodes (L71, L72)."""
 
 from __future__ import annotations
 
@@ -25,18 +25,21 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
     if options.json:
         state = graph.state()
         print_json(
-            [_node_info(graph, state, name, contact=not options.quiet) for name in map(invocation.resolve, args)]
+            [
+                _node_info(graph, state, node_name, contacts_node=not options.quiet)
+                for node_name in map(invocation.resolve, args)
+            ]
         )
         return
-    for name in map(invocation.resolve, args):
+    for node_name in map(invocation.resolve, args):
         print(_SEPARATOR)
         state = graph.state()
-        print(_description(name, state, graph.published_types()))
-        uri = graph.node_uri(name)
+        print(_registrations_text(node_name, state, graph.published_types()))
+        uri = graph.node_uri(node_name)
         if uri is None:
             sys.stdout.flush()
-            hint = did_you_mean(name, state.nodes())
-            print(f"cannot contact [{name}]: unknown node{hint}", file=sys.stderr)
+            hint = did_you_mean(node_name, state.nodes())
+            print(f"cannot contact [{node_name}]: unknown node{hint}", file=sys.stderr)
         elif not options.quiet:
             _print_connections(graph, state, uri)
 
@@ -57,18 +60,18 @@ VERB = Verb(
 )
 
 
-def _node_info(graph: Graph, state: SystemState, name: str, *, contact: bool) -> dict[str, Any]:
-    registrations = state.of_node(name)
+def _node_info(graph: Graph, state: SystemState, node_name: str, *, contacts_node: bool) -> dict[str, Any]:
+    registrations = state.of_node(node_name)
     info: dict[str, Any] = {
-        "node": name,
-        "uri": graph.node_uri(name),
+        "node": node_name,
+        "uri": graph.node_uri(node_name),
         "publishes": registrations.publications,
         "subscribes": registrations.subscriptions,
         "services": registrations.services,
     }
     if info["uri"] is None:
-        raise CommandError(f"unknown node {name}{did_you_mean(name, state.nodes())}")
-    if contact:
+        raise CommandError(f"unknown node {node_name}{did_you_mean(node_name, state.nodes())}")
+    if contacts_node:
         node_api = graph.node_api(info["uri"])
         try:
             info["pid"] = node_api.pid()
@@ -80,21 +83,21 @@ def _node_info(graph: Graph, state: SystemState, name: str, *, contact: bool) ->
     return info
 
 
-def _description(name: str, state: SystemState, types: dict[str, str]) -> str:
-    """Return the description of a node that ``node info`` prints from the master's data."""
-    registrations = state.of_node(name)
+def _registrations_text(node_name: str, state: SystemState, types: dict[str, str]) -> str:
+    """Return the first part of the output for a node, which only needs data from the master."""
+    registrations = state.of_node(node_name)
 
-    def block(title: str, entries: list[str]) -> str:
+    def format_block(title: str, entries: list[str]) -> str:
         return f"{title}: None\n" if not entries else f"{title}: \n" + "".join(f" * {entry}\n" for entry in entries)
 
-    def with_types(topics: list[str]) -> list[str]:
+    def append_types(topics: list[str]) -> list[str]:
         return [f"{topic} [{types.get(topic, UNKNOWN_TYPE)}]" for topic in topics]
 
     return "\n".join(
         [
-            f"Node [{name}]\n" + block("Publications", with_types(registrations.publications)),
-            block("Subscriptions", with_types(registrations.subscriptions)),
-            block("Services", registrations.services),
+            f"Node [{node_name}]\n" + format_block("Publications", append_types(registrations.publications)),
+            format_block("Subscriptions", append_types(registrations.subscriptions)),
+            format_block("Services", registrations.services),
         ]
     )
 
@@ -119,16 +122,16 @@ def _print_connections(graph: Graph, state: SystemState, uri: str) -> None:
 
 
 def _connection_text(connection: Connection, graph: Graph, state: SystemState) -> str:
-    peer = connection.destination
+    destination = connection.destination
     if connection.direction == "i":
         for name in state.publishers.get(connection.topic, ()):
-            if graph.node_uri(name) == peer:
-                peer = f"{name} ({peer})"
+            if graph.node_uri(name) == destination:
+                destination = f"{name} ({destination})"
                 break
     direction = {"i": "inbound", "o": "outbound"}.get(connection.direction, "unknown")
     if connection.peer is not None:
         direction += f" ({connection.local_port} - {connection.peer}) [{connection.socket}]"
     return (
-        f" * topic: {connection.topic}\n    * to: {peer}\n"
+        f" * topic: {connection.topic}\n    * to: {destination}\n"
         f"    * direction: {direction}\n    * transport: {connection.transport}"
     )

@@ -1,4 +1,4 @@
-"""``node kill`` (L74)."""
+"""``node kill``: asks nodes to shut down (L74)."""
 
 from __future__ import annotations
 
@@ -17,29 +17,30 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
     if options.all and args:
         raise UsageError("invalid arguments with kill all (-a) option")
     graph = invocation.graph
-    running = graph.state().nodes()
+    running_names = graph.state().nodes()
     if options.all:
-        names = running
+        names = running_names
     elif args:
         names = [invocation.resolve(arg) for arg in args]
-        unknown = [name for name in names if name not in running]
-        if unknown:
+        unknown_names = [name for name in names if name not in running_names]
+        if unknown_names:
             raise CommandError(
-                "Unknown node(s):\n" + "\n".join(f" * {name}{did_you_mean(name, running)}" for name in unknown)
+                "Unknown node(s):\n"
+                + "\n".join(f" * {name}{did_you_mean(name, running_names)}" for name in unknown_names)
             )
     else:
-        chosen = _choose(sorted(running))
-        if chosen is None:
+        chosen_name = _choose_node(sorted(running_names))
+        if chosen_name is None:
             return 0
-        names = [chosen]
+        names = [chosen_name]
     if len(names) > 1:
         print("killing:\n" + "\n".join(f" * {name}" for name in names))
     else:
         print(f"killing {names[0]}" if names else "killing:")
-    failed = [name for name in names if not _kill(graph, name)]
-    if failed:
+    failed_names = [name for name in names if not _shut_down(graph, name)]
+    if failed_names:
         sys.stdout.flush()
-        print("ERROR: Failed to kill:\n" + "\n".join(f" * {name}" for name in failed), file=sys.stderr)
+        print("ERROR: Failed to kill:\n" + "\n".join(f" * {name}" for name in failed_names), file=sys.stderr)
         return 1
     print("killed")
     return 0
@@ -56,7 +57,7 @@ VERB = Verb(
 )
 
 
-def _choose(names: list[str]) -> str | None:
+def _choose_node(names: list[str]) -> str | None:
     """Ask the user for the number of a node. Return its name, or None if there are no nodes or the input ends."""
     if not names:
         print("No nodes running")
@@ -72,19 +73,19 @@ def _choose(names: list[str]) -> str | None:
         print("ERROR: please enter a number (ctrl-C to cancel)", flush=True)
 
 
-def _kill(graph: Graph, name: str) -> bool:
-    uri = graph.node_uri(name)
+def _shut_down(graph: Graph, node_name: str) -> bool:
+    uri = graph.node_uri(node_name)
     if uri is None:
         return False
     try:
         node_api = graph.node_api(uri)
-    except ProtocolError as error:  # an invalid address; the other nodes are still shut down
-        print(f"[{name}]: {error}", file=sys.stderr)
+    except ProtocolError as error:  # the node's address is invalid; the other nodes are still shut down
+        print(f"[{node_name}]: {error}", file=sys.stderr)
         return False
     try:
         node_api.shutdown("user request")
     except DeadlineError as error:
-        print(f"[{name}]: {error}; if its process hangs, use kill -9", file=sys.stderr)
+        print(f"[{node_name}]: {error}; if its process hangs, use kill -9", file=sys.stderr)
         return False
     except Error:
         # The node exited before it responded, or was dead already: stock prints killed in both cases.

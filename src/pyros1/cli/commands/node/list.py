@@ -1,4 +1,4 @@
-"""``node list`` (L70)."""
+"""``node list``: prints the registered nodes (L70)."""
 
 from __future__ import annotations
 
@@ -48,9 +48,9 @@ def _check_nodes(invocation: Invocation, uris: dict[str, str | None]) -> dict[st
     from pyros1.doctor.facts import HANGS, REFUSED, Failure  # noqa: PLC0415
     from pyros1.doctor.probe import NODE_TIMEOUT, probe_node  # noqa: PLC0415 - only for --check
 
-    caller = invocation.master.caller_id
+    caller_id = invocation.master.caller_id
     results = run_concurrently(
-        {name: partial(probe_node, caller, uri) for name, uri in uris.items() if uri}, NODE_TIMEOUT + 0.5
+        {name: partial(probe_node, caller_id, uri) for name, uri in uris.items() if uri}, NODE_TIMEOUT + 0.5
     )
     states = {}
     for name, result in results.items():

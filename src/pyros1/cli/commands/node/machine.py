@@ -1,4 +1,4 @@
-"""``node machine`` (L74)."""
+"""``node machine``: prints on which machines nodes run (L74)."""
 
 from __future__ import annotations
 
@@ -20,22 +20,22 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
     if len(args) > 1:
         raise UsageError("please enter only one machine name")
     graph = invocation.graph
-    hosts: dict[str, str] = {}
+    hosts_by_node: dict[str, str] = {}
     for name in graph.state().nodes():
         uri = graph.node_uri(name)
         if uri:
             try:
-                hosts[name] = parse_uri(uri)[0]
+                hosts_by_node[name] = parse_uri(uri)[0]
             except ProtocolError as error:
                 print(f"WARNING: {name} is left out: {error}", file=sys.stderr)
     if not args:
-        _print_names(set(hosts.values()), as_json=options.json)
+        _print_names(set(hosts_by_node.values()), as_json=options.json)
         return
     addresses = _resolve(args[0])
     if not addresses:
         raise CommandError(f"cannot resolve machine name [{args[0]}] to address")
-    machine_hosts = {host for host in set(hosts.values()) if host == args[0] or _resolve(host) & addresses}
-    _print_names((name for name, host in hosts.items() if host in machine_hosts), as_json=options.json)
+    machine_hosts = {host for host in set(hosts_by_node.values()) if host == args[0] or _resolve(host) & addresses}
+    _print_names((name for name, host in hosts_by_node.items() if host in machine_hosts), as_json=options.json)
 
 
 VERB = Verb(

@@ -1,4 +1,4 @@
-"""``node ping`` (L73)."""
+"""``node ping``: measures how fast nodes respond (L73)."""
 
 from __future__ import annotations
 
@@ -51,35 +51,35 @@ def _print_known_nodes(invocation: Invocation, graph: Graph) -> None:
     from pyros1.cli.help import Parser  # noqa: PLC0415 - only needed after a failure
 
     try:
-        available = "\n".join(map(str, sorted(graph.state().nodes())))
+        node_list = "\n".join(map(str, sorted(graph.state().nodes())))
     except Error:
-        available = ""
+        node_list = ""
     Parser(VERB, invocation).print_usage(sys.stderr)
-    if available:
-        hint = f"Please enter a node to ping. Available nodes are:\n{available}\n"
+    if node_list:
+        hint = f"Please enter a node to ping. Available nodes are:\n{node_list}\n"
         print(f"{invocation.program}: error: {hint}", end="", file=sys.stderr)
 
 
-def _ping(graph: Graph, name: str, count: int | None, prints_average: bool = False) -> bool:
-    """Ping a node until it fails or the count is reached. Return whether it always responded."""
-    uri = graph.node_uri(name)
+def _ping(graph: Graph, node_name: str, count: int | None, prints_average: bool = False) -> bool:
+    """Ping a node until it fails or the count is reached. Return whether the node always responded."""
+    uri = graph.node_uri(node_name)
     if uri is None:
         sys.stdout.flush()
-        print(f"cannot ping [{name}]: unknown node", file=sys.stderr)
+        print(f"cannot ping [{node_name}]: unknown node", file=sys.stderr)
         return False
     try:
         node_api = graph.node_api(uri, PING_TIMEOUT)
     except ProtocolError as error:  # an invalid address
         sys.stdout.flush()
-        print(f"cannot ping [{name}]: {error}", file=sys.stderr)
+        print(f"cannot ping [{node_name}]: {error}", file=sys.stderr)
         return False
-    print(f"pinging {name} with a timeout of {PING_TIMEOUT}s")
-    total, pings = 0.0, 0
+    print(f"pinging {node_name} with a timeout of {PING_TIMEOUT}s")
+    total_milliseconds, ping_count = 0.0, 0
     try:
         for number in itertools.count(1):
             milliseconds = node_api.ping() * 1000.0
             print(f"xmlrpc reply from {uri}\ttime={milliseconds:f}ms", flush=True)
-            total, pings = total + milliseconds, number
+            total_milliseconds, ping_count = total_milliseconds + milliseconds, number
             if count is not None and number >= count:
                 break
             time.sleep(1.0)
@@ -87,10 +87,10 @@ def _ping(graph: Graph, name: str, count: int | None, prints_average: bool = Fal
         pass
     except Error as error:
         sys.stdout.flush()
-        print(f"ERROR: {failure_reason(error, name, uri)}", file=sys.stderr)
+        print(f"ERROR: {failure_reason(error, node_name, uri)}", file=sys.stderr)
         return False
     finally:
         node_api.close()
-    if prints_average and pings > 1:
-        print(f"ping average: {total / pings:f}ms")
+    if prints_average and ping_count > 1:
+        print(f"ping average: {total_milliseconds / ping_count:f}ms")
     return True

@@ -1,4 +1,4 @@
-"""``node status``: prints the processes of running launches."""
+"""``node status``: prints the state and resource usage of the processes of running launches."""
 
 from __future__ import annotations
 
@@ -65,13 +65,24 @@ def format_table(current: list[Status], previous: list[Status]) -> list[str]:
     rows = [("NODE", "STATE", "PID", "CPU", "MEMORY", "RESTARTS", "UPTIME", "MACHINE")]
     for entry in current:
         machine = entry.machine or "-"
-        state = entry.state if entry.state != "died" else f"died ({entry.exit_code})"
-        percent = _cpu_percent(entry, previous_entries.get((entry.label, entry.pid)))
-        cpu = f"{percent:.1f} %" if percent is not None else "-"
-        memory = f"{entry.memory / 2**20:.1f} MB" if entry.memory >= 0 else "-"
-        uptime = _format_duration(entry.uptime) if entry.uptime >= 0 else "-"
-        pid = str(entry.pid) if _has_process(entry) else "-"
-        rows.append((entry.node, state, pid, cpu, memory, str(max(0, entry.starts - 1)), uptime, machine))
+        state_text = entry.state if entry.state != "died" else f"died ({entry.exit_code})"
+        cpu_percent = _cpu_percent(entry, previous_entries.get((entry.label, entry.pid)))
+        cpu_text = f"{cpu_percent:.1f} %" if cpu_percent is not None else "-"
+        memory_text = f"{entry.memory / 2**20:.1f} MB" if entry.memory >= 0 else "-"
+        uptime_text = _format_duration(entry.uptime) if entry.uptime >= 0 else "-"
+        pid_text = str(entry.pid) if _has_process(entry) else "-"
+        rows.append(
+            (
+                entry.node,
+                state_text,
+                pid_text,
+                cpu_text,
+                memory_text,
+                str(max(0, entry.starts - 1)),
+                uptime_text,
+                machine,
+            )
+        )
     widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
     right_aligned = {2, 3, 4, 5, 6}
     return [
@@ -84,7 +95,7 @@ def format_table(current: list[Status], previous: list[Status]) -> list[str]:
 
 
 def as_json(current: list[Status], previous: list[Status]) -> list[dict[str, Any]]:
-    """Return the processes as JSON values: CPU in percent, memory in bytes, uptime in seconds; None if unknown.
+    """Return the processes as JSON objects: CPU in percent, memory in bytes, uptime in seconds; None if unknown.
 
     Args:
         current: the current processes.
@@ -112,7 +123,7 @@ def _has_process(entry: Status) -> bool:
 
 
 def _cpu_percent(entry: Status, previous: Status | None) -> float | None:
-    """Return the CPU usage in percent, None if unknown."""
+    """Return the CPU usage since the previous status in percent; None if it is unknown."""
     if previous is None or min(entry.cpu, previous.cpu) < 0 or entry.uptime <= previous.uptime:
         return None
     return 100 * (entry.cpu - previous.cpu) / (entry.uptime - previous.uptime)

@@ -27,7 +27,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
     if options.json:
         print_json([{"node": name, **registrations_by_node[name]} for name in names])
         return
-    print("\n".join(_render(registrations_by_node, graph.topic_types(), state)))
+    print("\n".join(_tree_lines(registrations_by_node, graph.topic_types(), state)))
 
 
 VERB = Verb(
@@ -42,10 +42,10 @@ VERB = Verb(
 )
 
 
-def _registrations(state: SystemState, name: str, *, include_common: bool) -> dict[str, list[str]]:
-    """Return a node's publications, subscriptions and services, by default without those that all nodes have."""
-    registrations = state.of_node(name)
-    hidden_services = () if include_common else tuple(name + service for service in _COMMON_SERVICES)
+def _registrations(state: SystemState, node_name: str, *, include_common: bool) -> dict[str, list[str]]:
+    """Return a node's topics and services by role, without those that all nodes have unless `include_common` is set."""
+    registrations = state.of_node(node_name)
+    hidden_services = () if include_common else tuple(node_name + service for service in _COMMON_SERVICES)
     hidden_topics = () if include_common else _COMMON_TOPICS
     return {
         "publishes": [topic for topic in sorted(registrations.publications) if topic not in hidden_topics],
@@ -54,20 +54,20 @@ def _registrations(state: SystemState, name: str, *, include_common: bool) -> di
     }
 
 
-def _render(
+def _tree_lines(
     registrations_by_node: dict[str, dict[str, list[str]]], types: dict[str, str], state: SystemState
 ) -> Iterator[str]:
-    """Yield the lines of the tree."""
+    """Yield the lines of the tree, in which each part of a node's name is a branch."""
     root: dict[str, Any] = {}
     for name in registrations_by_node:
         branch = root
         for part in name.strip("/").split("/"):
             branch = branch.setdefault(part, {})
     yield "/"
-    yield from _render_branch(root, "", "", registrations_by_node, types, state)
+    yield from _branch_lines(root, "", "", registrations_by_node, types, state)
 
 
-def _render_branch(
+def _branch_lines(
     branch: dict[str, Any],
     path: str,
     indent: str,
@@ -88,9 +88,9 @@ def _render_branch(
                 yield f"{prefix}<─ {topic} [{types.get(topic, UNKNOWN_TYPE)}]{_peers(state.publishers, topic, name)}"
             for service in registrations["services"]:
                 yield f"{prefix}() {service}"
-        yield from _render_branch(children, name, child_indent, registrations_by_node, types, state)
+        yield from _branch_lines(children, name, child_indent, registrations_by_node, types, state)
 
 
-def _peers(nodes_by_topic: dict[str, list[str]], topic: str, name: str) -> str:
-    nodes = [node for node in nodes_by_topic.get(topic, []) if node != name]
+def _peers(nodes_by_topic: dict[str, list[str]], topic: str, node_name: str) -> str:
+    nodes = [node for node in nodes_by_topic.get(topic, []) if node != node_name]
     return f" {', '.join(map(str, nodes))}" if nodes else " nobody"

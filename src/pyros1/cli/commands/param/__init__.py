@@ -1,4 +1,4 @@
-"""``pyros1 param``: rosparam (L80-L85)."""
+"""``pyros1 param``: gets and sets parameters, like rosparam (L80-L85)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Shared code of the verbs: the option ``-v`` and argument checks."""
+"""Shared code of the verbs of ``param``: the option ``-v``, and a check of the number of arguments."""
 
 from __future__ import annotations
 
@@ -8,18 +8,18 @@ from pyros1.cli.records import Flag
 VERBOSE_FLAG = Flag("-v", dest="verbose", help="turn on verbose output")
 
 
-def check_arguments(args: list[str], max_arguments: int, required: str = "") -> None:
+def check_arguments(args: list[str], max_arguments: int, first_argument: str = "") -> None:
     """Check the number of arguments.
 
     Args:
         args: the arguments.
         max_arguments: the maximum number of arguments.
-        required: the name of the first argument if it is required.
+        first_argument: what to call the first argument in the error message; empty if it is optional.
 
     Raises:
         UsageError: a required argument is missing, or there are too many.
     """
-    if required and not args:
-        raise UsageError(f"invalid arguments. Please specify a {required}")
+    if first_argument and not args:
+        raise UsageError(f"invalid arguments. Please specify a {first_argument}")
     if len(args) > max_arguments:
         raise UsageError("too many arguments")

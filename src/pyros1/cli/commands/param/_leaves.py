@@ -1,4 +1,4 @@
-"""Setting of values leaf by leaf, which merges a dictionary into existing parameters (L80)."""
+"""Sets parameters leaf by leaf, so that a dictionary is merged with existing parameters (L80)."""
 
 from __future__ import annotations
 
@@ -11,17 +11,19 @@ from pyros1.ground.errors import MasterError, MasterUnreachableError, ParameterN
 
 
 def set_leaves(invocation: Invocation, name: str, value: Any, message_format: str = "") -> None:
-    """Set a parameter. An empty dictionary is set if no namespace of this name exists; the stock tool ignores it.
+    """Set a parameter, or each leaf of a dictionary as a parameter.
+
+    An empty dictionary is set if no namespace with its name exists; the stock tool ignores it.
 
     Args:
         invocation: the command's invocation.
         name: the full name of the parameter.
-        value: any value that parameters can have.
+        value: the value, which may be a dictionary.
         message_format: a format string for the message printed after each leaf, given its name and value; empty to
             print nothing.
 
     Raises:
-        CommandError: parameters cannot have this value, or the master refuses it.
+        CommandError: parameters cannot have this value, or the master rejects it.
     """
     _check_value(value)
     for leaf, item in leaves(name, value):
@@ -29,7 +31,7 @@ def set_leaves(invocation: Invocation, name: str, value: Any, message_format: st
             raise CommandError(f"Parameter [{leaf}] cannot be set to null")
         try:
             if item == {} and _is_namespace(invocation, leaf):
-                continue  # its parameters are kept
+                continue  # the parameters in the namespace are kept
             invocation.master.set_param(leaf, item)
         except MasterUnreachableError:
             raise
@@ -40,7 +42,7 @@ def set_leaves(invocation: Invocation, name: str, value: Any, message_format: st
 
 
 def leaves(name: str, value: Any) -> list[tuple[str, Any]]:
-    """Return the leaves of a value as pairs of full name and value. An empty dictionary is a leaf."""
+    """Return pairs of the full name and the value of each leaf of a value. An empty dictionary is a leaf."""
     if not isinstance(value, dict) or not value:
         return [(name, value)]
     prefix = name.rstrip("/")

@@ -1,4 +1,4 @@
-"""``param delete`` (L83)."""
+"""``param delete``: deletes parameters (L83)."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ from pyros1.ground.errors import ParameterNotSetError
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
     """Delete a parameter, or all parameters below a name."""
     check_arguments(args, 1, "parameter name")
-    name = invocation.resolve(args[0])
+    parameter_name = invocation.resolve(args[0])
     try:
-        if name == "/":
+        if parameter_name == "/":
             invocation.master.set_param("/", {})
         else:
-            invocation.master.delete_param(name)
+            invocation.master.delete_param(parameter_name)
     except ParameterNotSetError:
-        hint = did_you_mean(name, invocation.master.get_param_names())
-        raise CommandError(f"parameter [{name}] is not set{hint}") from None
+        hint = did_you_mean(parameter_name, invocation.master.get_param_names())
+        raise CommandError(f"parameter [{parameter_name}] is not set{hint}") from None
     if options.verbose:
-        print(f"deleted parameter [{name}]")
+        print(f"deleted parameter [{parameter_name}]")
 
 
 VERB = Verb(

@@ -1,4 +1,4 @@
-"""``param dump`` (L82)."""
+"""``param dump``: writes parameters to a YAML file (L82)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``param get`` (L81)."""
+"""``param get``: prints parameters (L81)."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from pyros1.ground.terminal_text import one_line
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
     """Print a parameter, or all parameters below a name."""
     check_arguments(args, 1, "parameter name")
-    name = invocation.resolve(args[0])
+    parameter_name = invocation.resolve(args[0])
     if options.verbose:
-        print(f"getting parameter [{name}]")
+        print(f"getting parameter [{parameter_name}]")
     try:
-        value = invocation.master.get_param(name)
+        value = invocation.master.get_param(parameter_name)
     except ParameterNotSetError:
-        hint = did_you_mean(name, invocation.master.get_param_names())
-        raise CommandError(f"Parameter [{name}] is not set{hint}") from None
+        hint = did_you_mean(parameter_name, invocation.master.get_param_names())
+        raise CommandError(f"Parameter [{parameter_name}] is not set{hint}") from None
     if options.json:
         print_json(_as_json(value))
     elif options.pretty and isinstance(value, dict):
@@ -49,7 +49,7 @@ VERB = Verb(
 
 
 def _as_json(value: Any) -> Any:
-    """Return the value as a JSON value: binary data as base64, times as strings."""
+    """Return the value in a form that JSON supports: binary data as base64, times as strings."""
     if isinstance(value, dict):
         return {key: _as_json(item) for key, item in value.items()}
     if isinstance(value, (list, tuple)):

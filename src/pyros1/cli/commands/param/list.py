@@ -1,4 +1,4 @@
-"""``param list`` (L83)."""
+"""``param list``: prints the names of parameters (L83)."""
 
 from __future__ import annotations
 

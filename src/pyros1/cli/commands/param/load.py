@@ -1,4 +1,4 @@
-"""``param load`` (L82)."""
+"""``param load``: sets parameters from a YAML file (L82)."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
     """Set parameters from a file."""
     check_arguments(args, 2, "file name or - for stdin")
     path = args[0]
-    base = invocation.resolve(args[1]) if len(args) > 1 else invocation.namespace
+    base_namespace = invocation.resolve(args[1]) if len(args) > 1 else invocation.namespace
     if path == "-":
         text, source_name = sys.stdin.read(), "stdin"
         message = "reading parameters from stdin"
@@ -36,12 +36,12 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
     for document in load_all_yaml(text, source_name):
         if document is None:
             continue
-        namespace = base
+        namespace = base_namespace
         if isinstance(document, dict) and "_ns" in document:
-            namespace = _join(base, str(document.pop("_ns")))
+            namespace = _resolve_in(base_namespace, str(document.pop("_ns")))
             if options.verbose:
                 print(f"reading parameters into namespace [{namespace}]")
-        elif not isinstance(document, dict) and base == "/":
+        elif not isinstance(document, dict) and base_namespace == "/":
             raise CommandError(f"{source_name}: expected a dictionary of parameters, not {one_line(document, 60)!r}")
         parsed_documents.append((namespace, document))
     for namespace, document in parsed_documents:
@@ -59,7 +59,7 @@ VERB = Verb(
 )
 
 
-def _join(base: str, name: str) -> str:
+def _resolve_in(base_namespace: str, name: str) -> str:
     from pyros1.ground.names import canonicalize_name, ns_join  # noqa: PLC0415
 
-    return canonicalize_name(ns_join(base, name))
+    return canonicalize_name(ns_join(base_namespace, name))

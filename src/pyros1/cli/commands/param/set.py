@@ -1,4 +1,4 @@
-"""``param set`` (L80)."""
+"""``param set``: sets a parameter (L80)."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from pyros1.cli.records import Argument, Option, Verb
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
     """Set a parameter to a value or to the contents of a file."""
     check_arguments(args, 2, "parameter name")
-    name = invocation.resolve(args[0])
+    parameter_name = invocation.resolve(args[0])
     message_format = "set parameter [{}] to [{}]" if options.verbose else ""
     if options.text_file and options.bin_file:
         raise UsageError("you may only specify one of --textfile or --binfile")
@@ -24,7 +24,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
         if not os.path.isfile(options.text_file):
             raise UsageError(f"file '{options.text_file}' does not exist")
         with open(options.text_file, encoding="utf-8") as text_file:
-            set_leaves(invocation, name, text_file.read(), message_format)
+            set_leaves(invocation, parameter_name, text_file.read(), message_format)
         return
     if options.bin_file:
         try:
@@ -32,15 +32,15 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
                 binary_data = binary_file.read()
         except OSError as error:
             raise CommandError(f"cannot read [{options.bin_file}]: {error.strerror}") from None
-        invocation.master.set_param(name, binary_data)
+        invocation.master.set_param(parameter_name, binary_data)
         if options.verbose:
-            print(f"set parameter [{name}] to [{binary_data.decode('utf-8', 'replace')}]")
+            print(f"set parameter [{parameter_name}] to [{binary_data.decode('utf-8', 'replace')}]")
         return
     if len(args) < 2 or args[1] in ("-", "--"):
         raise UsageError("invalid arguments. Please specify a parameter value")
     from pyros1.values import load_yaml  # noqa: PLC0415
 
-    set_leaves(invocation, name, "" if args[1] == "" else load_yaml(args[1]), message_format)
+    set_leaves(invocation, parameter_name, "" if args[1] == "" else load_yaml(args[1]), message_format)
 
 
 VERB = Verb(

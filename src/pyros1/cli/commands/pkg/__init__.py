@@ -1,4 +1,4 @@
-"""``pyros1 pkg``: rospack (L182), access to files of packages like rosbash's (L184), and creation of packages."""
+"""``pyros1 pkg``: finds packages like rospack (L182), works with their files like rosbash (L184), creates packages."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from pyros1.cli.running import run_verb
 
 
 def _dispatch(invocation: Invocation) -> int:
-    """Run a verb. rospack accepts options before the verb."""
+    """Run a verb. Options can precede the verbs of rospack. Return the exit code."""
     args = invocation.argv
     if args[:1] == ["--rosstack"]:
         return _run_rosstack(args[1:])
@@ -23,7 +23,7 @@ def _dispatch(invocation: Invocation) -> int:
 
 
 def _run_rosstack(args: list[str]) -> int:
-    """Run rosstack (L183). Its `profile` succeeds, since READMEs contain ``rospack profile && rosstack profile``."""
+    """Run rosstack (L183). Its verb ``profile`` succeeds: READMEs contain ``rospack profile && rosstack profile``."""
     print("rosstack: stacks belong to rosbuild; for packages, use rospack, which is pyros1 pkg", file=sys.stderr)
     return 0 if args[:1] == ["profile"] else 1
 

@@ -1,4 +1,4 @@
-"""Lookup of files in packages, for the verbs that correspond to rosbash's roscd, rosls, rosed, roscat, roscp (L184)."""
+"""Finds files in packages, for the verbs that correspond to rosbash's roscd, rosls, rosed, roscat, roscp (L184)."""
 
 from __future__ import annotations
 
@@ -29,12 +29,12 @@ def make_files_verb(
     about: str,
     examples: Sequence[tuple[str, str]],
 ) -> Verb:
-    """Return the `Verb` for a separate command of stock ROS.
+    """Return the `Verb` for a command of rosbash.
 
     Args:
         name: the name of the verb.
-        tool: the stock command, which is printed before errors.
-        action: runs the verb with the arguments after it, and returns the exit code.
+        tool: the name of the command in rosbash, which is printed before errors.
+        action: takes the arguments after the verb, runs the verb, and returns the exit code.
         parts: options and arguments.
         about: a one-line description.
         examples: the examples, see `Verb`.
@@ -79,7 +79,7 @@ def resolve_folder(location: str) -> str:
     Raises:
         FilesError: the package is unknown.
     """
-    name, _, relative = location.partition("/")
+    name, _, relative_path = location.partition("/")
     path = special_folders().get(name)
     if path is None:
         folders_by_package = {entry.name: entry.folder for entry in reversed(all_packages(os.environ))}
@@ -88,7 +88,7 @@ def resolve_folder(location: str) -> str:
             raise FilesError(
                 f"No such package/stack '{name}'{did_you_mean(name, {*folders_by_package, *special_folders()})}"
             )
-    return os.path.normpath(os.path.join(path, relative))
+    return os.path.normpath(os.path.join(path, relative_path))
 
 
 def workspace_folder() -> str:
@@ -109,10 +109,10 @@ def workspace_folder() -> str:
 
 
 def find_file(args: list[str], usage: str) -> str:
-    """Return the path for the arguments ``PACKAGE FILE``. If several files have this name, ask the user.
+    """Return the path of the file given by the arguments ``PACKAGE FILE``. If several files match, ask the user.
 
     Raises:
-        FilesError: arguments are missing, no file has this name, or the user selected none.
+        FilesError: arguments are missing, no file matches, or the user selected none.
     """
     if len(args) < 2:
         raise FilesError(f"usage: {usage}")
@@ -125,10 +125,10 @@ def find_file(args: list[str], usage: str) -> str:
     if not paths:
         all_names = {file for _, files in files_below(folder) for file in files}
         raise FilesError(f"no file {name} in {folder}{did_you_mean(name, all_names)}")
-    return paths[0] if len(paths) == 1 else _choose(paths)
+    return paths[0] if len(paths) == 1 else _choose_path(paths)
 
 
-def _choose(paths: list[str]) -> str:
+def _choose_path(paths: list[str]) -> str:
     if not sys.stdin.isatty():
         return paths[0]
     print("You have chosen a non-unique filename, please pick one of the following:", file=sys.stderr)

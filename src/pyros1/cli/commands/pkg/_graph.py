@@ -1,4 +1,4 @@
-"""Packages and their manifests, for verbs of ``pkg`` that inspect dependencies (L182)."""
+"""Shared code of the verbs of ``pkg`` that inspect dependencies: packages and their manifests (L182)."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ DEPS_ONLY_FLAG = Flag("--deps-only", help="leave out the package itself")
 
 def packages_and_name(request: Request) -> tuple[Packages, str]:
     """Return all packages and the name of the requested package."""
-    name = request.package()
-    return load_packages(), name
+    package_name = request.package()
+    return load_packages(), package_name
 
 
 def check_known(packages: Packages, package: str) -> None:
@@ -22,9 +22,9 @@ def check_known(packages: Packages, package: str) -> None:
         raise PkgError(f"package '{package}' not found")
 
 
-def selected_manifests(request: Request, packages: Packages, name: str) -> list[Manifest]:
+def selected_manifests(request: Request, packages: Packages, package_name: str) -> list[Manifest]:
     """Return the manifests of a package and its dependencies; with ``--deps-only``, only of the dependencies."""
-    names = [*packages.dependencies_top_down(name)]
+    names = [*packages.dependencies_top_down(package_name)]
     if "deps-only" not in request.options:
-        names.insert(0, name)
+        names.insert(0, package_name)
     return [packages.manifest(package) for package in names]

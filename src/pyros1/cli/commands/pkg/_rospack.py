@@ -1,4 +1,4 @@
-"""Parses and runs command lines like rospack (L182)."""
+"""Parses command lines like rospack, and runs them (L182)."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from pyros1.ground.errors import Error, PackageNotFoundError
 if TYPE_CHECKING:
     from pyros1.finding.dependencies import Packages
 
-_QUIET = Flag("-q", help="Quiets error reports.")
+_QUIET_FLAG = Flag("-q", help="Quiets error reports.")
 _FLAG_NAMES = ("deps-only", "zombie-only", "json")
 _VALUE_OPTION_NAMES = ("target", "lang", "attrib", "top", "length")
 
@@ -42,7 +42,7 @@ class Request:
 
     Attributes:
         verb: the verb.
-        args: the arguments after the verb: the package if one is given.
+        args: the arguments after the verb: the package, if one is given.
         options: the values of options such as ``--name=value`` by name; the values of flags are empty.
         quiet: whether to suppress errors.
         help: whether to print help.
@@ -59,9 +59,9 @@ class Request:
         """Return the name of the requested package, or of the package that contains the current folder.
 
         Raises:
-            PkgError: there is neither.
+            PkgError: no package was requested, and the current folder is in none.
         """
-        name = self.args[0] if self.args else _current_package()
+        name = self.args[0] if self.args else _current_package_name()
         if not name:
             raise PkgError("no package given")
         return name
@@ -73,12 +73,12 @@ class Request:
             PkgError: an option or the package is missing.
         """
         values = [self.options.get(name, "") for name in option_names]
-        if not all(values) or not (self.args or _current_package()):
+        if not all(values) or not (self.args or _current_package_name()):
             raise PkgError(f"no {' / '.join(['package', *option_names])} given")
         return values
 
     def print_names(self, names: Iterable[str]) -> None:
-        """Print names as lines or JSON."""
+        """Print names, one per line or as a JSON list."""
         if "json" in self.options:
             print_json([*names])
         else:
@@ -99,7 +99,7 @@ def make_verb(
         name,
         about,
         *parts,
-        _QUIET,
+        _QUIET_FLAG,
         run=run,
         examples=examples,
         aliases=aliases,
@@ -124,12 +124,12 @@ def run_tool(invocation: Invocation) -> int:
 
 
 def _parse(request: Request, argv: Sequence[str]) -> None:
-    positional = []
+    positional_args = []
     remaining = iter(argv)
     for arg in remaining:
         name, equals, value = arg.lstrip("-").partition("=")
         if not arg.startswith("-"):
-            positional.append(arg)
+            positional_args.append(arg)
         elif arg == "-q":
             request.quiet = True
         elif arg in ("-h", "--help"):
@@ -140,13 +140,13 @@ def _parse(request: Request, argv: Sequence[str]) -> None:
             request.options[name] = ""
         else:
             raise PkgError(f"failed to parse command-line options: unrecognised option '{arg}'")
-    if positional[:1] == ["help"]:
-        positional = positional[:1]
-    if len(positional) > 2 and not request.help:
+    if positional_args[:1] == ["help"]:
+        positional_args = positional_args[:1]
+    if len(positional_args) > 2 and not request.help:
         raise PkgError("failed to parse command-line options: too many positional options have been specified")
-    if positional:
-        request.verb = positional[0]
-        request.args = [arg for arg in positional[1:] if arg]
+    if positional_args:
+        request.verb = positional_args[0]
+        request.args = [arg for arg in positional_args[1:] if arg]
 
 
 def _run_verb(request: Request, invocation: Invocation) -> None:
@@ -176,7 +176,7 @@ def _print_help(verb: Verb, invocation: Invocation) -> None:
     print(Parser(verb, invocation).format_help(), end="")
 
 
-def _current_package() -> str:
+def _current_package_name() -> str:
     from pathlib import Path  # noqa: PLC0415
 
     from pyros1.finding.manifest import ManifestError, read_manifest  # noqa: PLC0415
@@ -193,7 +193,7 @@ def _current_package() -> str:
 
 
 def known_packages() -> list[FoundPackage]:
-    """Return all packages that rospack lists, which excludes metapackages."""
+    """Return the packages that rospack lists: all except metapackages and stacks."""
     return [found for found in all_packages(os.environ) if not found.is_meta and found.manifest != "stack.xml"]
 
 

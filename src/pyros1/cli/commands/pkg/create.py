@@ -29,7 +29,7 @@ from pyros1.guide.catalogue import (
 )
 
 _STOCK_TOOLS = ("catkin_create_pkg", "roscreate-pkg")
-_WIDTH = 16  # width of the column of example names
+_NAME_WIDTH = 16  # width of the column of example names
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> int:
@@ -40,7 +40,9 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
     """
     if options.list_examples:
         for entry in CATALOGUE:
-            print(f"{entry.name:<{_WIDTH}}{entry.about}{'' if entry.faces == FACES else f' ({entry.faces[0]} only)'}")
+            print(
+                f"{entry.name:<{_NAME_WIDTH}}{entry.about}{'' if entry.faces == FACES else f' ({entry.faces[0]} only)'}"
+            )
         return 0
     program = _program_name()
     as_stock = program in _STOCK_TOOLS
@@ -59,7 +61,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
         reason = "a metapackage has no files" if options.meta else "--no-examples excludes it"
         print(f"ERROR: --example cannot be used here: {reason}", file=sys.stderr)
         return 1
-    example_dependencies = [dependency for chosen in examples for dependency in chosen.dependencies(options.face)]
+    example_dependencies = [dependency for example in examples for dependency in example.dependencies(options.face)]
     package = NewPackage(
         options.name,
         depends=[
@@ -80,16 +82,16 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
     )
     folders_by_package = {entry.name: entry.folder for entry in reversed(all_packages(os.environ))}
     try:
-        created = create_package(package, Path.cwd())
+        created_paths = create_package(package, Path.cwd())
     except CreateError as error:
         print(f"{program if as_stock else 'ERROR'}: {error}", file=sys.stderr)
         return 2 if as_stock else 1
     _warn_about_packages(options.name, options.dependencies, folders_by_package)
     if as_stock:
-        _print_as_stock(package, created)
+        _print_as_stock(package, created_paths)
     else:
         _print_created(
-            package, created, commands_to_try(examples, package.name) if examples else _minimal_commands(package)
+            package, created_paths, commands_to_try(examples, package.name) if examples else _minimal_commands(package)
         )
     return 0
 
@@ -104,12 +106,15 @@ def _parse(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:
     args = invocation.argv[1:]
     if "--list-examples" in args and not as_stock:
         return Namespace(list_examples=True), []
-    tool = Invocation("pkg", program if as_stock else "", args, with_verb=False)
-    parser = make_parser(tool, verb)
+    tool_invocation = Invocation("pkg", program if as_stock else "", args, with_verb=False)
+    parser = make_parser(tool_invocation, verb)
     if as_stock:
         parser.prog = program
     add_options_and_arguments(
-        parser, tool, *verb.arguments, *(option for option in verb.options if not (option.pyros1_only and as_stock))
+        parser,
+        tool_invocation,
+        *verb.arguments,
+        *(option for option in verb.options if not (option.pyros1_only and as_stock)),
     )
     default_options = Namespace(example=None, face=FACES[0], no_examples=False, list_examples=False)
     return (
@@ -158,11 +163,11 @@ VERB = Verb(
 
 
 def _warn_about_packages(package: str, dependencies: Sequence[str], folders_by_package: dict[str, str]) -> None:
-    """Warn about dependencies that are not installed and about another package of the same name."""
-    shipped = set(os.listdir(SHIPPED_DEFINITIONS))
+    """Warn about dependencies that are not installed, and about another package with the same name."""
+    shipped_packages = set(os.listdir(SHIPPED_DEFINITIONS))
     for name in dependencies:
-        if name not in folders_by_package and name not in shipped:
-            hint = did_you_mean(name, {*folders_by_package, *shipped})
+        if name not in folders_by_package and name not in shipped_packages:
+            hint = did_you_mean(name, {*folders_by_package, *shipped_packages})
             print(
                 f"WARNING: package '{name}' is not installed on this machine{hint}; the dependency was added anyway",
                 file=sys.stderr,
@@ -176,13 +181,13 @@ def _warn_about_packages(package: str, dependencies: Sequence[str], folders_by_p
         )
 
 
-def _preference_text(package: str, other: str) -> str:
-    """Return a text that says which of two packages of the same name is used: the new one or the one in `other`."""
+def _preference_text(package: str, other_folder: str) -> str:
+    """Return which of two packages with the same name is used, as text: the new one or that in `other_folder`."""
     current_folder = str(Path.cwd())
     found_folder = _find_from_current_folder(package)
     if found_folder != os.path.join(current_folder, package):
-        used = "the other one" if found_folder == other else found_folder
-        return f"{used} is used, because it is first in ROS_PACKAGE_PATH"
+        used_text = "the other one" if found_folder == other_folder else found_folder
+        return f"{used_text} is used, because it is first in ROS_PACKAGE_PATH"
     roots = [part for part in os.environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep) if part]
     if any(os.path.join(current_folder, "").startswith(os.path.join(os.path.abspath(root), "")) for root in roots):
         return "the new one is used, because it is first in ROS_PACKAGE_PATH"
@@ -193,28 +198,28 @@ def _preference_text(package: str, other: str) -> str:
 
 
 def _find_from_current_folder(package: str) -> str | None:
-    """Return the folder of the package that commands find by this name from the current folder."""
+    """Return the folder of a package that commands find if they run in the current folder; None if they find none."""
     environ = dict(os.environ)
     add_nearby_packages(environ)
     return next((entry.folder for entry in all_packages(environ) if entry.name == package), None)
 
 
-def _print_as_stock(package: NewPackage, created: list[str]) -> None:
-    for name in created:
-        print(f"Created {'folder' if name.endswith('/') else 'file'} {name.rstrip('/')}")
+def _print_as_stock(package: NewPackage, created_paths: list[str]) -> None:
+    for path in created_paths:
+        print(f"Created {'folder' if path.endswith('/') else 'file'} {path.rstrip('/')}")
     folder = Path.cwd() / package.name
     print(f"Successfully created files in {folder}. Please adjust the values in package.xml.")
 
 
 def _minimal_commands(package: NewPackage) -> list[str]:
-    """Return the commands that demonstrate the minimal examples if the package has them."""
+    """Return the commands that demonstrate the minimal examples; empty if the package lacks these examples."""
     lines = ["launch {} minimal.launch", "run {} minimal_publisher", "msg show {}/Measurement"]
     return [f"pyros1 {line.format(package.name)}" for line in lines if package.examples and not package.is_meta]
 
 
-def _print_created(package: NewPackage, created: list[str], commands: list[str]) -> None:
-    for name in created:
-        print(f"created {name}")
+def _print_created(package: NewPackage, created_paths: list[str], commands: list[str]) -> None:
+    for path in created_paths:
+        print(f"created {path}")
     if commands:
         print("\nTry it:")
         for command in commands:

@@ -1,4 +1,4 @@
-"""``pkg cd``, ``ls``, ``cp``, ``mv``, ``edit`` and ``cat``: like rosbash's commands for files of packages (L184)."""
+"""``pkg cd``, ``ls``, ``cp``, ``mv``, ``edit`` and ``cat``: work with files in packages, like rosbash (L184)."""
 
 from __future__ import annotations
 
@@ -65,15 +65,15 @@ def _run_with_file(program: str, path: str) -> int:
         raise FilesError(f"program {command[0]} not found: set EDITOR to an installed editor") from None
 
 
-_LOCATION = Argument("package[/folder]", "package|place", optional=True)
-_FILE = (Argument("package", "package"), Argument("file", "package_file"))
-_TARGET = Argument("target", "file")
+_LOCATION_ARGUMENT = Argument("package[/folder]", "package|place", optional=True)
+_FILE_ARGUMENTS = (Argument("package", "package"), Argument("file", "package_file"))
+_TARGET_ARGUMENT = Argument("target", "file")
 VERBS = [
     make_files_verb(
         "cd",
         "roscd",
         _cd,
-        _LOCATION,
+        _LOCATION_ARGUMENT,
         about="print a package's folder",
         examples=[("roscpp", "print the folder that `roscd roscpp` changes to")],
     ),
@@ -81,7 +81,7 @@ VERBS = [
         "ls",
         "rosls",
         _ls,
-        _LOCATION,
+        _LOCATION_ARGUMENT,
         about="list a package's folder",
         examples=[
             ("roscpp", "list a package's folder"),
@@ -92,8 +92,8 @@ VERBS = [
         "cp",
         "roscp",
         _cp,
-        *_FILE,
-        _TARGET,
+        *_FILE_ARGUMENTS,
+        _TARGET_ARGUMENT,
         about="copy a file from a package",
         examples=[("my_robot robot.launch .", "copy a file to this folder")],
     ),
@@ -102,8 +102,8 @@ VERBS = [
         "rosmv",
         _mv,
         Flag("-d", help="the target is package/folder"),
-        *_FILE,
-        _TARGET,
+        *_FILE_ARGUMENTS,
+        _TARGET_ARGUMENT,
         about="move a file from a package",
         examples=[
             ("my_robot robot.launch .", "move a file to this folder"),
@@ -114,7 +114,7 @@ VERBS = [
         "edit",
         "rosed",
         _edit,
-        *_FILE,
+        *_FILE_ARGUMENTS,
         about="edit a file from a package",
         examples=[("my_robot robot.launch", "edit a file anywhere in the package")],
     ),
@@ -122,7 +122,7 @@ VERBS = [
         "cat",
         "roscat",
         _cat,
-        *_FILE,
+        *_FILE_ARGUMENTS,
         about="print a file from a package",
         examples=[("roscpp package.xml", "print a file anywhere in the package")],
     ),

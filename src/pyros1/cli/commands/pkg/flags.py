@@ -1,4 +1,4 @@
-"""``pkg cflags-only-...`` and ``libs-only-...``: compiler and linker flags (L182)."""
+"""``pkg cflags-only-...`` and ``libs-only-...``: print the compiler and linker flags of packages (L182)."""
 
 from __future__ import annotations
 
@@ -12,40 +12,40 @@ from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Verb
 
 
-def _flags(invocation: Invocation, request: Request, args: list[str]) -> None:
+def _print_flags(invocation: Invocation, request: Request, args: list[str]) -> None:
     """Print compiler or linker flags, from pkg-config for catkin packages and from exports for rosbuild packages."""
-    packages, name = packages_and_name(request)
-    check_known(packages, name)
+    packages, package_name = packages_and_name(request)
+    check_known(packages, package_name)
     is_compiler = request.verb.startswith("cflags")
-    kind = request.verb.rsplit("-", 1)[1]  # I, L, l or other
+    flag_kind = request.verb.rsplit("-", 1)[1]  # I, L, l or other
     flags: list[str] = []
     has_pkg_config_flags = False
-    for manifest in selected_manifests(request, packages, name):
+    for manifest in selected_manifests(request, packages, package_name):
         if not manifest.catkin:
             for value in manifest.exported_values("cpp", "cflags" if is_compiler else "lflags"):
-                flags += _select_flags(shlex.split(value), kind)
+                flags += _select_flags(shlex.split(value), flag_kind)
         elif not has_pkg_config_flags:
-            has_pkg_config_flags = manifest.name == name  # pkg-config's output includes all dependencies
-            flags += _select_flags(_pkg_config(request.verb, manifest.name), kind)
-    unique = dict.fromkeys(flags) if kind != "l" else dict.fromkeys(reversed(flags))
-    print(" ".join(unique if kind != "l" else reversed(unique)))
+            has_pkg_config_flags = manifest.name == package_name  # pkg-config's output includes all dependencies
+            flags += _select_flags(_run_pkg_config(request.verb, manifest.name), flag_kind)
+    unique_flags = dict.fromkeys(flags) if flag_kind != "l" else dict.fromkeys(reversed(flags))
+    print(" ".join(unique_flags if flag_kind != "l" else reversed(unique_flags)))
 
 
-def _select_flags(flags: list[str], kind: str) -> list[str]:
-    if kind == "other":
+def _select_flags(flags: list[str], flag_kind: str) -> list[str]:
+    if flag_kind == "other":
         return [flag for flag in flags if flag[:2] not in ("-I", "-L", "-l")]
-    return [flag[2:] for flag in flags if flag.startswith(f"-{kind}")]
+    return [flag[2:] for flag in flags if flag.startswith(f"-{flag_kind}")]
 
 
-def _pkg_config(verb: str, name: str) -> list[str]:
+def _run_pkg_config(verb: str, package_name: str) -> list[str]:
     environ = dict(os.environ)
-    paths = [
+    pkg_config_paths = [
         os.path.join(prefix, "lib", "pkgconfig")
         for prefix in environ.get("CMAKE_PREFIX_PATH", "").split(os.pathsep)
         if prefix
     ]
-    environ["PKG_CONFIG_PATH"] = os.pathsep.join([*paths, *filter(None, [environ.get("PKG_CONFIG_PATH")])])
-    command = ["pkg-config", f"--{verb}", name]
+    environ["PKG_CONFIG_PATH"] = os.pathsep.join([*pkg_config_paths, *filter(None, [environ.get("PKG_CONFIG_PATH")])])
+    command = ["pkg-config", f"--{verb}", package_name]
     try:
         result = subprocess.run(command, env=environ, capture_output=True, text=True, check=False)
     except OSError as error:
@@ -56,13 +56,13 @@ def _pkg_config(verb: str, name: str) -> list[str]:
 
 
 def _make_verb(name: str, width: int, about: str) -> Verb:
-    package = Argument("package", "package", optional=True)
+    package_argument = Argument("package", "package", optional=True)
     return make_verb(
         name,
         f"{name:{width}} [--deps-only] [package]",
         DEPS_ONLY_FLAG,
-        package,
-        run=_flags,
+        package_argument,
+        run=_print_flags,
         examples=[("roscpp", about)],
     )
 

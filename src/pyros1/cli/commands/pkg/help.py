@@ -1,4 +1,4 @@
-"""``pkg help``."""
+"""``pkg help``: prints the list of verbs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``pkg find``, ``list``, ``list-names`` and ``list-duplicates``, which only need names and folders (L182)."""
+"""``pkg find``, ``list``, ``list-names`` and ``list-duplicates``: print names and folders of packages (L182)."""
 
 from __future__ import annotations
 
@@ -14,26 +14,26 @@ from pyros1.finding.packages import OWN_PACKAGES
 
 
 def _packages_by_name() -> dict[str, FoundPackage]:
-    """Return the first location of each package, sorted by name."""
-    first = {package.name: package for package in reversed(known_packages())}
-    return {name: first[name] for name in sorted(first)}
+    """Return the first package with each name, sorted by name."""
+    first_packages = {package.name: package for package in reversed(known_packages())}
+    return {name: first_packages[name] for name in sorted(first_packages)}
 
 
-def _find(invocation: Invocation, request: Request, args: list[str]) -> None:
+def _print_folder(invocation: Invocation, request: Request, args: list[str]) -> None:
     """Print a package's folder."""
-    name = request.package()
-    cached = find_cached(os.environ, name)
+    package_name = request.package()
+    cached = find_cached(os.environ, package_name)
     if cached is not None and not cached.is_meta:
         print(cached.folder)
         return
     packages_by_name = _packages_by_name()
-    if name not in packages_by_name:
-        raise PkgError(f"package '{name}' not found{did_you_mean(name, packages_by_name)}")
-    print(packages_by_name[name].folder)
+    if package_name not in packages_by_name:
+        raise PkgError(f"package '{package_name}' not found{did_you_mean(package_name, packages_by_name)}")
+    print(packages_by_name[package_name].folder)
 
 
 def _list_all(invocation: Invocation, request: Request, args: list[str]) -> None:
-    """Print names and folders."""
+    """Print the names and folders of all packages."""
     packages_by_name = _packages_by_name()
     if "json" in request.options:
         print_json({name: package.folder for name, package in packages_by_name.items()})
@@ -42,17 +42,17 @@ def _list_all(invocation: Invocation, request: Request, args: list[str]) -> None
 
 
 def _list_names(invocation: Invocation, request: Request, args: list[str]) -> None:
-    """Print names."""
+    """Print the names of all packages."""
     request.print_names(_packages_by_name())
 
 
 def _list_duplicates(invocation: Invocation, request: Request, args: list[str]) -> None:
     """Print names that several packages share, with their folders. The first folder is the one in use."""
-    folders: dict[str, list[str]] = {}
+    folders_by_name: dict[str, list[str]] = {}
     for package in known_packages():
         if not package.folder.startswith(OWN_PACKAGES):  # pyros1's own packages are only defaults for missing ones
-            folders.setdefault(package.name, []).append(package.folder)
-    for name, locations in sorted(folders.items()):
+            folders_by_name.setdefault(package.name, []).append(package.folder)
+    for name, locations in sorted(folders_by_name.items()):
         if len(locations) > 1:
             print(name, *(f"- {location}" for location in locations), sep="\n")
 
@@ -62,7 +62,7 @@ VERBS = [
         "find",
         "find [package]",
         Argument("package", "package", optional=True),
-        run=_find,
+        run=_print_folder,
         examples=[("roscpp", "print its folder")],
     ),
     make_verb(

@@ -1,4 +1,4 @@
-"""``pyros1 rospy``: make rospy and the other ROS modules available to all programs of this Python environment."""
+"""``pyros1 rospy``: makes rospy and the other ROS modules available to all programs in this Python environment."""
 
 from __future__ import annotations
 

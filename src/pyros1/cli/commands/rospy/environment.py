@@ -1,4 +1,4 @@
-"""``rospy enable``, ``disable`` and ``status``: availability of the ROS modules in this Python environment."""
+"""``rospy enable``, ``disable`` and ``status``: control whether this Python environment finds the ROS modules."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from pyros1.cli.records import Verb
 
 
 def _enable(invocation: Invocation, options: Any, args: list[str]) -> None:
-    """Write the file that makes the modules available."""
+    """Write the file that makes the modules available, and print whether programs can now import rospy."""
     if args:
         raise UsageError("enable takes no arguments")
     from pyros1.drop_in.environment import enable, installed_rospy  # noqa: PLC0415

@@ -1,4 +1,4 @@
-"""``pyros1 service``: rosservice (L76-L79)."""
+"""``pyros1 service``: lists, inspects and calls services, like rosservice (L76-L79)."""
 
 from __future__ import annotations
 

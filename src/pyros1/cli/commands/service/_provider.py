@@ -1,4 +1,4 @@
-"""Shared code of the verbs for one service: its name, and queries to its provider."""
+"""Shared code of the verbs of ``service``: the service given as argument, and queries to the node that provides it."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ if TYPE_CHECKING:
     from pyros1.msgs import Service
 
 ERROR_CODE = 2
-"""The exit code for errors, which differs from that of most other tools."""
+"""The exit code for errors, which is 1 for most other tools."""
 
 
 def service_name(invocation: Invocation, args: list[str]) -> str:
-    """Return the full name of the service given by the arguments.
+    """Return the full name of the service that the only argument names.
 
     Raises:
         UsageError: there is no argument or more than one.
@@ -59,7 +59,7 @@ def unavailable_error(graph: Graph, name: str) -> CommandError:
 
 
 def load_type(type_name: str) -> type[Service]:
-    """Return the class for a service type.
+    """Return the Python class for a service type.
 
     Raises:
         CommandError: the type is unknown or has no valid definition.

@@ -1,4 +1,4 @@
-"""``service call`` (L78)."""
+"""``service call``: calls a service and prints the response (L78)."""
 
 from __future__ import annotations
 
@@ -37,13 +37,17 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
         service_class = load_type(header.get("type", ""))
         client = node.service(name, service_class)
         if arguments or not service_class._request_class.__slots__ or sys.stdin.isatty():
-            print(_format_response(options, _call(client, service_class, name, arguments, node.now(), options.verbose)))
+            print(
+                _format_response(
+                    options, _call_service(client, service_class, name, arguments, node.now(), options.verbose)
+                )
+            )
             return
         from pyros1.cli.shared.documents import read_documents  # noqa: PLC0415 - as above
 
         for document in read_documents(sys.stdin):
             arguments = document if isinstance(document, list) else [document]
-            response = _call(client, service_class, name, arguments, node.now(), options.verbose)
+            response = _call_service(client, service_class, name, arguments, node.now(), options.verbose)
             print(_format_response(options, response), flush=True)
 
 
@@ -76,7 +80,7 @@ def _format_response(options: Any, response: Message) -> str:
     return lines(format_message(response, no_string=options.nostr, no_array=options.noarr))
 
 
-def _call(
+def _call_service(
     client: Any, service_class: type[Service], name: str, arguments: list[Any], now: Any, verbose: bool
 ) -> Message:
     from pyros1.cli.shared.argument_names import argument_names  # noqa: PLC0415

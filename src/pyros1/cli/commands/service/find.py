@@ -1,4 +1,4 @@
-"""``service find`` (L77)."""
+"""``service find``: prints the services of a type (L77)."""
 
 from __future__ import annotations
 
@@ -28,22 +28,25 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
     results = run_concurrently(
         {name: partial(provider_header, invocation, graph, name) for name in names}, PROBE_TIMEOUT + 1.0
     )
-    matching = []
-    printed: set[str] = set()
+    matching_services = []
+    printed_reasons: set[str] = set()
     for name, result in results.items():
         if isinstance(result, dict):
             if result.get("type") == args[0]:
-                matching.append(name)
+                matching_services.append(name)
         elif isinstance(result, MasterError):
             raise result
         elif result is not None:  # the provider did not respond
-            problem, _, reason = str(result).partition("\n")  # print a reason only once for all services of a node
-            print(f"WARNING: {problem}" + (f"\n{reason}" if reason and reason not in printed else ""), file=sys.stderr)
-            printed.add(reason)
+            problem, _, reason = str(result).partition("\n")  # a reason is printed only once for all services of a node
+            print(
+                f"WARNING: {problem}" + (f"\n{reason}" if reason and reason not in printed_reasons else ""),
+                file=sys.stderr,
+            )
+            printed_reasons.add(reason)
     if options.json:
-        print_json(matching)
+        print_json(matching_services)
     else:
-        print(*matching, sep="\n")
+        print(*matching_services, sep="\n")
 
 
 VERB = Verb(

@@ -1,4 +1,4 @@
-"""``service info`` (L76)."""
+"""``service info``: prints the node, address, type and arguments of a service (L76)."""
 
 from __future__ import annotations
 

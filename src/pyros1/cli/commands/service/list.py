@@ -1,4 +1,4 @@
-"""``service list`` (L76)."""
+"""``service list``: prints the registered services (L76)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``service type``, ``node``, ``uri`` and ``args``: one property of a service (L77)."""
+"""``service type``, ``node``, ``uri`` and ``args``: print one property of a service (L77)."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Verb
 
 
-def _type(invocation: Invocation, options: Any, args: list[str]) -> None:
+def _print_type(invocation: Invocation, options: Any, args: list[str]) -> None:
     """Print a service's type."""
     name = service_name(invocation, args)
     header = provider_header(invocation, invocation.graph, name)
@@ -25,7 +25,7 @@ def _type(invocation: Invocation, options: Any, args: list[str]) -> None:
     print(header.get("type", ""))
 
 
-def _node(invocation: Invocation, options: Any, args: list[str]) -> None:
+def _print_node(invocation: Invocation, options: Any, args: list[str]) -> None:
     """Print the node that provides a service."""
     name = service_name(invocation, args)
     services = invocation.graph.state().services
@@ -35,7 +35,7 @@ def _node(invocation: Invocation, options: Any, args: list[str]) -> None:
     print(nodes[0])
 
 
-def _uri(invocation: Invocation, options: Any, args: list[str]) -> None:
+def _print_uri(invocation: Invocation, options: Any, args: list[str]) -> None:
     """Print a service's address."""
     name = service_name(invocation, args)
     uri = invocation.graph.service_uri(name)
@@ -44,7 +44,7 @@ def _uri(invocation: Invocation, options: Any, args: list[str]) -> None:
     print(uri)
 
 
-def _args(invocation: Invocation, options: Any, args: list[str]) -> None:
+def _print_args(invocation: Invocation, options: Any, args: list[str]) -> None:
     """Print the names of a service's arguments."""
     name = service_name(invocation, args)
     header = provider_header(invocation, invocation.graph, name)
@@ -55,7 +55,11 @@ def _args(invocation: Invocation, options: Any, args: list[str]) -> None:
 
 VERBS = [
     Verb(
-        "type", "print service type", Argument("/service", "service"), examples=[("/flip", "print its type")], run=_type
+        "type",
+        "print service type",
+        Argument("/service", "service"),
+        examples=[("/flip", "print its type")],
+        run=_print_type,
     ),
     Verb(
         "node",
@@ -63,20 +67,20 @@ VERBS = [
         Argument("/service", "service"),
         examples=[("/flip", "print the node that provides it")],
         stock_about="",
-        run=_node,
+        run=_print_node,
     ),
     Verb(
         "uri",
         "print service ROSRPC uri",
         Argument("/service", "service"),
         examples=[("/flip", "print its address")],
-        run=_uri,
+        run=_print_uri,
     ),
     Verb(
         "args",
         "print service arguments",
         Argument("/service", "service"),
         examples=[("/flip", "print the names of its arguments")],
-        run=_args,
+        run=_print_args,
     ),
 ]

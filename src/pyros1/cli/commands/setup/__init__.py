@@ -17,7 +17,7 @@ from pyros1.cli.shared.shells import SHELL_OPTION, CompletedNames, parse_shell, 
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
-    """Print the shell code that sets up a shell."""
+    """Write the programs, and print the shell code that sets up a shell."""
     shell = select_shell(invocation, options)
     if shell is not None:
         args_by_program = registry.stock_names()

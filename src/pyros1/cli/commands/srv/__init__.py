@@ -1,4 +1,4 @@
-"""``pyros1 srv``: rossrv. It has the verbs of ``pyros1 msg``, but for services (L86-L89)."""
+"""``pyros1 srv``: shows service types, like rossrv. It has the same verbs as ``pyros1 msg`` (L86-L89)."""
 
 from __future__ import annotations
 

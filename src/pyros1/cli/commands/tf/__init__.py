@@ -1,4 +1,4 @@
-"""``pyros1 tf``: coordinate frames on live topics (L195-L199)."""
+"""``pyros1 tf``: shows and publishes coordinate frames (L195-L199)."""
 
 from __future__ import annotations
 

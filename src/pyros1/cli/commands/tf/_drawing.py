@@ -1,4 +1,4 @@
-"""A tree of frames as text, as a Graphviz graph, and as an SVG image."""
+"""Draws trees of frames as text, as a Graphviz graph, or as an SVG image."""
 
 from __future__ import annotations
 
@@ -18,10 +18,11 @@ class Frame(NamedTuple):
     """What is drawn for a frame.
 
     Attributes:
+        name: the name of the frame.
         parent: the name of the parent; None for the root of a tree.
         authority: the node that publishes the transform.
         static: whether the transform to the parent is static; None if unknown.
-        rate: the rate of the transforms in Hz; 0 for a single one.
+        rate: the rate of the transforms in Hz; 0 for a single transform.
         latest, oldest: times of the newest and the oldest transform in seconds.
     """
 
@@ -34,7 +35,7 @@ class Frame(NamedTuple):
     oldest: float
 
     def description(self, now: float) -> list[str]:
-        """Return a description of the frame's transform: publisher, rate and age. Empty for a root."""
+        """Return the parts of the transform's description: publisher, rate and age. A root has none."""
         if self.parent is None:
             return []
         if self.static or (self.static is None and not self.latest):
@@ -46,7 +47,7 @@ class Frame(NamedTuple):
 def find_roots_and_children(frames: Sequence[Frame]) -> tuple[list[Frame], dict[str, list[Frame]]]:
     """Return the root frames and the child frames by parent, both sorted by name.
 
-    Frames in a loop have no root, so the first frame of each loop is used as one.
+    Frames in a loop have no root, so the first frame of each loop is used as a root.
     """
     children_by_parent: dict[str, list[Frame]] = {}
     for frame in sorted(frames):
@@ -63,33 +64,35 @@ def find_roots_and_children(frames: Sequence[Frame]) -> tuple[list[Frame], dict[
             children_by_parent[str(frame.parent)] = [
                 child for child in children_by_parent[str(frame.parent)] if child is not frame
             ]
-        stack = [frame.name]
-        while stack:
-            name = stack.pop()
+        pending_names = [frame.name]
+        while pending_names:
+            name = pending_names.pop()
             reached.add(name)
-            stack += [child.name for child in children_by_parent.get(name, [])]
+            pending_names += [child.name for child in children_by_parent.get(name, [])]
     return roots, children_by_parent
 
 
 def format_tree(frames: Sequence[Frame], now: float) -> str:
-    """Return the trees as text, with the description of each frame after its name.
+    """Return the trees as text, with the description of each frame's transform after the frame's name.
 
     Args:
         frames: the frames.
-        now: the time in seconds, for ages.
+        now: the current time in seconds, from which ages are computed.
     """
     roots, children_by_parent = find_roots_and_children(frames)
     rows: list[tuple[str, list[str]]] = []
 
-    def add(frame: Frame, prefix: str, child_prefix: str) -> None:
+    def add_rows(frame: Frame, prefix: str, child_prefix: str) -> None:
         rows.append((prefix + one_line(frame.name), [*map(one_line, frame.description(now))]))
         last_number = len(children_by_parent.get(frame.name, ())) - 1
         for number, child in enumerate(children_by_parent.get(frame.name, ())):
             is_last = number == last_number
-            add(child, child_prefix + ("└── " if is_last else "├── "), child_prefix + ("    " if is_last else "│   "))
+            add_rows(
+                child, child_prefix + ("└── " if is_last else "├── "), child_prefix + ("    " if is_last else "│   ")
+            )
 
     for root in roots:
-        add(root, "", "")
+        add_rows(root, "", "")
     width = max((len(name) for name, _ in rows), default=0)
     authority_width = max((len(details[0]) for _, details in rows if details), default=0)
     lines = []
@@ -101,7 +104,7 @@ def format_tree(frames: Sequence[Frame], now: float) -> str:
     return "\n".join(lines)
 
 
-def dot(frames: Sequence[Frame], now: float) -> str:
+def render_dot(frames: Sequence[Frame], now: float) -> str:
     """Return the trees in the dot language of Graphviz, with the labels of tf2_tools."""
     lines = ["digraph G {"]
     for frame in frames:
@@ -128,7 +131,7 @@ def _quote(name: str) -> str:
 
 
 class _Box(NamedTuple):
-    """The box of a frame. `x` and `y` are the position of the middle of its upper edge in pixels."""
+    """The box of a frame. `x` and `y` are the position of the middle of the box's upper edge in pixels."""
 
     frame: Frame
     lines: list[str]
@@ -138,11 +141,12 @@ class _Box(NamedTuple):
     height: float
 
 
-def svg(frames: Sequence[Frame], now: float, title: str) -> str:
+def render_svg(frames: Sequence[Frame], now: float, title: str) -> str:
     """Return the trees as an SVG image. Parents are above their children, and descriptions are below each name.
 
     Args:
-        now: the time in seconds, for ages.
+        frames: the frames.
+        now: the current time in seconds, from which ages are computed.
         title: the title at the top.
     """
     roots, children_by_parent = find_roots_and_children(frames)
@@ -200,10 +204,10 @@ def svg(frames: Sequence[Frame], now: float, title: str) -> str:
 
 
 def _box_svg(box: _Box) -> str:
-    fill = "#e8eef7" if box.frame.parent is None else "#f7f7f2"
+    fill_color = "#e8eef7" if box.frame.parent is None else "#f7f7f2"
     elements = [
         f'<rect x="{box.x - box.width / 2:.1f}" y="{box.y:.1f}" width="{box.width:.1f}" height="{box.height:.1f}" '
-        f'rx="9" fill="{fill}" stroke="#333"/>'
+        f'rx="9" fill="{fill_color}" stroke="#333"/>'
     ]
     for number, line in enumerate(box.lines):
         style = ' font-weight="bold"' if not number else ' fill="#444"'

@@ -1,4 +1,4 @@
-"""Shared code of the tf commands: their nodes, and hints after a failed lookup."""
+"""Shared code of the verbs of ``tf``: nodes, waiting, numbers in arguments, and hints after failed lookups."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def make_pause(node: Node) -> Callable[[float], bool]:
 
 
 def wait_for_clock(node: Node) -> None:
-    """If the node uses simulated time, wait up to two seconds for it to start. Print a warning if it does not."""
+    """If the node uses simulated time, wait up to two seconds for the first time. Print a warning if none arrives."""
     pause = make_pause(node)
     for _ in range(20):
         if not node.now().is_zero() or not pause(0.1):
@@ -69,12 +69,12 @@ def wait_for_clock(node: Node) -> None:
 
 
 def parse_number(text: str, value_name: str, *, positive: bool = False) -> float:
-    """Return the number that an argument contains.
+    """Parse an argument that must be a number.
 
     Args:
         text: the argument.
         value_name: the name of the value, for the error message.
-        positive: whether it must be positive.
+        positive: whether the number must be positive.
 
     Raises:
         UsageError: the argument is not a number or not in the allowed range.
@@ -92,7 +92,7 @@ class LookupHints:
     """Prints hints about failed lookups to stderr, but never the same hint twice in a row.
 
     Args:
-        invocation: used to query the master.
+        invocation: the command's invocation, through which the master is queried.
         node: the node that listens to transforms.
         buffer: the node's buffer.
     """
@@ -104,19 +104,19 @@ class LookupHints:
         self._last_hint = ""
 
     def print_hint(self, error: TransformException | None, *frames: str) -> None:
-        """Print a hint about a failed lookup, unless it is the same as the last one.
+        """Print a hint about a failed lookup, unless it is the same as the last hint.
 
         Args:
             error: the lookup's error; None if no lookup was tried.
             frames: the frames of the lookup.
         """
-        hint = self._hint(error, frames)
+        hint = self._make_hint(error, frames)
         if hint and hint != self._last_hint:
             self._last_hint = hint
             sys.stdout.flush()
             print(hint, file=sys.stderr, flush=True)
 
-    def _hint(self, error: TransformException | None, frames: tuple[str, ...]) -> str:
+    def _make_hint(self, error: TransformException | None, frames: tuple[str, ...]) -> str:
         known_frames = sorted(self._buffer.frames())
         if not known_frames:
             return self._no_transforms_hint([self._node.resolve(topic) for topic in TF_TOPICS])
@@ -129,7 +129,7 @@ class LookupHints:
                 )
                 return f"Unknown frame '{frame}'{did_you_mean(frame, known_frames)}; known frames: {frame_list}"
         if isinstance(error, ConnectivityException):
-            roots = " and ".join(repr(self._root_of(frame)) for frame in frames)
+            roots = " and ".join(repr(self._find_root(frame)) for frame in frames)
             return (
                 f"The frames are in separate trees with the roots {roots}: "
                 "no node publishes a transform between the trees"
@@ -152,7 +152,7 @@ class LookupHints:
             f"(pyros1 node ping {publisher_names[0]})"
         )
 
-    def _root_of(self, frame: str) -> str:
+    def _find_root(self, frame: str) -> str:
         parents = {state.name: state.parent for state in self._buffer.states()}
         for _ in parents:
             parent = parents.get(frame)

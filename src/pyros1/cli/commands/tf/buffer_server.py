@@ -8,21 +8,27 @@ from pyros1.cli.failures import CommandError, UsageError
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Verb
 
-_DEFAULT_SIZE = 120.0
+_DEFAULT_SECONDS = 120.0
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
-    """Run the node until it is shut down."""
+    """Perform lookups for other nodes until the node is shut down."""
     if args:
         raise UsageError(f"unexpected argument {args[0]!r}")
     from pyros1.node import Node  # noqa: PLC0415 - not needed for help
     from pyros1.tf import Buffer, BufferServer, TransformListener  # noqa: PLC0415
 
     with Node("tf_buffer", argv=invocation.remapping_args, environ=invocation.environ) as node:
-        size = node.params.get("~buffer_size", _DEFAULT_SIZE)
-        if isinstance(size, bool) or not isinstance(size, (int, float)) or not 0 < size < float("inf"):
-            raise CommandError(f"the parameter ~buffer_size must be a number of seconds greater than 0, not {size!r}")
-        buffer = Buffer(size)
+        buffer_seconds = node.params.get("~buffer_size", _DEFAULT_SECONDS)
+        if (
+            isinstance(buffer_seconds, bool)
+            or not isinstance(buffer_seconds, (int, float))
+            or not 0 < buffer_seconds < float("inf")
+        ):
+            raise CommandError(
+                f"the parameter ~buffer_size must be a number of seconds greater than 0, not {buffer_seconds!r}"
+            )
+        buffer = Buffer(buffer_seconds)
         TransformListener(node, buffer)
         BufferServer(node, buffer)
         node.spin()

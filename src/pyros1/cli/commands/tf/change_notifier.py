@@ -30,7 +30,7 @@ parameter ~frame_pairs is a list of {source_frame: NAME, target_frame: NAME}; ea
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
-    """Run the node until it is shut down."""
+    """Publish changes until the node is shut down."""
     if args:
         raise UsageError(f"unexpected argument {args[0]!r}: set the parameter ~frame_pairs to the frames")
     from pyros1.node import Node  # noqa: PLC0415 - not needed for help
@@ -38,7 +38,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
 
     name = f"change_notifier_{time.time_ns()}"
     with Node(name, argv=invocation.remapping_args, environ=invocation.environ) as node:
-        frequency = _check_number(node.params.get("~polling_frequency", _DEFAULT_FREQUENCY), "~polling_frequency")
+        frequency = _check_parameter(node.params.get("~polling_frequency", _DEFAULT_FREQUENCY), "~polling_frequency")
         if frequency == 0:
             raise CommandError("the parameter ~polling_frequency must be greater than 0")
         pairs = _read_pairs(node)
@@ -53,7 +53,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
                 except TransformException as error:
                     node.log.debug("%s", error)
                     continue
-                if pair.has_moved(transform.transform):
+                if pair.check_moved(transform.transform):
                     # As in tf, these names begin with a slash.
                     transform.header.frame_id, transform.child_frame_id = f"/{pair.target}", f"/{pair.source}"
                     changes.append(transform)
@@ -84,7 +84,7 @@ class FramePair:
     Args:
         source: the name of the frame.
         target: the name of the other frame.
-        distance: a distance in metres. Moves by more than this are published.
+        distance: a distance in metres. Moves by more than this distance are published.
         angle: an angle in radians. Rotations by more than twice this angle are published, as in tf.
     """
 
@@ -92,20 +92,20 @@ class FramePair:
     target: str
     distance: float = _DEFAULT_DISTANCE
     angle: float = _DEFAULT_ANGLE
-    _last: Any = None
+    _last_transform: Any = None
 
-    def has_moved(self, transform: Any) -> bool:
-        """Return whether the frame has moved since the last call that returned True. The first call returns True.
+    def check_moved(self, transform: Any) -> bool:
+        """Return whether the frame has moved since the last call that returned True; True for the first call.
 
         Args:
             transform: a geometry_msgs/Transform.
         """
-        if self._last is None or self._differs(transform, self._last):
-            self._last = transform
+        if self._last_transform is None or self._has_changed(transform, self._last_transform):
+            self._last_transform = transform
             return True
         return False
 
-    def _differs(self, first: Any, second: Any) -> bool:
+    def _has_changed(self, first: Any, second: Any) -> bool:
         a, b, p, q = first.translation, second.translation, first.rotation, second.rotation
         # A quaternion and its negative are the same rotation.
         dot = min(1.0, abs(p.x * q.x + p.y * q.y + p.z * q.z + p.w * q.w))
@@ -113,26 +113,26 @@ class FramePair:
 
 
 def _read_pairs(node: Node) -> list[FramePair]:
-    distance = _check_number(
+    distance = _check_parameter(
         node.params.get("~translational_update_distance", _DEFAULT_DISTANCE), "~translational_update_distance"
     )
-    angle = _check_number(node.params.get("~angular_update_distance", _DEFAULT_ANGLE), "~angular_update_distance")
-    value = node.params.get("~frame_pairs")
-    if value is None:
+    angle = _check_parameter(node.params.get("~angular_update_distance", _DEFAULT_ANGLE), "~angular_update_distance")
+    pair_dicts = node.params.get("~frame_pairs")
+    if pair_dicts is None:
         return [FramePair("base_link", "map", distance, angle)]
-    if not isinstance(value, list) or not all(isinstance(entry, dict) for entry in value):
+    if not isinstance(pair_dicts, list) or not all(isinstance(entry, dict) for entry in pair_dicts):
         raise CommandError(
             f"the parameter ~frame_pairs must be a list like [{{source_frame: NAME, target_frame: NAME}}], "
-            f"not {value!r}"
+            f"not {pair_dicts!r}"
         )
     pairs = [
         FramePair(
             _read_frame(entry, "source_frame"),
             _read_frame(entry, "target_frame"),
-            _check_number(entry.get("translational_update_distance", distance), "translational_update_distance"),
-            _check_number(entry.get("angular_update_distance", angle), "angular_update_distance"),
+            _check_parameter(entry.get("translational_update_distance", distance), "translational_update_distance"),
+            _check_parameter(entry.get("angular_update_distance", angle), "angular_update_distance"),
         )
-        for entry in value
+        for entry in pair_dicts
     ]
     for pair in pairs:
         node.log.info(
@@ -152,7 +152,7 @@ def _read_frame(entry: dict[str, Any], key: str) -> str:
     return name.lstrip("/")
 
 
-def _check_number(value: Any, name: str) -> float:
+def _check_parameter(value: Any, name: str) -> float:
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not 0 <= value < float("inf"):
         raise CommandError(f"the parameter {name} must be a non-negative number, not {value!r}")
     return float(value)

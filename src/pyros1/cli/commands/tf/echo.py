@@ -25,13 +25,13 @@ INITIAL_TIMEOUT = 1.0
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> int:
-    """Print the transform repeatedly. Return 255 for invalid arguments, 1 if ``-l`` is given and all lookups failed."""
+    """Print the transform repeatedly. Return 255 for invalid arguments, 1 if all lookups up to ``-l`` failed."""
     if not 2 <= len(args) <= 3:
         print(_USAGE.format("tf_echo" if called_as("tf_echo") else "pyros1 tf echo"))
         return 255
     _parse_options(options, args[2] if len(args) == 3 else options.rate)
     with open_node(invocation, "tf_echo") as node:
-        return _echo(invocation, node, options, *(name.removeprefix("/") for name in args[:2]))
+        return _print_transforms(invocation, node, options, *(name.removeprefix("/") for name in args[:2]))
     return 0
 
 
@@ -81,13 +81,13 @@ def _parse_options(options: Any, rate: str | None) -> None:
         setattr(options, name, None if text is None else int(text))
 
 
-def _echo(invocation: Invocation, node: Node, options: Any, source: str, target: str) -> int:
+def _print_transforms(invocation: Invocation, node: Node, options: Any, source: str, target: str) -> int:
     from pyros1.tf.buffer import Buffer  # noqa: PLC0415 - not needed for invalid arguments
     from pyros1.tf.errors import TransformException  # noqa: PLC0415
     from pyros1.tf.listener import TransformListener  # noqa: PLC0415
 
     if options.precision is None:
-        options.precision = _precision(node, options)
+        options.precision = _read_precision(node, options)
     buffer = Buffer(options.cache_time)
     TransformListener(node, buffer)
     hints = LookupHints(invocation, node, buffer)
@@ -97,10 +97,10 @@ def _echo(invocation: Invocation, node: Node, options: Any, source: str, target:
         and options.offset is not None
         and options.time is None
     ):
-        node.sleep(min(-options.offset, options.cache_time))  # wait until the buffer contains data that old
+        node.sleep(min(-options.offset, options.cache_time))  # wait until the buffer contains data of that age
     rate = node.rate(options.rate)
-    lookups = successes = 0
-    while node.ok() and (options.limit is None or lookups < options.limit):
+    lookup_count = success_count = 0
+    while node.ok() and (options.limit is None or lookup_count < options.limit):
         now = node.now().to_sec()
         lookup_time = options.time if options.time is not None else 0.0
         if options.offset is not None and options.time is None:
@@ -111,16 +111,16 @@ def _echo(invocation: Invocation, node: Node, options: Any, source: str, target:
             _print_failure(error, options, now, lookup_time, buffer)
             hints.print_hint(error, source, target)
         else:
-            successes += 1
+            success_count += 1
             _print_transform(transform, options, now)
-        lookups += 1
-        if lookups != options.limit:
+        lookup_count += 1
+        if lookup_count != options.limit:
             rate.sleep()
-    return 0 if successes or options.limit is None else 1
+    return 0 if success_count or options.limit is None else 1
 
 
-def _precision(node: Node, options: Any) -> int:
-    """Return the value of the parameter ~precision. If it is set, print stock's message."""
+def _read_precision(node: Node, options: Any) -> int:
+    """Return the value of the parameter ~precision (default 3). If it is set, print the stock tool's message."""
     value = node.params.get("~precision", None)
     if not isinstance(value, int) or value < 0:
         return 3

@@ -21,15 +21,15 @@ _WINDOW_SIZE = 1000
 
 _CHECK_PERIOD = 0.01
 _CHECKS_PER_REPORT = 21
-"""Number of checks of the chain from one report to the next."""
+"""Number of times that the chain is checked per report."""
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
-    """Print reports until the command is interrupted."""
+    """Print reports on the delays and rates of transforms until the command is interrupted."""
     if len(args) not in (0, 2):
         raise UsageError("give two frames, or none for all frames")
     with open_node(invocation, "tf_monitor") as node:
-        _monitor(invocation, node, [name.removeprefix("/") for name in args])
+        _print_reports(invocation, node, [name.removeprefix("/") for name in args])
 
 
 VERB = Verb(
@@ -59,7 +59,7 @@ class Delays:
         self._sender_by_frame: dict[str, str] = {}
 
     def add_transforms(self, frames: list[tuple[str, float]], sender: str, now: float) -> None:
-        """Record a message.
+        """Record the transforms in a message.
 
         Args:
             frames: the child frame and the stamp in seconds of each transform, with stamp 0 for static transforms.
@@ -76,7 +76,7 @@ class Delays:
             self._times_by_node.setdefault(sender, deque(maxlen=_WINDOW_SIZE)).append(now)
 
     def lines(self, chain: list[str] | None) -> list[str]:
-        """Return the report on the frames in a chain, or on all frames if it is None, and on all nodes."""
+        """Return the lines of the report on the frames in `chain`, or on all frames if it is None, and on all nodes."""
         with self._lock:
             rows = ["", "Frames:"]
             for name, delays in sorted(self._delays_by_frame.items()):
@@ -94,7 +94,7 @@ def _delay_summary(delays: deque[float]) -> str:
     return f"Average Delay: {sum(delays) / len(delays):g} Max Delay: {max(0.0, *delays):g}"
 
 
-def _monitor(invocation: Invocation, node: Node, frames: list[str]) -> None:
+def _print_reports(invocation: Invocation, node: Node, frames: list[str]) -> None:
     from pyros1.tf.buffer import Buffer  # noqa: PLC0415 - not needed for invalid arguments
     from pyros1.tf.listener import TransformListener  # noqa: PLC0415
 
@@ -121,15 +121,15 @@ def _monitor(invocation: Invocation, node: Node, frames: list[str]) -> None:
     ):
         average_delay = longest_delay = 0.0
         pause = make_pause(node)
-        checks = 0
+        check_count = 0
         while pause(_CHECK_PERIOD):
-            checks += 1
+            check_count += 1
             if chain and buffer.can_transform(*frames):
                 stamp = buffer.get_latest_common_time(*frames).to_sec()
                 delay = node.now().to_sec() - stamp if stamp else 0.0
                 average_delay = 0.01 * delay + 0.99 * average_delay
                 longest_delay = max(longest_delay, delay)
-            if checks % _CHECKS_PER_REPORT:
+            if check_count % _CHECKS_PER_REPORT:
                 continue
             if not buffer.frames():
                 hints.print_hint(None)

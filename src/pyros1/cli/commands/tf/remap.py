@@ -13,7 +13,7 @@ _MESSAGE_TYPE = "tf2_msgs/TFMessage"
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
-    """Run the node until it is shut down."""
+    """Republish transforms until the node is shut down."""
     if args:
         raise UsageError(f"unexpected argument {args[0]!r}: set the parameter ~mappings to the mappings")
     with open_node(invocation, "tf_remapper", is_tool=False, anonymous=False) as node:

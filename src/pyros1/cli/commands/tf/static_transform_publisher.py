@@ -1,7 +1,7 @@
 """``tf static_transform_publisher``: publishes a transform that does not change (L197).
 
-With a period, as in tf's program, it is published repeatedly on /tf. Without one, as in tf2_ros's program, it is
-published once on /tf_static, which is more efficient.
+With a period, as in tf's program, the transform is published repeatedly on /tf. Without a period, as in tf2_ros's
+program, it is published once on /tf_static, which is more efficient.
 """
 
 from __future__ import annotations
@@ -26,29 +26,31 @@ _TF2_USAGE = """Usage: static_transform_publisher x y z yaw pitch roll frame_id 
    or: static_transform_publisher x y z qx qy qz qw frame_id child_frame_id
    or: static_transform_publisher /param_name
 Publishes the pose of child_frame_id in frame_id on /tf_static, once; later subscribers receive it as well."""
-_ABOUT = "\nUnits are metres and radians. Without a period, it publishes on /tf_static (recommended), with one on /tf."
+_ABOUT_TEXT = (
+    "\nUnits are metres and radians. Without a period, it publishes on /tf_static (recommended), with one on /tf."
+)
 
-_USAGE_CODE = 255
+_USAGE_EXIT_CODE = 255
 _LENGTH_TOLERANCE = 1e-6
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> int:
-    """Run the node until it is shut down. Return 255 for a wrong number of arguments, 1 for invalid values.
+    """Publish until the node is shut down. Return 255 for a wrong number of arguments, 1 for invalid values.
 
-    The flags ``--tf`` and ``--tf2``, as the first argument, accept only the arguments of that package's program.
+    With ``--tf`` or ``--tf2`` as the first argument, only the arguments of that package's program are accepted.
     """
     args = list(args)
     package_flag = args.pop(0) if args[:1] in (["--tf"], ["--tf2"]) else ""
     if args[:1] in (["-h"], ["--help"]):
         examples = VERB.examples_text(invocation.program, as_stock=False)
-        print(*_usages(package_flag), _ABOUT, examples, sep="\n", end="")
+        print(*_usage_texts(package_flag), _ABOUT_TEXT, examples, sep="\n", end="")
         return 0
-    if args and args[0].startswith("--"):  # it is not the name of a parameter
+    if args and args[0].startswith("--"):  # this cannot be the name of a parameter
         raise UsageError(f"no such option: {args[0]}")
     if not _is_valid_count(len(args), package_flag):
-        report_error(f"{_PROGRAM} exited due to not having the right number of arguments", _USAGE_CODE)
-        print(*_usages(package_flag), sep="\n\n")
-        return _USAGE_CODE
+        report_error(f"{_PROGRAM} exited due to not having the right number of arguments", _USAGE_EXIT_CODE)
+        print(*_usage_texts(package_flag), sep="\n\n")
+        return _USAGE_EXIT_CODE
     if len(args) == 1:
         return _publish_parameter(invocation, args[0])
     has_period = package_flag == "--tf" or (
@@ -61,8 +63,8 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
     _check_frames(parent, child)
     if period is not None and period < 0:
         raise CommandError(f"the period must not be negative: {period * 1000:g} ms")
-    rotation = _from_angles(*values[3:]) if len(values) == 6 else values[3:]
-    return _publish(invocation, parent, child, values[:3], rotation, period)
+    rotation = _quaternion_from_angles(*values[3:]) if len(values) == 6 else values[3:]
+    return _publish_transform(invocation, parent, child, values[:3], rotation, period)
 
 
 VERB = Verb(
@@ -89,7 +91,7 @@ VERB = Verb(
 )
 
 
-def _usages(package_flag: str) -> list[str]:
+def _usage_texts(package_flag: str) -> list[str]:
     return {"--tf": [_TF_USAGE], "--tf2": [_TF2_USAGE]}.get(package_flag, [_TF2_USAGE, _TF_USAGE])
 
 
@@ -121,13 +123,13 @@ def _check_frames(parent: str, child: str) -> None:
         raise CommandError(f"target_frame and source frame are the same ({parent}, {child}) this cannot work")
 
 
-def _from_angles(yaw: float, pitch: float, roll: float) -> list[float]:
+def _quaternion_from_angles(yaw: float, pitch: float, roll: float) -> list[float]:
     from pyros1.tf.rotation import from_angles  # noqa: PLC0415 - not needed for quaternions
 
     return list(from_angles(roll, pitch, yaw))
 
 
-def _publish(
+def _publish_transform(
     invocation: Invocation, parent: str, child: str, position: list[float], rotation: list[float], period: float | None
 ) -> int:
     rotation, warning = _normalize(rotation)
@@ -143,7 +145,11 @@ def _publish(
 
 
 def _normalize(rotation: list[float]) -> tuple[list[float], str]:
-    """Return the quaternion normalized to length 1, and a warning if its length was different."""
+    """Return the quaternion normalized to length 1, and a warning if it had another length.
+
+    Raises:
+        CommandError: the quaternion is 0.
+    """
     length = math.hypot(*rotation)
     if length < _LENGTH_TOLERANCE:
         raise CommandError("0 0 0 0 is not a valid quaternion; use 0 0 0 1 for no rotation (the order is qx qy qz qw)")
@@ -161,18 +167,18 @@ def _publish_parameter(invocation: Invocation, name: str) -> int:
         value = node.params.get(name, None)
         if value is None:
             node.log.fatal("Could not read TF from parameter server: %s", name)
-            return _USAGE_CODE
+            return _USAGE_EXIT_CODE
         try:
-            frame, child = str(value["header"]["frame_id"]), str(value["child_frame_id"])
+            parent, child = str(value["header"]["frame_id"]), str(value["child_frame_id"])
             position = [float(value["transform"]["translation"][axis]) for axis in "xyz"]
             rotation = [float(value["transform"]["rotation"][axis]) for axis in "xyzw"]
         except (KeyError, TypeError, ValueError) as error:
             _raise_parameter_error(name, error)
-        _check_frames(frame, child)
+        _check_frames(parent, child)
         rotation, warning = _normalize(rotation)
         if warning:
             node.log.warn("%s", warning)
-        _publish_static(node, _make_transform(frame, child, position, rotation))
+        _publish_static(node, _make_transform(parent, child, position, rotation))
     return 0
 
 

@@ -16,11 +16,11 @@ from pyros1.cli.shared.printing import print_json
 if TYPE_CHECKING:
     from pyros1.tf.buffer import Buffer
 
-_CLEAR = "\033[H\033[J"
+_CLEAR_SCREEN = "\033[H\033[J"
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> int:
-    """Print the tree. Return 1 if no transform was received."""
+    """Print the tree once, or on a terminal until interrupted. Return 1 if no transform was received."""
     if args:
         raise UsageError(f"unexpected argument {args[0]!r}")
     seconds = parse_number(options.time, "the time", positive=True)
@@ -64,7 +64,7 @@ VERB = Verb(
 
 def _print_tree(buffer: Buffer, now: Callable[[], float], clear_screen: bool) -> None:
     tree_text = format_tree([Frame(*state[:7]) for state in buffer.states()], now())
-    print(f"{_CLEAR}{tree_text}" if clear_screen else tree_text, flush=True)
+    print(f"{_CLEAR_SCREEN}{tree_text}" if clear_screen else tree_text, flush=True)
 
 
 def _as_json(buffer: Buffer, now: float) -> list[dict[str, object]]:

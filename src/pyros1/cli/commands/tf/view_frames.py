@@ -7,7 +7,7 @@ import subprocess
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pyros1.cli.commands.tf._drawing import Frame, dot, format_tree, svg
+from pyros1.cli.commands.tf._drawing import Frame, format_tree, render_dot, render_svg
 from pyros1.cli.commands.tf._node import LookupHints, make_pause, open_node, parse_number
 from pyros1.cli.failures import CommandError, UsageError
 from pyros1.cli.invocation import Invocation
@@ -21,19 +21,19 @@ _NATIVE_SUFFIXES = (".svg", ".gv", ".dot")
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
-    """Draw the tree of frames."""
+    """Print the tree of frames, and draw it to one or two files."""
     if args:
         raise UsageError(f"unexpected argument {args[0]!r}: use -o to name the file")
     seconds = parse_number(options.time, "the time", positive=True)
     output = Path(options.output) if options.output else None
     _check_output(output)
     with open_node(invocation, "view_frames") as node:
-        frames = _request_frames(node, options.node) if options.node else _listen(invocation, node, seconds)
+        frames = _request_frames(node, options.node) if options.node else _receive_frames(invocation, node, seconds)
         now = node.now().to_sec()
         source = f"from {options.node}" if options.node else f"{seconds:g} s of /tf and /tf_static"
         print(format_tree(frames, now))
         for path in [output] if output else _default_paths():
-            _write(path, frames, now, f"Frames at {now:.3f}, {source}")
+            _write_drawing(path, frames, now, f"Frames at {now:.3f}, {source}")
             print(f"{path} written", flush=True)
 
 
@@ -60,7 +60,7 @@ def _default_paths() -> list[Path]:
 
 
 def _check_output(output: Path | None) -> None:
-    """Raise an error if the output file's name is unusable."""
+    """Raise CommandError if the name of the output file has no supported suffix."""
     if output is None or output.suffix in _NATIVE_SUFFIXES:
         return
     if not output.suffix:
@@ -71,7 +71,7 @@ def _check_output(output: Path | None) -> None:
         raise CommandError(f"{output.suffix} files need Graphviz, which is not installed: use {output.stem}.svg")
 
 
-def _listen(invocation: Invocation, node: Node, seconds: float) -> list[Frame]:
+def _receive_frames(invocation: Invocation, node: Node, seconds: float) -> list[Frame]:
     from pyros1.tf.buffer import Buffer  # noqa: PLC0415 - not needed for invalid arguments
     from pyros1.tf.listener import TransformListener  # noqa: PLC0415
 
@@ -86,16 +86,16 @@ def _listen(invocation: Invocation, node: Node, seconds: float) -> list[Frame]:
     return frames
 
 
-def _request_frames(node: Node, name: str) -> list[Frame]:
+def _request_frames(node: Node, node_name: str) -> list[Frame]:
     from pyros1.values.reading import load_yaml  # noqa: PLC0415 - rarely needed
 
-    service = f"{node.resolve(name)}/tf2_frames"
+    service = f"{node.resolve(node_name)}/tf2_frames"
     try:
         frame_yaml = node.service(service, "tf2_msgs/FrameGraph")().frame_yaml
     except ServiceError as error:
         raise CommandError(
-            f"cannot get the frames of {name}: {error}. Nodes with a tf2 listener provide the service {service} (C++ "
-            f"nodes only if they enable it)"
+            f"cannot get the frames of {node_name}: {error}. Nodes with a tf2 listener provide the service {service} "
+            f"(C++ nodes only if they enable it)"
         ) from None
     rows_by_frame: dict[str, dict[str, Any]] = load_yaml(frame_yaml) or {}
     frames = [
@@ -113,19 +113,19 @@ def _request_frames(node: Node, name: str) -> list[Frame]:
     frame_names = {frame.name for frame in frames}
     roots = dict.fromkeys(str(frame.parent) for frame in frames if frame.parent not in frame_names)
     if not frames:
-        raise CommandError(f"{name} knows no frames")
+        raise CommandError(f"{node_name} knows no frames")
     return [*(Frame(root, None, "", None, 0.0, 0.0, 0.0) for root in roots), *frames]
 
 
-def _write(path: Path, frames: list[Frame], now: float, title: str) -> None:
+def _write_drawing(path: Path, frames: list[Frame], now: float, title: str) -> None:
     try:
         if path.suffix == ".svg":
-            path.write_text(svg(frames, now, title), encoding="utf-8")
+            path.write_text(render_svg(frames, now, title), encoding="utf-8")
         elif path.suffix in _NATIVE_SUFFIXES:
-            path.write_text(dot(frames, now), encoding="utf-8")
+            path.write_text(render_dot(frames, now), encoding="utf-8")
         else:
             command = ["dot", f"-T{path.suffix[1:]}", "-o", str(path)]
-            result = subprocess.run(command, input=dot(frames, now).encode(), capture_output=True, check=False)
+            result = subprocess.run(command, input=render_dot(frames, now).encode(), capture_output=True, check=False)
             if result.returncode:
                 raise CommandError(f"dot cannot write {path}: {result.stderr.decode(errors='replace').strip()}")
     except OSError as error:

@@ -1,4 +1,4 @@
-"""``pyros1 topic``: rostopic (L25-L30, L60-L69)."""
+"""``pyros1 topic``: inspects, measures and publishes topics, like rostopic (L25-L30, L60-L69)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``topic list -b`` and ``topic echo -b``: the topics and messages of a bag (L27, L35, L36, L43)."""
+"""``topic list -b`` and ``topic echo -b``: print the topics and messages in a bag (L27, L35, L36, L43)."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from pyros1.ground.terminal_text import one_line
 from pyros1.ground.timing import Time
 from pyros1.msgs import AnyMsg
 
-Resolve = Callable[[str], str]
-"""Returns the full name of a topic. Relative names in bags are resolved like those on the command line."""
+ResolveFunction = Callable[[str], str]
+"""Type of a function that returns the full name of a topic. Relative names in bags are resolved like arguments."""
 
 
-def list_topics(path: str, namespace: str | None, resolve: Resolve, *, as_json: bool) -> None:
+def list_topics(path: str, namespace: str | None, resolve: ResolveFunction, *, as_json: bool) -> None:
     """Print the topics in a bag, or the number and times of the messages on topics below a namespace."""
     with _open(path) as bag:
         if namespace is None:
@@ -45,7 +45,7 @@ def list_topics(path: str, namespace: str | None, resolve: Resolve, *, as_json: 
         print(f"{len(times)} message(s) from {first_time} to {last_time}")
 
 
-def find_topic(path: str, name: str, resolve: Resolve) -> tuple[list[str], str] | None:
+def find_topic(path: str, name: str, resolve: ResolveFunction) -> tuple[list[str], str] | None:
     """Split a full name into topics of the bag and a field path.
 
     Returns:
@@ -53,13 +53,13 @@ def find_topic(path: str, name: str, resolve: Resolve) -> tuple[list[str], str] 
         warning and return None.
     """
     with _open(path) as bag:
-        recorded: dict[str, list[str]] = {}
+        topics_by_full_name: dict[str, list[str]] = {}
         for topic in bag.topics:
-            recorded.setdefault(resolve(topic), []).append(topic)
-    for topic in sorted(recorded, key=len, reverse=True):
+            topics_by_full_name.setdefault(resolve(topic), []).append(topic)
+    for topic in sorted(topics_by_full_name, key=len, reverse=True):
         if name == topic or name.startswith(topic + "/"):
-            return recorded[topic], name[len(topic) :]
-    print(f"WARNING: no topic [{name}] in {path}{did_you_mean(name, recorded)}", file=sys.stderr)
+            return topics_by_full_name[topic], name[len(topic) :]
+    print(f"WARNING: no topic [{name}] in {path}{did_you_mean(name, topics_by_full_name)}", file=sys.stderr)
     return None
 
 
@@ -77,7 +77,7 @@ def replay(path: str, topics: list[str] | None, on_message: Callable[[str, AnyMs
             message.message._connection_header["message_definition"] = definitions[message.connection.id]
             if not on_message(message.topic, message.message, message.time):
                 return
-            del message  # it may be large, and must not stay in memory while the next one is read
+            del message  # a message may be large, and must not stay in memory while the next one is read
 
 
 def _open(path: str) -> Any:

@@ -1,4 +1,4 @@
-"""A warning for verbs that measure simulated time: the time does not advance."""
+"""Warns users of verbs that measure simulated time if it does not advance."""
 
 from __future__ import annotations
 
@@ -23,15 +23,15 @@ class StoppedClock:
         self._node = node
         self._hint = hint
         self._uses_simulated_time = node.params.get("/use_sim_time", False) is True
-        self._last: Time | None = None
+        self._last_time: Time | None = None
         self._has_warned = False
 
     def warn_if_stopped(self) -> bool:
-        """Warn once each time simulated time stops. Return whether it has not advanced since the last call."""
+        """Warn once whenever simulated time stops. Return whether it has not advanced since the last call."""
         if not self._uses_simulated_time:
             return False
         now = self._node.now()
-        previous, self._last = self._last, now
+        previous, self._last_time = self._last_time, now
         if now != previous:
             self._has_warned = False
             return False

@@ -1,4 +1,4 @@
-"""``topic echo`` (L60-L63)."""
+"""``topic echo``: prints messages or their fields (L60-L63)."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from pyros1.cli.clean_output import data_stream
 from pyros1.cli.failures import CommandError, UsageError
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Flag, Option, Verb
-from pyros1.cli.shared.filters import Clock, filter_expression
-from pyros1.cli.shared.forms import Json, Plot, Text, ValueWriter
+from pyros1.cli.shared.filters import ExpressionClock, filter_expression
+from pyros1.cli.shared.forms import JsonFormat, PlotFormat, TextFormat, ValueWriter
 from pyros1.cli.shared.options import CHUNK_LIMIT_OPTION
 from pyros1.cli.shared.subscribing import subscribe, wait_for_topic
 from pyros1.ground.errors import DeserializationError, MessageError
@@ -32,19 +32,19 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
     """Print the messages of a topic or one of their fields."""
     _check_options(options, args)
     name = invocation.resolve(args[0]) if args else ""
-    clock = Clock()
+    clock = ExpressionClock()
     expression = filter_expression(options.filter_expr, clock) if options.filter_expr else None
     if options.bag:
         _echo_bag(invocation, options, name, expression)
         return
     with invocation.open_node() as node:
         clock.node = node
-        found = wait_for_topic(invocation, node, name)
-        if found is None:
+        topic_match = wait_for_topic(invocation, node, name)
+        if topic_match is None:
             return
-        topic, path, type_name = found
+        topic, path, type_name = topic_match
         print_value = _make_writer(options, node.now)
-        printer = Printer(topic, FieldPath(path), print_value, expression, options.msg_count, type_name)
+        printer = MessagePrinter(topic, FieldPath(path), print_value, expression, options.msg_count, type_name)
         with subscribe(node, topic, printer.on_message):
             _wait_until_done(invocation, node, printer)
     if printer.error is not None:
@@ -91,41 +91,41 @@ def _echo_bag(invocation: Invocation, options: Any, name: str, expression: Expre
     path = ""
     topics = None
     if not options.all:
-        found = _bag.find_topic(options.bag, name, invocation.resolve)
-        if found is None:
+        topic_match = _bag.find_topic(options.bag, name, invocation.resolve)
+        if topic_match is None:
             return
-        topics, path = found
+        topics, path = topic_match
     message_time = Time()
     print_value = _make_writer(options, lambda: message_time)
-    printers: dict[str, Printer] = {}
-    remaining = options.msg_count
+    printers: dict[str, MessagePrinter] = {}
+    remaining_count = options.msg_count
 
     def on_message(topic: str, raw: AnyMsg, time: Time) -> bool:
-        nonlocal message_time, remaining
+        nonlocal message_time, remaining_count
         message_time = time
-        if remaining is not None and remaining <= 0:
+        if remaining_count is not None and remaining_count <= 0:
             return False
         printer = printers.get(topic)
         if printer is None:
             full_name = invocation.resolve(topic)
-            printer = printers[topic] = Printer(full_name, FieldPath(path), print_value, expression, None)
+            printer = printers[topic] = MessagePrinter(full_name, FieldPath(path), print_value, expression, None)
         count_before = printer.count
         printer.on_message(raw)
         if isinstance(printer.error, CommandError):
             raise CommandError(f"{options.bag}: at {time.to_sec():.6f}: {printer.error}") from printer.error
         if printer.error is not None:
             raise printer.error
-        if remaining is not None:
-            remaining -= printer.count - count_before
-        return remaining is None or remaining > 0
+        if remaining_count is not None:
+            remaining_count -= printer.count - count_before
+        return remaining_count is None or remaining_count > 0
 
     _bag.replay(options.bag, topics, on_message)
 
 
 def _make_writer(options: Any, now: Callable[[], Time]) -> ValueWriter:
     if options.json:
-        return Json(options)
-    return Plot(options, now) if options.plot else Text(options, now)
+        return JsonFormat(options)
+    return PlotFormat(options, now) if options.plot else TextFormat(options, now)
 
 
 def _check_options(options: Any, args: list[str]) -> None:
@@ -148,13 +148,13 @@ def _check_options(options: Any, args: list[str]) -> None:
         raise UsageError(f"Fixed width for numeric values must be at least {_MIN_WIDTH}")
 
 
-def _wait_until_done(invocation: Invocation, node: Any, printer: Printer) -> None:
+def _wait_until_done(invocation: Invocation, node: Any, printer: MessagePrinter) -> None:
     """Wait until the count is reached or the node shuts down. Warn once if simulated time has not started (L63)."""
     has_warned = False
-    waited = 0.0
+    waited_seconds = 0.0
     while node.ok() and not printer.done.wait(0.25):
-        waited += 0.25
-        if waited >= _CLOCK_TIMEOUT and not has_warned and not printer.count and node.now().is_zero():
+        waited_seconds += 0.25
+        if waited_seconds >= _CLOCK_TIMEOUT and not has_warned and not printer.count and node.now().is_zero():
             has_warned = True
             print(
                 "WARNING: no messages received and simulated time is active.\nIs /clock being published?",
@@ -163,13 +163,13 @@ def _wait_until_done(invocation: Invocation, node: Any, printer: Printer) -> Non
             )
 
 
-class Printer:
+class MessagePrinter:
     """Prints messages that pass the filter until the count is reached.
 
     Attributes:
         count: the number of messages printed.
         done: set when the count is reached or an error occurred.
-        error: the error that stopped the output.
+        error: the error that stopped the output; None if there was none.
     """
 
     def __init__(
@@ -178,7 +178,7 @@ class Printer:
         path: FieldPath,
         print_value: ValueWriter,
         expression: Expression | None,
-        limit: int | None,
+        max_count: int | None,
         type_name: str | None = None,
     ) -> None:
         self.count = 0
@@ -188,17 +188,17 @@ class Printer:
         self._path = path
         self._print_value = print_value
         self._expression = expression
-        self._limit = limit
+        self._max_count = max_count
         self._decoder = Decoder(type_name or "", prefer_installed=type_name is not None)
         self._skips_invalid_messages = type_name is not None
         self._printed_warnings: set[str] = set()
         self._out = data_stream()  # messages are already escaped, and --clear works for files as well, like stock's
 
     def on_message(self, raw: AnyMsg) -> None:
-        """Handle a message. Called by the subscription's thread."""
+        """Print a message if it passes the filter. Called in the subscription's thread."""
         if self.done.is_set():
             return
-        if self._limit is not None and self.count >= self._limit:
+        if self._max_count is not None and self.count >= self._max_count:
             self.done.set()
             return
         try:
@@ -213,7 +213,7 @@ class Printer:
             self.done.set()
             return
         self.count += 1
-        if self._limit is not None and self.count >= self._limit:
+        if self._max_count is not None and self.count >= self._max_count:
             self.done.set()
 
     def _value_to_print(self, raw: AnyMsg) -> tuple[Message, Any, str | None] | None:

@@ -1,4 +1,4 @@
-"""``topic info`` (L28)."""
+"""``topic info``: prints the type, publishers and subscribers of a topic (L28)."""
 
 from __future__ import annotations
 

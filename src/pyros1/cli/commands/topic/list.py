@@ -1,4 +1,4 @@
-"""``topic list`` (L25-L27)."""
+"""``topic list``: prints the topics of the running system or of a bag (L25-L27)."""
 
 from __future__ import annotations
 
@@ -101,8 +101,8 @@ def _verbose_text(
             continue
         lines.append(f"{indent}{title} topics:")
         for topic, nodes in nodes_by_topic.items():
-            plural = "s" if len(nodes) > 1 else ""
-            lines.append(f"{indent} * {topic} [{types.get(topic, UNKNOWN_TYPE)}] {len(nodes)} {role}{plural}")
+            plural_suffix = "s" if len(nodes) > 1 else ""
+            lines.append(f"{indent} * {topic} [{types.get(topic, UNKNOWN_TYPE)}] {len(nodes)} {role}{plural_suffix}")
         lines.append(indent)
     if indent:
         lines[-1] = ""
@@ -117,23 +117,24 @@ def _list_by_host(
     verbose: bool,
     selected_role: str,
 ) -> None:
-    hosts: dict[str, str | None] = {}
+    hosts_by_node: dict[str, str | None] = {}
     for node in state.nodes():
         uri = graph.node_uri(node)
         try:
-            hosts[node] = parse_uri(uri)[0] if uri else None
+            hosts_by_node[node] = parse_uri(uri)[0] if uri else None
         except ProtocolError as error:
             print(f"WARNING: {node} is left out: {error}", file=sys.stderr)
     types = graph.topic_types() if verbose else {}
 
-    def on_host(host: str, nodes_by_topic: dict[str, list[str]]) -> dict[str, list[str]]:
-        nodes_here = {
-            topic: [node for node in nodes if hosts.get(node) == host] for topic, nodes in nodes_by_topic.items()
+    def restrict_to_host(host: str, nodes_by_topic: dict[str, list[str]]) -> dict[str, list[str]]:
+        nodes_on_host = {
+            topic: [node for node in nodes if hosts_by_node.get(node) == host]
+            for topic, nodes in nodes_by_topic.items()
         }
-        return {topic: nodes for topic, nodes in nodes_here.items() if nodes}
+        return {topic: nodes for topic, nodes in nodes_on_host.items() if nodes}
 
-    for host in sorted({host for host in hosts.values() if host}):
-        published, subscribed = on_host(host, publishers), on_host(host, subscribers)
+    for host in sorted({host for host in hosts_by_node.values() if host}):
+        published, subscribed = restrict_to_host(host, publishers), restrict_to_host(host, subscribers)
         if not published and not subscribed:
             continue
         print(f"Host [{host}]:")

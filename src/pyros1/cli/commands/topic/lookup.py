@@ -1,4 +1,4 @@
-"""``topic type`` and ``topic find`` (L29, L30)."""
+"""``topic type`` prints the type of a topic, and ``topic find`` the topics of a type (L29, L30)."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pyros1.cli.records import JSON_FLAG, Argument, Option, Verb
 from pyros1.cli.shared.printing import print_json
 
 
-def _type(invocation: Invocation, options: Any, args: list[str]) -> None:
+def _print_type(invocation: Invocation, options: Any, args: list[str]) -> None:
     """Print the type of a topic or field."""
     if not args:
         raise UsageError("the following arguments are required: topic_or_field")
@@ -18,10 +18,10 @@ def _type(invocation: Invocation, options: Any, args: list[str]) -> None:
         raise UsageError(f"unrecognized arguments: {' '.join(args[1:])}")
     name = invocation.resolve(args[0])
     graph = invocation.graph
-    found = graph.find_topic(name)
-    if found is None:
+    topic_match = graph.find_topic(name)
+    if topic_match is None:
         fail(f"unknown topic type [{name}]{did_you_mean(name, graph.topic_types())}")
-    _, topic_type, path = found
+    _, topic_type, path = topic_match
     if not path:
         print(topic_type)
         return
@@ -36,8 +36,8 @@ def _type(invocation: Invocation, options: Any, args: list[str]) -> None:
     print(topic_type, path.lstrip("/"), field_type)
 
 
-def _find(invocation: Invocation, options: Any, args: list[str]) -> None:
-    """Print the topics of a type."""
+def _print_topics(invocation: Invocation, options: Any, args: list[str]) -> None:
+    """Print the topics of a type, or those whose name or type is similar to a word."""
     if not args and options.like is None:
         raise UsageError("please specify a message type")
     if len(args) > 1:
@@ -56,13 +56,13 @@ def _find_similar(word: str, types: dict[str, str]) -> list[str]:
     """Return the topics whose name or type contains a word, or has a part similar to it, best matches first."""
     from difflib import get_close_matches  # noqa: PLC0415
 
-    lowercase = word.lower().strip("/")
+    lowercase_word = word.lower().strip("/")
     names = sorted(types)
-    matches = [name for name in names if lowercase in name.lower()]
-    matches += [name for name in names if lowercase in types[name].lower()]
+    matches = [name for name in names if lowercase_word in name.lower()]
+    matches += [name for name in names if lowercase_word in types[name].lower()]
     for name in names:
         parts = [part.lower() for part in (*name.split("/"), *types[name].split("/")) if part]
-        if get_close_matches(lowercase, parts, 1, 0.7):
+        if get_close_matches(lowercase_word, parts, 1, 0.7):
             matches.append(name)
     return list(dict.fromkeys(matches))
 
@@ -73,7 +73,7 @@ VERBS = [
         "print topic or field type",
         Argument("topic_or_field", "topic"),
         examples=[("/pose/header/stamp", "print the type of a topic or field")],
-        run=_type,
+        run=_print_type,
     ),
     Verb(
         "find",
@@ -91,6 +91,6 @@ VERBS = [
             ("std_msgs/String", "list topics of that type"),
             ("--like scan", "list topics with a similar name or type"),
         ],
-        run=_find,
+        run=_print_topics,
     ),
 ]

@@ -15,7 +15,7 @@ from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Flag, Option, Verb
 from pyros1.cli.shared.chart import render_chart
 from pyros1.cli.shared.curves import expand_messages, parse_curves
-from pyros1.cli.shared.printing import use_colour
+from pyros1.cli.shared.printing import should_use_colour
 from pyros1.cli.shared.subscribing import subscribe, wait_for_topic
 from pyros1.ground.errors import MessageError
 from pyros1.ground.timing import TVal
@@ -26,7 +26,7 @@ from pyros1.observe.fields import FieldPath, FieldPathError, split_expression
 
 _MAX_POINTS = 20_000
 _REFRESH_PERIOD = 0.1
-_CLEAR, _ENTER_ALTERNATE_SCREEN, _LEAVE_ALTERNATE_SCREEN = (
+_CLEAR_SCREEN, _ENTER_ALTERNATE_SCREEN, _LEAVE_ALTERNATE_SCREEN = (
     "\033[H\033[J",
     "\033[?1049h\033[?25l",
     "\033[?25h\033[?1049l",
@@ -39,32 +39,34 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
         raise UsageError("a topic with a field must be specified")
     if not options.period > 0:
         raise UsageError("the period must be greater than zero")
-    names = expand_messages(invocation, [name for arg in args for name in parse_curves(invocation, arg)])
+    curve_names = expand_messages(
+        invocation, [curve_name for arg in args for curve_name in parse_curves(invocation, arg)]
+    )
     try:
-        expression_readers = {name: _expression_reader(name) for name in names}
+        expression_readers = {curve_name: _expression_reader(curve_name) for curve_name in curve_names}
     except ExpressionError as error:
         raise UsageError(str(error)) from None
-    draw_once = bool(options.once) or not sys.stdout.isatty()
+    draws_once = bool(options.once) or not sys.stdout.isatty()
     with invocation.open_node() as node, contextlib.ExitStack() as subscriptions:
         curves: list[_Curve] = []
         curves_by_topic: dict[str, list[_Curve]] = {}
-        for name in names:
-            found = wait_for_topic(invocation, node, (split_expression(name) or (name,))[0])
-            if found is None:
+        for curve_name in curve_names:
+            topic_match = wait_for_topic(invocation, node, (split_expression(curve_name) or (curve_name,))[0])
+            if topic_match is None:
                 return
-            curve = _Curve(name, expression_readers[name] or _field_reader(found[1]))
+            curve = _Curve(curve_name, expression_readers[curve_name] or _field_reader(topic_match[1]))
             curves.append(curve)
-            curves_by_topic.setdefault(found[0], []).append(curve)
+            curves_by_topic.setdefault(topic_match[0], []).append(curve)
         for topic, topic_curves in curves_by_topic.items():
             subscriptions.enter_context(subscribe(node, topic, _CurveFeeder(topic_curves).on_message))
-        if draw_once:
-            _collect(invocation, curves, options.period)
+        if draws_once:
+            _collect_points(invocation, curves, options.period)
             print(_draw_chart(curves, options.period))
             return
         with _alternate_screen():
             while invocation.pause(_REFRESH_PERIOD):
                 _raise_curve_error(curves)
-                sys.stdout.write(_CLEAR + _draw_chart(curves, options.period))
+                sys.stdout.write(_CLEAR_SCREEN + _draw_chart(curves, options.period))
                 sys.stdout.flush()
     _raise_curve_error(curves)
 
@@ -89,7 +91,7 @@ VERB = Verb(
 )
 
 
-def _collect(invocation: Invocation, curves: list[_Curve], period: float) -> None:
+def _collect_points(invocation: Invocation, curves: list[_Curve], period: float) -> None:
     deadline = monotonic() + period
     while monotonic() < deadline and invocation.pause(min(_REFRESH_PERIOD, max(0.0, deadline - monotonic()))):
         _raise_curve_error(curves)
@@ -102,9 +104,15 @@ def _raise_curve_error(curves: list[_Curve]) -> None:
 
 
 def _draw_chart(curves: list[_Curve], period: float) -> str:
-    size = shutil.get_terminal_size((100, 30))
+    terminal_size = shutil.get_terminal_size((100, 30))
     labelled_points = [(curve.name, list(curve.points)) for curve in curves]
-    return render_chart(labelled_points, monotonic(), period, (size.columns, size.lines - 1), use_colour(sys.stdout))
+    return render_chart(
+        labelled_points,
+        monotonic(),
+        period,
+        (terminal_size.columns, terminal_size.lines - 1),
+        should_use_colour(sys.stdout),
+    )
 
 
 @contextlib.contextmanager
@@ -123,25 +131,25 @@ def _field_reader(path: str) -> Callable[[Any], Any]:
     return lambda message: field.get(message)[0]
 
 
-def _expression_reader(name: str) -> Callable[[Any], Any] | None:
-    """Return a function that evaluates the expression on a message; None if the name is a field."""
-    split = split_expression(name)
-    if split is None:
+def _expression_reader(curve_name: str) -> Callable[[Any], Any] | None:
+    """Return a function that evaluates the expression in a curve's name on a message; None if the name is a field."""
+    topic_and_code = split_expression(curve_name)
+    if topic_and_code is None:
         return None
-    expression = Expression(split[1])
+    expression = Expression(topic_and_code[1])
     return lambda message: expression({"m": message})
 
 
 class _Curve:
-    def __init__(self, name: str, read: Callable[[Any], Any]) -> None:
+    def __init__(self, name: str, read_value: Callable[[Any], Any]) -> None:
         self.name = name
-        self.read = read
+        self._read_value = read_value
         self.points: deque[tuple[float, float]] = deque(maxlen=_MAX_POINTS)
         self.error: str | None = None
 
     def add(self, now: float, message: Any) -> None:
         try:
-            value = self.read(message)
+            value = self._read_value(message)
         except (FieldPathError, ExpressionError) as error:
             self.error = f"{self.name}: {error}"
             return

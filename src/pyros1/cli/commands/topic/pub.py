@@ -1,4 +1,4 @@
-"""``topic pub`` (L67-L69)."""
+"""``topic pub``: publishes messages given as YAML or JSON (L67-L69)."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from pyros1.cli.invocation import Invocation
 from pyros1.cli.parsing import mark_negative_number, parse_marked, unmark
 from pyros1.cli.records import Argument, Flag, Option, Verb
 from pyros1.cli.shared.argument_names import argument_names
-from pyros1.cli.shared.documents import Record, read_documents
+from pyros1.cli.shared.documents import JsonDocument, read_documents
 from pyros1.ground.errors import DefinitionError, Error, MessageError, SerializationError, UnknownTypeError
 from pyros1.ground.timing import Time
 from pyros1.msgs import Message, load_message
@@ -23,7 +23,7 @@ from pyros1.msgs.fill import fill_message
 from pyros1.values import load_yaml
 
 HOLD_SECONDS = 3.0
-"""Time in seconds that ``-1`` keeps running, so that subscribers can receive the message."""
+"""Time in seconds for which ``topic pub -1`` keeps running, so that subscribers can receive the message."""
 
 _SUBSCRIBER_TIMEOUT = 5.0
 """Maximum time in seconds to wait for the first subscriber before messages from a file or stdin are published."""
@@ -40,24 +40,26 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
     name, type_name = invocation.resolve(args[0]), args[1]
     arguments = _parse_values(args[2:])
     message_class = _load_message_class(type_name)
-    has_fields = bool(message_class.__slots__)  # like in stock, nothing is read for types without fields
-    from_arguments = not has_fields or (not options.file and (bool(arguments) or sys.stdin.isatty()))
-    if from_arguments:  # report invalid arguments before contacting the master
+    has_fields = bool(message_class.__slots__)  # as in stock, nothing is read for types without fields
+    uses_arguments = not has_fields or (not options.file and (bool(arguments) or sys.stdin.isatty()))
+    if uses_arguments:  # report invalid arguments before contacting the master
         fill_and_check(message_class(), arguments, Time())
     rate = options.rate
     with invocation.open_node() as node:
         latch = bool(options.latch) or rate is None
         publisher = node.advertise(name, message_class, queue_size=100, latch=latch)
         session = _PublishingSession(invocation, node, publisher, message_class, options)
-        if not from_arguments:
+        if not uses_arguments:
             source = _documents_for_topic(_read_source(options.file), name, invocation)
             keep_first = bool(options.latch) and rate is None
             if options.file and not (options.once or keep_first):
-                first = list(islice(source, 2))
-                if len(first) == 1:
-                    session.repeat_from_file(first[0], rate or _DEFAULT_RATE, bool(options.substitute_keywords))
+                first_documents = list(islice(source, 2))
+                if len(first_documents) == 1:
+                    session.repeat_from_file(
+                        first_documents[0], rate or _DEFAULT_RATE, bool(options.substitute_keywords)
+                    )
                     return
-                source = chain(first, source)
+                source = chain(first_documents, source)
             session.stream(source, rate or _DEFAULT_RATE, keep_first=keep_first)
         elif rate is not None:
             session.repeat(arguments, rate, bool(options.substitute_keywords))
@@ -66,7 +68,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
 
 
 def _parse(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:
-    """Parse the arguments, in which ``-1`` can be the option or a value. Return the options and the arguments."""
+    """Parse the arguments, in which ``-1`` can be the option or a value. Return the options and other arguments."""
     options, args = parse_marked(invocation, verb, _mark_numbers(invocation.args, is_once_anywhere=True))
     if "-1" in invocation.args and not options.file and len(args) > 1 and _needs_more_values(args[1], args[2:]):
         options, args = parse_marked(invocation, verb, _mark_numbers(invocation.args, is_once_anywhere=False))
@@ -129,16 +131,16 @@ def _mark_numbers(args: list[str], *, is_once_anywhere: bool) -> list[str]:
 
     Args:
         args: the arguments.
-        is_once_anywhere: whether ``-1`` is the option at any position, as in stock, or only before the values.
+        is_once_anywhere: whether ``-1`` is the option at any position, as in stock, instead of only before the values.
     """
     marked_args: list[str] = []
-    positional = 0
+    positional_count = 0
     for position, arg in enumerate(args):
         if arg == "--":
             return marked_args + args[position:]
-        is_option = arg == "-1" and (is_once_anywhere or positional < 2)
+        is_option = arg == "-1" and (is_once_anywhere or positional_count < 2)
         marked_args.append(arg if is_option else mark_negative_number(arg))
-        positional += not arg.startswith("-")
+        positional_count += not arg.startswith("-")
     return marked_args
 
 
@@ -165,7 +167,7 @@ def _parse_values(args: list[str]) -> list[Any]:
 
 
 def _similar_type_hint(type_name: str) -> str:
-    """Return a hint with the type that a misspelt name or one without a package probably means."""
+    """Return a hint with the type that is probably meant by a name that is misspelt or lacks a package."""
     try:
         load_message(type_name)
     except UnknownTypeError as error:
@@ -190,28 +192,28 @@ def _load_message_class(type_name: str) -> type[Message]:
 
 
 def fill_and_check(message: Message, arguments: Any, now: Time | None) -> None:
-    """Fill a message with the values of the arguments, and check that they fit.
+    """Set the fields of a message from arguments, and check that the values fit.
 
     Raises:
-        CommandError: the values do not fit; the error message contains the expected fields (L68).
+        CommandError: the values do not fit; the error message contains the names of the fields (L68).
     """
     try:
         fill_message(message, arguments, now)
     except MessageError as error:
-        expected = " ".join(argument_names(type(message)))
-        raise CommandError(f"{error}\n\nArgs are: [{expected}]") from None
+        field_names = " ".join(argument_names(type(message)))
+        raise CommandError(f"{error}\n\nArgs are: [{field_names}]") from None
     try:
         type(message)._encode(message)
     except SerializationError as error:
-        expected = " ".join(argument_names(type(message)))
-        raise CommandError(f"{error}\n\nArgs are: [{expected}]") from None
+        field_names = " ".join(argument_names(type(message)))
+        raise CommandError(f"{error}\n\nArgs are: [{field_names}]") from None
 
 
-def _message_from_record(message_class: type[Message], record: Record, now: Time) -> Message:
+def _message_from_json(message_class: type[Message], document: JsonDocument, now: Time) -> Message:
     from pyros1.msgs.json_form import from_json  # noqa: PLC0415
 
     try:
-        message = from_json(message_class, record, now)
+        message = from_json(message_class, document, now)
         message_class._encode(message)
     except MessageError as error:
         raise CommandError(f"{error}\n\nArgs are: [{' '.join(argument_names(message_class))}]") from None
@@ -226,24 +228,24 @@ def _read_source(path: str | None) -> Iterator[Any]:
         yield from read_documents(file, path)
 
 
-def _documents_for_topic(source: Iterator[Any], name: str, invocation: Invocation) -> Iterator[Any]:
+def _documents_for_topic(documents: Iterator[Any], name: str, invocation: Invocation) -> Iterator[Any]:
     """Yield the documents to publish. From lines of `bag export`, yield the messages of one topic.
 
     Raises:
         CommandError: there are lines of `bag export`, but none for the topic.
     """
-    skipped: set[str] = set()
+    skipped_topics: set[str] = set()
     has_documents = False
-    for document in source:
-        is_exported = isinstance(document, Record) and document.keys() == _EXPORT_FIELDS
+    for document in documents:
+        is_exported = isinstance(document, JsonDocument) and document.keys() == _EXPORT_FIELDS
         if is_exported and invocation.resolve(str(document["topic"])) != name:
-            skipped.add(str(document["topic"]))
+            skipped_topics.add(str(document["topic"]))
             continue
         has_documents = True
-        yield Record(document["message"]) if is_exported else document
-    if skipped and not has_documents:
+        yield JsonDocument(document["message"]) if is_exported else document
+    if skipped_topics and not has_documents:
         raise CommandError(
-            f"no line contains a message of {name}, only of: {', '.join(sorted(skipped))}. "
+            f"no line contains a message of {name}, only of: {', '.join(sorted(skipped_topics))}. "
             "Use a remapping to rename a topic"
         )
 
@@ -262,12 +264,12 @@ class _PublishingSession:
         self._message_class = message_class
         self._is_verbose = bool(options.verbose)
         self._exits_after_one = bool(options.once)
-        self._use_ros_time = bool(options.use_rostime)
+        self._uses_ros_time = bool(options.use_rostime)
 
     def _make_message(self, arguments: Any) -> Message:
-        now = self._node.now() if self._use_ros_time else Time.from_sec(time())
-        if isinstance(arguments, Record):
-            return _message_from_record(self._message_class, arguments, now)
+        now = self._node.now() if self._uses_ros_time else Time.from_sec(time())
+        if isinstance(arguments, JsonDocument):
+            return _message_from_json(self._message_class, arguments, now)
         message = self._message_class()
         fill_and_check(message, arguments, now)
         return message
@@ -276,10 +278,10 @@ class _PublishingSession:
         return f"[{message}]" if self._is_verbose else "message"
 
     def publish_latched(self, arguments: Any, once: bool) -> None:
-        """Publish one message, latched for later subscribers."""
+        """Publish one message, latched for later subscribers, until the node shuts down; with `once`, for a while."""
         message = self._make_message(arguments)
-        until = f" for {HOLD_SECONDS} seconds" if once else ". Press ctrl-C to terminate"
-        print(f"publishing and latching {self._description(message)}{until}", flush=True)
+        until_text = f" for {HOLD_SECONDS} seconds" if once else ". Press ctrl-C to terminate"
+        print(f"publishing and latching {self._description(message)}{until_text}", flush=True)
         self._publisher.publish(message)
         if once:
             self._invocation.pause(HOLD_SECONDS)
@@ -306,7 +308,7 @@ class _PublishingSession:
             publishing_rate.sleep()
 
     def stream(self, source: Iterator[Any], rate: float, *, keep_first: bool) -> None:
-        """Publish a message for each document; if `keep_first`, only the first, latched for later subscribers."""
+        """Publish a message for each document; with `keep_first`, only the first, latched for later subscribers."""
         publishing_rate = self._node.rate(rate)
         has_waited = False
         for document in source:

@@ -1,4 +1,7 @@
-"""``topic hz``, ``bw`` and ``delay`` (L64-L66). Messages are decoded only for a filter or a stamp."""
+"""``topic hz``, ``bw`` and ``delay``: measure the rate, bandwidth and delay of messages (L64-L66).
+
+Messages are only decoded if a filter or the header stamp is needed.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +15,7 @@ from pyros1.cli.commands.topic._stopped_clock import StoppedClock
 from pyros1.cli.failures import CommandError, UsageError
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Flag, Option, Verb
-from pyros1.cli.shared.filters import Clock, filter_expression
+from pyros1.cli.shared.filters import ExpressionClock, filter_expression
 from pyros1.cli.shared.subscribing import subscribe, wait_for_topic
 from pyros1.ground.errors import MessageError
 from pyros1.msgs import AnyMsg
@@ -21,7 +24,7 @@ from pyros1.observe.expression import Expression, ExpressionError
 from pyros1.observe.statistics import BandwidthMeter, DelayMeter, RateMeter, rate_lines, rate_table
 
 _OUTPUT_PERIOD = 1.0
-"""Interval of the output in seconds."""
+"""Seconds between two outputs."""
 _WINDOW_OPTION = Option(
     "-w",
     "--window",
@@ -43,12 +46,12 @@ def _window_size(options: Any) -> int:
     return size if size > 0 else -1
 
 
-def _hz(invocation: Invocation, options: Any, args: list[str]) -> None:
-    """Print the rate of messages every second."""
+def _print_rates(invocation: Invocation, options: Any, args: list[str]) -> None:
+    """Print the rate of messages on one or more topics every second."""
     if not args:
         raise UsageError("topic must be specified")
     window_size = _window_size(options)
-    clock = Clock()
+    clock = ExpressionClock()
     expression = filter_expression(options.filter_expr, clock) if options.filter_expr else None
     with invocation.open_node() as node, ExitStack() as subscriptions:
         clock.node = node
@@ -59,12 +62,12 @@ def _hz(invocation: Invocation, options: Any, args: list[str]) -> None:
         )
         meters: dict[str, RateMeter] = {}
         for name in map(invocation.resolve, args):
-            found = wait_for_topic(invocation, node, name)
-            if found is None:
+            topic_match = wait_for_topic(invocation, node, name)
+            if topic_match is None:
                 return
             meter = meters[name] = RateMeter(window_size)
-            callback = _make_counter(meter, now, expression, found[0], found[2])
-            subscriptions.enter_context(subscribe(node, found[0], callback))
+            callback = _make_rate_callback(meter, now, expression, topic_match[0], topic_match[2])
+            subscriptions.enter_context(subscribe(node, topic_match[0], callback))
             print(f"subscribed to [{name}]", flush=True)
         while invocation.pause(_OUTPUT_PERIOD):
             rates = {name: meter.measurement() for name, meter in meters.items()}
@@ -79,7 +82,7 @@ def _hz(invocation: Invocation, options: Any, args: list[str]) -> None:
                 print(rate_table(new_rates), flush=True)
 
 
-def _make_counter(
+def _make_rate_callback(
     meter: RateMeter, now: Callable[[], float], expression: Expression | None, topic: str, type_name: str
 ) -> Callable[[AnyMsg], None]:
     if expression is None:
@@ -101,8 +104,8 @@ def _make_counter(
     return count_matching
 
 
-def _bw(invocation: Invocation, options: Any, args: list[str]) -> None:
-    """Print the bandwidth every second."""
+def _print_bandwidth(invocation: Invocation, options: Any, args: list[str]) -> None:
+    """Print the bandwidth of a topic every second."""
     if not args:
         raise UsageError("topic must be specified")
     if len(args) > 1:
@@ -110,10 +113,10 @@ def _bw(invocation: Invocation, options: Any, args: list[str]) -> None:
     meter = BandwidthMeter(_window_size(options))
     name = invocation.resolve(args[0])
     with invocation.open_node() as node:
-        found = wait_for_topic(invocation, node, name)
-        if found is None:
+        topic_match = wait_for_topic(invocation, node, name)
+        if topic_match is None:
             return
-        with subscribe(node, found[0], lambda raw: meter.add(time(), len(raw._buff))):
+        with subscribe(node, topic_match[0], lambda raw: meter.add(time(), len(raw._buff))):
             print(f"subscribed to [{name}]", flush=True)
             while invocation.pause(_OUTPUT_PERIOD):
                 report = meter.lines(time())
@@ -121,7 +124,7 @@ def _bw(invocation: Invocation, options: Any, args: list[str]) -> None:
                     print(report, flush=True)
 
 
-def _delay(invocation: Invocation, options: Any, args: list[str]) -> None:
+def _print_delays(invocation: Invocation, options: Any, args: list[str]) -> None:
     """Print every second how old messages are on arrival, according to their header stamps."""
     if not args:
         raise UsageError("the following arguments are required: topic")
@@ -131,10 +134,10 @@ def _delay(invocation: Invocation, options: Any, args: list[str]) -> None:
     name = invocation.resolve(args[0])
     failures: list[str] = []
     with invocation.open_node() as node:
-        found = wait_for_topic(invocation, node, name)
-        if found is None:
+        topic_match = wait_for_topic(invocation, node, name)
+        if topic_match is None:
             return
-        decoder = Decoder(found[2])
+        decoder = Decoder(topic_match[2])
         printed_errors: set[str] = set()
 
         def on_message(raw: AnyMsg) -> None:
@@ -152,7 +155,7 @@ def _delay(invocation: Invocation, options: Any, args: list[str]) -> None:
             meter.add((now - message.header.stamp).to_sec())
 
         stopped_clock = StoppedClock(node)
-        with subscribe(node, found[0], on_message):
+        with subscribe(node, topic_match[0], on_message):
             print(f"subscribed to [{name}]", flush=True)
             while invocation.pause(_OUTPUT_PERIOD):
                 if failures:
@@ -183,7 +186,7 @@ VERBS = [
         usage="[options] /topic_0 [/topic_1 [topic_2 [..]]]",
         examples=[("/scan", "print the rate of messages"), ("/a /b", "print a table of several topics")],
         stock_about="display publishing rate of topic    ",
-        run=_hz,
+        run=_print_rates,
     ),
     Verb(
         "bw",
@@ -192,7 +195,7 @@ VERBS = [
         Argument("/topic", "topic"),
         usage="/topic",
         examples=[("/image", "print bytes per second")],
-        run=_bw,
+        run=_print_bandwidth,
     ),
     Verb(
         "delay",
@@ -202,6 +205,6 @@ VERBS = [
         Argument("/topic", "topic"),
         usage="[options] /topic",
         examples=[("/image", "print how old messages are on arrival")],
-        run=_delay,
+        run=_print_delays,
     ),
 ]

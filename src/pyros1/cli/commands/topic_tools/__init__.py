@@ -1,6 +1,6 @@
 """``pyros1 topic_tools``: the tools of the ROS package topic_tools, as commands and as nodes (L187-L194).
 
-The package ``topic_tools`` of `pyros1.packages` has a script for each tool, which runs the same command.
+The package ``topic_tools`` in `pyros1.packages` has a script for each tool, which runs the same command.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The part of numpy that expressions of transform and relay_field can use: no files, no code, no unbounded results."""
+"""The part of numpy that expressions of transform and relay_field can use: no files, code or unbounded results."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ ARRAY_MEMBERS = frozenset(_ARRAY_NAMES.split())
 
 
 _MAX_NUMBER_WIDTH = 16
-"""Size of the widest number type in bytes."""
+"""Size of the largest number type in bytes."""
 _CALL_COST = 100
 """Cost of estimating and calling a function with small arguments."""
 
@@ -61,8 +61,8 @@ def numpy_module() -> Module:
         "numpy.linalg", {name: CheckedFunction(getattr(numpy.linalg, name), name) for name in _LINALG_NAMES}
     )
     random_members = {
-        name: CheckedFunction(getattr(numpy.random, name), name, count=count)
-        for name, count in RANDOM_RESULT_SIZE_FUNCTIONS.items()
+        name: CheckedFunction(getattr(numpy.random, name), name, size_function=size_function)
+        for name, size_function in RANDOM_RESULT_SIZE_FUNCTIONS.items()
     }
     return Module("numpy", {**members, "linalg": linalg, "random": Module("numpy.random", random_members)})
 
@@ -85,18 +85,20 @@ class CheckedFunction:
         function: the function.
         name: the function's name.
         array: the array if the function is a method of an array.
-        count: returns the number of items of the result for the same arguments; default: the entry in
-            `RESULT_SIZE_FUNCTIONS`.
+        size_function: takes the arguments of a call, and returns the number of items in the result; None for the
+            function's entry in `RESULT_SIZE_FUNCTIONS`.
     """
 
     def __init__(
-        self, function: Callable[..., Any], name: str, *array: Any, count: Callable[..., float] | None = None
+        self, function: Callable[..., Any], name: str, *array: Any, size_function: Callable[..., float] | None = None
     ) -> None:
         self._function = function
         self._array = array
         self._name = name
-        self._count = functools.partial(count or RESULT_SIZE_FUNCTIONS.get(name, broadcast_size), *array)
-        self._cost = functools.partial(CALL_COSTS.get(name, no_cost), *array)
+        self._estimate_size = functools.partial(
+            size_function or RESULT_SIZE_FUNCTIONS.get(name, broadcast_size), *array
+        )
+        self._estimate_cost = functools.partial(CALL_COSTS.get(name, no_cost), *array)
 
     def cost(self, *args: Any, **keywords: Any) -> int:
         """Return the cost of a call, in addition to that of its arguments and result.
@@ -104,13 +106,15 @@ class CheckedFunction:
         Raises:
             ExpressionError: the result would be too large, or an argument is not allowed.
         """
-        sized_args = args[1:] if self._name == "frombuffer" else args  # its first argument is data, which may be long
+        sized_args = (
+            args[1:] if self._name == "frombuffer" else args
+        )  # the first argument of frombuffer is data, which may be long
         widths = [extent(value)[1] for value in (*self._array, *sized_args, *keywords.values())]
         types = [type_width(value) for value in (*sized_args, *keywords.values())]
         width = max(sum(width for width in widths if width > _MAX_NUMBER_WIDTH), *types, _MAX_NUMBER_WIDTH)
-        require_size(self._count(*args, **keywords), width)
+        require_size(self._estimate_size(*args, **keywords), width)
         method_cost = sum(int(array.nbytes) >> 3 for array in self._array)
-        return _CALL_COST + int(self._cost(*args, **keywords)) + method_cost
+        return _CALL_COST + int(self._estimate_cost(*args, **keywords)) + method_cost
 
     def __call__(self, *args: Any, **keywords: Any) -> Any:
         """Call the function.

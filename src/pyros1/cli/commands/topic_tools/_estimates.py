@@ -1,4 +1,4 @@
-"""Estimates of the result sizes and costs of numpy functions from their arguments."""
+"""Estimates the result sizes and costs of calls of numpy functions from the arguments."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from pyros1.ground.expressions import ExpressionError
 _EMPTY_ARRAY_ITEMS = 50
 """Number of array items that need as much memory as an empty array."""
 _MAX_DIGITS = 400
+"""Maximum number of digits to which numbers can be rounded."""
 _ROW_COST = 300
 """Cost per row of a function that numpy applies to each row in Python."""
 
@@ -21,7 +22,7 @@ _ROW_COST = 300
 
 
 def broadcast_size(*args: Any, **keywords: Any) -> float:
-    """Return the maximum number of items in the result of element-wise functions."""
+    """Return the maximum number of items in the result of an element-wise function."""
     return broadcast_count([shape_of(value) for value in (*args, *keywords.values())])
 
 
@@ -71,8 +72,8 @@ def _split_size(ary: Any, indices_or_sections: Any, *_: Any, **__: Any) -> float
 
 
 def _inserted_size(arr: Any, obj: Any, values: Any, axis: int | None = None) -> float:
-    inserted = max(item_count(obj), item_count(values))
-    return item_count(arr) + (inserted if axis is None else inserted * item_count(arr))
+    inserted_count = max(item_count(obj), item_count(values))
+    return item_count(arr) + (inserted_count if axis is None else inserted_count * item_count(arr))
 
 
 def _quantile_size(a: Any, q: Any, *_: Any, **__: Any) -> float:
@@ -185,14 +186,14 @@ RANDOM_RESULT_SIZE_FUNCTIONS: Mapping[str, Callable[..., float]] = {
     "rand": _size_from_lengths,
     "randn": _size_from_lengths,
 }
-"""The same as `RESULT_SIZE_FUNCTIONS`, for the functions of ``numpy.random``."""
+"""The same as `RESULT_SIZE_FUNCTIONS`, for functions in ``numpy.random``."""
 
 
 # Costs ---------------------------------------------------------------------------------------------------------------
 
 
 def no_cost(*_: Any, **__: Any) -> float:
-    """Return 0. The arguments and the result are counted separately."""
+    """Return 0, for functions whose cost is only that of their arguments and result, which is counted separately."""
     return 0
 
 
@@ -244,7 +245,7 @@ def _quantile_rows_cost(a: Any, _q: Any, *args: Any, **keywords: Any) -> float:
 
 
 def _round_cost(a: Any, decimals: int = 0, *_: Any, **__: Any) -> float:
-    if abs(decimals) > _MAX_DIGITS:  # numpy multiplies by ten that many times
+    if abs(decimals) > _MAX_DIGITS:  # numpy multiplies by ten once per digit
         raise ExpressionError("cannot round to that many digits")
     return item_count(a)
 
@@ -263,4 +264,4 @@ CALL_COSTS: Mapping[str, Callable[..., float]] = {
     "polyfit": _fit_cost,
     "polyval": _polynomial_cost,
 }
-"""Cost estimates of functions that do more than visit each item a few times."""
+"""Functions that estimate the cost of a call, for functions that do more than visit each item a few times."""

@@ -1,6 +1,7 @@
 """The expressions of transform and relay_field, which can use the language of filters and a few modules.
 
-A module is a list of allowed members. Nothing else can be accessed, and no module is imported by a name from a user.
+In expressions, a module is a set of allowed members, and nothing else can be accessed. A name from a user never causes
+the import of a Python module outside of ``pyros1.msgs``.
 """
 
 from __future__ import annotations
@@ -46,7 +47,7 @@ class _MessageModule(Module):
 
 
 _STRING_FUNCTIONS = frozenset({"format", "repr", "str"})
-_SEPARATE_FUNCTIONS = _STRING_FUNCTIONS | {
+_NON_COMBINING_FUNCTIONS = _STRING_FUNCTIONS | {
     *(
         "any",
         "all",
@@ -78,7 +79,7 @@ _SEPARATE_FUNCTIONS = _STRING_FUNCTIONS | {
         "zip",
     ),
 }
-"""Functions that do not combine the items of their arguments with each other."""
+"""Functions that do not combine items of one argument with items of another."""
 
 
 class ModuleError(Error):
@@ -86,12 +87,12 @@ class ModuleError(Error):
 
 
 def load_modules(module_names: Iterable[str], now: Callable[[], Time]) -> dict[str, Any]:
-    """Return modules by name, always including math and numpy.
+    """Return the modules that expressions can use by name: math, numpy and the requested ones.
 
     Args:
         module_names: the requested modules: rospy and genpy (times), tf (transformations), time, random, or message
             packages.
-        now: the implementation of rospy.Time.now.
+        now: returns the current time, for rospy.Time.now.
 
     Raises:
         ModuleError: a module is not available.
@@ -128,7 +129,7 @@ def _tf_module() -> Module:
     from pyros1.tf import transformations  # noqa: PLC0415 - rarely needed
 
     members = {
-        name: CheckedFunction(getattr(transformations, name), name, count=squared_size)
+        name: CheckedFunction(getattr(transformations, name), name, size_function=squared_size)
         for name in transformations.__all__
         if name != "random_vector"
     }
@@ -136,10 +137,10 @@ def _tf_module() -> Module:
 
 
 class MessageExpression(MessageLanguage):
-    """A checked expression that uses a message ``m``. See `Interpreter` for arguments and errors."""
+    """An expression about a message ``m``, with limits on arrays. See `Interpreter` for arguments and errors."""
 
     def evaluate(self, names: Mapping[str, Any]) -> Any:
-        """Return the expression's value, with numpy numbers converted to Python's. See `Interpreter`."""
+        """Return the expression's value, with numpy numbers converted to Python numbers. See `Interpreter`."""
         result = super().evaluate(names)
         return (
             type(result)(map(_without_numpy_scalar, result))
@@ -174,7 +175,7 @@ class MessageExpression(MessageLanguage):
             self._charge(function.cost(*arguments, **keywords))
         elif function_name(function) in _STRING_FUNCTIONS:
             self.check_formatting(*arguments, *keywords.values())
-        elif not isinstance(function, Lambda | type) and function_name(function) not in _SEPARATE_FUNCTIONS:
+        elif not isinstance(function, Lambda | type) and function_name(function) not in _NON_COMBINING_FUNCTIONS:
             self.check_operands(method_owner(function), *arguments, *keywords.values())
         return super()._call_function(function, *arguments, **keywords)
 
@@ -210,7 +211,11 @@ def names_used(text: str) -> set[str]:
     Raises:
         SyntaxError, ValueError: the string is not a Python expression.
     """
-    nodes = list(ast.walk(ast.parse(text.strip(), mode="eval")))
-    name_nodes = [node for node in nodes if isinstance(node, ast.Name)]
-    defined = {node.id for node in name_nodes if isinstance(node.ctx, ast.Store)}
-    return {node.id for node in name_nodes} - defined - {node.arg for node in nodes if isinstance(node, ast.arg)}
+    syntax_nodes = list(ast.walk(ast.parse(text.strip(), mode="eval")))
+    name_nodes = [node for node in syntax_nodes if isinstance(node, ast.Name)]
+    defined_names = {node.id for node in name_nodes if isinstance(node.ctx, ast.Store)}
+    return (
+        {node.id for node in name_nodes}
+        - defined_names
+        - {node.arg for node in syntax_nodes if isinstance(node, ast.arg)}
+    )

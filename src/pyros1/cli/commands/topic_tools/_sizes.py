@@ -1,4 +1,4 @@
-"""Sizes of arrays and of results of operators, and checks of these sizes."""
+"""Determines the sizes of arrays and of the results of operators, and checks that they are small enough."""
 
 from __future__ import annotations
 
@@ -25,6 +25,7 @@ _MAX_NUMBER_STRING_WIDTH = 256
 """Maximum size of a number converted to a string, in bytes."""
 _STRING_COST = 100
 _MAX_PRINTED_ITEMS = 1000
+"""Number of items above which numpy abbreviates an array."""
 _NUMBER_TYPES = frozenset({bool, float, int, complex})
 _SCALAR_TYPES = _NUMBER_TYPES | {str, bytes, type(None)}
 
@@ -35,9 +36,9 @@ def is_numpy(value: Any) -> bool:
 
 
 def extent(value: Any) -> tuple[Shape, int]:
-    """Return the shape that a value has as an array and the size of an item in bytes.
+    """Return the shape that a value has as an array, and the size of an item in bytes.
 
-    If nested lists have different lengths, the longest is used.
+    If nested lists have different lengths, the length of the longest is used.
 
     Raises:
         ExpressionError: the array would contain Python objects, whose operations cannot be bounded.
@@ -74,9 +75,9 @@ def _extent_of_items(elements: Any) -> tuple[Shape, int]:
     shapes: set[Shape] = set()
     width = 1
     for element in elements:
-        shape, size = extent(element)
+        shape, element_width = extent(element)
         shapes.add(shape)
-        width = max(width, size)
+        width = max(width, element_width)
     return (len(elements), *map(max, zip_longest(*shapes, fillvalue=0))), width
 
 
@@ -99,7 +100,7 @@ def item_count(value: Any) -> int:
 
 
 def broadcast_count(shapes: Iterable[Shape]) -> int:
-    """Return the number of items when arrays of these shapes are broadcast."""
+    """Return the number of items in the result of broadcasting arrays of these shapes."""
     return math.prod(map(max, zip_longest(*(reversed(shape) for shape in shapes), fillvalue=1)))
 
 
@@ -174,10 +175,10 @@ def check_array(value: Any) -> None:
 
 
 def type_width(value: Any) -> int:
-    """Return the item size in bytes if an argument is an array type, otherwise 0.
+    """Return the item size in bytes that an argument such as ``float32`` selects; 0 if the argument is not a type.
 
     Raises:
-        ExpressionError: the argument is a string that is too long for a type name, or a type of Python objects.
+        ExpressionError: the argument is a string that is too long for a type name, or it is a type of Python objects.
     """
     if isinstance(value, (str, bytes)) and len(value) > _MAX_TYPE_NAME_LENGTH:
         raise ExpressionError(
@@ -206,22 +207,22 @@ def require_index(array: Any, key: Any) -> None:
     shapes = [None if type(part) is slice or part is None or part is ... else shape_of(part) for part in keys]
     if not any(shapes):
         return  # the result is a view
-    lengths = list(array.shape)
+    remaining_lengths = list(array.shape)
     masks = [is_numpy(part) and part.dtype.kind == "b" for part in keys]
     dimensions = [0 if part is None or part is ... else (len(shape or ()) if mask else 1)
             for part, shape, mask in zip(keys, shapes, masks, strict=True)]  # fmt: skip
     count = 1
-    for number, (part, shape) in enumerate(zip(keys, shapes, strict=True)):
-        indexed = len(lengths) - sum(dimensions[number:]) if part is ... else dimensions[number]
-        indexed_lengths, lengths = lengths[:indexed], lengths[indexed:]
+    for position, (part, shape) in enumerate(zip(keys, shapes, strict=True)):
+        indexed_count = len(remaining_lengths) - sum(dimensions[position:]) if part is ... else dimensions[position]
+        indexed_lengths, remaining_lengths = remaining_lengths[:indexed_count], remaining_lengths[indexed_count:]
         if not shape and shape != ():
             count *= math.prod(indexed_lengths)  # a slice
     index_shapes = [(math.prod(shape),) if mask else shape for shape, mask in zip(shapes, masks, strict=True) if shape]
-    require_size(count * math.prod(lengths) * broadcast_count(index_shapes), array.itemsize)
+    require_size(count * math.prod(remaining_lengths) * broadcast_count(index_shapes), array.itemsize)
 
 
 def string_cost(*values: Any) -> int:
-    """Return the cost of converting arrays in values to strings. numpy abbreviates large arrays."""
+    """Return the cost of converting the arrays in some values to strings. numpy abbreviates large arrays."""
     total = 0
     pending = list(values)
     while pending:

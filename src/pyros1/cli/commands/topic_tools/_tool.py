@@ -1,6 +1,6 @@
 """Shared code of the tools: help, usage errors, nodes, arguments and parameters.
 
-Help and usage errors look like those of separate programs, since users of stock's package topic_tools expect that.
+Help and usage errors look like those of separate programs, as users of stock's package topic_tools expect.
 """
 
 from __future__ import annotations
@@ -21,19 +21,19 @@ if TYPE_CHECKING:
     from pyros1.topic_tools.output import Output
 
 LAZY_HELP = "_lazy:=true        subscribe only while the output has subscribers"
-"""The line of `Tool`'s help about the parameter ``~lazy``."""
+"""The line about the parameter ``~lazy`` in a tool's help."""
 
 
 class Tool(Verb):
-    """A tool without options. Usage errors lead to exit code 1, like in stock.
+    """A tool without options. As in stock, the exit code after usage errors is 1.
 
     Args:
         name: the tool's name.
         about: a one-line description for the list of tools and the tool's help.
         arguments: the arguments in order.
-        run: runs the tool.
+        run: the function that runs the tool.
         usage: the usage after the name; None to generate it from the arguments.
-        parameters: the lines of help about the node's parameters.
+        parameters: the lines about the node's parameters in the tool's help.
         examples: the examples, see `Verb`.
         pyros1_only: whether stock's package topic_tools lacks a tool of this name.
     """
@@ -78,7 +78,7 @@ class Tool(Verb):
 
 
 def open_node(invocation: Invocation, base_name: str) -> Node:
-    """Create and return a node with a unique name that starts with the given name.
+    """Create and return a node whose name is unique and starts with the given name.
 
     Raises:
         UsageError: the name is not legal.
@@ -98,7 +98,7 @@ def open_node_for(invocation: Invocation, topic: str, tool: str) -> Node:
 
 
 def make_relay(node: Node, source: str, target: str, gate: Any = None, latch: bool | None = None) -> tuple[Any, Output]:
-    """Create a relay from one topic to another. Return it and its output.
+    """Create a relay from one topic to another. Return the relay and its output.
 
     Args:
         node: the tool's node.
@@ -116,7 +116,11 @@ def make_relay(node: Node, source: str, target: str, gate: Any = None, latch: bo
 
 
 def input_and_output(arguments: list[str], tool: str) -> tuple[str, str]:
-    """Return the input and output topics. The output's default name is derived from the input's."""
+    """Return the input and output topics. By default, the output is named after the input and the tool.
+
+    Raises:
+        UsageError: there are too few or too many arguments.
+    """
     if not 1 <= len(arguments) <= 2:
         raise UsageError("")
     return arguments[0], arguments[1] if len(arguments) > 1 else f"{arguments[0]}_{tool}"

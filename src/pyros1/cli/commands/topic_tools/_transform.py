@@ -38,8 +38,8 @@ EvaluatorFactory = Callable[[Mapping[str, Any], type[Message], "Node"], Evaluato
 _POLL_PERIOD = 0.2
 
 
-def parse(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:
-    """Parse the arguments of a verb like stock, which accepts several values for an option.
+def parse_with_argparse(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:
+    """Parse the arguments of a verb with argparse, like stock, so that an option can have several values.
 
     Returns:
         The values of options and arguments by name, and an empty list.
@@ -53,8 +53,8 @@ def parse(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:
     return parser.parse_args(invocation.args), []
 
 
-def publish(invocation: Invocation, tool: str, options: Any, make_evaluator: EvaluatorFactory) -> None:
-    """Publish a message for each received one until the node shuts down."""
+def publish_evaluated(invocation: Invocation, tool: str, options: Any, make_evaluator: EvaluatorFactory) -> None:
+    """For each received message, publish a message created by the evaluator, until the node shuts down."""
     try:
         output_class = load_message(options.output_type)
         with open_node(invocation, tool) as node:
@@ -90,7 +90,7 @@ class _Transform:
             self._node.log.error("%s", error, throttle=1.0)
 
 
-def _find_input(node: Node, name: str, wait: bool) -> tuple[str, FieldPath]:
+def _find_input(node: Node, name: str, waits: bool) -> tuple[str, FieldPath]:
     """Split the input into a topic and a field path.
 
     Raises:
@@ -99,7 +99,7 @@ def _find_input(node: Node, name: str, wait: bool) -> tuple[str, FieldPath]:
     full_name = names.ns_join(node.namespace, name)
     graph = Graph(node.master)
     found = graph.find_topic(full_name)
-    while found is None and wait and node.sleep(_POLL_PERIOD):
+    while found is None and waits and node.sleep(_POLL_PERIOD):
         found = graph.find_topic(full_name)
     if found is None:
         raise CommandError(f"Wrong input topic (or topic field): {full_name}")

@@ -1,4 +1,4 @@
-"""``topic_tools mux`` and ``demux`` (L190, L191)."""
+"""``topic_tools mux`` and ``demux``: republish one of several topics, or a topic on one of several (L190, L191)."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument
 
 
-def _mux(invocation: Invocation, options: Any, args: list[str]) -> None:
+def _run_mux(invocation: Invocation, options: Any, args: list[str]) -> None:
     """Republish one of several topics until the node shuts down."""
     from pyros1.topic_tools.mux import Mux  # noqa: PLC0415
 
@@ -18,14 +18,14 @@ def _mux(invocation: Invocation, options: Any, args: list[str]) -> None:
         raise UsageError("")
     target, *sources = args
     with open_node_for(invocation, target, "mux") as node:
-        lazy, latch, wait = (bool_param(node, name) for name in ("lazy", "latch", "wait_publisher_initialization"))
-        connect_timeout = positive_param(node, "wait_publisher_second", 0.1) if wait else 0.0
-        initial = str(node.params.get("~initial_topic", ""))
+        lazy, latch, waits = (bool_param(node, name) for name in ("lazy", "latch", "wait_publisher_initialization"))
+        connect_timeout = positive_param(node, "wait_publisher_second", 0.1) if waits else 0.0
+        initial_topic = str(node.params.get("~initial_topic", ""))
         node.log.info("mux from %s to %s", ", ".join(sources), target)
-        Mux(node, target, sources, initial, lazy, latch, connect_timeout).run()
+        Mux(node, target, sources, initial_topic, lazy, latch, connect_timeout).run()
 
 
-def _demux(invocation: Invocation, options: Any, args: list[str]) -> None:
+def _run_demux(invocation: Invocation, options: Any, args: list[str]) -> None:
     """Republish a topic on one of several topics until the node shuts down."""
     from pyros1.topic_tools.demux import Demux  # noqa: PLC0415
 
@@ -53,7 +53,7 @@ VERBS = [
         examples=[
             ("/cmd_vel /joystick /planner mux:=mux_vel", "provide the services mux_vel/select, mux_vel/add, ...")
         ],
-        run=_mux,
+        run=_run_mux,
     ),
     Tool(
         "demux",
@@ -62,6 +62,6 @@ VERBS = [
         Argument("OUT_TOPIC", "topic", repeatable=True),
         usage="IN_TOPIC OUT_TOPIC1 [OUT_TOPIC2 [...]]",
         examples=[("/cmd /left/cmd /right/cmd", "provide the services demux/select, demux/add, ...")],
-        run=_demux,
+        run=_run_demux,
     ),
 ]

@@ -20,7 +20,7 @@ _ACTION_MESSAGES = {
 }
 
 
-def _make_run(kind: str, verb: str) -> Callable[[Invocation, Any, list[str]], int]:
+def _make_run_function(kind: str, verb: str) -> Callable[[Invocation, Any, list[str]], int]:
     """Return a `run` function that calls a service of a mux or demux.
 
     Args:
@@ -38,7 +38,7 @@ def _make_run(kind: str, verb: str) -> Callable[[Invocation, Any, list[str]], in
         with open_node(invocation, f"{kind}_{verb}") as node:
             node.wait_for_service(service)
             print(_ACTION_MESSAGES[verb].format(kind=kind, name=name, topic="".join(topics)), flush=True)
-            response = _call(node, service, f"topic_tools/{kind.capitalize()}{verb.capitalize()}", topics)
+            response = _call_service(node, service, f"topic_tools/{kind.capitalize()}{verb.capitalize()}", topics)
             if response is not None and verb == "list":
                 print(response.topics)
         return 1 if response is None else 0
@@ -46,7 +46,7 @@ def _make_run(kind: str, verb: str) -> Callable[[Invocation, Any, list[str]], in
     return run
 
 
-def _switch(invocation: Invocation, options: Any, args: list[str]) -> int:
+def _switch_mux(invocation: Invocation, options: Any, args: list[str]) -> int:
     """Select the input of the mux that publishes a given output."""
     if len(args) != 2:
         raise UsageError("")
@@ -54,13 +54,13 @@ def _switch(invocation: Invocation, options: Any, args: list[str]) -> int:
     response = None
     with open_node(invocation, "switch_mux") as node:
         node.log.warn("switch_mux is deprecated: use mux_select")
-        response = _call(node, f"{output_topic}_select", "topic_tools/MuxSelect", [topic])
+        response = _call_service(node, f"{output_topic}_select", "topic_tools/MuxSelect", [topic])
         if response is not None:
             node.log.info("%s was switched from %s to %s", output_topic, response.prev_topic or "nothing", topic)
     return 1 if response is None else 0
 
 
-def _call(node: Any, service: str, type_name: str, values: Sequence[str]) -> Any:
+def _call_service(node: Any, service: str, type_name: str, values: Sequence[str]) -> Any:
     try:
         return node.service(service, type_name)(*values)
     except ServiceError as error:
@@ -77,7 +77,7 @@ VERBS = [
         _MUX,
         _TOPIC,
         examples=[("mux_vel /planner", "")],
-        run=_make_run("mux", "select"),
+        run=_make_run_function("mux", "select"),
     ),
     Tool(
         "mux_add",
@@ -85,7 +85,7 @@ VERBS = [
         _MUX,
         _TOPIC,
         examples=[("mux_vel /by_hand", "add one more input")],
-        run=_make_run("mux", "add"),
+        run=_make_run_function("mux", "add"),
     ),
     Tool(
         "mux_delete",
@@ -93,14 +93,14 @@ VERBS = [
         _MUX,
         _TOPIC,
         examples=[("mux_vel /planner", "")],
-        run=_make_run("mux", "delete"),
+        run=_make_run_function("mux", "delete"),
     ),
     Tool(
         "mux_list",
         "list the inputs",
         _MUX,
         examples=[("mux_vel", "list the topics that can be selected")],
-        run=_make_run("mux", "list"),
+        run=_make_run_function("mux", "list"),
     ),
     Tool(
         "demux_select",
@@ -109,7 +109,7 @@ VERBS = [
         _TOPIC,
         examples=[("demux /right/cmd", "select an output of `demux /cmd /left/cmd /right/cmd`")],
         pyros1_only=True,
-        run=_make_run("demux", "select"),
+        run=_make_run_function("demux", "select"),
     ),
     Tool(
         "demux_add",
@@ -118,7 +118,7 @@ VERBS = [
         _TOPIC,
         examples=[("demux /arm/cmd", "add one more output")],
         pyros1_only=True,
-        run=_make_run("demux", "add"),
+        run=_make_run_function("demux", "add"),
     ),
     Tool(
         "demux_delete",
@@ -127,7 +127,7 @@ VERBS = [
         _TOPIC,
         examples=[("demux /left/cmd", "")],
         pyros1_only=True,
-        run=_make_run("demux", "delete"),
+        run=_make_run_function("demux", "delete"),
     ),
     Tool(
         "demux_list",
@@ -135,7 +135,7 @@ VERBS = [
         _DEMUX,
         examples=[("demux", "list the topics that can be selected")],
         pyros1_only=True,
-        run=_make_run("demux", "list"),
+        run=_make_run_function("demux", "list"),
     ),
     Tool(
         "switch_mux",
@@ -143,6 +143,6 @@ VERBS = [
         Argument("MUXED_TOPIC", "topic"),
         Argument("SELECT_TOPIC", "topic"),
         examples=[("/cmd_vel /planner", "call the service /cmd_vel_select")],
-        run=_switch,
+        run=_switch_mux,
     ),
 ]

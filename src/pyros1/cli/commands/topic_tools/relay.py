@@ -1,4 +1,4 @@
-"""``topic_tools relay`` and ``drop`` (L187, L188)."""
+"""``topic_tools relay`` and ``drop``: republish a topic, completely or without some messages (L187, L188)."""
 
 from __future__ import annotations
 
@@ -18,34 +18,34 @@ from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument
 
 
-def _relay(invocation: Invocation, options: Any, args: list[str]) -> None:
+def _run_relay(invocation: Invocation, options: Any, args: list[str]) -> None:
     """Republish a topic until the node shuts down."""
     source, target = input_and_output(args, "relay")
     with open_node_for(invocation, source, "relay") as node:
         lazy, stealth = (bool_param(node, name) for name in ("lazy", "stealth"))
-        monitor = str(node.params.get("~monitor_topic", target))
+        monitored_topic = str(node.params.get("~monitor_topic", target))
         rate = positive_param(node, "monitor_rate", 1.0)
         relay, _output = make_relay(node, source, target)
         node.log.info("relay from %s to %s%s", source, target, ", stealthy" if stealth else ", lazy" if lazy else "")
         if stealth:
-            relay.run_stealth(monitor, 1.0 / rate)
+            relay.run_stealth(monitored_topic, 1.0 / rate)
         elif lazy:
             relay.run_lazy()
         else:
             relay.run()
 
 
-def _drop(invocation: Invocation, options: Any, args: list[str]) -> None:
+def _run_drop(invocation: Invocation, options: Any, args: list[str]) -> None:
     """Republish a topic without some of its messages until the node shuts down."""
     from pyros1.topic_tools.gates import Drop  # noqa: PLC0415
 
     if len(args) not in (3, 4):
         raise UsageError("")
-    dropped, group_size = _parse_integer(args[1], "X", 0), _parse_integer(args[2], "Y", 1)
+    dropped_count, group_size = _parse_integer(args[1], "X", 0), _parse_integer(args[2], "Y", 1)
     source, target = input_and_output([args[0], *args[3:]], "drop")
     with open_node_for(invocation, source, "drop") as node:
-        relay, _output = make_relay(node, source, target, Drop(dropped, group_size), latch=False)
-        node.log.info("drop %d of every %d messages from %s to %s", dropped, group_size, source, target)
+        relay, _output = make_relay(node, source, target, Drop(dropped_count, group_size), latch=False)
+        node.log.info("drop %d of every %d messages from %s to %s", dropped_count, group_size, source, target)
         relay.run()
 
 
@@ -71,7 +71,7 @@ VERBS = [
             "                   which is checked _monitor_rate:=1.0 times per second",
         ],
         examples=[("/base_scan /scan", "publish a topic under a second name")],
-        run=_relay,
+        run=_run_relay,
     ),
     Tool(
         "drop",
@@ -81,6 +81,6 @@ VERBS = [
         Argument("Y"),
         Argument("OUT_TOPIC", "topic", optional=True),
         examples=[("/scan 4 5 /few", "publish every fifth message")],
-        run=_drop,
+        run=_run_drop,
     ),
 ]

@@ -1,4 +1,4 @@
-"""``topic_tools relay_field`` (L193)."""
+"""``topic_tools relay_field``: publishes messages whose fields are expressions of a received message (L193)."""
 
 from __future__ import annotations
 
@@ -6,7 +6,13 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from pyros1.cli.commands.topic_tools._expression import MessageExpression, names_used
-from pyros1.cli.commands.topic_tools._transform import TRANSFORM_ARGUMENTS, TRANSFORM_OPTIONS, Evaluator, parse, publish
+from pyros1.cli.commands.topic_tools._transform import (
+    TRANSFORM_ARGUMENTS,
+    TRANSFORM_OPTIONS,
+    Evaluator,
+    parse_with_argparse,
+    publish_evaluated,
+)
 from pyros1.cli.failures import CommandError
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Verb
@@ -19,11 +25,11 @@ from pyros1.values import load_yaml
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
     """Publish messages whose fields are values of expressions until the node shuts down."""
-    publish(
+    publish_evaluated(
         invocation,
         "relay_field",
         options,
-        lambda modules, output_class, node: make_filler(options.expression, modules, output_class, node.now),
+        lambda modules, output_class, node: make_field_evaluator(options.expression, modules, output_class, node.now),
     )
 
 
@@ -38,12 +44,12 @@ VERB = Verb(
     "expressions with known names are evaluated with m, which is the message or the selected field.",
     examples=[("/chatter /header std_msgs/Header 'stamp: now\nframe_id: m.data'", "")],
     stock="rosrun topic_tools relay_field",
-    parse=parse,
+    parse=parse_with_argparse,
     run=run,
 )
 
 
-def make_filler(
+def make_field_evaluator(
     text: str, modules: Mapping[str, Any], output_class: type[Message], now: Callable[[], Time]
 ) -> Evaluator:
     """Return a function that creates the output message from an input message.
@@ -87,13 +93,13 @@ def _with_expressions(fields: Mapping[str, Any], modules: Mapping[str, Any]) -> 
 
 
 def _is_expression(text: str, modules: Mapping[str, Any]) -> bool:
-    """Return whether a string is Python with known names only. For example, m.data is, but base_link is not."""
+    """Return whether a string is a Python expression with known names only, as is m.data, but not base_link."""
     try:
-        names = names_used(text)
+        used_names = names_used(text)
     except (SyntaxError, ValueError):
         return False
-    return names != {text.strip()} - {"m"} and all(
-        name == "m" or name in modules or is_function(name) for name in names
+    return used_names != {text.strip()} - {"m"} and all(
+        name == "m" or name in modules or is_function(name) for name in used_names
     )
 
 

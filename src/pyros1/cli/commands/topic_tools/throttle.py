@@ -1,4 +1,4 @@
-"""``topic_tools throttle`` (L189)."""
+"""``topic_tools throttle``: republishes a topic at a limited rate (L189)."""
 
 from __future__ import annotations
 
@@ -32,9 +32,9 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
     limit, *window = [_parse_positive(text, name) for text, name in zip(args[2:], number_names, strict=False)]
     source, target = input_and_output([args[1], *args[2 + len(number_names) :]], "throttle")
     with open_node_for(invocation, source, "throttle") as node:
-        lazy, use_wall_time = (bool_param(node, name) for name in ("lazy", "wall_clock"))
+        lazy, uses_wall_time = (bool_param(node, name) for name in ("lazy", "wall_clock"))
         latch = bool_param(node, "force_latch") if "~force_latch" in node.params else None
-        now = time.time_ns if use_wall_time else lambda: node.now().to_nsec()
+        now = time.time_ns if uses_wall_time else lambda: node.now().to_nsec()
 
         def on_time_jump() -> None:
             node.log.warn("time jumped back: throttling was reset")

@@ -1,4 +1,4 @@
-"""``topic_tools transform`` (L193)."""
+"""``topic_tools transform``: publishes the value of an expression for each received message (L193)."""
 
 from __future__ import annotations
 
@@ -6,7 +6,13 @@ from collections.abc import Mapping
 from typing import Any
 
 from pyros1.cli.commands.topic_tools._expression import MessageExpression, names_used
-from pyros1.cli.commands.topic_tools._transform import TRANSFORM_ARGUMENTS, TRANSFORM_OPTIONS, Evaluator, parse, publish
+from pyros1.cli.commands.topic_tools._transform import (
+    TRANSFORM_ARGUMENTS,
+    TRANSFORM_OPTIONS,
+    Evaluator,
+    parse_with_argparse,
+    publish_evaluated,
+)
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Flag, Option, Verb
 
@@ -14,7 +20,7 @@ from pyros1.cli.records import Argument, Flag, Option, Verb
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
     """Publish the values of the expression until the node shuts down."""
     text = "m" if options.expression is None else options.expression
-    publish(invocation, "transform", options, lambda modules, *_: make_transformer(text, modules))
+    publish_evaluated(invocation, "transform", options, lambda modules, *_: make_expression_evaluator(text, modules))
 
 
 VERB = Verb(
@@ -41,12 +47,12 @@ VERB = Verb(
         ("/odom /pose geometry_msgs/PoseStamped '[m.header, m.pose.pose]'", ""),
     ],
     stock="rosrun topic_tools transform",
-    parse=parse,
+    parse=parse_with_argparse,
     run=run,
 )
 
 
-def make_transformer(text: str, modules: Mapping[str, Any]) -> Evaluator:
+def make_expression_evaluator(text: str, modules: Mapping[str, Any]) -> Evaluator:
     """Return a function that computes the fields of the output from a message.
 
     Raises:

@@ -1,4 +1,4 @@
-"""``pyros1 wtf``: roswtf (L178) with more checks and a fix for each finding. ``pyros1 doctor`` is an alias."""
+"""``pyros1 wtf``: finds problems like roswtf (L178), with more checks and a fix for each. Alias: ``pyros1 doctor``."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from pyros1.cli.shared.printing import print_json
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> int:
-    """Print problems. Return 1 if there are errors, except for the stock tool, which returns 0.
+    """Print the problems found. Return 1 if there are errors; always 0 if called as the stock tool.
 
-    Arguments are launch files and their arguments as ``name:=value``.
+    The arguments are launch files, and arguments for these as ``name:=value``.
     """
     from pyros1.cli.commands.wtf._examine import examine, make_report  # noqa: PLC0415 - not needed for help
     from pyros1.doctor.finding import ERROR  # noqa: PLC0415

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from pyros1 import __version__
 from pyros1.cli.nearby_packages import find_nearby_packages
-from pyros1.cli.shared.printing import use_colour
+from pyros1.cli.shared.printing import should_use_colour
 from pyros1.doctor.connectivity_checks import check_connectivity
 from pyros1.doctor.facts import Machine, System
 from pyros1.doctor.finding import ERROR, WARNING, Finding
@@ -31,7 +31,7 @@ MASTER_TIMEOUT = 3.0
 
 @dataclass
 class Examination:
-    """The findings and the facts that they are based on. See `pyros1.doctor`."""
+    """The findings, and the facts on which they are based. See `pyros1.doctor`."""
 
     machine: Machine
     findings: list[Finding]
@@ -39,11 +39,11 @@ class Examination:
     types: dict[str, str] = field(default_factory=dict)
 
 
-def examine(everything: bool, offline: bool, quiet: bool, files: list[str], args: list[str]) -> Examination:
-    """Collect facts, check them, and print the findings. Return the facts and the findings.
+def examine(checks_packages: bool, offline: bool, quiet: bool, files: list[str], args: list[str]) -> Examination:
+    """Collect facts, check them, and print what is found. Return the facts and the findings.
 
     Args:
-        everything: whether to check all packages as well.
+        checks_packages: whether to check all packages as well.
         offline: whether to skip the checks of the running system.
         quiet: whether to print nothing.
         files: the launch files.
@@ -58,10 +58,10 @@ def examine(everything: bool, offline: bool, quiet: bool, files: list[str], args
         if not quiet:
             print_findings(title, findings)
 
-    print_line(_introduction(everything, files))
+    print_line(_introduction_text(checks_packages, files))
     machine = collect_machine(os.environ)
     machine.launch_problems = _launch_problems(files, args)
-    machine.package_problems = check_packages(os.environ) if everything else []
+    machine.package_problems = check_packages(os.environ) if checks_packages else []
     static_findings = check_machine(machine)
     print_line(_SEPARATOR)
     print_summary("Static checks summary:", static_findings)
@@ -71,10 +71,10 @@ def examine(everything: bool, offline: bool, quiet: bool, files: list[str], args
         return Examination(machine, static_findings)
     master, has_timed_out = _connect_to_master()
     if master is None:
-        state = "does not answer" if has_timed_out else "does not appear to be running"
-        print_line(f"\nROS Master {state}.\nOnline graph checks will not be run.")
+        state_text = "does not answer" if has_timed_out else "does not appear to be running"
+        print_line(f"\nROS Master {state_text}.\nOnline graph checks will not be run.")
         print_line(f"ROS_MASTER_URI is [{master_uri(os.environ, {})}]")
-        finding = _unresponsive_master() if has_timed_out else _no_master(machine)
+        finding = _unresponsive_master_finding() if has_timed_out else _no_master_finding(machine)
         if not quiet:
             print(f"  fix: {finding.fix}")
         return Examination(machine, [*static_findings, finding])
@@ -102,11 +102,11 @@ def examine(everything: bool, offline: bool, quiet: bool, files: list[str], args
 
 
 def make_report(examination: Examination) -> str:
-    """Return a Markdown report to include in questions and issues."""
+    """Return a Markdown report that users can include in questions and issues."""
     from pyros1.doctor.report import format_report, versions  # noqa: PLC0415 - only needed for reports
 
     environment = "a virtual environment" if sys.prefix != sys.base_prefix else "the system's Python"
-    about = {
+    facts = {
         "pyros1": f"{__version__}, in {Path(__file__).parents[3]}",
         "Python": f"{sys.version.split()[0]} ({platform.python_implementation()}), {environment}, {sys.executable}",
         "system": f"{platform.platform()}, {platform.machine()}",
@@ -115,17 +115,17 @@ def make_report(examination: Examination) -> str:
     }
     packages = find_nearby_packages(os.getcwd())
     if packages:
-        about["packages around this folder"] = f"{', '.join(packages)}; pyros1 itself adds them to ROS_PACKAGE_PATH"
-    return format_report(about, examination.machine, examination.system, examination.types, examination.findings)
+        facts["packages around this folder"] = f"{', '.join(packages)}; pyros1 itself adds them to ROS_PACKAGE_PATH"
+    return format_report(facts, examination.machine, examination.system, examination.types, examination.findings)
 
 
-def _introduction(everything: bool, files: Iterable[str]) -> str:
+def _introduction_text(checks_packages: bool, files: Iterable[str]) -> str:
     if files:
         return f"Launch files: {', '.join(files)}"
     candidates = (Path.cwd(), *Path.cwd().parents)
     folder = next((folder for folder in candidates if (folder / "package.xml").is_file()), None)
     location = f"Package: {folder.name}" if folder else "No package or stack in the current directory"
-    return f"{location}\nroswtf will run against all packages" if everything else location
+    return f"{location}\nroswtf will run against all packages" if checks_packages else location
 
 
 def _launch_problems(files: list[str], args: list[str]) -> list[str]:
@@ -154,7 +154,7 @@ def _connect_to_master() -> tuple[MasterClient | None, bool]:
     try:
         master = MasterClient("/roswtf", master_uri(os.environ, {}), timeout=MASTER_TIMEOUT)
     except Error:
-        return None, False  # the URI is invalid, which the static checks have reported
+        return None, False  # the static checks have reported that the URI is invalid
     try:
         master.ping()
     except MasterUnreachableError as error:
@@ -163,7 +163,7 @@ def _connect_to_master() -> tuple[MasterClient | None, bool]:
     return master, False
 
 
-def _unresponsive_master() -> Finding:
+def _unresponsive_master_finding() -> Finding:
     return Finding(
         "silent-master",
         ERROR,
@@ -173,7 +173,7 @@ def _unresponsive_master() -> Finding:
     )
 
 
-def _no_master(machine: Machine) -> Finding:
+def _no_master_finding(machine: Machine) -> Finding:
     uri = master_uri(os.environ, {})
     try:
         host, _ = parse_uri(uri)
@@ -196,17 +196,17 @@ def _no_master(machine: Machine) -> Finding:
 def print_findings(title: str, findings: list[Finding]) -> None:
     """Print a summary of findings like the stock tool, but with fixes."""
     print(title)
-    colour = use_colour(sys.stdout)
-    for severity, about, colour_codes in (
+    uses_colour = should_use_colour(sys.stdout)
+    for severity, explanation, colour_codes in (
         (WARNING, "Warnings are things that may be just fine, but are sometimes at fault\n", "\x1b[1m"),
         (ERROR, "", "\x1b[31m\x1b[1m"),
     ):
-        selected = [finding for finding in findings if finding.severity == severity]
-        if not selected:
+        selected_findings = [finding for finding in findings if finding.severity == severity]
+        if not selected_findings:
             continue
-        print(f"\nFound {len(selected)} {severity}(s).\n{about}")
-        for finding in selected:
-            label = f"{colour_codes}{severity.upper()}\x1b[0m" if colour else severity.upper()
+        print(f"\nFound {len(selected_findings)} {severity}(s).\n{explanation}")
+        for finding in selected_findings:
+            label = f"{colour_codes}{severity.upper()}\x1b[0m" if uses_colour else severity.upper()
             print(f"{label} {one_line(finding.text)}", *(f" * {one_line(item)}" for item in finding.items), sep="\n")
             print(f"   fix: {one_line(finding.fix)}\n")
     if not findings:

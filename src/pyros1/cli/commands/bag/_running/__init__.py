@@ -1,1 +1,1 @@
-"""Status output and snapshots of ``bag record`` and ``bag play``."""
+"""Shared code of ``bag record`` and ``bag play`` for status output, and the snapshots of ``bag record``."""

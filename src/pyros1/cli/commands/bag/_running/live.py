@@ -1,4 +1,4 @@
-"""The status that ``bag record`` and ``bag play`` print while they run."""
+"""Prints the status of ``bag record`` and ``bag play`` while they run."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from pyros1.node.log.logger import Log
 
 
 class StatusLine:
-    """A status line that is updated in place on a terminal, and the messages above it.
+    """Prints messages and, on a terminal, a status line below them that is updated in place.
 
     Args:
         enabled: Whether anything is printed.
         stream: The output stream; None for stdout.
-        log: A log that receives all messages too, even if `enabled` is False.
+        log: A log that also receives all messages, even if `enabled` is False; None for no log.
     """
 
     def __init__(self, enabled: bool = True, stream: TextIO | None = None, log: Log | None = None) -> None:
@@ -66,7 +66,7 @@ class StatusLine:
 
 
 class RecordingStatus:
-    """Reports the progress of a recording.
+    """Describes the progress of a recording in a status line.
 
     Args:
         recorder: The recorder to report on.
@@ -78,27 +78,31 @@ class RecordingStatus:
         self._last_counts: dict[str, tuple[int, int]] = {}
 
     def text(self) -> str:
-        """Return the status line: time, size, and each topic's drops and rates since the last call, busiest first."""
+        """Return the text: time, size, and each topic's rates since the last call, with the busiest topics first."""
         now = time.monotonic()
         elapsed, self._last_call_at = max(1e-3, now - self._last_call_at), now
         topic_rates = []
         for topic in list(self._recorder.topics.values()):
-            messages, size = self._last_counts.get(topic.name, (0, 0))
+            last_messages, last_bytes = self._last_counts.get(topic.name, (0, 0))
             self._last_counts[topic.name] = (topic.messages, topic.bytes)
-            topic_rates.append(((topic.bytes - size) / elapsed, (topic.messages - messages) / elapsed, topic))
+            topic_rates.append(
+                ((topic.bytes - last_bytes) / elapsed, (topic.messages - last_messages) / elapsed, topic)
+            )
         topic_rates.sort(key=lambda topic_rate: (topic_rate[2].dropped > 0, topic_rate[0]), reverse=True)
-        total = sum(topic_rate[0] for topic_rate in topic_rates)
-        totals_text = f"{now - self._started_at:.0f} s  {format_size(self._recorder.size)}  {format_size(total)}/s"
-        return "  ".join([totals_text, *(_topic_text(*topic_rate) for topic_rate in topic_rates)])
+        total_bandwidth = sum(topic_rate[0] for topic_rate in topic_rates)
+        totals_text = (
+            f"{now - self._started_at:.0f} s  {format_size(self._recorder.size)}  {format_size(total_bandwidth)}/s"
+        )
+        return "  ".join([totals_text, *(_format_topic(*topic_rate) for topic_rate in topic_rates)])
 
 
-def _topic_text(bandwidth: float, rate: float, topic: Topic) -> str:
-    dropped = f" DROPPED {topic.dropped}" if topic.dropped else ""
-    return f"| {topic.name} {rate:.4g} Hz {format_size(bandwidth)}/s{dropped}"
+def _format_topic(bandwidth: float, rate: float, topic: Topic) -> str:
+    dropped_text = f" DROPPED {topic.dropped}" if topic.dropped else ""
+    return f"| {topic.name} {rate:.4g} Hz {format_size(bandwidth)}/s{dropped_text}"
 
 
 def recording_summary(recorder: Recorder) -> str:
-    """Return a summary of the recording with one line per topic."""
+    """Return a summary of a finished recording: the totals, and one line per topic."""
     topics = sorted(recorder.topics.values(), key=lambda topic: topic.name)
     width = max((len(topic.name) for topic in topics), default=0)
     lines = [
@@ -106,8 +110,8 @@ def recording_summary(recorder: Recorder) -> str:
         for topic in topics
     ]
     report = recorder.report
-    files = f"{len(report.files)} file{'s' if len(report.files) != 1 else ''}"
-    return "\n".join([f"{report.messages} messages, {format_size(report.bytes)} in {files}", *lines])
+    file_count_text = f"{len(report.files)} file{'s' if len(report.files) != 1 else ''}"
+    return "\n".join([f"{report.messages} messages, {format_size(report.bytes)} in {file_count_text}", *lines])
 
 
 def format_size(size: float) -> str:

@@ -21,10 +21,10 @@ def run_snapshots(
     """Keep messages and serve ``~snapshot`` (std_srvs/Trigger) and ``~enable`` (std_srvs/SetBool) until shutdown.
 
     Returns:
-        The exit status.
+        The exit status, 0.
     """
     status_line = StatusLine(not options.quiet, log=node.log)
-    search = TopicSearch(node, selection)
+    topic_search = TopicSearch(node, selection)
     if not wait_for_time(node, stop_signal):
         return 0
     snapshots = Snapshots(
@@ -49,16 +49,18 @@ def run_snapshots(
         status_line.print_message("Messages are being kept." if enabled else "Messages are not being kept.")
         return True, ""
 
-    def subscribe(name: str) -> None:
-        status_line.print_message(f"Subscribing to {one_line(name)}")
-        snapshots.subscribe(name)
+    def subscribe(topic: str) -> None:
+        status_line.print_message(f"Subscribing to {one_line(topic)}")
+        snapshots.subscribe(topic)
 
-    service = node.resolve("~snapshot")
+    snapshot_service = node.resolve("~snapshot")
     node.advertise_service("~snapshot", "std_srvs/Trigger", on_snapshot_request)
     node.advertise_service("~enable", "std_srvs/SetBool", on_enable_request)
-    status_line.print_message(f"Keeping the latest messages; write them to a bag with: rosservice call {service}")
+    status_line.print_message(
+        f"Keeping the latest messages; write them to a bag with: rosservice call {snapshot_service}"
+    )
     follow(
-        search,
+        topic_search,
         stop_signal,
         subscribe,
         lambda: status_line.show(f"{len(snapshots.topics)} topics, {format_size(snapshots.bytes)} in memory"),

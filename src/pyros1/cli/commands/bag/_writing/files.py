@@ -1,4 +1,4 @@
-"""Atomic writing for the verbs of ``bag``: a file is written completely or not at all."""
+"""Writes files for the verbs of ``bag`` atomically: a file is written completely or not at all."""
 
 from __future__ import annotations
 
@@ -20,21 +20,22 @@ def new_file(target: str) -> Iterator[str]:
     """Yield the name of a temporary file, which becomes `target` on success and is removed otherwise.
 
     Raises:
+        IsADirectoryError: The target is a folder.
         CommandError: A signal interrupted the command.
     """
-    temporary = f"{target}.tmp"
+    temporary_path = f"{target}.tmp"
     if os.path.isdir(target):
         raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), target)
     with clean_up_on_signal(f"{target} was not written"):
         try:
-            yield temporary
-            os.replace(temporary, target)
+            yield temporary_path
+            os.replace(temporary_path, target)
         except BaseException as error:
             with contextlib.suppress(OSError):
-                os.unlink(temporary)
-            if isinstance(error, BagError) and error.path == temporary:
+                os.unlink(temporary_path)
+            if isinstance(error, BagError) and error.path == temporary_path:
                 raise type(error)(target, error.reason, error.offset) from error
-            if isinstance(error, OSError) and error.filename in (None, temporary):
+            if isinstance(error, OSError) and error.filename in (None, temporary_path):
                 error.filename = target
             raise
 
@@ -44,7 +45,7 @@ def clean_up_on_signal(consequence: str) -> Iterator[None]:
     """Turn Ctrl-C, SIGTERM and SIGHUP into an error, so that incomplete files can be removed.
 
     Args:
-        consequence: The consequence of an interruption, for the error message.
+        consequence: What the interruption means for the files, for the error message.
 
     Raises:
         CommandError: One of these signals arrived.
@@ -58,7 +59,7 @@ def clean_up_on_signal(consequence: str) -> Iterator[None]:
             received_signal = signal.Signals(number)
             raise KeyboardInterrupt
 
-    restore = install_handler(
+    restore_handlers = install_handler(
         interrupt, [number for number in TERMINATION_SIGNALS if is_default_handler(signal.getsignal(number))]
     )
     try:
@@ -66,7 +67,7 @@ def clean_up_on_signal(consequence: str) -> Iterator[None]:
     except KeyboardInterrupt:
         raise CommandError(f"interrupted: {consequence}", 128 + received_signal, plain=True) from None
     finally:
-        restore()
+        restore_handlers()
 
 
 def check_different(source: str, target: str, code: int = 1) -> None:
@@ -75,7 +76,7 @@ def check_different(source: str, target: str, code: int = 1) -> None:
     Args:
         source: The input file.
         target: The output file.
-        code: The exit status.
+        code: The exit status of the command after this error.
 
     Raises:
         CommandError: Both paths refer to the same file.
@@ -110,12 +111,12 @@ def write_atomically(target: str, *, is_folder: bool, force: bool) -> Iterator[s
     if parent and not os.path.isdir(parent):
         raise CommandError(f"the folder {parent} does not exist")
     work_folder = f"{target}.{os.getpid()}.tmp"
-    temporary = os.path.join(work_folder, os.path.basename(target))
+    temporary_path = os.path.join(work_folder, os.path.basename(target))
     with clean_up_on_signal(f"{target} was not written"):
         try:
             os.mkdir(work_folder)
-            yield temporary
-            _move(temporary, target)
+            yield temporary_path
+            _move_into_place(temporary_path, target)
         except BagError as error:
             if error.path.startswith(work_folder):
                 raise type(error)(target, error.reason, error.offset) from error
@@ -128,9 +129,10 @@ def write_atomically(target: str, *, is_folder: bool, force: bool) -> Iterator[s
             shutil.rmtree(work_folder, ignore_errors=True)
 
 
-def _move(temporary: str, target: str) -> None:
-    if not os.path.isdir(target) or not os.path.isdir(temporary):
-        os.replace(temporary, target)
+def _move_into_place(temporary_path: str, target: str) -> None:
+    """Move a file or folder to its final name. The contents of a folder are moved into an existing folder."""
+    if not os.path.isdir(target) or not os.path.isdir(temporary_path):
+        os.replace(temporary_path, target)
         return
-    for name in sorted(os.listdir(temporary)):
-        _move(os.path.join(temporary, name), os.path.join(target, name))
+    for name in sorted(os.listdir(temporary_path)):
+        _move_into_place(os.path.join(temporary_path, name), os.path.join(target, name))

@@ -1,4 +1,4 @@
-"""Shared code of the verbs that rewrite bags."""
+"""Shared code of the verbs that rewrite bags: compress, decompress, encrypt, decrypt and reindex."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ REWRITE_OPTIONS = (
     Flag("-f", "--force", help="force overwriting of backup file if it exists"),
     QUIET_FLAG,
 )
-"""The options of `rewrite_each`."""
+"""The options that `rewrite_each` uses."""
 BAGS_ARGUMENT = Argument("BAGFILE", "bag", repeatable=True)
 REWRITE_USAGE = "[options] BAGFILE1 [BAGFILE2 ...]"
 
@@ -30,7 +30,7 @@ REWRITE_USAGE = "[options] BAGFILE1 [BAGFILE2 ...]"
 def rewrite_each(options: Any, paths: list[str], operation: Callable[[str, str], object]) -> int:
     """Rewrite each bag, either in place, keeping the old one as ``NAME.orig.bag``, or into a folder.
 
-    The old file is moved only after the new one is complete.
+    The old file is replaced only after the new one is complete.
 
     Args:
         options: The parsed options, see `REWRITE_OPTIONS`.
@@ -38,21 +38,21 @@ def rewrite_each(options: Any, paths: list[str], operation: Callable[[str, str],
         operation: Reads the file named by its first argument and writes the file named by its second.
 
     Returns:
-        The exit status: 1 if a file could not be written.
+        The exit status: 1 if a bag could not be read or written, otherwise 0.
 
     Raises:
         UsageError: No bag is given.
     """
     if not paths:
         raise UsageError("You must specify at least one bag file.")
-    failed = False
+    has_failed = False
     for path in paths:
         try:
             if options.output_dir is not None:
                 target = os.path.join(options.output_dir, os.path.basename(path))
                 check_different(path, target)
-                with new_file(target) as temporary:
-                    operation(path, temporary)
+                with new_file(target) as temporary_path:
+                    operation(path, temporary_path)
                 continue
             stem, extension = os.path.splitext(path)
             backup = f"{stem}.orig{extension}"
@@ -60,22 +60,22 @@ def rewrite_each(options: Any, paths: list[str], operation: Callable[[str, str],
                 if not options.quiet:
                     print(f"Skipping {path}. Backup path {backup} already exists.", file=sys.stderr)
                 continue
-            with new_file(path) as temporary:
-                operation(path, temporary)
-                shutil.copymode(path, temporary)
+            with new_file(path) as temporary_path:
+                operation(path, temporary_path)
+                shutil.copymode(path, temporary_path)
                 _back_up(path, backup)
         except (BagError, OSError) as error:
             report_bag_error(error, path)
-            failed = True
-    return int(failed)
+            has_failed = True
+    return int(has_failed)
 
 
 def _back_up(path: str, backup: str) -> None:
-    """Link a file to a second name. The first name exists at every moment."""
-    link = f"{backup}.tmp"
+    """Give a file a second name, while it also keeps the first; without support for links, rename the file."""
+    temporary_link = f"{backup}.tmp"
     try:
-        os.link(path, link)
+        os.link(path, temporary_link)
     except OSError:
-        os.replace(path, backup)  # the file system does not support links
+        os.replace(path, backup)  # the file system does not support hard links
     else:
-        os.replace(link, backup)
+        os.replace(temporary_link, backup)

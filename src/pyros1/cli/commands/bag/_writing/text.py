@@ -12,11 +12,11 @@ from pyros1.bag.export.topic_names import FileNames
 from pyros1.cli.clean_output import data_stream
 from pyros1.cli.failures import CommandError
 from pyros1.cli.shared.buffered_output import BufferedOutput
-from pyros1.cli.shared.forms import Json
+from pyros1.cli.shared.forms import JsonFormat
 from pyros1.ground.timing import Time
 from pyros1.msgs import Message
 
-STDOUT = "-"
+STDOUT_TARGET = "-"
 
 
 class CsvWriter:
@@ -32,7 +32,7 @@ class CsvWriter:
     """
 
     def __init__(self, target: str, topics: list[str], options: Any) -> None:
-        self._folder = "" if target == STDOUT or target.lower().endswith(".csv") else target
+        self._folder = "" if target == STDOUT_TARGET or target.lower().endswith(".csv") else target
         self._target = target
         if self._folder:
             os.mkdir(self._folder)
@@ -44,10 +44,10 @@ class CsvWriter:
         self._table = Table(nostr=bool(options.nostr), noarr=bool(options.noarr))
         self._names = FileNames()
         self._files: dict[str, TextIO] = {}
-        self._stack = ExitStack()
+        self._exit_stack = ExitStack()
 
     def write_message(self, topic: str, message: Message, time: Time) -> None:
-        """Write a row."""
+        """Write a message as a row of its topic's file."""
         file = self._files.get(topic)
         is_new = file is None
         if file is None:
@@ -58,20 +58,20 @@ class CsvWriter:
             self._table.row(message, time.to_nsec(), out.add)
 
     def close(self) -> None:
-        """Close the files."""
-        if not self._folder and not self._files and self._target != STDOUT:
+        """Close the files. If the target is a single file, it is created even if no message was written."""
+        if not self._folder and not self._files and self._target != STDOUT_TARGET:
             self._open("")
-        self._stack.close()
+        self._exit_stack.close()
 
     def abort(self) -> None:
         """Close the files without completing them."""
-        self._stack.close()
+        self._exit_stack.close()
 
     def _open(self, topic: str) -> TextIO:
-        if self._target == STDOUT:
+        if self._target == STDOUT_TARGET:
             return data_stream()
         path = os.path.join(self._folder, f"{self._names[topic]}.csv") if self._folder else self._target
-        return self._stack.enter_context(open(path, "w", encoding="utf-8", newline=""))
+        return self._exit_stack.enter_context(open(path, "w", encoding="utf-8", newline=""))
 
 
 class JsonWriter:
@@ -84,23 +84,23 @@ class JsonWriter:
     """
 
     def __init__(self, target: str, options: Any) -> None:
-        self._bare = bool(options.bare)
-        self._json = Json(options)
-        self._owns_file = target != STDOUT
+        self._writes_only_messages = bool(options.bare)
+        self._write_json = JsonFormat(options)
+        self._owns_file = target != STDOUT_TARGET
         self._file = open(target, "w", encoding="utf-8", newline="") if self._owns_file else data_stream()  # noqa: SIM115
         self._prefixes: dict[str, str] = {}
 
     def write_message(self, topic: str, message: Any, time: Time) -> None:
-        """Write a line."""
-        if self._bare:
-            self._json(message, message, None, self._file.write)
+        """Write a message as a line of JSON."""
+        if self._writes_only_messages:
+            self._write_json(message, message, None, self._file.write)
             return
         prefix = self._prefixes.get(topic)
         if prefix is None:
             prefix = self._prefixes[topic] = f'{{"topic": {json.dumps(topic)}, "type": {json.dumps(message._type)}'
         stamp = f'"time": {{"secs": {time.secs}, "nsecs": {time.nsecs}}}'
         self._file.write(f'{prefix}, {stamp}, "message": ')
-        self._json(message, message, None, self._file.write, "}\n")
+        self._write_json(message, message, None, self._file.write, "}\n")
 
     def close(self) -> None:
         """Close the file."""
