@@ -59,6 +59,7 @@ def test_what_coverage_has_recorded(tmp_path: Path) -> None:
     assert 0 < counts.reached_statements < counts.statements and 0 < counts.reached_branches < counts.branches
 
 
+@pytest.mark.filterwarnings("ignore:unclosed database")  # coverage's, of the broken one
 def test_copies_of_sources_and_broken_data_files_do_not_count(tmp_path: Path) -> None:
     copy = tmp_path / "src" / "pyros1" / "values"
     copy.mkdir(parents=True)
