@@ -30,13 +30,13 @@ from random_definitions import Definition, random_definition, random_message
 
 from pyros1.ground.errors import DeserializationError, MessageError
 from pyros1.ground.timing import Duration, TVal
-from pyros1.msgs.array_views import genpy_view
+from pyros1.msgs.array_views import make_genpy_view
 from pyros1.msgs.digest import Digests
 from pyros1.msgs.dynamic import from_definition
 from pyros1.msgs.factory import python_name
 from pyros1.msgs.spec import parse_message
 
-VIEW = genpy_view(numpy)
+VIEW = make_genpy_view(numpy)
 numpy.bool = bool  # genpy's code calls it so
 
 

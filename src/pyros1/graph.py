@@ -187,9 +187,9 @@ class NodeApi:
         self._client = XmlRpcClient(uri, timeout=timeout)
 
     def _call(self, method: str, *args: Any) -> Any:
-        from pyros1.net.master_client import unpack  # noqa: PLC0415
+        from pyros1.net.master_client import unpack_reply  # noqa: PLC0415
 
-        return unpack(self._client.call(method, self._caller_id, *args), f"the node at {self.uri}")
+        return unpack_reply(self._client.call(method, self._caller_id, *args), f"the node at {self.uri}")
 
     def pid(self) -> int:
         """Return the node's process id."""

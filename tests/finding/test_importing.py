@@ -102,7 +102,7 @@ def finder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> MessageFinder:
         (folder / "package.xml").write_text(f"<package><name>{package}</name></package>")
         (folder / "msg" / "A.msg").write_text(text)
     finder = MessageFinder({"ROS_PACKAGE_PATH": str(tmp_path)})
-    monkeypatch.setattr(pyros1.msgs.__path__.modules, "messages", finder)
+    monkeypatch.setattr(pyros1.msgs.__path__.modules, "message_finder", finder)
     yield finder
     for name in [name for name in sys.modules if name.startswith(("pyros1.msgs.base_", "pyros1.msgs.broken"))]:
         del sys.modules[name]

@@ -107,7 +107,7 @@ def _http(parser: Any, parts: Iterator[bytes]) -> tuple[list[tuple[Any, ...]], i
             parser.feed(part)
             while (message := parser.next_message()) is not None:
                 found.append(message)
-            assert parser.buffered <= 2 * 4096 + len(part)
+            assert parser.num_buffered <= 2 * 4096 + len(part)
         if isinstance(parser, ResponseParser):
             last = parser.eof()
             found += [] if last is None else [last]
@@ -196,7 +196,7 @@ _LENGTHS = [struct.pack("<I", number) for number in (0, 1, 4, 5, 100, 1 << 20, (
 
 
 def _datagrams() -> list[bytes]:
-    split = datagram.split(struct.pack("<I", 100) + bytes(100), 0, 3, 64)
+    split = datagram.split_frame(struct.pack("<I", 100) + bytes(100), 0, 3, 64)
     return [bytes([64]) + b"".join(split), b"\x40" + b"".join(reversed([*split]))]
 
 

@@ -14,7 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pyros1.ground.errors import LaunchError
-from pyros1.ground.expressions import MAX_BITS, MAX_ITEMS, MAX_TEXT, ExpressionError, Interpreter, checked, size
+from pyros1.ground.expressions import MAX_BITS, MAX_ITEMS, MAX_TEXT, ExpressionError, Interpreter, check_value, size
 from pyros1.launch.reading.expression import evaluate
 from pyros1.observe.expression import Expression
 from pyros1.values import YamlError, load_yaml
@@ -90,7 +90,7 @@ def test_bounds_are_those_documented() -> None:
     assert len(value(f"'a' * {MAX_ITEMS}")) == MAX_ITEMS
     assert len(value(f"'%{MAX_ITEMS}d' % 1")) == MAX_ITEMS
     with pytest.raises(ExpressionError, match="too large"):
-        checked(1 << MAX_BITS)
+        check_value(1 << MAX_BITS)
 
 
 def test_size_counts_what_is_inside() -> None:

@@ -59,7 +59,7 @@ class Last:
         signal.raise_signal(signal.SIGINT)
 
 signal.signal(signal.SIGINT, signal.SIG_DFL)
-with interrupts.keyboard_interrupts():
+with interrupts.raise_keyboard_interrupts():
     last = Last()
     try:
         del last

@@ -21,7 +21,7 @@ import pytest
 from pyros1.ground.errors import UnreachableError, XmlRpcFault
 from pyros1.master import journal as journals
 from pyros1.master.api import MasterApi
-from pyros1.master.journal import MAGIC, Journal, JournalContents, JournalError, boot_id, encode_record, read
+from pyros1.master.journal import MAGIC, Journal, JournalContents, JournalError, boot_id, encode_record, read_journal
 from pyros1.master.recovery import Recovery, any_reachable, stale_reason
 from pyros1.master.registry import RegisteredNode
 from pyros1.master.server import Master
@@ -160,7 +160,7 @@ def test_what_was_written_is_read(journal: Callable[..., Journal], tmp_path: Pat
     writer.add(("setParam", ["/a", "/y", [1, 2]]))
     writer.heartbeat()
     writer.close(remove=False)
-    previous = read(path)
+    previous = read_journal(path)
     assert previous is not None
     assert [list(call) for call in previous.calls] == [
         ["setParam", ["/a", "/", {"x": 1}]],
@@ -170,14 +170,14 @@ def test_what_was_written_is_read(journal: Callable[..., Journal], tmp_path: Pat
     assert path.stat().st_mode & 0o777 == 0o600
     with path.open("ab") as file:
         file.write(b"\x10\0\0\0abc")
-    assert read(path).truncated  # type: ignore[union-attr]
+    assert read_journal(path).truncated  # type: ignore[union-attr]
 
 
 def test_an_orderly_end_leaves_nothing(journal: Callable[..., Journal], tmp_path: Path) -> None:
     writer = journal()
     writer.begin([])
     writer.close()
-    assert read(tmp_path / "own" / "m.journal") is None
+    assert read_journal(tmp_path / "own" / "m.journal") is None
 
 
 def test_it_does_not_grow_for_ever(journal: Callable[..., Journal], tmp_path: Path) -> None:
@@ -198,7 +198,7 @@ def test_it_does_not_grow_for_ever(journal: Callable[..., Journal], tmp_path: Pa
 def test_what_is_no_file_is_no_journal(make: Callable[[Path], object], tmp_path: Path) -> None:
     make(tmp_path / "m.journal")
     with pytest.raises(JournalError, match="is not a file"):
-        read(tmp_path / "m.journal")
+        read_journal(tmp_path / "m.journal")
 
 
 def test_one_journal_has_one_writer(journal: Callable[..., Journal]) -> None:
@@ -239,7 +239,7 @@ def test_nothing_follows_a_change_that_was_left_out(
     while not writer.needs_rewrite:
         assert time.monotonic() < until
     writer.close(remove=False)
-    previous = read(tmp_path / "own" / "m.journal")
+    previous = read_journal(tmp_path / "own" / "m.journal")
     assert previous is not None and previous.calls == ()
 
 
@@ -263,7 +263,7 @@ def test_a_full_disk_is_told_once_and_asked_for_again(
     writer.begin([("setParam", ["/a", "/x", 1])])
     writer.close(remove=False)
     assert len(told) == 1 and "No space left" in told[0]
-    previous = read(tmp_path / "own" / "m.journal")
+    previous = read_journal(tmp_path / "own" / "m.journal")
     assert previous is not None and len(previous.calls) == 1
 
 
@@ -281,11 +281,11 @@ def test_what_is_no_journal(tmp_path: Path, content: bytes, why: str) -> None:
     path = tmp_path / "x.journal"
     path.write_bytes(content)
     with pytest.raises(JournalError, match=why):
-        read(path)
+        read_journal(path)
     path.unlink()
     path.symlink_to(tmp_path / "elsewhere")
     with pytest.raises(JournalError, match="cannot be read"):
-        read(path)
+        read_journal(path)
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="there are no named pipes")
@@ -293,7 +293,7 @@ def test_a_pipe_in_its_place_is_not_waited_for(tmp_path: Path) -> None:
     path = tmp_path / "m.journal"
     os.mkfifo(path)
     with pytest.raises(JournalError, match="is not a file"):
-        read(path)
+        read_journal(path)
 
 
 def test_stale_journals() -> None:
@@ -398,7 +398,7 @@ def test_a_master_goes_on_where_another_stopped(tmp_path: Path) -> None:
     client.close()
     until = time.monotonic() + 10
     while True:  # a thread writes
-        previous = read(path)
+        previous = read_journal(path)
         if previous is not None and len(previous.calls) >= 4:
             break
         assert time.monotonic() < until

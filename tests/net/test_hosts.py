@@ -32,7 +32,7 @@ ANY = "0.0.0.0"
     ],
 )
 def test_n18_n19_n23_overrides(environ: dict[str, str], special: dict[str, str], advertised: str, bind: str) -> None:
-    address = hosts.host_from_environment(environ, special)
+    address = hosts.addresses_from_environment(environ, special)
     assert (address.advertised, address.bind) == (advertised, bind)
     assert address.family == (socket.AF_INET6 if ":" in bind else socket.AF_INET)
     assert address.warnings == []
@@ -40,12 +40,12 @@ def test_n18_n19_n23_overrides(environ: dict[str, str], special: dict[str, str],
 
 def test_n18_without_overrides(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(socket, "gethostname", lambda: "robot")
-    assert hosts.host_from_environment({}, {}).advertised == "robot"
+    assert hosts.addresses_from_environment({}, {}).advertised == "robot"
     monkeypatch.setattr(socket, "gethostname", lambda: "localhost")
     monkeypatch.setattr(hosts, "interface_addresses", lambda ipv6=False: ["127.0.0.1", "10.1.2.3"])
-    assert hosts.host_from_environment({}, {}).advertised == "10.1.2.3"
+    assert hosts.addresses_from_environment({}, {}).advertised == "10.1.2.3"
     monkeypatch.setattr(hosts, "interface_addresses", lambda ipv6=False: ["127.0.0.1"])
-    address = hosts.host_from_environment({}, {})
+    address = hosts.addresses_from_environment({}, {})
     assert (address.advertised, address.bind) == ("127.0.0.1", ANY)
 
 
@@ -66,7 +66,7 @@ def test_interface_addresses_hold_the_loopback() -> None:
     ],
 )
 def test_n22_warnings(environ: dict[str, str], words: str) -> None:
-    (warning,) = hosts.host_from_environment(environ, {}).warnings
+    (warning,) = hosts.addresses_from_environment(environ, {}).warnings
     assert words in warning
 
 
@@ -82,25 +82,25 @@ def test_n22_warnings(environ: dict[str, str], words: str) -> None:
     ],
 )
 def test_where_to_listen(environ: dict[str, str], special: dict[str, str], advertised: str, bind: str) -> None:
-    address = hosts.host_from_environment(environ, special)
+    address = hosts.addresses_from_environment(environ, special)
     assert (address.advertised, address.bind) == (advertised, bind)
     assert address.family == (socket.AF_INET6 if ":" in bind else socket.AF_INET)
 
 
 def test_who_may_connect_and_which_ports() -> None:
     environ = {"PYROS1_ALLOW": "10.0.0.0/8", "PYROS1_PORTS": "40000-40099"}
-    address = hosts.host_from_environment(environ, {})
+    address = hosts.addresses_from_environment(environ, {})
     assert (str(address.allowed), str(address.ports)) == ("10.0.0.0/8", "40000-40099")
-    address = hosts.host_from_environment(environ, {"__allow": "10.0.0.1", "__ports": "50000"})
+    address = hosts.addresses_from_environment(environ, {"__allow": "10.0.0.1", "__ports": "50000"})
     assert (str(address.allowed), str(address.ports)) == ("10.0.0.1", "50000-50000")
-    address = hosts.host_from_environment({"PYROS1_ALLOW": "", "PYROS1_PORTS": ""}, {})
+    address = hosts.addresses_from_environment({"PYROS1_ALLOW": "", "PYROS1_PORTS": ""}, {})
     assert address.allowed is None and address.ports is None
 
 
 @pytest.mark.parametrize("text", ["192.0.2.1", "robot", "127.0.0.1/8", "eth0"])
 def test_an_address_to_listen_on_that_is_not_here(text: str) -> None:
     with pytest.raises(SettingError, match=r"PYROS1_BIND .* not an address of this machine: .* are .*127\.0\.0\.1"):
-        hosts.host_from_environment({"PYROS1_BIND": text}, {})
+        hosts.addresses_from_environment({"PYROS1_BIND": text}, {})
 
 
 def test_make_uri() -> None:

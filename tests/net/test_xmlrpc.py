@@ -17,7 +17,7 @@ from pyros1.ground.errors import DeadlineError, Error, ProtocolError, Unreachabl
 from pyros1.net.loop import Loop
 from pyros1.net.rpc_caller import RpcCaller
 from pyros1.net.xmlrpc_client import XmlRpcClient
-from pyros1.net.xmlrpc_server import ServerLimits, XmlRpcServer, unknown_method
+from pyros1.net.xmlrpc_server import ServerLimits, XmlRpcServer, make_unknown_method_fault
 from pyros1.wire.http import HttpLimits, build_request, build_response
 from pyros1.wire.http_head import date_field
 from pyros1.wire.xmlrpc import dumps_call, dumps_response
@@ -51,7 +51,7 @@ def dispatch(method: str, params: Sequence[Any]) -> Any:
         raise ValueError("oh")
     if method == "null":
         return None
-    raise unknown_method(method)
+    raise make_unknown_method_fault(method)
 
 
 @pytest.fixture

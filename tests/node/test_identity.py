@@ -10,7 +10,7 @@ import pytest
 
 from pyros1.ground.errors import InvalidNameError
 from pyros1.node import Node
-from pyros1.node.identity import full_name
+from pyros1.node.identity import namespace_and_name
 
 
 @pytest.mark.parametrize(
@@ -28,25 +28,25 @@ from pyros1.node.identity import full_name
     ],
 )
 def test_names_n08(name: str, namespace: Any, special: Any, environ: Any, expected: tuple[str, str]) -> None:
-    assert full_name(name, False, namespace, special, environ) == expected
+    assert namespace_and_name(name, False, namespace, special, environ) == expected
 
 
 def test_anonymous_names_n09() -> None:
-    _, name = full_name("a", True, None, {}, {})
+    _, name = namespace_and_name("a", True, None, {}, {})
     assert re.fullmatch(rf"/a_{os.getpid()}_\d{{13}}", name)
-    assert full_name("a", True, None, {"__name": "b"}, {})[1] == "/b", "__name makes it void"
+    assert namespace_and_name("a", True, None, {"__name": "b"}, {})[1] == "/b", "__name makes it void"
 
 
 @pytest.mark.parametrize("name", ["", "a/b", "/a", "~a", "1a", "a-b", "ä", "a b", "a\n"])
 def test_illegal_names_n07(name: str) -> None:
     with pytest.raises(InvalidNameError, match="not a legal node name"):
-        full_name(name, False, None, {}, {})
+        namespace_and_name(name, False, None, {}, {})
 
 
 @pytest.mark.parametrize("namespace", ["a-b", "~a", "a b", "ä"])
 def test_illegal_namespaces(namespace: str) -> None:
     with pytest.raises(InvalidNameError, match="not a legal namespace"):
-        full_name("a", False, namespace, {}, {})
+        namespace_and_name("a", False, namespace, {}, {})
 
 
 def test_a_node_takes_its_name_from_the_command_line_n14(make_node: Any) -> None:

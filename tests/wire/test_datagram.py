@@ -16,7 +16,7 @@ from pyros1.wire.datagram import (
     Assembler,
     parse_udpros_offer,
     parse_udpros_response,
-    split,
+    split_frame,
 )
 from pyros1.wire.header import encode_header
 
@@ -33,20 +33,20 @@ def assembled(datagrams: list[bytes], connection: int = 7) -> tuple[list[bytes],
 
 @given(st.lists(st.binary(max_size=5000), max_size=5), st.integers(MIN_DATAGRAM_SIZE, 2000))
 def test_t60_what_is_split_comes_together(bodies: list[bytes], size: int) -> None:
-    sent = [data for number, body in enumerate(bodies, 250) for data in split(frame(body), 7, number, size)]
+    sent = [data for number, body in enumerate(bodies, 250) for data in split_frame(frame(body), 7, number, size)]
     assert all(len(data) <= size for data in sent)
     assert assembled(sent) == (bodies, 0)
 
 
 def test_t60_the_heads() -> None:
-    datagrams = list(split(frame(bytes(150)), 0x01020304, 257, 64 + 8))
+    datagrams = list(split_frame(frame(bytes(150)), 0x01020304, 257, 64 + 8))
     assert [data[:8].hex() for data in datagrams] == ["0403020100010300", "0403020101010100", "0403020101010200"]
 
 
 @given(st.integers(0, 20), st.integers(1, 3000), st.integers(0, 1 << 30))
 def test_t61_a_lost_or_doubled_datagram_costs_its_message_only(at: int, length: int, seed: int) -> None:
     bodies = [bytes([number]) * length for number in range(3)]
-    parts = [list(split(frame(body), 7, number, 300)) for number, body in enumerate(bodies)]
+    parts = [list(split_frame(frame(body), 7, number, 300)) for number, body in enumerate(bodies)]
     at %= len(parts[1])
     lost = [*parts[0], *parts[1][:at], *parts[1][at + 1 :], *parts[2]]
     assert assembled(lost)[0] == [bodies[0], bodies[2]]
@@ -58,7 +58,7 @@ def test_t61_a_lost_or_doubled_datagram_costs_its_message_only(at: int, length: 
 
 
 def test_what_is_lost_is_counted() -> None:
-    first, second = (list(split(frame(bytes(500)), 7, number, 300)) for number in range(2))
+    first, second = (list(split_frame(frame(bytes(500)), 7, number, 300)) for number in range(2))
     assert assembled([first[0], *second]) == ([bytes(500)], 1)
     assert assembled([*first[1:], *second]) == ([bytes(500)], 0), "nothing was begun"
 
@@ -85,17 +85,17 @@ def test_nonsense_is_no_message(datagrams: list[bytes]) -> None:
     ],
 )
 def test_what_is_no_message_is_ignored_and_costs_no_other(data: bytes) -> None:
-    good = list(split(frame(b"good"), 7, 1, 300))
+    good = list(split_frame(frame(b"good"), 7, 1, 300))
     assert assembled([data, *good])[0] == [b"good"]
 
 
 def test_messages_that_are_too_large_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(ValueError, match="too large for datagrams of 64"):
-        list(split(bytes(datagram.MAX_BLOCKS * 56 + 1), 7, 0, 64))
+        list(split_frame(bytes(datagram.MAX_BLOCKS * 56 + 1), 7, 0, 64))
     monkeypatch.setattr(datagram, "MAX_ASSEMBLED_SIZE", 1000)
-    assert assembled(list(split(frame(bytes(2000)), 7, 0, 300))) == ([], 0)
+    assert assembled(list(split_frame(frame(bytes(2000)), 7, 0, 300))) == ([], 0)
     # Ten datagrams, of which the last one is shorter; the length of the first counts for all.
-    whole = list(split(frame(bytes(9 * 92)), 7, 0, 100))
+    whole = list(split_frame(frame(bytes(9 * 92)), 7, 0, 100))
     for limit, found in ((1000, [bytes(9 * 92)]), (999, [])):
         monkeypatch.setattr(datagram, "MAX_ASSEMBLED_SIZE", limit)
         assert assembled(whole)[0] == found

@@ -26,7 +26,7 @@ def feed(buffer: FrameBuffer, data: bytes) -> list[bytes]:
 @given(st.lists(st.binary(max_size=100), max_size=20), st.integers(1, 64), st.integers(8, 70), st.integers(0, 30))
 def test_any_cut_gives_the_same_frames(bodies: list[bytes], step: int, capacity: int, first: int) -> None:
     stream = b"".join(struct.pack("<I", len(body)) + body for body in bodies)
-    buffer = FrameBuffer(capacity, first=stream[:first])
+    buffer = FrameBuffer(capacity, initial_bytes=stream[:first])
     got = [bytes(buffer.data[a:b]) for a, b in buffer.received(0)]
     for start in range(first, len(stream), step):
         got += feed(buffer, stream[start : start + step])
@@ -108,6 +108,6 @@ def test_memory_for_a_very_large_frame_is_given_up_when_it_is_taken() -> None:
 
 
 def test_bodies_are_taken_each_by_itself() -> None:
-    buffer = FrameBuffer(first=b"\x01\x00\x00\x00a\x00\x00\x00\x00\x02\x00\x00\x00bc\x05")
+    buffer = FrameBuffer(initial_bytes=b"\x01\x00\x00\x00a\x00\x00\x00\x00\x02\x00\x00\x00bc\x05")
     assert buffer.take_bodies(buffer.received(0)) == [b"a", b"", b"bc"]
     assert buffer.has_partial_frame

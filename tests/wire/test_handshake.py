@@ -14,7 +14,7 @@ SET_BOOL = h.ServiceType("std_srvs/SetBool", "09fb", "std_srvs/SetBoolRequest", 
 
 
 def ask(wanted: h.TopicType, **changes: str) -> dict[str, str]:
-    return {**h.subscriber_header("/listener", "/chatter", wanted, True), **changes}
+    return {**h.make_subscriber_header("/listener", "/chatter", wanted, True), **changes}
 
 
 def answer(header: dict[str, str]) -> dict[str, str]:
@@ -73,13 +73,13 @@ def test_whoever_sends_back_our_header_is_no_node() -> None:
     with pytest.raises(ProtocolError, match="publisher http://p/ of /chatter only sends back what it receives"):
         h.check_publisher_response(dict(sent), "/chatter", STRING, "http://p/", sent)
     h.check_publisher_response(answer(sent), "/chatter", STRING, "http://p/", sent)
-    sent = h.service_client_header("/me", "/flip", SET_BOOL, True)
+    sent = h.make_service_client_header("/me", "/flip", SET_BOOL, True)
     with pytest.raises(ProtocolError, match="service /flip only sends back what it receives"):
         h.check_service_response(dict(sent), "/flip", SET_BOOL, sent)
 
 
 def test_t23_t24_service_headers() -> None:
-    header = h.service_client_header("/me", "/flip", SET_BOOL, True)
+    header = h.make_service_client_header("/me", "/flip", SET_BOOL, True)
     assert header["persistent"] == "1"
     reply = h.make_service_response(header, "/server", "/flip", SET_BOOL)
     assert reply["request_type"] == "std_srvs/SetBoolRequest"

@@ -179,7 +179,7 @@ def test_a_cut_off_response_is_an_error() -> None:
     parser = ResponseParser()
     parser.feed(build_response(200, b"abc")[:-1])
     assert parser.next_message() is None
-    assert parser.buffered == 2
+    assert parser.num_buffered == 2
     with pytest.raises(HttpError, match="cut off"):
         parser.eof()
 
@@ -230,6 +230,6 @@ def outcome(parser: RequestParser | ResponseParser, data: bytes) -> tuple[object
     except HttpError as error:
         return str(error), error.status
     if message is None:
-        return (parser.buffered,)
+        return (parser.num_buffered,)
     first = (message.method, message.path) if isinstance(message, Request) else (message.status, message.reason)
-    return (*first, message.keep_alive, message.body, parser.buffered)
+    return (*first, message.keep_alive, message.body, parser.num_buffered)

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from pyros1.ground.errors import ProtocolError, SettingError
 from pyros1.wire.local import (
-    PROTOCOL,
+    LOCAL_PROTOCOL,
     REFERENCE_SIZE,
     TOKEN_SIZE,
     Reference,
@@ -20,7 +20,7 @@ from pyros1.wire.local import (
     encode_release,
     is_local_enabled,
     is_offered,
-    offer,
+    make_offer,
 )
 
 TOKEN = bytes(range(TOKEN_SIZE))
@@ -64,10 +64,10 @@ def test_numbers_that_are_given_back(numbers: list[int], more: bytes) -> None:
 
 
 def test_only_who_has_the_key_shares() -> None:
-    assert is_offered([["TCPROS"], offer("key")], "key")
-    assert not is_offered([["TCPROS"], offer("other")], "key")
-    assert not is_offered([["TCPROS"], offer("")], "")
-    assert not is_offered([["TCPROS"], [PROTOCOL], PROTOCOL, [PROTOCOL, ["key"]], 7], "key")
+    assert is_offered([["TCPROS"], make_offer("key")], "key")
+    assert not is_offered([["TCPROS"], make_offer("other")], "key")
+    assert not is_offered([["TCPROS"], make_offer("")], "")
+    assert not is_offered([["TCPROS"], [LOCAL_PROTOCOL], LOCAL_PROTOCOL, [LOCAL_PROTOCOL, ["key"]], 7], "key")
 
 
 def test_transports() -> None:

@@ -18,7 +18,7 @@ from pyros1.ground.timing import Time
 from pyros1.msgs import Service
 from pyros1.net.signal_safe import POLL_INTERVAL
 from pyros1.node import Node as SyncNode
-from pyros1.node.checks import check_callback, check_name, check_queue_size, check_timeout, message_class
+from pyros1.node.checks import check_callback, check_name, check_queue_size, check_timeout, require_message_class
 from pyros1.node.publishing.publisher import Publisher
 from pyros1.node.services.client import ServiceClient
 from pyros1.node.services.server import ServiceServer
@@ -92,7 +92,7 @@ class _Node(SyncNode):
         driver: Driver | None,
     ) -> Subscriber[Any]:
         """Subscribe a stream; see :meth:`Node.subscribe`."""
-        cls = message_class(type, "subscribe")
+        cls = require_message_class(type, "subscribe")
         hints = Hints(tcp_nodelay=tcp_nodelay)
         return self._topics.subscribe(
             self.resolve(topic), cls, _no_callback, queue_size, hints, stream=stream, driver=driver

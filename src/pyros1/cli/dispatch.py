@@ -66,7 +66,7 @@ def dispatch(argv: list[str], alone: bool) -> int:
     except KeyboardInterrupt:
         if alone:
             interrupts.die_by_signal()
-        return interrupts.EXIT_INTERRUPTED
+        return interrupts.INTERRUPTED_EXIT_CODE
     except BrokenPipeError:
         output.discard_output()  # the reader closed the pipe
         return 0
@@ -121,7 +121,7 @@ def _run_and_report_errors(command: str, arguments: list[str]) -> int:
         add_nearby_packages(os.environ)
         from pyros1.cli.running import run_command  # noqa: PLC0415 - not needed for help and completion
 
-        with interrupts.keyboard_interrupts():
+        with interrupts.raise_keyboard_interrupts():
             code = run_command(command, arguments)
         if code:
             _print_argument_hints(command, arguments)

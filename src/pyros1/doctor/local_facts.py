@@ -18,7 +18,7 @@ from pyros1.doctor.facts import Disk, LocalProcess, Machine
 from pyros1.doctor.probe import resolve_host
 from pyros1.ground.errors import Error, SettingError
 from pyros1.launch.running.logs import log_folder, ros_home
-from pyros1.net.hosts import DEFAULT_MASTER_URI, host_from_environment, interface_addresses, parse_uri
+from pyros1.net.hosts import DEFAULT_MASTER_URI, addresses_from_environment, interface_addresses, parse_uri
 from pyros1.net.xmlrpc_client import XmlRpcClient
 from pyros1.wire.local import is_local_enabled
 
@@ -74,7 +74,7 @@ def setting_problems(environ: Mapping[str, str]) -> list[str]:
     for name in ("PYROS1_ALLOW", "PYROS1_BIND", "PYROS1_PORTS", "PYROS1_TRANSPORTS"):
         value = environ.get(name, "")
         try:
-            host_from_environment({name: value}, {})
+            addresses_from_environment({name: value}, {})
             is_local_enabled(value if name == "PYROS1_TRANSPORTS" else "")
         except SettingError as error:
             problems.append(str(error))

@@ -13,7 +13,7 @@ from typing import Any
 
 from pyros1.finding.library import Library
 from pyros1.ground.errors import UnknownTypeError
-from pyros1.ground.generated import MSGS_PACKAGE, module_name, ros_name
+from pyros1.ground.generated import MSGS_PACKAGE, module_name, package_name
 from pyros1.msgs.base import Message, Service
 from pyros1.msgs.factory import make_message_class, make_service_class
 from pyros1.msgs.spec import is_type_name
@@ -56,7 +56,7 @@ class MessageFinder:
             ImportError: there is no such package or type; the message suggests a similar name.
         """
         module, *kind = name[len(MSGS_PACKAGE) + 1 :].split(".")
-        package = ros_name(module)
+        package = package_name(module)
         if not self.library.has_package(package):
             message = f"No module named {name!r}: {self.library.missing_package_message(package)}"
             raise ModuleNotFoundError(message, name=name)
@@ -67,7 +67,7 @@ class MessageFinder:
     def fill(self, module: ModuleType) -> None:
         """Initialise a new module: msg and srv modules create each class when it is first used."""
         package, *kinds = module.__name__[len(MSGS_PACKAGE) + 1 :].split(".")
-        package = ros_name(package)
+        package = package_name(package)
         module.__doc__ = f"Definitions of the ROS package {package}."
         if not kinds:
             return

@@ -8,16 +8,16 @@ import shutil
 
 
 def write_atomically(path: str | os.PathLike[str], text: str) -> None:
-    """Write a text file. If that fails, for example on a full disk, the old file is unchanged.
+    """Write a text file. If that fails, for example because the disk is full, the old file remains unchanged.
 
     Args:
         path: the file; a pipe, a device, or a file in a read-only folder is written directly.
         text: the content, which is written as UTF-8.
 
     Raises:
-        OSError: the file cannot be written; the error names `path`.
+        OSError: the file cannot be written; the error's ``filename`` is `path`.
     """
-    target = os.path.realpath(path)  # a link stays: its target is written
+    target = os.path.realpath(path)  # a symbolic link is kept: the file that it points to is written
     try:
         if os.path.exists(target) and not os.path.isfile(target):
             _write(target, text, "w")

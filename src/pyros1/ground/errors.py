@@ -49,7 +49,7 @@ class InvalidNameError(Error, ValueError):
 
 
 class SettingError(Error, ValueError):
-    """An environment variable, or a special key of the command line, has a value that cannot be used."""
+    """An environment variable, or a special argument on the command line, has a value that cannot be used."""
 
 
 class MessageError(Error):
@@ -57,12 +57,12 @@ class MessageError(Error):
 
 
 class DefinitionError(MessageError):
-    """A definition text is invalid.
+    """The text of a definition is invalid.
 
     Args:
         message: what is wrong.
-        where: file name or type name, None if unknown.
-        line: 1-based line number, None if unknown.
+        where: file name or type name; None if unknown.
+        line: 1-based line number; None if unknown.
     """
 
     def __init__(self, message: str, where: str | None = None, line: int | None = None) -> None:
@@ -84,8 +84,8 @@ class DeserializationError(MessageError):
     """Received bytes are not a message of the expected type.
 
     Args:
-        type_name: for example ``std_msgs/String``. If it is the only argument, it is the whole error text: programs and
-            generated modules raise this error that way.
+        type_name: the expected type, for example ``std_msgs/String``. If it is the only argument, it is the whole text
+            of the error: programs and generated modules raise the error that way.
         offset: offset in the message body at which decoding failed, in bytes.
         reason: what is wrong there.
     """
@@ -100,10 +100,10 @@ class DeserializationError(MessageError):
 class LengthError(MessageError):
     """Received bytes are a message of the expected type, but with the wrong length.
 
-    Only decoders with ``exact`` raise this; others ignore the difference, as in stock.
+    Decoders only raise this if their argument ``exact`` is True; otherwise they ignore the difference, as in stock.
 
     Args:
-        type_name: for example ``std_msgs/String``.
+        type_name: the expected type, for example ``std_msgs/String``.
         surplus: number of bytes after the message; if negative, the number of bytes missing from its last string or
             byte array.
     """
@@ -116,7 +116,7 @@ class LengthError(MessageError):
 
 
 class TransportError(Error):
-    """Communication with another process failed."""
+    """Communication with another process has failed."""
 
 
 class ProtocolError(TransportError):
@@ -136,7 +136,7 @@ class UnknownHostError(UnreachableError):
 
     Args:
         host: the name.
-        reason: the system's error; None if the lookup returned no address.
+        reason: the system's error; None if the look-up returned no address.
     """
 
     def __init__(self, host: str, reason: OSError | None) -> None:
@@ -228,7 +228,7 @@ class TimeMovedBackwardsError(Error):
     """Simulated time jumped back during a sleep.
 
     Args:
-        jump: size of the jump in seconds (negative).
+        jump: size of the jump in seconds; it is negative.
     """
 
     def __init__(self, jump: float) -> None:
@@ -245,8 +245,8 @@ class LaunchError(Error):
 
     Args:
         message: the problem, and what to do about it.
-        where: file name, None if unknown.
-        line: 1-based line number, None if unknown.
+        where: file name; None if unknown.
+        line: 1-based line number; None if unknown.
     """
 
     def __init__(self, message: str, where: str | None = None, line: int | None = None) -> None:

@@ -4,8 +4,8 @@ The code that generates these modules is loaded with the first of them: most pro
 
 Python searches the entries of a package's ``__path__`` for its submodules: for each entry, it asks a finder that it
 keeps in ``sys.path_importer_cache``. The ``__path__`` of `pyros1.msgs` has an entry that is not a folder, and puts the
-finder for this entry into the cache itself. So no import hook is needed, which would also see the imports of all other
-modules.
+finder for this entry into the cache itself. So there is no need for an import hook, which would also be called for the
+imports of all other modules.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ OWN_MODULES = frozenset(
         "yamltext",
     ]
 )
-"""Names of pyros1's own modules in pyros1.msgs; a ROS package of such a name is imported with an underscore appended.
+"""Names of pyros1's own modules in pyros1.msgs; a ROS package with such a name is imported with an underscore appended.
 """
 
 
@@ -66,8 +66,8 @@ def module_name(package: str) -> str:
     return package + "_" if package in OWN_MODULES else package
 
 
-def ros_name(module: str) -> str:
-    """Return the ROS package for the name of a module below ``pyros1.msgs``."""
+def package_name(module: str) -> str:
+    """Return the name of the ROS package that is imported as a module below ``pyros1.msgs``."""
     return module[:-1] if module[:-1] in OWN_MODULES and module.endswith("_") else module
 
 
@@ -76,7 +76,7 @@ class SearchPath(_Strings):
 
     Args:
         folders: other folders to search.
-        modules: the finder of generated modules.
+        modules: finds and loads the generated modules.
     """
 
     def __init__(self, folders: Iterable[str], modules: GeneratedModules) -> None:
@@ -96,16 +96,16 @@ class GeneratedModules:
     """Finds and loads the modules of messages and services.
 
     Attributes:
-        messages: the :class:`pyros1.finding.importing.MessageFinder` of the process; None until it is needed.
+        message_finder: the :class:`pyros1.finding.importing.MessageFinder` of the process; None until it is needed.
     """
 
-    messages: Any = None
+    message_finder: Any = None
 
     def find_spec(self, name: str, target: ModuleType | None = None) -> ModuleSpec | None:
         """Return the import system's spec for a package with definitions, or its msg or srv module.
 
-        Python holds the import lock while it looks for a module, so nothing is imported meanwhile. Until
-        `pyros1.finding.importing` is loaded, any package is assumed to exist; it is loaded when the module is created.
+        Python holds the import lock while it looks for a module, so nothing is imported here. Until
+        `pyros1.finding.importing` is loaded, which happens when a module is created, any package is assumed to exist.
 
         Raises:
             ImportError: there is no such package or type; the message suggests what may have been meant.
@@ -113,8 +113,8 @@ class GeneratedModules:
         package, *submodule = name[len(MSGS_PACKAGE) + 1 :].split(".")
         if package in OWN_MODULES:
             return None
-        if self.messages is not None:
-            self.messages.check(name)
+        if self.message_finder is not None:
+            self.message_finder.check(name)
         if submodule not in ([], ["msg"], ["srv"]):
             return None
         spec = ModuleSpec(name, self, is_package=True)  # type: ignore[arg-type]  # has all a loader needs
@@ -125,14 +125,14 @@ class GeneratedModules:
         """Return None, so that the import system creates the module."""
 
     def exec_module(self, module: ModuleType) -> None:
-        """Fill a new module; raises as :meth:`find_spec`."""
-        messages = finder()
-        messages.check(module.__name__)
-        messages.fill(module)
+        """Fill a new module with its classes; raises the same errors as :meth:`find_spec`."""
+        message_finder = finder()
+        message_finder.check(module.__name__)
+        message_finder.fill(module)
 
 
-def search_path(folders: Iterable[str]) -> SearchPath:
-    """Return the ``__path__`` of `pyros1.msgs`; if the package is reloaded, the finder stays the same.
+def make_search_path(folders: Iterable[str]) -> SearchPath:
+    """Return the ``__path__`` of `pyros1.msgs`; if the package is reloaded, the same finder is used again.
 
     Args:
         folders: the folders with the package's own modules.
@@ -146,9 +146,10 @@ def finder() -> Any:
 
     An import statement takes no arguments, so the environment of the process says where definitions are.
     """
-    search: Any = sys.modules[MSGS_PACKAGE].__path__
-    modules: GeneratedModules = search.modules
-    if modules.messages is None:
+    search_path: Any = sys.modules[MSGS_PACKAGE].__path__
+    modules: GeneratedModules = search_path.modules
+    if modules.message_finder is None:
         new_finder = import_module("pyros1.finding.importing").MessageFinder(os.environ)
-        vars(modules).setdefault("messages", new_finder)  # if another thread has made one meanwhile, that one stays
-    return modules.messages
+        # If another thread has made a finder meanwhile, that finder is kept.
+        vars(modules).setdefault("message_finder", new_finder)
+    return modules.message_finder

@@ -1,4 +1,4 @@
-"""How SIGINT and SIGTERM end a program, and when a second signal counts."""
+"""How SIGINT and SIGTERM end a program, and when a repeated signal counts as deliberate."""
 
 from __future__ import annotations
 
@@ -13,10 +13,11 @@ from types import FrameType
 from typing import NoReturn
 
 TERMINATION_SIGNALS = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
-"""The signals that ask a program to end."""
+"""The signals that ask a program to terminate."""
 MIN_REPEAT_INTERVAL = 0.5
-"""Seconds after which another signal counts as deliberate: ``timeout -s INT`` sends two at once, to a process
-and to its group, and so do shells and launchers that pass Ctrl-C on to processes that have already received it."""
+"""Seconds after which another signal counts as deliberate. A process may receive two signals at once: ``timeout -s
+INT`` sends one to the process and one to its group, and some shells and launchers pass on a Ctrl-C that the process has
+already received."""
 
 
 class InterruptCounter:
@@ -26,26 +27,26 @@ class InterruptCounter:
         clock: returns the current time in seconds.
 
     Attributes:
-        count: number of deliberate signals: the first one, and each that came `MIN_REPEAT_INTERVAL` seconds or more
-            after the previous deliberate one.
+        count: number of deliberate signals: the first, and each that arrived at least `MIN_REPEAT_INTERVAL` seconds
+            after the previous deliberate signal.
     """
 
     def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
         self._clock = clock
-        self._last = 0.0
+        self._last_counted_at = 0.0
         self.count = 0
 
     def count_signal(self) -> bool:
         """Record a signal; return whether it counts as deliberate."""
         now = self._clock()
-        if self.count and now - self._last < MIN_REPEAT_INTERVAL:
+        if self.count and now - self._last_counted_at < MIN_REPEAT_INTERVAL:
             return False
-        self._last = now
+        self._last_counted_at = now
         self.count += 1
         return True
 
 
-EXIT_INTERRUPTED = 128 + signal.SIGINT
+INTERRUPTED_EXIT_CODE = 128 + signal.SIGINT
 """Exit code that shells report for a process killed by SIGINT."""
 
 
@@ -74,17 +75,17 @@ def _send_delayed(signal_number: int) -> None:
 
 
 def is_default_handler(handler: object) -> bool:
-    """Return whether a signal handler is a default one, from Python, the system or here, so that it may be replaced."""
+    """Return whether a signal handler is a default handler (of Python, the system or pyros1), which may be replaced."""
     return handler in (signal.SIG_DFL, signal.default_int_handler) or isinstance(handler, InterruptHandler)
 
 
 @contextmanager
-def keyboard_interrupts() -> Iterator[None]:
+def raise_keyboard_interrupts() -> Iterator[None]:
     """Let SIGINT raise KeyboardInterrupt in a ``with`` block if it would otherwise kill the process, so that the block
     can clean up.
 
     Where an exception cannot propagate, such as in the callback of a weak reference during an import, the interpreter
-    prints and drops it; then another one is raised a moment later.
+    prints and drops it; then another KeyboardInterrupt is raised a moment later.
     """
     if signal.getsignal(signal.SIGINT) is not signal.SIG_DFL:
         yield
@@ -119,22 +120,22 @@ def install_handler(
 ) -> Callable[[], None]:
     """Install a signal handler, and unblock the signals. Must be called in the main thread.
 
-    Shells without job control start background processes with SIGINT ignored or, as fish does, blocked. The nodes that
-    this process starts would inherit that state.
+    Shells without job control start background processes with SIGINT ignored or, in the case of fish, blocked. The
+    nodes that this process starts would inherit this state.
 
     Args:
         handler: called with the signal's number and the frame that was interrupted.
         signal_numbers: the signals' numbers.
 
     Returns:
-        A function that restores the former handlers.
+        A function that restores the previous handlers.
     """
-    former_handlers = {signal_number: signal.signal(signal_number, handler) for signal_number in signal_numbers}
+    previous_handlers = {signal_number: signal.signal(signal_number, handler) for signal_number in signal_numbers}
     if hasattr(signal, "pthread_sigmask"):
-        signal.pthread_sigmask(signal.SIG_UNBLOCK, former_handlers)
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, previous_handlers)
 
     def restore() -> None:
-        for signal_number, former in former_handlers.items():
-            signal.signal(signal_number, signal.SIG_DFL if former is None else former)
+        for signal_number, previous_handler in previous_handlers.items():
+            signal.signal(signal_number, signal.SIG_DFL if previous_handler is None else previous_handler)
 
     return restore

@@ -1,16 +1,16 @@
-"""Loads the modules of a package's public names when they are first used (PEP 562)."""
+"""Loads the modules that define a package's public names when these names are first used (PEP 562)."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-_HELPERS = {"Any", "TYPE_CHECKING", "annotations"}
+_ANNOTATION_NAMES = {"Any", "TYPE_CHECKING", "annotations"}
 """Names that a package imports for its own annotations."""
 
 
 def import_without_lock(name: str) -> Any:
-    """Import a module that is usually loaded already, as an import statement does.
+    """Import a module that is usually loaded already, like an import statement, and return it.
 
     Before Python 3.11, `importlib.import_module` always acquires the module's lock, and a signal handler that does so
     while the main thread holds the lock deadlocks.
@@ -48,4 +48,4 @@ def public_names(names: Iterable[str], public: Iterable[str]) -> list[str]:
         names: the names currently defined in the package.
         public: all public names, loaded or not.
     """
-    return sorted(({*names} - _HELPERS) | {*public})
+    return sorted(({*names} - _ANNOTATION_NAMES) | {*public})

@@ -1,4 +1,4 @@
-"""Speeds up blocks that only load modules: their objects stay alive, so garbage collection would be a waste of time."""
+"""Speeds up blocks of imports: objects in modules stay alive, so garbage collection would be a waste of time."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""Graph resource names: validates, resolves and remaps them, and parses arguments with remappings.
+"""Validates, resolves and remaps graph resource names, and parses command-line arguments with remappings.
 
-Implements https://wiki.ros.org/Names and https://wiki.ros.org/Remapping%20Arguments. Pure: the node's name, its
-namespace and the command line are arguments.
+Implements https://wiki.ros.org/Names and https://wiki.ros.org/Remapping%20Arguments. The functions use only their
+arguments: they read neither the environment nor the command line.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ _REMAPPING = re.compile(r"([~/A-Za-z]|_|__)[\w/]*:=", re.ASCII)
 
 
 def canonicalize_name(name: str) -> str:
-    """Return a name without repeated and trailing separators; ``/`` stays ``/``."""
+    """Return a name without repeated or trailing separators; ``/`` stays ``/``."""
     if not name or name == SEP:
         return name
     joined = SEP.join(part for part in name.split(SEP) if part)
@@ -68,8 +68,8 @@ def ns_join(ns: str, name: str) -> str:
 class FullName(str):
     """A full name that has already been resolved and remapped: `resolve_name` does not remap it again.
 
-    With ``a:=b b:=c``, the name ``a`` resolves to ``/b``, however many functions it passes through. A string derived
-    from it, such as ``f"{name}/goal"``, is an ordinary name.
+    With ``a:=b b:=c``, the name ``a`` resolves to ``/b``, however often it is resolved. A string derived from a
+    FullName, such as ``f"{name}/goal"``, is an ordinary name.
     """
 
     __slots__ = ()
@@ -118,7 +118,7 @@ class Arguments:
         remappings: ``a:=b`` as written, not yet resolved.
         parameters: ``_p:=v`` as ``{"p": "v"}``; the values are strings.
         special: ``__name:=x`` as ``{"__name": "x"}``.
-        rest: everything else, in order (what rospy's ``myargv`` returns).
+        rest: all other arguments, in order (those that rospy's ``myargv`` returns).
         malformed: arguments that look like a remapping but have more than one ``:=``.
     """
 

@@ -46,7 +46,9 @@ def _find_completion(word: str, words: list[str]) -> str:
 
 
 def _is_similar(word: str, other: str) -> bool:
-    """Return whether two names are still similar without the parts they share: the package, or a file extension."""
+    """Return whether two names are similar even without the parts that they share, such as the package or a file
+    extension.
+    """
     from difflib import SequenceMatcher  # noqa: PLC0415
 
     word_parts, other_parts = re.split(r"[/.]", word.casefold()), re.split(r"[/.]", other.casefold())
@@ -57,7 +59,7 @@ def _is_similar(word: str, other: str) -> bool:
 
 
 def similar_option(word: str) -> str | None:
-    """Return the option that an argument was meant to be if it begins with a typographic dash, or None.
+    """Return the option that was probably meant by an argument that begins with a typographic dash, or None.
 
     Args:
         word: the command-line argument, for example one that was copied from a PDF.
@@ -72,7 +74,7 @@ def similar_option(word: str) -> str | None:
 
 
 def similar_remapping(word: str) -> str | None:
-    """Return the remapping or parameter that an argument was meant to be if half of its ``:=`` is missing, or None.
+    """Return the remapping or parameter that was probably meant by an argument with half of ``:=`` missing, or None.
 
     Args:
         word: the command-line argument, for example ``_rate=10`` or ``rate:10``. A possible ``host:port`` gives None.

@@ -1,9 +1,9 @@
 """Makes text from elsewhere safe to print in a terminal.
 
-A name, an error message or a message of another process can contain escape sequences, which move the cursor, change the
-window's title or hide text, line breaks, which forge lines of output, and characters that reverse the direction of
-writing. Text from elsewhere must pass through one of these functions before it is displayed. Each such character is
-escaped as in a Python string: ``\\x1b``.
+A name, an error message or a message from another process can contain escape sequences, which move the cursor, change
+the window's title or hide text; line breaks, which forge lines of output; and characters that reverse the direction of
+writing. Text from elsewhere must pass through one of these functions before it is displayed. They escape each such
+character as in a Python string: ``\\x1b``.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ def lines(text: str, *, keep_bytes: bool = False) -> str:
 
 
 def coloured_lines(text: str) -> str:
-    """Return a text like `lines`, but keep colours: for text that a program writes itself, such as log messages."""
+    """Return a text like `lines`, but keep colours: for text that the program itself writes, such as log messages."""
     if text.replace("\n", "").isprintable():
         return text
     return re.sub(_EXCEPT_COLOURS, lambda match: match.group(1) or _escape(match), text)

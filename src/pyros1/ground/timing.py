@@ -2,14 +2,14 @@
 
 Both consist of whole seconds and nanoseconds, normalised to ``0 <= nsecs < 1e9`` unless the attributes are set
 directly, as in nested parts of received messages. A Time is a point in time and never negative; a Duration can be
-negative. Pure: no clock is read here.
+negative. This module does not read any clock.
 """
 
 from __future__ import annotations
 
 from typing import Any, ClassVar, TypeVar
 
-_NS = 1_000_000_000
+_NS_PER_S = 1_000_000_000
 _T = TypeVar("_T", bound="TVal")
 
 
@@ -67,15 +67,19 @@ class TVal:
                 secs = _as_int(secs, "secs")
         if nsecs.__class__ is not int:
             nsecs = _as_int(nsecs, "nsecs")
-        if not 0 <= nsecs < _NS:
-            carry, nsecs = divmod(int(nsecs), _NS)
+        if not 0 <= nsecs < _NS_PER_S:
+            carry, nsecs = divmod(int(nsecs), _NS_PER_S)
             secs += carry
         self.secs = secs
         self.nsecs = nsecs
 
     @classmethod
     def from_sec(cls: type[_T], float_secs: float) -> _T:
-        """Return the Time or Duration for seconds, which can have fractions; raises TypeError for other types."""
+        """Return the Time or Duration for a number of seconds, which can have fractions.
+
+        Raises:
+            TypeError: ``float_secs`` is not a number.
+        """
         if not hasattr(type(float_secs), "__float__"):
             raise TypeError(f"seconds must be a number, not {float_secs!r:.80}")
         return cls(float(scalar(float_secs)))
@@ -84,27 +88,27 @@ class TVal:
 
     @classmethod
     def from_nsec(cls: type[_T], nanoseconds: int) -> _T:
-        """Return the Time or Duration for whole nanoseconds."""
-        return cls(*divmod(nanoseconds, _NS))
+        """Return the Time or Duration for a whole number of nanoseconds."""
+        return cls(*divmod(nanoseconds, _NS_PER_S))
 
     @classmethod
     def of_clock(cls: type[_T], nanoseconds: int) -> _T:
-        """Return the Time or Duration for a clock's whole nanoseconds, which must not be negative. Faster than
+        """Return the Time or Duration for a clock reading in nanoseconds, which must not be negative. Faster than
         `from_nsec`.
         """
         value = cls.__new__(cls)
-        value.secs, value.nsecs = divmod(nanoseconds, _NS)
+        value.secs, value.nsecs = divmod(nanoseconds, _NS_PER_S)
         return value
 
     def to_sec(self) -> float:
-        """Return the value in seconds as a float, which is exact to microseconds for present-day times, not to
+        """Return the value in seconds as a float. For present-day times, a float is exact to microseconds, not to
         nanoseconds.
         """
         return self.secs + self.nsecs / 1e9
 
     def to_nsec(self) -> int:
         """Return the value as whole nanoseconds."""
-        return self.secs * _NS + self.nsecs
+        return self.secs * _NS_PER_S + self.nsecs
 
     def is_zero(self) -> bool:
         """Return whether the value is exactly 0."""
@@ -130,25 +134,25 @@ class TVal:
 
     def __lt__(self, other: object) -> bool:
         if other.__class__ is self.__class__:
-            return self.secs * _NS + self.nsecs < other.secs * _NS + other.nsecs
+            return self.secs * _NS_PER_S + self.nsecs < other.secs * _NS_PER_S + other.nsecs
         difference = _difference(self, other)
         return NotImplemented if difference is None else difference < 0
 
     def __le__(self, other: object) -> bool:
         if other.__class__ is self.__class__:
-            return self.secs * _NS + self.nsecs <= other.secs * _NS + other.nsecs
+            return self.secs * _NS_PER_S + self.nsecs <= other.secs * _NS_PER_S + other.nsecs
         difference = _difference(self, other)
         return NotImplemented if difference is None else difference <= 0
 
     def __gt__(self, other: object) -> bool:
         if other.__class__ is self.__class__:
-            return self.secs * _NS + self.nsecs > other.secs * _NS + other.nsecs
+            return self.secs * _NS_PER_S + self.nsecs > other.secs * _NS_PER_S + other.nsecs
         difference = _difference(self, other)
         return NotImplemented if difference is None else difference > 0
 
     def __ge__(self, other: object) -> bool:
         if other.__class__ is self.__class__:
-            return self.secs * _NS + self.nsecs >= other.secs * _NS + other.nsecs
+            return self.secs * _NS_PER_S + self.nsecs >= other.secs * _NS_PER_S + other.nsecs
         difference = _difference(self, other)
         return NotImplemented if difference is None else difference >= 0
 

@@ -1,7 +1,7 @@
 """The methods of the Master and Parameter Server APIs
 (https://wiki.ros.org/ROS/Master_API, https://wiki.ros.org/ROS/Parameter%20Server%20API).
 
-Every call returns ``[code, message, value]`` (M03). The code is 1 for success, 0 for a failure, and -1 for an error of
+Every call returns ``[code, message, value]`` (M03). The code is 1 for success, 0 for a failure, and -1 for an error by
 the caller.
 """
 
@@ -15,10 +15,10 @@ from pyros1.master import arguments
 from pyros1.master.arguments import Refused, Validator
 from pyros1.master.parameters import Parameters, param_updates
 from pyros1.master.registry import Notice, Registry
-from pyros1.net.xmlrpc_server import unknown_method
+from pyros1.net.xmlrpc_server import make_unknown_method_fault
 from pyros1.wire.xmlrpc import PreparedList
 
-Log = Callable[[str, str], object]
+LogFunction = Callable[[str, str], object]
 """``log(level, text)`` with level ``debug``, ``info``, ``warn`` or ``error``."""
 
 Response = tuple[str, Any]
@@ -35,7 +35,8 @@ class MasterApi:
         on_shutdown: called with the reason when a client asks the master to shut down.
         pid: the process id that ``getPid`` returns.
         log_calls: whether to log each call as well, with level ``debug``.
-        record: called with each call that has changed something, with its arguments resolved (see `restore`).
+        record: called with the method and the resolved arguments of each call that has changed the state, so that
+            `restore` can repeat the call.
 
     Attributes:
         uri: the URI that ``getUri`` returns.
@@ -45,7 +46,7 @@ class MasterApi:
         self,
         *,
         notify: Callable[[Sequence[Notice]], object],
-        log: Log,
+        log: LogFunction,
         on_shutdown: Callable[[str], object],
         pid: int,
         log_calls: bool = False,
@@ -71,7 +72,7 @@ class MasterApi:
         """
         entry = METHODS.get(method)
         if entry is None:
-            raise unknown_method(method)
+            raise make_unknown_method_fault(method)
         if self._log_calls:
             self._log("debug", f"{method}({', '.join(map(repr, params))})")
         try:
@@ -277,7 +278,7 @@ class Method(NamedTuple):
             message and the value.
         default: the value to return with a code other than 1.
         arguments: validators of the arguments after the caller's id.
-        is_query: whether the call asks for something that may not exist; then a refusal is not logged.
+        is_query: whether the call asks for something that may not exist; if so, refusals are not logged.
         changes_state: whether the call may change the state of the master.
     """
 
@@ -288,17 +289,17 @@ class Method(NamedTuple):
     changes_state: bool = False
 
 
-_TOPIC: Final = arguments.name_validator("topic")
-_SERVICE: Final = arguments.name_validator("service")
-_CALLER_API: Final = arguments.api_validator("caller_api")
-_SERVICE_API: Final = arguments.api_validator("service_api")
-_TYPE: Final = arguments.topic_type
-_KEY: Final = arguments.key
+_TOPIC: Final = arguments.make_name_validator("topic")
+_SERVICE: Final = arguments.make_name_validator("service")
+_CALLER_API: Final = arguments.make_api_validator("caller_api")
+_SERVICE_API: Final = arguments.make_api_validator("service_api")
+_TYPE: Final = arguments.validate_topic_type
+_KEY: Final = arguments.validate_key
 
 METHODS: Final[dict[str, Method]] = {
     "getPid": Method(MasterApi._get_pid, -1),
     "getUri": Method(MasterApi._get_uri, ""),
-    "shutdown": Method(MasterApi._shutdown, 0, (arguments.unchecked,)),
+    "shutdown": Method(MasterApi._shutdown, 0, (arguments.accept_any,)),
     "registerPublisher": Method(MasterApi._register_publisher, [], (_TOPIC, _TYPE, _CALLER_API), changes_state=True),
     "registerSubscriber": Method(MasterApi._register_subscriber, [], (_TOPIC, _TYPE, _CALLER_API), changes_state=True),
     "unregisterPublisher": Method(MasterApi._unregister_publisher, 0, (_TOPIC, _CALLER_API), changes_state=True),
@@ -308,15 +309,15 @@ METHODS: Final[dict[str, Method]] = {
     ),
     "unregisterService": Method(MasterApi._unregister_service, 0, (_SERVICE, _SERVICE_API), changes_state=True),
     "lookupService": Method(MasterApi._lookup_service, "", (_SERVICE,), is_query=True),
-    "lookupNode": Method(MasterApi._lookup_node, "", (arguments.node_name,), is_query=True),
-    "getPublishedTopics": Method(MasterApi._get_published_topics, 0, (arguments.subgraph,)),
+    "lookupNode": Method(MasterApi._lookup_node, "", (arguments.validate_node_name,), is_query=True),
+    "getPublishedTopics": Method(MasterApi._get_published_topics, 0, (arguments.validate_subgraph,)),
     "getTopicTypes": Method(MasterApi._get_topic_types, []),
     "getSystemState": Method(MasterApi._get_system_state, [[], [], []]),
-    "setParam": Method(MasterApi._set_param, 0, (_KEY, arguments.parameter_value), changes_state=True),
+    "setParam": Method(MasterApi._set_param, 0, (_KEY, arguments.validate_parameter_value), changes_state=True),
     "getParam": Method(MasterApi._get_param, 0, (_KEY,), is_query=True),
     "hasParam": Method(MasterApi._has_param, False, (_KEY,)),
     "deleteParam": Method(MasterApi._delete_param, 0, (_KEY,), is_query=True, changes_state=True),
-    "searchParam": Method(MasterApi._search_param, 0, (arguments.raw_key,), is_query=True),
+    "searchParam": Method(MasterApi._search_param, 0, (arguments.validate_raw_key,), is_query=True),
     "getParamNames": Method(MasterApi._get_param_names, []),
     "subscribeParam": Method(MasterApi._subscribe_param, 0, (_CALLER_API, _KEY), changes_state=True),
     "unsubscribeParam": Method(MasterApi._unsubscribe_param, 0, (_CALLER_API, _KEY), changes_state=True),

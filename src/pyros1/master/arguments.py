@@ -12,7 +12,7 @@ from pyros1.ground.errors import Error
 from pyros1.ground.names import SEP, canonicalize_name, namespace
 
 Validator = Callable[[Any, str], Any]
-"""Function of an argument and the caller's id that returns the value to use, or raises Refused."""
+"""``validator(argument, caller_id)`` returns the value to use, or raises Refused."""
 
 
 class Refused(Error):
@@ -20,7 +20,7 @@ class Refused(Error):
 
     Args:
         message: the message to return.
-        code: -1 for an error of the caller, or 0.
+        code: -1 for an error by the caller, or 0.
         value: the value to return; None for the method's default.
     """
 
@@ -50,13 +50,13 @@ def _resolve_name(parameter: str, value: Any, caller_id: str) -> str:
     return resolve(value, caller_id)
 
 
-def node_name(value: Any, caller_id: str) -> str:
+def validate_node_name(value: Any, caller_id: str) -> str:
     """Validate and resolve the name of a node; return the full name."""
     return _resolve_name("node", value, caller_id)
 
 
-def name_validator(parameter: str) -> Validator:
-    """Return a validator of the name of a topic or service, which must not be ``/``."""
+def make_name_validator(parameter: str) -> Validator:
+    """Return a validator for the name of a topic or service, which must not be ``/``."""
 
     def check(value: Any, caller_id: str) -> str:
         name = _resolve_name(parameter, value, caller_id)
@@ -67,7 +67,7 @@ def name_validator(parameter: str) -> Validator:
     return check
 
 
-def topic_type(value: Any, caller_id: str) -> str:
+def validate_topic_type(value: Any, caller_id: str) -> str:
     """Validate a topic's type, ``*`` or ``package/Type``, and return it."""
     if not isinstance(value, str) or not value:
         raise Refused("ERROR: parameter [topic_type] must be a non-empty string")
@@ -76,8 +76,8 @@ def topic_type(value: Any, caller_id: str) -> str:
     return value
 
 
-def api_validator(parameter: str) -> Validator:
-    """Return a validator of an ``http://`` or ``rosrpc://`` URI."""
+def make_api_validator(parameter: str) -> Validator:
+    """Return a validator for an ``http://`` or ``rosrpc://`` URI."""
 
     def check(value: Any, caller_id: str) -> str:
         if not isinstance(value, str) or not value:
@@ -89,7 +89,7 @@ def api_validator(parameter: str) -> Validator:
     return check
 
 
-def raw_key(value: Any, caller_id: str) -> str:
+def validate_raw_key(value: Any, caller_id: str) -> str:
     """Validate a parameter's key and return it unresolved."""
     if not value:
         raise Refused("ERROR: parameter [key] must be specified and non-empty")
@@ -98,25 +98,25 @@ def raw_key(value: Any, caller_id: str) -> str:
     return value
 
 
-def key(value: Any, caller_id: str) -> str:
+def validate_key(value: Any, caller_id: str) -> str:
     """Validate and resolve a parameter's key; return the full key (M51)."""
-    return resolve(raw_key(value, caller_id), caller_id)
+    return resolve(validate_raw_key(value, caller_id), caller_id)
 
 
-def parameter_value(value: Any, caller_id: str) -> Any:
+def validate_parameter_value(value: Any, caller_id: str) -> Any:
     """Validate the value of a parameter, which must not be null, and return it."""
     if value is None:
         raise Refused("ERROR: parameter [value] must be specified")
     return value
 
 
-def subgraph(value: Any, caller_id: str) -> str:
-    """Validate and resolve a namespace and return it; an empty string means all names."""
+def validate_subgraph(value: Any, caller_id: str) -> str:
+    """Validate a namespace; return its full name, or an empty string, which means all namespaces."""
     if not isinstance(value, str):
         raise Refused("ERROR: parameter [subgraph] must be a string")
     return resolve(value, caller_id) if value else ""
 
 
-def unchecked(value: Any, caller_id: str) -> Any:
+def accept_any(value: Any, caller_id: str) -> Any:
     """Return an argument without validating it."""
     return value

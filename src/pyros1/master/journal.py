@@ -36,7 +36,7 @@ MAX_PENDING: Final = 64 << 20
 later."""
 _RECORD_HEAD: Final = struct.Struct("<II")
 _NO_FOLLOW: Final = getattr(os, "O_NOFOLLOW", 0)
-_MIN_GROWTH: Final = 1 << 20  # the file is rewritten after it grew by this many bytes and to twice its initial size
+_MIN_GROWTH: Final = 1 << 20  # the file is rewritten when it has grown by this many bytes and to twice its initial size
 
 Call = tuple[str, Sequence[Any]]
 """A method of the Master API, and its arguments."""
@@ -48,25 +48,25 @@ class JournalError(Error):
 
 @dataclass(frozen=True)
 class JournalContents:
-    """The contents of the journal of the previous master.
+    """The contents of the previous master's journal.
 
     Attributes:
         calls: the calls that reproduce the state, in order.
         pid: the process id of the previous master.
-        boot: the id of the machine's boot during which it ran; see `boot_id`.
-        last_alive: the time of its last heartbeat, in seconds since the epoch.
+        boot: the id of the machine's boot during which that master ran; see `boot_id`.
+        last_alive_at: the time of its last heartbeat, in seconds since the epoch.
         truncated: whether the end of the file is missing or damaged; the preceding records are valid.
     """
 
     calls: tuple[Call, ...]
     pid: int
     boot: str
-    last_alive: float
+    last_alive_at: float
     truncated: bool
 
 
 def boot_id() -> str:
-    """Return an identifier of the current boot of this machine; empty if the system has none."""
+    """Return an identifier of this machine's current boot; empty if the system has none."""
     with contextlib.suppress(OSError):
         return Path("/proc/sys/kernel/random/boot_id").read_text(encoding="ascii").strip()
     return ""
@@ -99,7 +99,7 @@ def decode_records(data: bytes) -> Iterator[Call | None]:
         position += size
 
 
-def read(path: Path) -> JournalContents | None:
+def read_journal(path: Path) -> JournalContents | None:
     """Read the journal of a master that did not shut down normally.
 
     Returns:
@@ -138,12 +138,12 @@ def read(path: Path) -> JournalContents | None:
 
 
 class Journal:
-    """Writer of a journal. All methods except `close` are called on the master's loop.
+    """Writes a journal. All methods except `close` are called on the master's loop.
 
     Args:
         path: the file; its folder is created. A lock file in the same folder is locked until `close`.
-        on_problem: called with a message, in another thread, when the file cannot be written; called again only after
-            it has been written successfully.
+        on_problem: called with a message, in another thread, when the file cannot be written; not called again until
+            the file has been written successfully.
 
     Raises:
         JournalError: the folder cannot be used, or another master uses the file.
@@ -152,14 +152,14 @@ class Journal:
     def __init__(self, path: Path, on_problem: Callable[[str], object]) -> None:
         self._path = path
         self._on_problem = on_problem
-        self._lock = _lock_file(path.with_suffix(".lock"))
+        self._lock_descriptor = _lock_file(path.with_suffix(".lock"))
         self._actions: queue.SimpleQueue[tuple[str, bytes]] = queue.SimpleQueue()
         self._lookahead: tuple[str, bytes] | None = None  # already taken from the queue, to be processed next
         self._queued_bytes = 0  # total so far; changed only by the loop
         self._written_bytes = 0  # total so far; changed only by the writer thread
         self._initial_size = self._added_size = 0  # bytes of the initial state and of the changes in the file
         self._is_broken = False
-        self._has_gap = False  # a change was dropped, so later ones must not be written
+        self._has_gap = False  # a change was dropped, so later changes must not be written
         self._descriptor = -1
         self._thread = threading.Thread(target=self._run, name="master: journal", daemon=True)
         self._thread.start()
@@ -173,7 +173,7 @@ class Journal:
     def needs_rewrite(self) -> bool:
         """Whether the file should be rewritten at the next opportunity: it has grown, or could not be written.
 
-        In the latter case it is False until the writer has finished its work, since `begin` queues the entire state.
+        In the latter case, this is False until the writer has finished its work, since `begin` queues the entire state.
         """
         return self.has_grown or (self._is_broken and self._queued_bytes == self._written_bytes)
 
@@ -198,17 +198,17 @@ class Journal:
         """Stop writing; no effect if already closed.
 
         Args:
-            remove: whether to remove the file, since the master shuts down normally and should not be restored.
+            remove: whether to remove the file, because the master shuts down normally and should not be restored.
             timeout: maximum number of seconds to wait for the disk. After that, the lock is kept until this process
                 exits: the pending writes must not damage the file of the next master.
         """
-        if self._lock < 0:
+        if self._lock_descriptor < 0:
             return
         self._actions.put(("remove" if remove else "end", b""))
         self._thread.join(timeout)
         if not self._thread.is_alive():
-            os.close(self._lock)
-            self._lock = -1
+            os.close(self._lock_descriptor)
+            self._lock_descriptor = -1
 
     def _enqueue(self, action: str, data: bytes) -> None:
         is_full = self._queued_bytes - self._written_bytes + len(data) > MAX_PENDING
@@ -221,7 +221,7 @@ class Journal:
     def _run(self) -> None:
         has_warned = False
         while True:
-            action, data = self._next()
+            action, data = self._next_action()
             try:
                 if action == "begin":
                     self._replace(data)
@@ -242,7 +242,7 @@ class Journal:
                 self._close_file()
                 return
 
-    def _next(self) -> tuple[str, bytes]:
+    def _next_action(self) -> tuple[str, bytes]:
         """Return the next action and its data. Consecutive additions are joined to make fewer writes."""
         if self._lookahead is not None:
             action, data = self._lookahead

@@ -25,7 +25,7 @@ _Key = tuple[str, str, str]
 
 
 class Notifier:
-    """Sends notices, on the loop.
+    """Sends notices to nodes, on the loop.
 
     Args:
         caller: makes the calls; its timeout limits how long a node that does not respond delays its other notices.
@@ -58,7 +58,7 @@ class Notifier:
             queued = self._queued.setdefault(notice.api, {})
             if notice.is_repeat and key not in queued and key != self._in_flight[notice.api]:
                 continue
-            queued.pop(key, None)  # the newer one is put at the end
+            queued.pop(key, None)  # the newer notice is put at the end
             queued[key] = notice
             if len(queued) > MAX_QUEUED:
                 del queued[next(iter(queued))]

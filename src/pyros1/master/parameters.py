@@ -1,4 +1,4 @@
-"""The parameter tree (https://wiki.ros.org/Parameter%20Server), without communication.
+"""The parameter tree of the master (https://wiki.ros.org/Parameter%20Server), without any communication.
 
 Keys are global names; ``/`` is the entire tree. Only dicts are branches: items of a list have no keys (M50). The tree
 takes over the values passed to it; values returned by it must not be modified.
@@ -18,15 +18,15 @@ from pyros1.master.registry import Members, Notice
 from pyros1.wire.xmlrpc import PreparedDict
 
 MAX_DEPTH: Final = 90
-"""Maximum nesting depth of the tree, including lists. It is lower than that of an XML-RPC message, so that clients can
-always get the entire tree."""
+"""Maximum nesting depth of the tree, including lists. It is lower than the maximum for an XML-RPC message, so that
+clients can always get the entire tree."""
 
 _TOO_DEEP: Final = f"parameters cannot be nested deeper than {MAX_DEPTH} levels"
 _MAX_INT: Final = 2**31
 
 
 def _check_sendable(value: Any, depth: int) -> None:
-    """Check that a value can be sent.
+    """Check that a value can be sent to clients.
 
     Raises:
         ValueError: the value cannot be sent; the message says why.
@@ -204,7 +204,7 @@ def param_updates(subscribers: Members, key: str, value: Any, caller: str | None
             subject, update = changed_key, value
         else:
             subject, update = subscribed_key, _get_below(value, subscribed_key[len(changed_key) :].split(SEP))
-        update = copy.deepcopy(update)  # it is sent later, when the tree may have changed again
+        update = copy.deepcopy(update)  # the update is sent later, when the tree may have changed again
         skipped = caller if subject == changed_key else None
         notices += [
             Notice(api, node, "paramUpdate", subject, (update,)) for node, api in nodes.items() if node != skipped
@@ -215,7 +215,7 @@ def param_updates(subscribers: Members, key: str, value: Any, caller: str | None
 def _affected_keys(subscribers: Members, changed_key: str, value: Any) -> list[str]:
     """Return the subscribed keys at and above a change, and those below it if the new value is a branch.
 
-    Only for a branch are all keys iterated, since there may be thousands of subscriptions.
+    All subscribed keys are only examined for a branch, since there may be thousands of subscriptions.
     """
     parts = changed_key.split(SEP)
     prefixes = [SEP.join(parts[:count]) or SEP for count in range(1, len(parts))]

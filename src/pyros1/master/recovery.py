@@ -1,6 +1,6 @@
 """Finds out, after a restart of the master, which nodes of the previous master are still running.
 
-Each node is asked for its topics. If there is no response, the node may just be suspended, or the network interrupted,
+Each node is asked for its topics. A node that does not respond may only be suspended, or disconnected from the network,
 so it is asked again. If the connection is refused, or another program responds, the node is gone: it is removed, and
 other nodes are notified.
 """
@@ -25,11 +25,11 @@ RECENT_S: Final = 60.0
 ANSWER_TIMEOUT_S: Final = 60.0
 """Seconds after which a node that has never responded is considered gone."""
 _RETRY_S: Final = 5.0
-_NAME: Final = "/master"
+_MASTER_NAME: Final = "/master"
 _CONNECT_TIMEOUT_S: Final = 1.0
 _MAX_PROBES: Final = 100
 _Query = tuple[str, frozenset[str]]
-"""A method, and topics at least one of which must be in its result; if there are no topics, any result is accepted."""
+"""A method, and a set of topics; the method's result must contain at least one of them, unless the set is empty."""
 
 
 def stale_reason(journal: JournalContents, now: float, is_any_reachable: Callable[[Iterable[str]], bool]) -> str:
@@ -42,14 +42,14 @@ def stale_reason(journal: JournalContents, now: float, is_any_reachable: Callabl
     """
     if journal.boot != boot_id():
         return "this machine has been restarted since then"
-    if now - journal.last_alive <= RECENT_S:
+    if now - journal.last_alive_at <= RECENT_S:
         return ""
     # The nodes of the final state only: the journal also contains every `rostopic echo` that has exited since.
     restored_api = MasterApi(notify=lambda _: None, log=lambda *_: None, on_shutdown=lambda _: None, pid=0)
     restored_api.restore(journal.calls)
     if is_any_reachable({node.api for node in restored_api.registry.nodes()}):
         return ""
-    ended_at = time.strftime("%Y-%m-%d %H:%M:%S", time.localtime(journal.last_alive))
+    ended_at = time.strftime("%Y-%m-%d %H:%M:%S", time.localtime(journal.last_alive_at))
     return f"it ended at {ended_at}, and none of its nodes is running"
 
 
@@ -76,10 +76,10 @@ class Recovery:
     """Asks nodes whether they are still running, on the loop.
 
     Args:
-        loop, caller: the loop and the RPC caller of the master.
+        loop, caller: the master's loop and RPC caller.
         nodes: the nodes in the journal.
         on_gone: called with each node that is gone, and the reason.
-        on_done: called once with the number of running nodes, when all nodes have responded or are gone.
+        on_done: called once, with the number of running nodes, when all nodes have responded or are gone.
     """
 
     def __init__(
@@ -100,7 +100,7 @@ class Recovery:
         self._closed = False
 
     def begin(self) -> None:
-        """Start to ask all nodes; if there are none, call ``on_done``."""
+        """Start asking all nodes; if there are none, call ``on_done``."""
         if not self._pending_nodes:
             self._on_done(0)
         for node in list(self._pending_nodes):
@@ -116,9 +116,9 @@ class Recovery:
         method = queries[0][0]
         try:
             self._caller.call(
-                node.api, method, [_NAME], lambda value, error: self._on_response(node, queries, value, error)
+                node.api, method, [_MASTER_NAME], lambda value, error: self._on_response(node, queries, value, error)
             )
-        except Error as error:  # the API is not a valid URI
+        except Error as error:  # the API URI is not valid
             self._finish_node(node, str(error))
 
     def _on_response(self, node: RegisteredNode, queries: Sequence[_Query], value: Any, error: Error | None) -> None:
@@ -133,7 +133,7 @@ class Recovery:
             else:
                 self._finish_node(node, "another program is using its port")
         elif isinstance(error, XmlRpcFault):
-            self._finish_node(node, None)  # it is a node that does not have the method
+            self._finish_node(node, None)  # the program is a node that does not have the method
         elif isinstance(error, ProtocolError):
             self._finish_node(node, f"another program is using its port: {error}")
         elif isinstance(error.__cause__, ConnectionRefusedError):

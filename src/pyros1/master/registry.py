@@ -2,7 +2,7 @@
 (https://wiki.ros.org/ROS/Master_API).
 
 A node is registered with its name and API URI as long as it has a publication, subscription, service or parameter
-subscription (M37). If a node registers under the same name with another URI, it replaces the old one, which is asked to
+subscription (M37). A node that registers under the same name with another URI replaces the old node, which is asked to
 shut down and whose registrations are all removed (M34).
 
 Nothing is sent here: methods change the registry and return the notices to be sent to nodes. All names must be
@@ -83,7 +83,7 @@ def _remove_member(members: Members, name: str, node: str) -> None:
 
 
 class Registry:
-    """All registrations."""
+    """The registrations of all nodes."""
 
     def __init__(self) -> None:
         self._nodes: dict[str, _Node] = {}
@@ -108,12 +108,15 @@ class Registry:
         return provider[1] if provider is not None else None
 
     def published_topics(self, subgraph: str) -> list[list[str]]:
-        """Return ``[[topic, type], ...]`` of the topics with a publisher in a namespace; if empty, in all (M21)."""
+        """Return ``[[topic, type], ...]`` for the topics below the namespace ``subgraph`` that have a publisher (M21).
+
+        An empty ``subgraph`` means all namespaces.
+        """
         prefix = subgraph if not subgraph or subgraph.endswith(SEP) else subgraph + SEP
         return [[topic, self._types.get(topic, ANY_TYPE)] for topic in self._publishers if topic.startswith(prefix)]
 
     def topic_types(self) -> list[list[str]]:
-        """Return ``[[topic, type], ...]`` of all topics whose type has ever been known (M22)."""
+        """Return ``[[topic, type], ...]`` for all topics whose type has ever been known (M22)."""
         return [[topic, topic_type] for topic, topic_type in self._types.items()]
 
     def system_state(self) -> list[list[list[Any]]]:
@@ -135,7 +138,7 @@ class Registry:
     # ---- changes
 
     def register_publisher(self, node: str, topic: str, topic_type: str, api: str) -> list[Notice]:
-        """Add a publisher. Its type replaces the known type of the topic unless it is ``*`` (M32)."""
+        """Add a publisher; return the notices. The publisher's type replaces the topic's, unless it is ``*`` (M32)."""
         self.version += 1
         notices = self._set_node_api(node, api)
         self._nodes[node].publications.add(topic)
@@ -145,7 +148,7 @@ class Registry:
         return notices + self._publisher_updates(topic)
 
     def register_subscriber(self, node: str, topic: str, topic_type: str, api: str) -> list[Notice]:
-        """Add a subscriber. Its type is only used if the topic's type is not known (M32)."""
+        """Add a subscriber; return the notices. Its type is only used if the topic's type is not known (M32)."""
         self.version += 1
         notices = self._set_node_api(node, api)
         self._nodes[node].subscriptions.add(topic)
@@ -155,7 +158,7 @@ class Registry:
         return [*notices, Notice(api, node, "publisherUpdate", topic, (self.publisher_apis(topic),), is_repeat=True)]
 
     def register_service(self, node: str, service: str, uri: str, api: str) -> list[Notice]:
-        """Make a node the only provider of a service, replacing any other (M17)."""
+        """Make a node the only provider of a service, replacing any other (M17); return the notices."""
         self.version += 1
         notices = self._set_node_api(node, api)
         self._nodes[node].services.add(service)
@@ -163,7 +166,7 @@ class Registry:
         return notices
 
     def subscribe_param(self, node: str, key: str, api: str) -> list[Notice]:
-        """Subscribe a node to changes at, above and below a key (M29).
+        """Subscribe a node to changes at, above and below a key (M29); return the notices.
 
         A node that was replaced and has been asked to shut down is not registered again; it only reads the value. In
         stock, it would take the name back, and the new node would be shut down as well: roscpp nodes often read
@@ -179,7 +182,7 @@ class Registry:
         return notices
 
     def unregister_publisher(self, node: str, topic: str, api: str) -> list[Notice] | None:
-        """Remove a publisher; return None if it was not registered with that API (M16)."""
+        """Remove a publisher; return the notices, or None if it was not registered with that API URI (M16)."""
         if self._publishers.get(topic, {}).get(node) != api:
             return None
         self.version += 1
@@ -189,7 +192,7 @@ class Registry:
         return self._publisher_updates(topic)
 
     def unregister_subscriber(self, node: str, topic: str, api: str) -> bool:
-        """Remove a subscriber; return False if it was not registered with that API (M16)."""
+        """Remove a subscriber; return False if it was not registered with that API URI (M16)."""
         if self._subscribers.get(topic, {}).get(node) != api:
             return False
         self.version += 1
@@ -213,7 +216,7 @@ class Registry:
         return is_current
 
     def unsubscribe_param(self, node: str, key: str, api: str) -> None:
-        """Remove a parameter subscription; no effect if there is none with that API (M30)."""
+        """Remove a parameter subscription; no effect if there is none with that API URI (M30)."""
         if self.param_subscribers.get(key, {}).get(node) != api:
             return
         self.version += 1
@@ -222,7 +225,7 @@ class Registry:
         self._drop_if_idle(node)
 
     def forget(self, node: str, api: str) -> list[Notice]:
-        """Remove a node and all its registrations, if ``api`` is its API URI."""
+        """Remove a node and all its registrations, if ``api`` is its API URI; return the notices."""
         entry = self._nodes.get(node)
         if entry is None or entry.api != api:
             return []
@@ -268,8 +271,8 @@ class Registry:
         return [Notice(api, node, "publisherUpdate", topic, (publishers,)) for node, api in subscribers.items()]
 
     def _set_node_api(self, node: str, api: str) -> list[Notice]:
-        """Make sure that a node is registered with this API; replace an older node of the same name. Return the
-        notices.
+        """Make sure that a node is registered with an API URI, replacing an older node of the same name; return the
+        resulting notices.
         """
         entry = self._nodes.get(node)
         if entry is not None and entry.api == api:

@@ -7,7 +7,7 @@ import threading
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, Final
 
-from pyros1.master.api import Log, MasterApi
+from pyros1.master.api import LogFunction, MasterApi
 from pyros1.master.journal import HEARTBEAT_S, Journal, JournalContents
 from pyros1.master.notify import Notifier
 from pyros1.master.recovery import Recovery
@@ -23,8 +23,8 @@ DEFAULT_PORT: Final = 11311
 NOTIFY_TIMEOUT_S: Final = 10.0
 _SHUTDOWN_DELAY_S: Final = 0.1
 SPIN_TIME: Final = 150e-6
-"""Seconds that the loop polls before it sleeps: clients make many calls in a row, and waking up for each would take
-longer than processing it."""
+"""Seconds that the loop polls before it sleeps: clients make many calls in a row, and waking up for each call would
+take longer than serving it."""
 
 
 def _no_log(level: str, text: str) -> None:
@@ -61,7 +61,7 @@ class Master:
         port: int = DEFAULT_PORT,
         bind_host: str = "0.0.0.0",
         advertised_host: str = "localhost",
-        log: Log | None = None,
+        log: LogFunction | None = None,
         on_shutdown: Callable[[str], object] | None = None,
         notify_timeout: float = NOTIFY_TIMEOUT_S,
         log_calls: bool = False,
@@ -101,7 +101,7 @@ class Master:
         self._shutdown_reason: str | None = None
 
     def start(self) -> None:
-        """Start to listen and to serve clients.
+        """Start listening and serving clients.
 
         Raises:
             OSError: the master cannot listen on the port; ``errno.EADDRINUSE`` if the port is in use.
@@ -128,19 +128,19 @@ class Master:
         self._loop.call_soon(self._start_on_loop)
         self._log("info", f"Master initialized: port[{self._server.port}], uri[{self._server.uri}]")
 
-    def stop(self, timeout: float = 5.0, *, keep: bool = False) -> None:
+    def stop(self, timeout: float = 5.0, *, keep_journal: bool = False) -> None:
         """Close the port and all connections and stop the thread; no effect if already stopped.
 
         Args:
             timeout: maximum number of seconds to wait.
-            keep: whether to keep the journal for the next master.
+            keep_journal: whether to keep the journal for the next master.
         """
         self._stopped.set()
         if self._server is not None:
             self._loop.run(self._close, timeout=timeout)
         self._loop.stop(timeout)
         if self._journal is not None:
-            self._journal.close(remove=not keep)
+            self._journal.close(remove=not keep_journal)
             self._journal = None
 
     @property
@@ -192,7 +192,7 @@ class Master:
         self._loop.call_later(HEARTBEAT_S, self._heartbeat)
 
     def _forget(self, node: RegisteredNode, gone_reason: str) -> None:
-        """Remove a node of the previous master that is gone, unless it has registered again with another API."""
+        """Remove a node of the previous master that is gone, unless it has registered again with another API URI."""
         if self._api.registry.node_api(node.name) != node.api:
             return
         self._gone_nodes.append(node.name)

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from pyros1.msgs.definition_cache import DefinitionCache
     from pyros1.msgs.dynamic import from_definition
 
-__path__ = generated.search_path(__path__)
+__path__ = generated.make_search_path(__path__)
 
 
 def load_message(type_name: str) -> type[Message]:

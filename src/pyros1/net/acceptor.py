@@ -1,4 +1,5 @@
-"""Accepts connections to a port on a loop, and recovers after the limit of open files was reached."""
+"""Accepts connections to a port, on a loop, and continues after the process has temporarily run out of file
+descriptors."""
 
 from __future__ import annotations
 
@@ -18,14 +19,14 @@ if TYPE_CHECKING:
     from pyros1.net.loop import Loop
 
 RETRY_DELAY: Final = 0.2
-"""Seconds to wait after a failed attempt: the system would report the waiting peer again immediately."""
+"""Seconds to wait after a failed attempt, since the system would report the waiting peer again immediately."""
 REPORT_INTERVAL: Final = 60.0
 """Seconds without a failure after which the next failure is reported again."""
 _MAX_CONNECTIONS_PER_TURN: Final = 64  # then the loop serves its other sockets
 
 
 def is_out_of_files(error: BaseException | None) -> bool:
-    """Return whether an error, or a cause of it, means that this process or the system has too many open files."""
+    """Return whether an error, or one of its causes, means that this process or the system has too many open files."""
     while error is not None:
         if isinstance(error, OSError) and error.errno in (errno.EMFILE, errno.ENFILE):
             return True
@@ -61,7 +62,7 @@ class Acceptor:
         self._warn = warn
         self._make_room = make_room
         self._allowlist = allowlist
-        self._last_failure = -inf  # on the monotonic clock
+        self._last_failure_at = -inf  # on the monotonic clock
         self._closed = False
         listener.setblocking(False)
         loop.call_soon(self._listen)
@@ -97,8 +98,8 @@ class Acceptor:
         self._loop.unregister(self._listener)
         self._loop.call_later(RETRY_DELAY, self._listen)
         self._make_room()
-        previous_failure, self._last_failure = self._last_failure, monotonic()
-        if self._last_failure - previous_failure > REPORT_INTERVAL:
+        previous_failure_at, self._last_failure_at = self._last_failure_at, monotonic()
+        if self._last_failure_at - previous_failure_at > REPORT_INTERVAL:
             self._warn(
                 f"cannot accept a connection: {error.strerror}{_file_limit_hint() if is_out_of_files(error) else ''}"
             )

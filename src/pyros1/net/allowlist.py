@@ -1,7 +1,7 @@
-"""Restricts which machines may connect to this process: those listed in PYROS1_ALLOW, and always this one.
+"""Restricts which machines may connect to this process: those listed in PYROS1_ALLOW, and always this machine.
 
-ROS 1 has no users or passwords, so only the address can be checked. A connection from any other machine is closed
-right after it was accepted, before anything is read from it.
+ROS 1 has no users or passwords, so only the address can be checked. A connection from any other machine is closed as
+soon as it is accepted, before anything is read from it.
 """
 
 from __future__ import annotations
@@ -75,55 +75,55 @@ def _parse_address(text: str) -> _Address | None:
     except ValueError:
         return None
     # A dual-stack socket reports an IPv4 peer as an IPv4-mapped IPv6 address.
-    mapped = address.ipv4_mapped if isinstance(address, ipaddress.IPv6Address) else None
-    return mapped or address
+    ipv4_address = address.ipv4_mapped if isinstance(address, ipaddress.IPv6Address) else None
+    return ipv4_address or address
 
 
 class Allowlist:
     """Admits connections from the given networks and from this machine.
 
     Args:
-        networks: the machines to admit.
+        networks: the networks from which to admit connections.
         warn: called with a message about a refused peer, once for each address. It must not block.
     """
 
     def __init__(self, networks: Networks, warn: Callable[[str], object]) -> None:
         self._networks = networks
         self._warn = warn
-        self._reported: set[str] = set()
+        self._reported_addresses: set[str] = set()
 
-    def admit_address(self, peer: str, local_address: str) -> bool:
-        """Return whether a peer may connect; if not, report it the first time.
+    def admit_address(self, peer_address: str, local_address: str) -> bool:
+        """Return whether a peer may connect; if not, report its address the first time.
 
         Args:
-            peer: the peer's address.
-            local_address: the local address of the connection. If the peer has the same address, it is this machine.
+            peer_address: the peer's address.
+            local_address: the local address of the connection. If the peer has the same address, it is on this machine.
         """
-        address = _parse_address(peer)
+        address = _parse_address(peer_address)
         if address is not None and (
-            address.is_loopback or address == _parse_address(local_address) or peer in self._networks
+            address.is_loopback or address == _parse_address(local_address) or peer_address in self._networks
         ):
             return True
-        peer_text = str(address or peer)
-        if peer_text not in self._reported:
-            if len(self._reported) >= _MAX_REPORTED:
-                self._reported.clear()
-            self._reported.add(peer_text)
+        peer_text = str(address or peer_address)
+        if peer_text not in self._reported_addresses:
+            if len(self._reported_addresses) >= _MAX_REPORTED:
+                self._reported_addresses.clear()
+            self._reported_addresses.add(peer_text)
             self._warn(
                 f"refused a connection from {peer_text}: PYROS1_ALLOW accepts only {self._networks}. "
                 f"If it belongs to the robot, set PYROS1_ALLOW='{self._networks}, {peer_text}' and restart this program"
             )
         return False
 
-    def admit(self, sock: socket.socket, peer: Any) -> bool:
+    def admit(self, sock: socket.socket, peer_address: Any) -> bool:
         """Return whether a connection that was just accepted may stay open; if not, close it.
 
         Args:
             sock: the connection.
-            peer: the peer's address, as ``accept`` returned it.
+            peer_address: the peer's address, as returned by ``accept``.
         """
         try:
-            if self.admit_address(str(peer[0]), str(sock.getsockname()[0])):
+            if self.admit_address(str(peer_address[0]), str(sock.getsockname()[0])):
                 return True
             sock.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, _LINGER_RESET)
         except OSError:
@@ -133,8 +133,8 @@ class Allowlist:
 
 
 def make_allowlist(networks: Networks | None) -> Allowlist | None:
-    """Return an Allowlist for some networks that reports refused peers on stderr; None if ``networks`` is None."""
+    """Return an Allowlist that reports refused peers on stderr; None if ``networks`` is None."""
     if networks is None:
         return None
-    terminal = BackgroundWriter("allowlist: warnings", write_to_terminal)
-    return Allowlist(networks, lambda text: terminal.write("stderr", f"WARNING: {text}\n"))
+    terminal_writer = BackgroundWriter("allowlist: warnings", write_to_terminal)
+    return Allowlist(networks, lambda text: terminal_writer.write("stderr", f"WARNING: {text}\n"))

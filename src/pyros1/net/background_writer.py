@@ -26,7 +26,7 @@ _POLL_INTERVAL = 0.05
 _MAX_WRITE = 4096  # a pipe that is ready accepts this much without blocking
 
 Item = tuple[str, str]
-"""(``stdout`` or ``stderr``, text including the line break); writers to a file ignore the first."""
+"""(``stdout`` or ``stderr``, text including the line break); writers to a file ignore the stream's name."""
 ShouldStop = Callable[[], bool]
 
 
@@ -65,7 +65,7 @@ class BackgroundWriter:
         self._ensure_thread()
 
     def flush(self, timeout: float = FLUSH_TIMEOUT) -> None:
-        """Wait until all texts are written; return immediately if the output is still stuck since the last flush.
+        """Wait until all texts are written; return immediately if the output has been stuck since the last flush.
 
         Args:
             timeout: maximum number of seconds to wait.
@@ -100,8 +100,8 @@ class BackgroundWriter:
             raise
 
     def close(self, timeout: float = 1.0) -> None:
-        """Write the remaining texts, taking at most ``timeout`` seconds. Texts that are queued later get a single
-        attempt.
+        """Write the remaining texts, taking at most ``timeout`` seconds. Texts that are queued later are only written
+        if that is possible without waiting.
         """
         self._deadline = monotonic() + timeout
         self._closing.set()
@@ -145,7 +145,7 @@ class BackgroundWriter:
                 self._new_items.wait_for(
                     lambda: self._items or self._flush_events or self._closing.is_set(), IDLE_TIMEOUT
                 )
-            # Before the items: then all items that precede these flushes are among those taken below.
+            # Taken before the items: then all items that precede these flushes are among the items taken below.
             flush_events = [self._flush_events.popleft() for _ in range(len(self._flush_events))]
             items = self._take_items()
             if items:
@@ -160,7 +160,7 @@ class BackgroundWriter:
                 return
 
     def _finish_thread(self) -> bool:
-        """Prepare to exit the thread; return False if it must continue because new texts have been queued meanwhile."""
+        """Prepare to end the thread; return False if it must continue, because new texts have been queued meanwhile."""
         self._idle_token.append(True)
         if self._items or self._flush_events:
             try:

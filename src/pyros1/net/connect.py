@@ -1,7 +1,7 @@
 """Connects to TCP ports without blocking the loop.
 
-A name may have several addresses, and some of them, often the IPv6 ones, may be unreachable: the time is divided among
-them.
+A host name may have several addresses, some of which may be unreachable (often the IPv6 addresses). So the time is
+divided among all of them.
 """
 
 from __future__ import annotations
@@ -75,8 +75,8 @@ class ConnectHandle:
         self._try_next(0)
 
     def _try_next(self, last_error_code: int) -> None:
-        """Try the remaining addresses in order. If any of them has refused, report that error, as the most informative
-        one.
+        """Try the remaining addresses in order. If all fail and any has refused the connection, report that error, as
+        it is the most informative.
         """
         self._is_any_refused = self._is_any_refused or last_error_code == errno.ECONNREFUSED
         while self._addresses:

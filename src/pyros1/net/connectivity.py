@@ -1,6 +1,6 @@
 """Hints for when a node cannot be reached at the address that it advertises (https://wiki.ros.org/ROS/NetworkSetup).
 
-Nothing is looked up or called here.
+This module only chooses the texts: it neither looks up hosts nor calls nodes.
 """
 
 from __future__ import annotations

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 class ErrorReports:
-    """Writes to stderr without blocking, and counts repeated messages.
+    """Writes a loop's errors to stderr without blocking the loop, and counts repeated messages.
 
     Args:
         loop: the loop whose errors are reported.

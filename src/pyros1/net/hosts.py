@@ -33,7 +33,7 @@ class LocalAddress(NamedTuple):
     Attributes:
         advertised: host name or address to use in URIs.
         bind: address to listen on.
-        family: ``socket.AF_INET`` or ``socket.AF_INET6``.
+        family: address family of ``bind``: ``socket.AF_INET`` or ``socket.AF_INET6``.
         warnings: messages about suspicious values in the environment.
         ports: ports to choose from; None for any.
         allowed: networks that may connect; None for all.
@@ -47,18 +47,18 @@ class LocalAddress(NamedTuple):
     allowed: Networks | None = None
 
 
-def host_from_environment(environ: Mapping[str, str], special_args: Mapping[str, str]) -> LocalAddress:
+def addresses_from_environment(environ: Mapping[str, str], special_args: Mapping[str, str]) -> LocalAddress:
     """Determine the addresses to advertise and to listen on (N18-N23, N26), and which networks may connect.
 
     Args:
         environ: environment variables; ROS_HOSTNAME, ROS_IP, ROS_IPV6, PYROS1_BIND, PYROS1_ALLOW and PYROS1_PORTS are
             used.
-        special_args: special keys of the command line, which take precedence: ``__hostname``, ``__ip``, ``__bind``,
-            ``__allow`` and ``__ports``.
+        special_args: special arguments from the command line, by key, which take precedence: ``__hostname``,
+            ``__ip``, ``__bind``, ``__allow`` and ``__ports``.
 
     Raises:
-        SettingError: the value for binding, allowing or ports is invalid. Ignoring it could admit peers that it was
-            meant to exclude.
+        SettingError: the value of PYROS1_BIND, PYROS1_ALLOW or PYROS1_PORTS, or of the corresponding argument, is
+            invalid. Ignoring it could admit peers that it was meant to exclude.
     """
     warnings = _environment_warnings(environ)
     ipv6 = environ.get("ROS_IPV6") == "on"
@@ -71,7 +71,7 @@ def host_from_environment(environ: Mapping[str, str], special_args: Mapping[str,
     bind = "::" if ipv6 else "0.0.0.0"
     requested_bind = special_args.get("__bind") or environ.get("PYROS1_BIND")
     if requested_bind:
-        bind = _bind_address(requested_bind)
+        bind = _parse_bind_address(requested_bind)
         if bind not in WILDCARD_ADDRESSES:
             host = host or bind  # the only address at which this process can be reached
     elif host:
@@ -86,24 +86,24 @@ def host_from_environment(environ: Mapping[str, str], special_args: Mapping[str,
         bind,
         socket.AF_INET6 if ":" in bind else socket.AF_INET,
         warnings,
-        _port_range(ports) if ports else None,
-        _networks(allowed) if allowed else None,
+        _parse_port_range(ports) if ports else None,
+        _parse_networks(allowed) if allowed else None,
     )
 
 
-def _port_range(text: str) -> PortRange:
+def _parse_port_range(text: str) -> PortRange:
     from pyros1.net.ports import parse_ports  # noqa: PLC0415 - rarely needed, and slows down the start of commands
 
     return parse_ports(text)
 
 
-def _networks(text: str) -> Networks:
+def _parse_networks(text: str) -> Networks:
     from pyros1.net.allowlist import Networks  # noqa: PLC0415
 
     return Networks(text)
 
 
-def _bind_address(text: str) -> str:
+def _parse_bind_address(text: str) -> str:
     addresses = direct_addresses(text)
     if addresses is None or not (addresses[0] in WILDCARD_ADDRESSES or is_own_address(addresses[0])):
         raise SettingError(
@@ -141,7 +141,11 @@ def _own_host(ipv6: bool) -> str:
 
 
 def interface_addresses(ipv6: bool = False) -> list[str]:
-    """Return the addresses of this machine's network interfaces, as far as the system reports them."""
+    """Return the addresses of this machine's network interfaces that the system reports.
+
+    Args:
+        ipv6: whether to return the IPv6 addresses of the host name in place of its IPv4 addresses.
+    """
     from_interfaces: list[str] = []
     try:
         import fcntl  # noqa: PLC0415 - not on Windows

@@ -1,4 +1,4 @@
-"""Closes connections within a few minutes if the other machine was switched off or has become unreachable."""
+"""Makes connections fail within a few minutes if the other machine was switched off or has become unreachable."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ MAX_PROBES: Final = 9
 MIN_UNANSWERED: Final = 3
 """Minimum number of unanswered retransmissions or probes before a silent machine is considered gone."""
 
-_TCP_INFO = struct.Struct("@2x2B52xI")  # of struct tcp_info: retransmits, probes, last_ack_recv in ms
+_TCP_INFO = struct.Struct("@2x2B52xI")  # from struct tcp_info: retransmits, probes, last_ack_recv in ms
 
 
 def keep_alive(sock: socket.socket) -> None:
@@ -36,13 +36,13 @@ def set_nodelay_and_keepalive(sock: socket.socket) -> None:
     """Let a TCP socket send data without delay, and enable keep-alive probes; other sockets need neither."""
     if sock.family in (socket.AF_INET, socket.AF_INET6):
         keep_alive(sock)
-        # Some systems report here that the peer has gone, as the next read will do as well
+        # Some systems report here that the peer is gone; the next read will report that as well.
         with contextlib.suppress(OSError):
             sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
 
 
 def is_peer_dead(sock: socket.socket) -> bool:
-    """Return whether the other machine has been silent for too long, although it has data to acknowledge.
+    """Return whether the other machine has been silent for too long although it should have acknowledged data.
 
     While data are unacknowledged, there are no keep-alive probes: the system retransmits for a quarter of an hour. A
     peer that merely does not read is not considered dead: its machine still acknowledges the window probes. (The

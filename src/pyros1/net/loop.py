@@ -62,7 +62,7 @@ class _EpollSelector:
 
     def __init__(self) -> None:
         self._epoll = select.epoll()
-        self._in, self._out = select.EPOLLIN, select.EPOLLOUT
+        self._in_mask, self._out_mask = select.EPOLLIN, select.EPOLLOUT
 
     def register(self, fd: int, events: int) -> None:
         self._epoll.register(fd, self._to_epoll(events))
@@ -76,18 +76,18 @@ class _EpollSelector:
     def select(self, timeout: float | None) -> list[tuple[int, int]]:
         # Rounded up to epoll's milliseconds; otherwise the loop would spin for the last fraction before a timer.
         seconds = -1.0 if timeout is None else math.ceil(timeout * 1e3) * 1e-3
-        only_in = self._in
-        return [(fd, READ if mask == only_in else self._from_epoll(mask)) for fd, mask in self._epoll.poll(seconds)]
+        in_mask = self._in_mask
+        return [(fd, READ if mask == in_mask else self._from_epoll(mask)) for fd, mask in self._epoll.poll(seconds)]
 
     def close(self) -> None:
         self._epoll.close()
 
     def _to_epoll(self, events: int) -> int:
-        return (self._in if events & READ else 0) | (self._out if events & WRITE else 0)
+        return (self._in_mask if events & READ else 0) | (self._out_mask if events & WRITE else 0)
 
     def _from_epoll(self, mask: int) -> int:
         # An error or hang-up is reported as both: reading or writing then raises the error.
-        return (READ if mask & ~self._out else 0) | (WRITE if mask & ~self._in else 0)
+        return (READ if mask & ~self._out_mask else 0) | (WRITE if mask & ~self._in_mask else 0)
 
 
 class TimerHandle:
@@ -144,7 +144,7 @@ class Loop:
     ) -> None:
         self.name = name
         self._spin_time = spin_time
-        self._last_event = 0.0
+        self._last_event_at = 0.0
         self._on_error = on_error or self._log_traceback
         self._error_reports: ErrorReports | None = None
         self._selector = _EpollSelector() if hasattr(select, "epoll") else _PortableSelector()
@@ -157,16 +157,16 @@ class Loop:
         self._is_wake_pending = False
         self._lock = threading.Lock()
         self._resolver: Resolver | None = None
-        self._wake_in, self._wake_out = socket.socketpair()
-        self._wake_in.setblocking(False)
-        self._wake_out.setblocking(False)
-        self.register(self._wake_in, READ, self._drain_wake)
+        self._wake_receiver, self._wake_sender = socket.socketpair()
+        self._wake_receiver.setblocking(False)
+        self._wake_sender.setblocking(False)
+        self.register(self._wake_receiver, READ, self._drain_wake)
         self.thread = LoopThread(target=self._run, name=name, daemon=True)
 
     # ---- from any thread
 
     def start(self) -> None:
-        """Start the thread, which first makes the calls queued so far."""
+        """Start the loop's thread; calls that were queued before are made then."""
         self.thread.start()
 
     def stop(self, timeout: float = 5.0) -> None:
@@ -196,7 +196,7 @@ class Loop:
         return threading.get_ident() == self.thread.ident
 
     def call_soon(self, function: Callable[..., object], *args: Any) -> None:
-        """Queue the call ``function(*args)`` on the loop; it is not made if the loop has stopped."""
+        """Queue the call ``function(*args)`` on the loop; the call is not made if the loop has stopped."""
         self._calls.append((function, args))
         if not self._is_wake_pending and not self.in_loop():
             self._wake()
@@ -211,8 +211,8 @@ class Loop:
         return handle
 
     def run(self, function: Callable[..., ResultT], *args: Any, timeout: float = 5.0) -> ResultT:
-        """Call ``function(*args)`` on the loop and return its result; if on the loop already, or if it is not running,
-        directly.
+        """Call ``function(*args)`` on the loop, wait for it and return its result. The call is made in the calling
+        thread instead if that is the loop's own, or if the loop is not running.
 
         Raises:
             DeadlineError: the loop did not make the call within ``timeout`` seconds.
@@ -251,7 +251,7 @@ class Loop:
                 self._reporter.log(f"{self.name}: {error!r}; reporting this also failed: {report_error!r}")
 
     def warn(self, text: str) -> None:
-        """Write a message to stderr without blocking, and count repetitions. Called on the loop."""
+        """Write a message to stderr without blocking; repetitions are only counted. Called on the loop."""
         self._reporter.log(text)
 
     def _log_traceback(self, error: BaseException) -> None:
@@ -308,7 +308,7 @@ class Loop:
     def _wake(self) -> None:
         self._is_wake_pending = True
         try:
-            self._wake_out.send(b"\0")
+            self._wake_sender.send(b"\0")
         except BlockingIOError:
             pass  # the socket's buffer is full, so the loop will wake up
         except OSError:
@@ -316,13 +316,13 @@ class Loop:
 
     def _drain_wake(self, mask: int) -> None:
         try:
-            while len(self._wake_in.recv(4096)) == 4096:
+            while len(self._wake_receiver.recv(4096)) == 4096:
                 pass
         except BlockingIOError:
             pass
-        # Cleared after the socket was emptied: otherwise a byte sent in between would be lost while the flag says that
-        # there is one. Cleared before the calls of this iteration are taken from the queue: a thread that saw the flag
-        # set has queued its call by then.
+        # Cleared after the socket was emptied: otherwise a byte sent in between would be lost, while the flag says that
+        # one is pending. Cleared before the calls of this iteration are taken from the queue: a thread that saw the
+        # flag set has queued its call by then.
         self._is_wake_pending = False
 
     def _run(self) -> None:
@@ -366,12 +366,12 @@ class Loop:
             return select(timeout)
         events: Iterable[tuple[int, int]] = ()
         if timeout != 0.0:
-            spin_deadline = self._last_event + self._spin_time
+            spin_deadline = self._last_event_at + self._spin_time
             while not events and monotonic() < spin_deadline:
                 events = select(0.0)
                 _yield_processor()  # let other threads run first, such as that of the client
         events = events or select(timeout)
-        self._last_event = monotonic()
+        self._last_event_at = monotonic()
         return events
 
     def _run_timers(self) -> None:
@@ -396,5 +396,5 @@ class Loop:
         if self._error_reports is not None:
             self._error_reports.close()
         self._selector.close()
-        self._wake_in.close()
-        self._wake_out.close()
+        self._wake_receiver.close()
+        self._wake_sender.close()

@@ -1,8 +1,8 @@
 """Client of the ROS Master and Parameter Server API
 (https://wiki.ros.org/ROS/Master_API, https://wiki.ros.org/ROS/Parameter%20Server%20API).
 
-Some masters have fewer methods than the stock master, and different error messages. Where possible, other methods are
-used instead of a missing one.
+Some masters have fewer methods than the stock master, and different error messages. Where possible, a missing method is
+replaced with others.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from pyros1.net.xmlrpc_client import XmlRpcClient
 SystemState = list[list[list[Any]]]
 
 
-def unpack(reply: Any, responder: str) -> Any:
+def unpack_reply(reply: Any, responder: str) -> Any:
     """Return the value of a ``[code, message, value]`` triple.
 
     Args:
@@ -81,7 +81,7 @@ def _is_registration_list(value: Any) -> bool:
 
 
 def _parameter_names(namespace: str, tree: Any) -> Iterator[str]:
-    """Yield the full names of the parameters in a tree."""
+    """Yield the full names of the parameters in a tree, which is the value of ``namespace``."""
     if not isinstance(tree, dict) or not tree:
         yield namespace or "/"
         return
@@ -97,8 +97,8 @@ class MasterClient:
         uri: the master's URI.
         timeout: maximum number of seconds for a call.
 
-    All methods raise MasterError (the master refused), MasterMethodError (the master does not have the method),
-    MasterUnreachableError (the master does not respond) and ProtocolError.
+    All methods that make calls raise MasterError (the master refused), MasterMethodError (the master does not have the
+    method), MasterUnreachableError (the master does not respond) and ProtocolError (its response is not valid).
     """
 
     def __init__(self, caller_id: str, uri: str, *, timeout: float = 10.0) -> None:
@@ -112,7 +112,7 @@ class MasterClient:
                 f"export ROS_MASTER_URI={DEFAULT_MASTER_URI}"
             ) from None
         self._closed = False
-        self._has_no_multicall = False  # the master has no system.multicall
+        self._lacks_multicall = False  # the master has no system.multicall
 
     def close(self) -> None:
         """Close the connection; a call pending in another thread fails immediately."""
@@ -121,7 +121,9 @@ class MasterClient:
 
     def call(self, method: str, *args: Any, timeout: float | None = None) -> Any:
         """Call any method with the caller id and ``args``, and return the value of the reply."""
-        return unpack(self._request(method, self.caller_id, *args, timeout=timeout), self._describe_master(method))
+        return unpack_reply(
+            self._request(method, self.caller_id, *args, timeout=timeout), self._describe_master(method)
+        )
 
     def _call_checked(self, is_valid: Callable[[Any], bool], method: str, *args: Any) -> Any:
         """Call a method, check the form of the value and return it.
@@ -139,7 +141,8 @@ class MasterClient:
         return self._request(method, self.caller_id, *args)
 
     def multicall(self, calls: Sequence[tuple[str, Sequence[Any]]], *, timeout: float | None = None) -> list[Any]:
-        """Make many calls, in one round trip if the master supports it. The caller id is added as first argument.
+        """Make many calls, in one round trip if the master supports that. The caller id is added to each call as the
+        first argument.
 
         Args:
             calls: the method and arguments of each call.
@@ -149,12 +152,12 @@ class MasterClient:
             The value of each call, or its MasterError or ProtocolError, which is returned instead of raised.
         """
         replies = None
-        if not self._has_no_multicall and len(calls) > 1:
+        if not self._lacks_multicall and len(calls) > 1:
             request = [{"methodName": method, "params": [self.caller_id, *args]} for method, args in calls]
             try:
                 replies = self._request("system.multicall", request, timeout=timeout)
             except MasterMethodError:
-                self._has_no_multicall = True
+                self._lacks_multicall = True
         if not isinstance(replies, list) or len(replies) != len(calls) or isinstance(replies[0], int):
             return [self._attempt(method, args, timeout) for method, args in calls]
         results: list[Any] = []
@@ -166,7 +169,7 @@ class MasterClient:
                     raise ProtocolError(
                         f"{self._describe_master(method)}, inside a multicall, with something other than one value"
                     )
-                results.append(unpack(reply[0], self._describe_master(method)))
+                results.append(unpack_reply(reply[0], self._describe_master(method)))
             except Error as error:
                 results.append(error)
         return results
@@ -241,7 +244,7 @@ class MasterClient:
         return cast("list[str]", self._call_checked(_is_string_list, "registerPublisher", topic, topic_type, api_uri))
 
     def unregister_publisher(self, topic: str, api_uri: str) -> int:
-        """Unregister a publisher; return 1, or 0 if it was not registered with that API."""
+        """Unregister a publisher; return 1, or 0 if it was not registered with that API URI."""
         return int(self._call_checked(_is_integer, "unregisterPublisher", topic, api_uri))
 
     def register_subscriber(self, topic: str, topic_type: str, api_uri: str) -> list[str]:
@@ -249,7 +252,7 @@ class MasterClient:
         return cast("list[str]", self._call_checked(_is_string_list, "registerSubscriber", topic, topic_type, api_uri))
 
     def unregister_subscriber(self, topic: str, api_uri: str) -> int:
-        """Unregister a subscriber; return 1, or 0 if it was not registered with that API."""
+        """Unregister a subscriber; return 1, or 0 if it was not registered with that API URI."""
         return int(self._call_checked(_is_integer, "unregisterSubscriber", topic, api_uri))
 
     def register_service(self, service: str, service_uri: str, api_uri: str) -> None:
@@ -269,7 +272,11 @@ class MasterClient:
         return cast(str, self._call_checked(_is_string, "lookupNode", name))
 
     def get_published_topics(self, subgraph: str = "") -> list[list[str]]:
-        """Return ``[[topic, type], ...]`` for the topics with a publisher in a namespace; if empty, in all of them."""
+        """Return ``[[topic, type], ...]`` for the topics that have a publisher.
+
+        Args:
+            subgraph: the namespace whose topics to return; empty for all namespaces.
+        """
         try:
             return cast("list[list[str]]", self._call_checked(_is_pair_list, "getPublishedTopics", subgraph))
         except MasterMethodError:
@@ -278,7 +285,7 @@ class MasterClient:
             return [[name, types.get(name, "*")] for name, _ in self.get_system_state()[0] if name.startswith(prefix)]
 
     def get_topic_types(self) -> list[list[str]]:
-        """Return ``[[topic, type], ...]`` for all topics whose type has ever been known."""
+        """Return ``[[topic, type], ...]`` for all topics whose type the master has ever known."""
         try:
             return cast("list[list[str]]", self._call_checked(_is_pair_list, "getTopicTypes"))
         except MasterMethodError:
@@ -305,22 +312,27 @@ class MasterClient:
                 raise ParameterNotSetError(str(error)) from error
             return self._get_tree(key, error)
 
-    def _get_tree(self, key: str, refusal: MasterError) -> Any:
+    def _get_tree(self, key: str, error: MasterError) -> Any:
         """Return a dict of the parameters below a key, from a master that cannot return it in one call.
+
+        Args:
+            key: the namespace.
+            error: the master's response to ``getParam``.
 
         Raises:
             ParameterNotSetError: neither the key nor anything below it is set.
-            MasterError: ``refusal``, since the parameter exists, so that it must have had another reason.
+            MasterError: ``error``, if the key is itself a parameter, so that the master must have refused for another
+                reason.
         """
-        if isinstance(refusal, MasterMethodError):
-            raise refusal
+        if isinstance(error, MasterMethodError):
+            raise error
         names = self.get_param_names()
         if key in names:
-            raise refusal
+            raise error
         prefix = key.rstrip("/") + "/"
         names_below = [name for name in names if name.startswith(prefix)]
         if not names_below:
-            raise ParameterNotSetError(f"Parameter [{key}] is not set") from refusal
+            raise ParameterNotSetError(f"Parameter [{key}] is not set") from error
         tree: dict[str, Any] = {}
         for name, value in zip(
             names_below, self.multicall([("getParam", (name,)) for name in names_below]), strict=True
@@ -328,9 +340,9 @@ class MasterClient:
             if isinstance(value, Error):
                 continue  # deleted meanwhile
             branch = tree
-            *folders, leaf = name[len(prefix) :].split("/")
-            for folder in folders:
-                child = branch.setdefault(folder, {})
+            *namespaces, leaf = name[len(prefix) :].split("/")
+            for namespace in namespaces:
+                child = branch.setdefault(namespace, {})
                 branch = child if isinstance(child, dict) else {}
             branch[leaf] = value
         return tree
@@ -366,7 +378,7 @@ class MasterClient:
             raise
 
     def search_param(self, key: str) -> str | None:
-        """Search for a parameter from the caller's namespace upwards; return its full name, or None."""
+        """Search for a parameter from the caller's namespace upwards; return its full name, or None if not found."""
         try:
             full_name = self.call("searchParam", key)
         except MasterUnreachableError:
@@ -404,5 +416,5 @@ class MasterClient:
         return self.call("subscribeParam", api_uri, key)
 
     def unsubscribe_param(self, api_uri: str, key: str) -> int:
-        """Stop the ``paramUpdate`` calls; return 1, or 0 if there was no such subscription."""
+        """Ask the master to stop the ``paramUpdate`` calls; return 1, or 0 if there was no such subscription."""
         return int(self._call_checked(_is_integer, "unsubscribeParam", api_uri, key))

@@ -40,8 +40,8 @@ class Poller:
         self._backend.add(fd)
 
     def unregister(self, fd: int) -> None:
-        """Stop waiting for an open descriptor. `wait` may just have returned it in another thread. Allowed after
-        `close`.
+        """Stop waiting for a descriptor, which must still be open; `wait` may have just returned it in another thread.
+        Allowed after `close`.
         """
         self._backend.remove(fd)
 
@@ -67,12 +67,14 @@ class Poller:
         return WAKE
 
     def wake(self) -> None:
-        """Make one `wait` return WAKE, now or the next time. Some of very many simultaneous calls may be lost."""
+        """Make one call of `wait` return WAKE: a pending one, or the next. If very many calls of `wake` are made at the
+        same time, some have no effect.
+        """
         with contextlib.suppress(OSError):
             self._wake_sender.send(b"\0")
 
     def close(self) -> None:
-        """Release the descriptors. No thread may be waiting at that time, or wait later."""
+        """Release the descriptors. No thread may be waiting at that time, nor wait later."""
         self._backend.close()
         self._wake_receiver.close()
         self._wake_sender.close()
@@ -127,8 +129,8 @@ class _SelectorBackend:
     def remove(self, fd: int) -> None:
         removed = Event()
         self._request_change(fd, False, removed)
-        # Then its owner may close the descriptor. If no thread is waiting in the selector, the next one removes it
-        # first.
+        # Then its owner may close the descriptor. If no thread is waiting in the selector, the next that waits removes
+        # it first.
         while self._select_lock.locked() and not removed.wait(0.1):
             pass
 

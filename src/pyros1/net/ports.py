@@ -1,4 +1,4 @@
-"""Opens the ports that a process listens on: any free port, or one of a range that a firewall allows."""
+"""Opens the ports that a process listens on: any free port, or one from a range that a firewall allows."""
 
 from __future__ import annotations
 
@@ -12,8 +12,7 @@ from typing import NamedTuple
 from pyros1.ground.errors import SettingError
 
 BACKLOG = 1024
-"""Maximum number of connections that wait to be accepted. If more arrive at once, the system delays each further one by
-a second."""
+"""Maximum number of connections that wait to be accepted. The system delays each further connection by a second."""
 
 
 class PortRange(NamedTuple):
@@ -25,9 +24,10 @@ class PortRange(NamedTuple):
     def __str__(self) -> str:
         return f"{self.first}-{self.last}"
 
-    def shuffled(self) -> Iterator[int]:
-        """Yield all ports in order, starting at a random one, so that a new node rarely gets the port of a node
-        that has just exited and that other nodes may still call.
+    def from_random_start(self) -> Iterator[int]:
+        """Yield all ports in order, starting at a random one and wrapping around.
+
+        So a new node rarely gets the port of a node that has just exited, and that other nodes may still call.
         """
         import random  # noqa: PLC0415 - slow to import, and rarely needed
 
@@ -110,7 +110,7 @@ def _bind_first_free(
     """Return a socket bound to ``port``, or to the first free port in ``ports``."""
     if port or ports is None:
         return _bind_or_explain(open_socket, bind, port)
-    for candidate in ports.shuffled():
+    for candidate in ports.from_random_start():
         try:
             return _bind_or_explain(open_socket, bind, candidate)
         except OSError as error:

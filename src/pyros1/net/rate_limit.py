@@ -21,7 +21,8 @@ class _Period:
 
 
 class RepeatCounter:
-    """A filter that writes each message once per period, and how often it was repeated at the end of the period.
+    """A filter that writes each message once per period; at the end of the period, it writes how often each message was
+    repeated.
 
     Args:
         schedule: ``schedule(seconds, function, argument)`` calls a function after some seconds, like a loop's
@@ -56,11 +57,11 @@ class RepeatCounter:
             else:
                 period.num_suppressed += 1
         if is_new:
-            self._schedule(PERIOD, self._end, site)
+            self._schedule(PERIOD, self._end_period, site)
         if not is_known and has_room:
             emit(text)
 
-    def _end(self, site: Hashable) -> None:
+    def _end_period(self, site: Hashable) -> None:
         with self._lock:
             period = self._periods.pop(site, None)
         if period is None:
@@ -72,6 +73,6 @@ class RepeatCounter:
             period.emit(f"{period.num_suppressed} similar messages were suppressed")
 
     def close(self) -> None:
-        """Write how often messages have been repeated so far."""
+        """Write how often messages have been repeated so far, and end all periods."""
         for site in list(self._periods):
-            self._end(site)
+            self._end_period(site)

@@ -105,7 +105,7 @@ class HostLookup:
 
 
 class Resolver:
-    """Resolver of host names for one loop. All methods run on the loop."""
+    """Resolves host names for one loop. All methods run on the loop."""
 
     def __init__(self, loop: Loop) -> None:
         self._loop = loop
@@ -116,10 +116,12 @@ class Resolver:
         self._closed = False
 
     def resolve(self, host: str, on_done: OnResolved) -> None:
-        """Call ``on_done(addresses, error)``: immediately if the result is cached, else later on the loop."""
-        direct = direct_addresses(host)
-        if direct is not None:
-            on_done(direct, None)
+        """Look up a host and call ``on_done(addresses, error)``: immediately if no look-up is needed, or else later on
+        the loop.
+        """
+        known_addresses = direct_addresses(host)
+        if known_addresses is not None:
+            on_done(known_addresses, None)
             return
         cached = self._cache.get(host)
         if cached is not None and cached[0] > monotonic():
@@ -136,7 +138,7 @@ class Resolver:
             threading.Thread(target=self._resolve_queued, name=f"{self._loop.name} resolver", daemon=True).start()
 
     def close(self) -> None:
-        """Start no further look-ups."""
+        """Stop starting look-ups; those in progress continue."""
         self._closed = True
         self._queue.clear()
 

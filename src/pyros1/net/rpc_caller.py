@@ -37,7 +37,7 @@ class _Job(NamedTuple):
 
 
 class _Peer:
-    """The queued calls to one URI, and the connection to it."""
+    """The calls to one URI that are queued or in progress, and the connection to it."""
 
     def __init__(self, caller: RpcCaller, uri: str, host: str, port: int) -> None:
         self.caller = caller
@@ -129,7 +129,7 @@ class _Peer:
         self._send()
 
     def _on_connect_failed(self, job: _Job | None, error: Error | None) -> None:
-        if job is self.current_job:  # it has not timed out meanwhile
+        if job is self.current_job:  # the job has not timed out meanwhile
             self._finish(None, error)
 
     def _send(self) -> None:
@@ -277,7 +277,8 @@ class RpcCaller:
         on_disconnect: called on the loop with the URI when the peer closes an idle connection.
 
     Attributes:
-        make_room: called when there are too many open files, to close files that other users of the loop have open.
+        make_room: called when this process has too many open files; closes files that others on the loop can do
+            without.
     """
 
     def __init__(
@@ -305,10 +306,10 @@ class RpcCaller:
             params: the method's arguments.
             on_done: called once on the loop: ``(value, None)``, or ``(None, error)`` with an UnreachableError,
                 DeadlineError, ProtocolError or XmlRpcFault. Not called if the loop stops first.
-            timeout: maximum number of seconds for this call; None for the default of this object.
+            timeout: maximum number of seconds for this call; None for this object's ``timeout``.
 
         Raises:
-            SerializationError: a parameter cannot be sent.
+            SerializationError: an argument cannot be encoded.
         """
         job = _Job(dumps_call(method, params), on_done, self._timeout if timeout is None else timeout)
         if self.loop.in_loop():

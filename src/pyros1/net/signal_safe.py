@@ -1,5 +1,5 @@
-"""Condition and Event that signal handlers may use. Python's own classes hold a lock while they are set or waited for:
-a signal handler that interrupts the thread at that moment would wait for the lock forever.
+"""Condition and Event, for use by signal handlers as well. Python's own classes hold a lock while they are notified or
+waited for: a signal handler that interrupts the thread at that moment would wait for the lock forever.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ class Condition:
                 waiter.release()
 
     def wait_for(self, predicate: Callable[[], object], timeout: float | None = None) -> bool:
-        """Wait until a predicate is true, or until the next `notify_all`.
+        """Wait until the next `notify_all`, unless a predicate is true already.
 
         Args:
             predicate: called before and after the wait.

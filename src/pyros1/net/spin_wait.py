@@ -14,7 +14,7 @@ from typing import Final, TypeVar
 ResultT = TypeVar("ResultT")
 
 SPIN_TIME: Final = 150e-6
-"""Seconds to poll for data before sleeping; waits that are shorter than this are considered short."""
+"""Seconds to poll for data before sleeping; a shorter wait is considered short."""
 MAX_SERIES_GAP: Final = 1e-3
 """Maximum number of seconds between two waits of the same series."""
 
@@ -32,27 +32,33 @@ yield_processor: Final[Callable[[], object]] = getattr(os, "sched_yield", lambda
 class SpinWait:
     """Waits for the other side in a series of calls.
 
-    After a short wait, the next one of the series polls for data for up to SPIN_TIME seconds before it sleeps. After
+    After a short wait, the next wait of the series polls for data for up to SPIN_TIME seconds before it sleeps. After
     a wait that polled in vain, further waits sleep immediately until one is short again. So calls that are slow or
     infrequent do not waste processor time. On a busy machine, waits always sleep: there, a program that is woken up
-    gets a processor sooner than one that keeps using it.
+    gets a processor sooner than a program that keeps using one.
     """
 
-    __slots__ = ("_busy_until", "_last_end", "_was_short")
+    __slots__ = ("_busy_until", "_last_wait_ended_at", "_was_short")
 
     def __init__(self) -> None:
         self._busy_until = 0.0
-        self._last_end = 0.0
+        self._last_wait_ended_at = 0.0
         self._was_short = False
 
     def wait(self, receive: Callable[[int], ResultT]) -> ResultT:
-        """Return the result of ``receive(flags)``, which calls ``recv`` or ``recv_into`` of a blocking socket.
+        """Wait for data, and return the result of ``receive(flags)``, which calls ``recv`` or ``recv_into`` of a
+        blocking socket.
 
         Raises:
             OSError: raised by ``receive``, except for the lack of data while polling.
         """
         start = now = perf_counter()
-        if self._was_short and DONTWAIT and start - self._last_end < MAX_SERIES_GAP and start > self._busy_until:
+        if (
+            self._was_short
+            and DONTWAIT
+            and start - self._last_wait_ended_at < MAX_SERIES_GAP
+            and start > self._busy_until
+        ):
             self._was_short = False
             while now - start < SPIN_TIME:
                 try:
@@ -64,10 +70,10 @@ class SpinWait:
                         self._busy_until = now + BUSY_TIME
                     continue
                 self._was_short = True
-                self._last_end = now
+                self._last_wait_ended_at = now
                 return result
             return receive(0)
         result = receive(0)
-        self._last_end = perf_counter()
-        self._was_short = self._last_end - start < SPIN_TIME
+        self._last_wait_ended_at = perf_counter()
+        self._was_short = self._last_wait_ended_at - start < SPIN_TIME
         return result

@@ -25,13 +25,14 @@ SOCKET_TIMEOUTS = (BlockingIOError, TimeoutError)
 
 
 class TransferDeadline:
-    """The deadline of a transfer, extended as long as data are transferred at MIN_BYTES_PER_SECOND or faster, on
-    average.
+    """The deadline of a transfer, which is extended while data are transferred at an average rate of at least
+    MIN_BYTES_PER_SECOND.
 
-    So a large value can pass a slow link, but the transfer fails if the peer stops, or sends only a byte now and then.
+    So a large value can be sent over a slow link, but the transfer fails if the peer stops, or sends only a byte now
+    and then.
 
     Args:
-        seconds: maximum pause, and the initial time during which the transfer may be slower.
+        seconds: maximum pause, and the time at the beginning during which the transfer may be slower.
     """
 
     __slots__ = ("_last_progress_at", "_num_bytes", "_seconds", "_started_at")
@@ -62,12 +63,12 @@ def limit_unsent(sock: socket.socket) -> None:
 
 
 def set_socket_timeouts(sock: socket.socket, seconds: float, receive_seconds: float | None = None) -> bool:
-    """Set the timeout of each receive and send on a socket.
+    """Set the timeouts for receiving from and sending to a socket.
 
     Args:
         sock: a connected socket.
         seconds: the timeout in seconds; must be positive.
-        receive_seconds: the timeout for receiving; None for the same one. Without kernel support, ``seconds`` is used
+        receive_seconds: the timeout for receiving; None for ``seconds``. Without kernel support, ``seconds`` is used
             for both.
 
     Returns:

@@ -22,7 +22,7 @@ class _ConnectionLostError(Exception):
 
 
 class XmlRpcClient:
-    """Client of one URI, over a connection that is kept open.
+    """Client for one URI, over a connection that is kept open.
 
     Calls from several threads take turns. A signal handler that makes a call while its thread is making one uses
     another connection, and so does a forked process.
@@ -66,7 +66,7 @@ class XmlRpcClient:
             DeadlineError: there was no response in time.
             ProtocolError: the response is not XML-RPC over HTTP.
             XmlRpcFault: the response is a fault.
-            SerializationError: a parameter cannot be sent.
+            SerializationError: an argument cannot be encoded.
         """
         body = dumps_call(method, params)
         seconds = self.timeout if timeout is None else timeout
@@ -143,7 +143,7 @@ class XmlRpcClient:
             sock.close()
 
     def _exchange(self, request: bytes, transfer_deadline: TransferDeadline) -> Response:
-        """Send a request and read the response, on a new connection if the open one turns out to be closed."""
+        """Send a request and read the response; if the peer has closed the open connection, use a new one."""
         if self._sock is not None:
             if not _is_readable_now(self._sock):
                 try:
@@ -159,7 +159,7 @@ class XmlRpcClient:
 
     def _connect(self, transfer_deadline: TransferDeadline) -> socket.socket:
         last_error: OSError = OSError("no address")
-        addresses = self._addresses(transfer_deadline)
+        addresses = self._look_up_addresses(transfer_deadline)
         for index, address in enumerate(addresses):
             sock = socket.socket(socket.AF_INET6 if ":" in address else socket.AF_INET, socket.SOCK_STREAM)
             self._sock = sock  # so that close() can interrupt
@@ -167,7 +167,7 @@ class XmlRpcClient:
             if self._closed:
                 raise OSError("closed")
             try:
-                sock.settimeout(_remaining(transfer_deadline) / (len(addresses) - index))
+                sock.settimeout(_remaining_time(transfer_deadline) / (len(addresses) - index))
                 sock.connect((address, self._port))
                 if sock.getsockname() == sock.getpeername():  # see net.connect
                     raise ConnectionRefusedError(os.strerror(111))
@@ -180,13 +180,13 @@ class XmlRpcClient:
             return sock
         raise last_error
 
-    def _addresses(self, transfer_deadline: TransferDeadline) -> list[str]:
+    def _look_up_addresses(self, transfer_deadline: TransferDeadline) -> list[str]:
         if self._lookup is None:  # otherwise, a look-up that took too long for an earlier call is still in progress
             self._lookup = HostLookup(self._host)
         if self._closed:
             raise OSError("closed")
         try:
-            addresses = self._lookup.wait(_remaining(transfer_deadline))
+            addresses = self._lookup.wait(_remaining_time(transfer_deadline))
         except TimeoutError as error:
             raise UnknownHostError(self._host, error) from error
         except OSError as error:
@@ -200,13 +200,13 @@ class XmlRpcClient:
     def _exchange_once(self, sock: socket.socket, request: bytes, transfer_deadline: TransferDeadline) -> Response:
         remaining = memoryview(request)
         while remaining:
-            sock.settimeout(_remaining(transfer_deadline))
+            sock.settimeout(_remaining_time(transfer_deadline))
             sent = sock.send(remaining)
             transfer_deadline.add_bytes(sent)
             remaining = remaining[sent:]
         parser = self._parser
         while True:
-            sock.settimeout(_remaining(transfer_deadline))
+            sock.settimeout(_remaining_time(transfer_deadline))
             data = sock.recv(256 * 1024)
             transfer_deadline.add_bytes(len(data))
             if not data:
@@ -223,7 +223,7 @@ class XmlRpcClient:
         return response
 
 
-def _remaining(transfer_deadline: TransferDeadline) -> float:
+def _remaining_time(transfer_deadline: TransferDeadline) -> float:
     remaining = transfer_deadline.remaining()
     if remaining <= 0:
         raise TimeoutError

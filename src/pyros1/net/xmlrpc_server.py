@@ -1,4 +1,4 @@
-"""An XML-RPC server on a loop, robust against slow and broken peers.
+"""An XML-RPC server on a loop, which slow and broken peers cannot block.
 
 For each connection, the server repeatedly reads, answers every complete request, and writes. While a response cannot be
 written, nothing more is read from that peer. Sizes, numbers of connections and times are limited for every peer. When
@@ -37,7 +37,7 @@ Dispatch = Callable[[str, Sequence[Any]], Any]
 
 _PATHS: Final = ("/", "/RPC2")
 _RECEIVE_SIZE: Final = 256 * 1024
-_TEXT_TYPE: Final = "text/plain"
+_TEXT_CONTENT_TYPE: Final = "text/plain"
 
 
 class ServerLimits(NamedTuple):
@@ -60,7 +60,7 @@ class ServerLimits(NamedTuple):
     idle_timeout_s: float = 300.0
 
 
-def unknown_method(method: str) -> XmlRpcFault:
+def make_unknown_method_fault(method: str) -> XmlRpcFault:
     """Return the fault to raise for a method that does not exist (M05)."""
     return XmlRpcFault(1, f'method "{method}" is not supported')
 
@@ -70,7 +70,7 @@ def multicall(dispatch: Dispatch, params: Sequence[Any]) -> list[Any]:
 
     Args:
         dispatch: makes one call.
-        params: one list of structs with methodName and params.
+        params: the call's parameters: a single list of structs with methodName and params.
 
     Returns:
         For each call, a list whose only item is the result, or a fault struct.
@@ -97,13 +97,13 @@ def multicall(dispatch: Dispatch, params: Sequence[Any]) -> list[Any]:
 
 
 def _half_file_limit() -> int:
-    """Return half of the limit of open files of this process; 512 if the system does not report the limit."""
+    """Return half of this process's limit of open files; 512 if the system does not report the limit."""
     max_files = os.sysconf("SC_OPEN_MAX") if hasattr(os, "sysconf") else 1024
     return max_files // 2 if max_files > 0 else 1 << 20  # -1: no limit
 
 
 class _Connection:
-    """The connection of one peer."""
+    """The connection to one peer, with its incomplete request and unsent response."""
 
     def __init__(self, server: XmlRpcServer, sock: socket.socket) -> None:
         self.server = server
@@ -111,7 +111,7 @@ class _Connection:
         self.parser = RequestParser(server.limits.http)
         self.unsent = memoryview(b"")
         self.closes_after_response = False
-        self.buffered = 0
+        self.num_buffered = 0
         self.last_active_at = self.request_started_at = monotonic()
         server.loop.register(sock, READ, self._on_readable)
 
@@ -126,7 +126,8 @@ class _Connection:
             return now - self.last_active_at > limits.request_timeout_s
         if self.parser.in_message:
             delay = max(
-                now - self.last_active_at, now - self.request_started_at - self.parser.buffered / MIN_BYTES_PER_SECOND
+                now - self.last_active_at,
+                now - self.request_started_at - self.parser.num_buffered / MIN_BYTES_PER_SECOND,
             )
             return delay > limits.request_timeout_s
         return now - self.last_active_at > limits.idle_timeout_s
@@ -158,12 +159,12 @@ class _Connection:
                     break
                 self.request_started_at = self.last_active_at
                 self.closes_after_response = not request.keep_alive
-                self.server.caller = self.sock
+                self.server.caller_socket = self.sock
                 self._write(self.server.respond(request))
         except HttpError as error:
             self.closes_after_response = True
             self._write(self.server.error_response(error.status, str(error), keep_alive=False))
-        if not self.server.account_buffered(self, self.parser.buffered):
+        if not self.server.account_buffered(self, self.parser.num_buffered):
             self.close()
 
     def _write(self, data: bytes) -> None:
@@ -211,8 +212,8 @@ class XmlRpcServer:
         loop: the loop on which everything runs.
         dispatch: ``dispatch(method, params)`` returns a value or raises XmlRpcFault. It runs on the loop and must be
             quick. For ``system.multicall`` it is called several times.
-        bind_host: the address to listen on, for example ``0.0.0.0`` or ``127.0.0.1``; one with a colon is IPv6.
-        advertised_host: the host in ``uri``.
+        bind_host: the address to listen on, for example ``0.0.0.0`` or ``127.0.0.1``, or an IPv6 address.
+        advertised_host: the host to use in ``uri``.
         port: the port; 0 lets the system choose.
         limits: limits on the resources that peers may use.
         ports: ports to choose from, if ``port`` is 0; None for any.
@@ -222,7 +223,7 @@ class XmlRpcServer:
     Attributes:
         uri: ``http://host:port/``.
         port: the port that the server listens on.
-        caller: the connection of the current call, for use by `dispatch`.
+        caller_socket: the socket of the current call's connection, for use by ``dispatch``.
 
     Raises:
         OSError: this machine cannot listen on the address, for example because the port is in use.
@@ -244,14 +245,14 @@ class XmlRpcServer:
         self.loop = loop
         self.limits = limits
         self._dispatch = dispatch
-        self.caller: socket.socket | None = None
+        self.caller_socket: socket.socket | None = None
         self._connections: OrderedDict[_Connection, None] = OrderedDict()  # least recently used first
         self._max_connections = min(limits.max_connections, _half_file_limit())
         self._num_buffered = 0
         self._sweep_timer: TimerHandle | None = None
         self._date_seconds = -1
         self._date_field = b""
-        # Shared by all connections, since it is processed before the next read.
+        # Shared by all connections, since its contents are processed before the next read.
         self.receive_buffer = memoryview(bytearray(_RECEIVE_SIZE))
         listener = listening_socket(bind_host, port, ports)
         self.port: int = listener.getsockname()[1]
@@ -282,15 +283,19 @@ class XmlRpcServer:
             return self.error_response(501, f"Unsupported method ({request.method!r})", keep_alive=request.keep_alive)
         if request.path not in _PATHS:
             return self.error_response(404, "No such page", keep_alive=request.keep_alive)
-        if request.from_page:  # a website open in a browser on this machine must not control the robot
+        if request.is_from_page:  # a website open in a browser on this machine must not control the robot
             return self.error_response(403, "Web pages may not call this", keep_alive=request.keep_alive)
-        return build_response(200, self._call(request.body), keep_alive=request.keep_alive, date=self._date())
+        return build_response(
+            200, self._call(request.body), keep_alive=request.keep_alive, date=self._make_date_field()
+        )
 
     def error_response(self, status: int, text: str, *, keep_alive: bool) -> bytes:
         """Return the complete HTTP error response to a request that is not served."""
-        return build_response(status, text.encode(), keep_alive=keep_alive, content_type=_TEXT_TYPE, date=self._date())
+        return build_response(
+            status, text.encode(), keep_alive=keep_alive, content_type=_TEXT_CONTENT_TYPE, date=self._make_date_field()
+        )
 
-    def _date(self) -> bytes:
+    def _make_date_field(self) -> bytes:
         now = int(time())
         if now != self._date_seconds:
             self._date_seconds, self._date_field = now, date_field(gmtime(now))
@@ -320,20 +325,20 @@ class XmlRpcServer:
     def forget(self, connection: _Connection) -> None:
         """Remove a connection that is being closed."""
         self._connections.pop(connection, None)
-        self._num_buffered -= connection.buffered
-        connection.buffered = 0
+        self._num_buffered -= connection.num_buffered
+        connection.num_buffered = 0
 
     def touch(self, connection: _Connection) -> None:
         """Record that a connection has received or sent bytes."""
         self._connections.move_to_end(connection)
 
-    def account_buffered(self, connection: _Connection, buffered: int) -> bool:
-        """Record the size of an incomplete request; return False if all connections together have too many buffered
-        bytes.
+    def account_buffered(self, connection: _Connection, num_buffered: int) -> bool:
+        """Record the size of a connection's incomplete request; return False if all connections together have buffered
+        too many bytes.
         """
-        if buffered != connection.buffered and connection in self._connections:
-            self._num_buffered += buffered - connection.buffered
-            connection.buffered = buffered
+        if num_buffered != connection.num_buffered and connection in self._connections:
+            self._num_buffered += num_buffered - connection.num_buffered
+            connection.num_buffered = num_buffered
         return self._num_buffered <= self.limits.max_buffered
 
     def _on_accepted(self, sock: socket.socket) -> None:
@@ -345,14 +350,14 @@ class XmlRpcServer:
             self._schedule_sweep()
 
     def make_room(self) -> None:
-        """Close an idle connection if there is one, else the one with the oldest request. Called on the loop."""
+        """Close an idle connection, or if there is none, the connection with the oldest request. Called on the loop."""
         if not self._connections:
             return
-        for peer in self._connections:
-            if not peer.parser.in_message and not peer.unsent:
-                peer.close()
+        for connection in self._connections:
+            if not connection.parser.in_message and not connection.unsent:
+                connection.close()
                 return
-        min(self._connections, key=lambda peer: peer.request_started_at).close()
+        min(self._connections, key=lambda each: each.request_started_at).close()
 
     def _schedule_sweep(self) -> None:
         period = min(self.limits.request_timeout_s, self.limits.idle_timeout_s) / 4
@@ -361,7 +366,7 @@ class XmlRpcServer:
     def _sweep(self) -> None:
         self._sweep_timer = None
         now = monotonic()
-        for connection in [peer for peer in self._connections if peer.is_overdue(now)]:
+        for connection in [each for each in self._connections if each.is_overdue(now)]:
             connection.close()
         if self._connections:
             self._schedule_sweep()

@@ -13,16 +13,16 @@ class CallbackQueue:
     """Queue of callables in order of arrival (https://wiki.ros.org/roscpp/Overview/Callbacks%20and%20Spinning)."""
 
     def __init__(self) -> None:
-        self._ready: deque[Callable[[], object]] = deque()
+        self._callbacks: deque[Callable[[], object]] = deque()
         self._changed = Condition()
         self._spinning_thread_id: int | None = None  # of the last thread that spun
 
     def __len__(self) -> int:
-        return len(self._ready)
+        return len(self._callbacks)
 
     def push(self, callback: Callable[[], object]) -> None:
         """Add a callback. Thread-safe."""
-        self._ready.append(callback)
+        self._callbacks.append(callback)
         self._changed.notify_all()
 
     def wake(self) -> None:
@@ -30,22 +30,25 @@ class CallbackQueue:
         self._changed.notify_all()
 
     def is_callback_thread(self) -> bool:
-        """Return whether the calling thread runs the callbacks: the last that spun, or the main one if none has."""
+        """Return whether the calling thread is the one that runs the callbacks.
+
+        That is the thread that spun last, or the main thread if none has spun yet.
+        """
         if self._spinning_thread_id is None:
             return threading.current_thread() is threading.main_thread()
         return self._spinning_thread_id == threading.get_ident()
 
     def wait(self, timeout: float) -> bool:
         """Wait for a callback, at most ``timeout`` seconds; return whether one is queued."""
-        return self._changed.wait_for(lambda: self._ready, timeout)
+        return self._changed.wait_for(lambda: self._callbacks, timeout)
 
     def run_available(self) -> int:
-        """Run the callbacks that are currently queued, but not those added meanwhile; return the number of calls."""
+        """Run the callbacks that are currently queued, but not those added meanwhile; return how many were run."""
         self._spinning_thread_id = threading.get_ident()
-        count = len(self._ready)
+        count = len(self._callbacks)
         for num_run in range(count):
             try:
-                callback = self._ready.popleft()
+                callback = self._callbacks.popleft()
             except IndexError:  # another thread spins as well
                 return num_run
             callback()

@@ -1,4 +1,4 @@
-"""Validates the arguments of a node's methods; the error messages hint at what was probably intended."""
+"""Validates the arguments of a node's methods; the error messages suggest what was probably intended."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from pyros1.ground.errors import InvalidNameError
 from pyros1.msgs import AnyMsg, Message, Service, load_message, load_service
 from pyros1.wire.handshake import TopicType
 
-_EXAMPLES = {
+_TYPE_EXAMPLES = {
     "message": 'pyros1.msgs.std_msgs.msg.String, or a type\'s name, such as "std_msgs/String"',
     "service": 'pyros1.msgs.std_srvs.srv.SetBool, or a type\'s name, such as "std_srvs/SetBool"',
 }
 
 
-def message_class(argument: Any, signature: str) -> Any:
-    """Return the message class specified by an argument.
+def require_message_class(argument: Any, signature: str) -> Any:
+    """Return the message class that an argument specifies.
 
     Args:
         argument: a message class, AnyMsg, or the name of a type.
@@ -35,8 +35,8 @@ def message_class(argument: Any, signature: str) -> Any:
     raise TypeError(_type_error_text(argument, signature, "message"))
 
 
-def service_class(argument: Any, signature: str) -> Any:
-    """Return the service class specified by an argument; see `message_class`."""
+def require_service_class(argument: Any, signature: str) -> Any:
+    """Return the service class that an argument specifies; see `require_message_class`."""
     if isinstance(argument, str):
         return load_service(argument)
     if isinstance(argument, type) and (issubclass(argument, Service) or _is_genpy_service(argument)):
@@ -91,8 +91,8 @@ def check_seconds(argument: Any, label: str) -> None:
     """Check that the argument called ``label`` is a number of seconds.
 
     Raises:
-        TypeError: it is not a number (nor is a Duration).
-        ValueError: it is nan.
+        TypeError: the argument is not a number; a Duration is not accepted either.
+        ValueError: the argument is nan.
     """
     if not _is_number(argument):
         hint = "; use its to_sec()" if hasattr(argument, "to_sec") else ""
@@ -102,7 +102,7 @@ def check_seconds(argument: Any, label: str) -> None:
 
 
 def check_timeout(argument: Any) -> None:
-    """Check a timeout like `check_seconds`, but allow None."""
+    """Check that a timeout is a number of seconds, as `check_seconds` does, or None."""
     if argument is not None:
         check_seconds(argument, "timeout")
 
@@ -117,8 +117,8 @@ def check_positive(argument: Any, label: str, unit: str, maximum: float = inf) -
     """Check that the argument called ``label`` is a number above 0 and at most ``maximum``.
 
     Raises:
-        TypeError: it is not a number.
-        ValueError: it is not within these bounds.
+        TypeError: the argument is not a number.
+        ValueError: the argument is out of range.
     """
     if not _is_number(argument):
         hint = "; use its to_sec()" if hasattr(argument, "to_sec") else ""
@@ -129,7 +129,7 @@ def check_positive(argument: Any, label: str, unit: str, maximum: float = inf) -
 
 
 def check_headers(argument: Any) -> None:
-    """Raise TypeError if extra connection header fields are neither a mapping of str to str nor None."""
+    """Raise TypeError if the extra fields of a connection header are neither a mapping of str to str nor None."""
     if argument is None:
         return
     if not isinstance(argument, Mapping):
@@ -142,7 +142,7 @@ def check_headers(argument: Any) -> None:
 def check_node(
     name: Any, namespace: Any, argv: Any, master_uri: Any, environ: Any, wait_for_master: Any, ports: Any
 ) -> list[str] | None:
-    """Check the arguments of `Node`; return ``argv`` as a list, or None if it is None.
+    """Check the arguments of `Node`; return ``argv`` as a list, or None if ``argv`` is None.
 
     Raises:
         TypeError: an argument has a wrong type.
@@ -169,7 +169,7 @@ def _check_ports(argument: Any) -> None:
     ):
         raise TypeError(f"{requirement}, not {_describe(argument)}; for a range set PYROS1_PORTS, or __ports:= in argv")
     if not all(0 <= port < 65536 for port in argument):
-        raise OverflowError(f"{requirement}, not {argument!r}: port must be 0-65535")  # like sockets, and thus stock
+        raise OverflowError(f"{requirement}, not {argument!r}: port must be 0-65535")  # as in Python's sockets
 
 
 def _check_argv(argument: Any) -> list[str]:
@@ -214,15 +214,15 @@ def _describe(argument: Any) -> str:
     return f"{argument!r:.80}"
 
 
-def _type_error_text(argument: Any, signature: str, kind: str) -> str:
+def _type_error_text(argument: Any, signature: str, type_kind: str) -> str:
     name = getattr(argument, "_type", None)
-    hint = f"pass a class, such as {_EXAMPLES[kind]}"
+    hint = f"pass a class, such as {_TYPE_EXAMPLES[type_kind]}"
     if isinstance(name, str) and _is_pyros1_class(argument):
-        hint = f"[{name}] is a {'message' if kind == 'service' else 'service'}"
+        hint = f"[{name}] is a {'message' if type_kind == 'service' else 'service'}"
     elif isinstance(name, str) and isinstance(argument, type) and hasattr(argument, "_md5sum"):
         hint = f'it is from another library: pass the name "{name}"'
     elif isinstance(argument, Message):
         hint = f"it is a message: pass its class, {name}"
     elif isinstance(argument, ModuleType):
-        hint = f"pass a class of that module, or a type's name, such as {_EXAMPLES[kind].rpartition(' ')[2]}"
-    return f"{_method_name(signature)}: the type must be a {kind} type, not {_describe(argument)}; {hint}"
+        hint = f"pass a class of that module, or a type's name, such as {_TYPE_EXAMPLES[type_kind].rpartition(' ')[2]}"
+    return f"{_method_name(signature)}: the type must be a {type_kind} type, not {_describe(argument)}; {hint}"

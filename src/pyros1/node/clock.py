@@ -36,7 +36,7 @@ class Clock:
         stopping: set when the node shuts down; interrupts all sleeps.
 
     Attributes:
-        simulated: whether the time is the one published on /clock.
+        simulated: whether the node uses the time that is published on /clock.
         ending: whether the node has started to shut down; its early hooks may still sleep.
         tick_listeners: functions to call after each change of simulated time, in the thread that receives it.
     """
@@ -54,7 +54,7 @@ class Clock:
         self.simulated = True
 
     def tick(self, now: Time) -> None:
-        """Set the simulated time to ``now``, which was published, and call the functions in ``tick_listeners``."""
+        """Set simulated time to ``now``, which was received on /clock, and call the functions in ``tick_listeners``."""
         self._now = now
         self._ticked.notify_all()
         for callback in tuple(self.tick_listeners):
@@ -74,19 +74,19 @@ class Clock:
         """Return the time in seconds, for measuring durations: monotonic time, which never jumps, or simulated time."""
         return self._now.to_sec() if self.simulated else time.monotonic()
 
-    def now_with_kind(self) -> tuple[Time, bool]:
+    def now_and_is_simulated(self) -> tuple[Time, bool]:
         """Return the current time, and whether it is simulated time."""
         return self.now(), self.simulated
 
     def sleep(self, seconds: float) -> bool:
-        """Sleep.
+        """Sleep for some seconds of the node's time.
 
         Args:
-            seconds: seconds of the node's time; for 0 or less, the method returns immediately.
+            seconds: how long to sleep; for 0 or less, the method returns immediately.
 
         Returns:
-            False if the sleep was interrupted because the node is shutting down. While early hooks run, it is only
-            interrupted if simulated time stands still for `TICK_TIMEOUT` seconds.
+            False if the sleep was interrupted because the node is shutting down. While early hooks run, the sleep is
+            only interrupted if simulated time stands still for `TICK_TIMEOUT` seconds.
 
         Raises:
             TimeMovedBackwardsError: simulated time jumped back during the sleep.
@@ -110,7 +110,7 @@ class Clock:
         return self._wait_while(must_wait)
 
     def await_tick(self) -> bool:
-        """Wait a short time for a change of simulated time; return False if the node is shutting down."""
+        """Wait briefly for simulated time to change; return False if the node is shutting down."""
         self._wait_for_change(self._now)
         return not self._stopping.is_set()
 
@@ -146,7 +146,7 @@ class Rate:
         self._next_time = clock.seconds() + self.period
 
     def remaining(self) -> float:
-        """Return the seconds remaining in the current cycle; negative if it is overdue."""
+        """Return the seconds remaining in the current cycle; negative if the cycle is overdue."""
         return self._next_time - self._clock.seconds()
 
     def sleep(self) -> bool:
@@ -162,14 +162,14 @@ class Rate:
         if now < self._next_time - 2 * self.period:  # simulated time has jumped back
             self._next_time = now + self.period
         try:
-            alive = self._clock.sleep(self._next_time - now)
+            is_running = self._clock.sleep(self._next_time - now)
         except TimeMovedBackwardsError:
-            alive = True
+            is_running = True
         now = self._clock.seconds()
         self._next_time += self.period
         if not self._next_time - 2 * self.period <= now <= self._next_time:
             self._next_time = now + self.period
-        return alive
+        return is_running
 
 
 class TimerEvent:
@@ -228,7 +228,7 @@ class Timer:
         self._log = log
         self._stopped = Event()
         self._is_queued = False
-        self._last_call: tuple[Time, Time, float] | None = None
+        self._last_call: tuple[Time, Time, float] | None = None  # when it was due and made, and the callback's duration
         self._thread = threading.Thread(target=self._run, name="timer", daemon=True)
         self._thread.start()
 
@@ -236,8 +236,8 @@ class Timer:
         rate = Rate(self._clock, 1.0 / self._period)
         while not self._stopped.is_set():
             due_time = self._clock.now() + Duration.from_sec(max(0.0, rate.remaining()))
-            alive = self._sleep_simulated(rate) if self._clock.simulated else self._sleep(rate)
-            if not alive or self._stopped.is_set():
+            is_running = self._sleep_simulated(rate) if self._clock.simulated else self._sleep(rate)
+            if not is_running or self._stopped.is_set():
                 return
             if self._callback_queue is None:
                 self._fire(due_time)
@@ -248,8 +248,9 @@ class Timer:
                 return
 
     def _sleep_simulated(self, rate: Rate) -> bool:
-        """Sleep in simulated time; `shutdown` interrupts it at the next tick, or within `POLL_INTERVAL` if there are
-        none.
+        """Sleep in simulated time until the next call; return False if the timer or the node is shut down.
+
+        `shutdown` interrupts the sleep at the next tick, or within `POLL_INTERVAL` seconds if there is none.
         """
         while 0 < rate.remaining() <= 2 * self._period:  # if more remains, time has jumped back: `Rate` handles that
             if self._stopped.is_set() or not self._clock.await_tick():
@@ -257,7 +258,7 @@ class Timer:
         return rate.sleep()
 
     def _sleep(self, rate: Rate) -> bool:
-        """Sleep in wall time; `shutdown` of this timer interrupts the sleep as well."""
+        """Sleep in wall time until the next call; return False if the timer or the node is shut down meanwhile."""
         while (remaining := rate.remaining()) > 0.2:
             if self._stopped.wait(0.2 if remaining > 0.4 else remaining - 0.2):
                 return False
@@ -299,10 +300,10 @@ class Timer:
 
 
 class Timers:
-    """The timers of a node.
+    """A node's timers.
 
     Args:
-        clock, callback_queue, log: as for each `Timer`.
+        clock, callback_queue, log: passed to each `Timer`.
     """
 
     def __init__(self, clock: Clock, callback_queue: CallbackQueue | None, log: Log) -> None:
@@ -329,19 +330,22 @@ class Timers:
 
 
 class TimeMethods:
-    """The methods of a node that deal with time; one of its base classes."""
+    """The methods of `Node` that deal with time; a base class of `Node`."""
 
     _context: Context
     _clock: Clock
     _timers: Timers
 
     def now(self) -> Time:
-        """Return wall time, or with /use_sim_time simulated time, which is 0 until the first message on /clock."""
+        """Return the current time: wall time, or simulated time if /use_sim_time is set.
+
+        Simulated time is 0 until the first message on /clock.
+        """
         return self._clock.now()
 
     @property
     def simulated_time(self) -> bool:
-        """Whether the node uses the time on /clock."""
+        """Whether the node uses simulated time, as published on /clock."""
         return self._clock.simulated
 
     def sleep(self, seconds: float) -> bool:

@@ -32,7 +32,7 @@ _MAX_UNKNOWN_HOSTS = 1000
 
 
 class PublicationInterface(Protocol):
-    """The interface of a publication for other parts of the node; see `publishing.publication.Publication`."""
+    """The interface of a publication that other parts of the node use; see `publishing.publication.Publication`."""
 
     topic: str
 
@@ -48,7 +48,7 @@ class PublicationInterface(Protocol):
 
 
 class SubscriptionInterface(Protocol):
-    """The interface of a subscription for other parts of the node; see `subscribing.subscription.Subscription`."""
+    """The interface of a subscription that other parts of the node use; see `subscribing.subscription.Subscription`."""
 
     type: TopicType
     delivery: DeliveryLoop
@@ -61,7 +61,7 @@ class SubscriptionInterface(Protocol):
 
 
 class ServiceInterface(Protocol):
-    """The interface of a service for other parts of the node; see `services.server.ServiceServer`."""
+    """The interface of a service that other parts of the node use; see `services.server.ServiceServer`."""
 
     type: type[Any]
     uri: str
@@ -74,16 +74,16 @@ class Context:
 
     Attributes:
         name: the node's full name.
-        loop: the node's loop thread; user code never runs there.
+        loop: the node's loop thread, which never runs user code.
         rpc: calls the APIs of other nodes, on the loop.
         log: the node's log.
-        callbacks: the callback queue of a node that spins; None if callbacks run in the receiving threads.
+        callback_queue: the callback queue of a node that spins; None if callbacks run in the receiving threads.
         environ: environment variables.
         uri: URI of the node's slave API; empty until it is listening.
         address: the addresses to listen on and to advertise; None until they are known.
         allowlist: decides which hosts may connect; None admits all.
         local_key: common key of the programs that can share memory with the node; empty if none can.
-        local_socket_name: function that returns the name of the Unix socket for these programs; empty if there is none.
+        local_socket_name: returns the name of the Unix socket for these programs, or an empty string if there is none.
         local_room: maximum bytes of messages queued within the process beyond the publisher's ``queue_size``.
         stopping: set when the node starts to shut down, which ends every wait.
         warn_publish_after_shutdown: whether to log the next `publish` after the node has shut down.
@@ -98,7 +98,7 @@ class Context:
         loop: Loop,
         rpc: RpcCaller,
         log: Log,
-        callbacks: CallbackQueue | None,
+        callback_queue: CallbackQueue | None,
         environ: Mapping[str, str],
         stopping: threading.Event,
     ) -> None:
@@ -106,7 +106,7 @@ class Context:
         self.loop = loop
         self.rpc = rpc
         self.log = log
-        self.callbacks = callbacks
+        self.callback_queue = callback_queue
         self.environ = environ
         self.uri = ""
         self.address: LocalAddress | None = None
@@ -124,7 +124,7 @@ class Context:
 
     @cached_property
     def delivery_threads(self) -> DeliveryThreads:
-        """The receiving threads, created with the first subscription."""
+        """The threads that receive messages; created for the first subscription."""
         return DeliveryThreads(
             self.name,
             lambda error: self.log.exception("internal error in a subscription (please report it)", error=error),
@@ -141,7 +141,7 @@ class Context:
         return self.address.advertised if self.address is not None else ""
 
     def warn_unknown_host(self, topic: str, uri: str, error: UnknownHostError) -> None:
-        """Warn that a publisher's host name cannot be resolved, once for each host. Called on the loop."""
+        """Warn that a publisher's host name cannot be resolved; only once per host. Called on the loop."""
         if error.host in self._unknown_hosts:
             return
         if len(self._unknown_hosts) >= _MAX_UNKNOWN_HOSTS:
@@ -157,10 +157,10 @@ class Context:
 
     def log_system_error(self, text: str) -> None:
         """Log an error that the system has reported. The log counts repetitions instead of showing them."""
-        self.log.peer(ERROR, "%s", text)
+        self.log.peer_event(ERROR, "%s", text)
 
     def pause(self, seconds: float) -> None:
-        """Wait in wall time.
+        """Wait for some seconds of wall time.
 
         Raises:
             NodeShutdownError: the node is shutting down.
@@ -169,17 +169,17 @@ class Context:
             raise NodeShutdownError(f"{self.name} is shutting down")
 
     def check_running(self) -> None:
-        """Raise NodeShutdownError when the node is shutting down."""
+        """Raise NodeShutdownError if the node is shutting down."""
         if self.stopping.is_set():
             raise NodeShutdownError(f"{self.name} is shutting down")
 
     @property
     def is_forked(self) -> bool:
-        """Whether this process was forked from the node's process, whose threads it does not have."""
+        """Whether this process was forked from the node's process; if so, it does not have the node's threads."""
         return os.getpid() != self._pid
 
     def check_process(self) -> None:
-        """Raise NodeError in a forked process, and NodeShutdownError when the node is shutting down."""
+        """Raise NodeError in a forked process, or NodeShutdownError if the node is shutting down."""
         if self.is_forked:
             raise NodeError(
                 f"this process was forked from that of {self.name}: create and shut down topics and services there; "
@@ -211,7 +211,7 @@ class HasLinks(Protocol):
 
 
 def wait_for_links(endpoint: HasLinks, count: int, timeout: float | None) -> bool:
-    """Wait until a publication or subscription has a number of links.
+    """Wait until a publication or subscription has a minimum number of links.
 
     Args:
         endpoint: the publication or subscription.
@@ -219,7 +219,7 @@ def wait_for_links(endpoint: HasLinks, count: int, timeout: float | None) -> boo
         timeout: maximum number of seconds to wait; None waits until the node shuts down.
 
     Returns:
-        Whether it has that many links.
+        Whether the endpoint has that many links.
 
     Raises:
         TypeError, ValueError: ``count`` is not a whole number, or ``timeout`` is not a number.

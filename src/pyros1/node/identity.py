@@ -10,7 +10,7 @@ from pyros1.ground import names
 from pyros1.ground.errors import InvalidNameError
 
 
-def full_name(
+def namespace_and_name(
     name: str,
     anonymous: bool,
     namespace: str | None,

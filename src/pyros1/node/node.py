@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Literal
 from pyros1.ground import names, terminal_text
 from pyros1.ground.errors import Error, NodeShutdownError
 from pyros1.msgs import load_message
-from pyros1.net.hosts import host_from_environment
+from pyros1.net.hosts import addresses_from_environment
 from pyros1.net.hosts import master_uri as find_master_uri
 from pyros1.net.loop import Loop
 from pyros1.net.master_client import MasterClient
@@ -22,7 +22,7 @@ from pyros1.node import checks
 from pyros1.node.callback_queue import CallbackQueue
 from pyros1.node.clock import Clock, TimeMethods, Timers
 from pyros1.node.context import Context
-from pyros1.node.identity import full_name
+from pyros1.node.identity import namespace_and_name
 from pyros1.node.log.levels import WARN, level_from_name
 from pyros1.node.log.logger import Log
 from pyros1.node.log.services import offer_log
@@ -55,23 +55,24 @@ class Node(TopicMethods, ServiceMethods, TimeMethods):
     Args:
         name: base name, without namespace. ``__name:=`` on the command line replaces it.
         anonymous: whether to make the name unique by appending the process id and the time.
-        namespace: for example ``/robot1``; None for ROS_NAMESPACE. ``__ns:=`` on the command line takes precedence.
+        namespace: the namespace, such as ``/robot1``; None for that of ROS_NAMESPACE. ``__ns:=`` on the command line
+            takes precedence.
         argv: command-line arguments with remappings, without the program's name; None for ``sys.argv[1:]``.
         callbacks: "inline" runs callbacks as messages arrive, each topic in its own thread (like rospy); "spin" queues
             them until the program calls `spin` or `spin_once` (like roscpp).
         master_uri: URI of the master; None for ``__master:=``, ROS_MASTER_URI or http://localhost:11311.
         environ: environment variables; None for those of the process.
         log_level: the minimum level that is logged: debug, info, warn, error or fatal.
-        handle_signals: whether SIGINT and SIGTERM shut the node down; only possible if it is created in the main
+        handle_signals: whether SIGINT and SIGTERM shut the node down; only possible if the node is created in the main
             thread.
         rosout: whether to publish the log on /rosout.
-        wait_for_master: seconds to wait for a master that does not respond; None for no limit.
+        wait_for_master: maximum number of seconds to wait for a master that does not respond; None for no limit.
         wall_time: whether to ignore /use_sim_time.
-        ports: the port of the slave API (XML-RPC), and that of topics and services (TCPROS); 0 for any.
+        ports: the port of the slave API (XML-RPC), and the port of topics and services (TCPROS); 0 for any.
         strict_names: whether to refuse names that break the naming rules, and to log parameters that were left by an
             earlier run and messages that are published after the node has shut down.
         local_room: maximum bytes of messages queued for a slow subscriber in the same process beyond the publisher's
-            ``queue_size``; between processes, the sockets buffer about a MB.
+            ``queue_size``; between processes, the sockets buffer about 1 MB.
 
     Raises:
         InvalidNameError: the name is not legal.
@@ -108,7 +109,7 @@ class Node(TopicMethods, ServiceMethods, TimeMethods):
         self.environ = environ = os.environ if environ is None else environ
         self.arguments = names.parse_arguments(list(sys.argv[1:] if argv is None else argv))
         special = self.arguments.special
-        self.namespace, self.name = full_name(name, anonymous, namespace, special, environ, strict_names)
+        self.namespace, self.name = namespace_and_name(name, anonymous, namespace, special, environ, strict_names)
         self._strict = strict_names
         self._remappings = self.arguments.resolved_remappings(self.name, strict_names)
         self.master_uri = master_uri or find_master_uri(environ, special)
@@ -120,8 +121,8 @@ class Node(TopicMethods, ServiceMethods, TimeMethods):
         stopping = Event()
         self._clock = Clock(stopping)
         log_file = default_log_file(self.name, environ, special)
-        loop = Loop(f"{self.name}:loop", on_error=lambda error: self.log.internal(error))  # noqa: PLW0108 - log does not exist yet
-        self._sink = LogSink(self.name, environ, log_file, self._clock.now_with_kind, loop.call_later)
+        loop = Loop(f"{self.name}:loop", on_error=lambda error: self.log.internal_error(error))  # noqa: PLW0108 - log does not exist yet
+        self._sink = LogSink(self.name, environ, log_file, self._clock.now_and_is_simulated, loop.call_later)
         self.log = Log(self._sink, level=level)
         self._callback_queue = CallbackQueue() if callbacks == "spin" else None
         self._context = Context(
@@ -153,7 +154,7 @@ class Node(TopicMethods, ServiceMethods, TimeMethods):
     # Starting ---------------------------------------------------------------------------------------------------------
 
     def _open(self, timeout: float | None, rosout: bool, handle_signals: bool, wall_time: bool, ports: _Ports) -> None:
-        self._context.address = address = host_from_environment(self.environ, self.arguments.special)
+        self._context.address = address = addresses_from_environment(self.environ, self.arguments.special)
         self._host = address.advertised
         self._shutdown.watch(handle_signals)
         for warning in (*address.warnings, *argument_warnings(self.arguments)):
@@ -199,11 +200,11 @@ class Node(TopicMethods, ServiceMethods, TimeMethods):
         return self._context.uri
 
     def resolve(self, name: str, *, remap: bool = True) -> str:
-        """Resolve a name in this node and return the full name.
+        """Resolve a name as this node sees it, and return the full name.
 
         Libraries that have several topics below a common name should first resolve that name with this method and then
-        append to it: a remapping of the common name then affects all topics, and a remapping of the full name of a
-        topic affects only that topic.
+        append to the result: a remapping of the common name then affects all topics, and a remapping of the full name
+        of a topic affects only that topic.
 
         Args:
             name: relative, global or private (``~x``).
@@ -228,8 +229,8 @@ class Node(TopicMethods, ServiceMethods, TimeMethods):
     ) -> Watch:
         """Watch another node, of any client library: be notified when it dies, hangs, is replaced, or comes back.
 
-        An exit of its process is noticed immediately as long as its machine is running, because the connection is
-        closed. A stopped process (SIGSTOP, a debugger) and a machine that is down or disconnected are noticed within
+        If the node's process exits while its machine keeps running, this is noticed immediately, because the connection
+        is closed. A stopped process (SIGSTOP, a debugger) and a machine that is down or disconnected are noticed within
         ``period + limit`` seconds. A node whose callbacks hang while its process runs still responds; to notice that,
         use ``deadline`` of `subscribe`. As long as the node responds, it does not matter whether the master responds or
         was restarted.
@@ -282,15 +283,19 @@ class Node(TopicMethods, ServiceMethods, TimeMethods):
         return self._callback_queue.run_available()
 
     def on_shutdown(self, hook: Callable[[], object], early: bool = False) -> None:
-        """Call ``hook`` when the node starts to shut down. Hooks can still publish. Early hooks run first, while
-        everything else still works as well: `ok` returns True, sleeps are not interrupted, and services respond.
+        """Call ``hook`` when the node starts to shut down. Hooks can still publish.
+
+        Args:
+            hook: the function to call, without arguments.
+            early: whether to call it before all other hooks, while everything still works: `ok` returns True, sleeps
+                are not interrupted, and services respond.
         """
         checks.check_callback(hook, "on_shutdown(hook)", "hook")
         self._shutdown.on_shutdown(hook, early)
 
     def shutdown(self, reason: str = "") -> None:
-        """Shut down the node: run the hooks, unregister and close everything. Thread-safe, and
-        allowed in signal handlers.
+        """Shut down the node: run the hooks, unregister and close everything. Thread-safe, and allowed in signal
+        handlers.
 
         Args:
             reason: the reason to log.
@@ -320,7 +325,7 @@ class Node(TopicMethods, ServiceMethods, TimeMethods):
 
     def _on_shutdown_request(self, reason: str) -> None:
         if reason:
-            self.log.peer(WARN, "shutdown request: %s", reason)
+            self.log.peer_event(WARN, "shutdown request: %s", reason)
         self._shutdown.request(reason)
 
     def __enter__(self) -> Node:
@@ -328,5 +333,5 @@ class Node(TopicMethods, ServiceMethods, TimeMethods):
 
     def __exit__(self, error_class: type[BaseException] | None, *_: object) -> bool:
         self.shutdown()
-        # raised by a wait that the shutdown has interrupted
+        # Suppress the exception of a wait that the shutdown has interrupted.
         return error_class is not None and issubclass(error_class, NodeShutdownError)

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 RETRY_DELAY = 0.2
 """Seconds before the next call to a master that does not respond."""
 CHECK_INTERVAL = 3.0
-"""Seconds between checks whether the node is still registered with the master."""
+"""Seconds between checks that the node is still registered with the master."""
 UNREGISTER_TIMEOUT = 2.0
 PING_TIMEOUT = 3.0
 
@@ -40,7 +40,7 @@ _T = TypeVar("_T")
 
 
 class _Job:
-    """A call to the master for which a thread waits.
+    """A call to the master, whose result a thread waits for.
 
     Args:
         call: the method to call, and its arguments.
@@ -61,7 +61,8 @@ class Registrar:
     Args:
         context: the node's context.
         master_uri: the master's URI.
-        on_publishers: called with (topic, publisher APIs) after a subscriber was registered again.
+        on_publishers: called with (topic, URIs of its publishers' slave APIs) after a subscription was registered
+            again.
         on_restart: called after everything was registered again with a restarted master.
     """
 
@@ -77,9 +78,9 @@ class Registrar:
         self._uri = master_uri
         self._on_publishers = on_publishers
         self._on_restart = on_restart
-        self._can_be_looked_up = not set(": ") & set(context.name)  # masters refuse to look up other names
+        self._can_be_looked_up = not set(": ") & set(context.name)  # masters refuse to look up such names
         self._registrations: dict[Call, None] = {}
-        # Unregistrations for which the master did not respond; after an outage it may still have its old registrations.
+        # Unregistrations to which the master did not respond: after an outage, it may still have the registrations.
         self._pending_unregistrations: dict[Call, None] = {}
         self._jobs: deque[_Job] = deque()
         self._changed = Condition()
@@ -94,7 +95,7 @@ class Registrar:
         self._thread.start()
 
     def register(self, method: str, *args: str) -> Any:
-        """Register, and wait for the master's response. As long as it does not respond, retry, and log this once.
+        """Register a topic or service with the master; retry until it responds, and log once that it does not.
 
         Args:
             method: ``registerPublisher``, ``registerSubscriber`` or ``registerService``.
@@ -110,8 +111,8 @@ class Registrar:
         return self.begin_register(method, *args)()
 
     def begin_register(self, method: str, *args: str) -> Callable[[], Any]:
-        """Begin to `register`; return a function that waits for the result. Calls are made in the order in which they
-        began.
+        """Begin to `register`; return a function that waits for the result. Calls to the master are made in the order
+        in which they were begun.
         """
         return self._enqueue(_Job((method, *args)))
 
@@ -182,7 +183,7 @@ class Registrar:
                 try:
                     self._check()
                 except Exception as error:  # noqa: BLE001 - caused by a malformed response: the thread must continue
-                    self._context.log.internal(error)
+                    self._context.log.internal_error(error)
                 continue
             if job.registration is not None:
                 self._registrations.pop(job.registration, None)
@@ -196,7 +197,9 @@ class Registrar:
             job.done.set()
 
     def _call(self, call: Call) -> Any:
-        """Call the master repeatedly until it responds."""
+        """Call the master and return the result. A registration is repeated until the master responds; an
+        unregistration that it does not respond to is kept for later.
+        """
         while True:
             try:
                 value = self._call_once(call)
@@ -207,7 +210,7 @@ class Registrar:
                 if call[0] not in _UNREGISTER_METHODS:
                     self._pending_unregistrations[call] = None
                     return 0
-                if not self._is_outage_logged:  # `_check` may have noticed it before, but does not log
+                if not self._is_outage_logged:  # `_check` may have noticed the outage before, but does not log it
                     self._is_outage_logged = True
                     self._context.log.warn("the master at %s does not answer; waiting for it to come back", self._uri)
                 if self._closed or self._context.stopping.wait(RETRY_DELAY):
@@ -219,17 +222,17 @@ class Registrar:
                 return 0
 
     def _call_once(self, call: Call) -> Any:
-        """Call the master; if it turns out that it was restarted, register everything else again as well.
+        """Call the master and return the result; if the master was restarted, register everything else again as well.
 
-        As soon as a restarted master has this one registration, it knows the node, and `_check` could no longer
-        detect that others are missing.
+        As soon as a restarted master has this one registration, it knows the node, and `_check` could no longer detect
+        that other registrations are missing.
         """
         if not self._registrations or call[0] not in _UNREGISTER_METHODS or not self._can_be_looked_up:
             return self._register_once(call)
-        node, value = self._master.multicall([("lookupNode", (self._context.name,)), (call[0], call[1:])])
+        lookup, value = self._master.multicall([("lookupNode", (self._context.name,)), (call[0], call[1:])])
         if isinstance(value, Error):
             value = self._register_with_type(call, value)
-        if isinstance(node, MasterError) and not isinstance(node, MasterMethodError):
+        if isinstance(lookup, MasterError) and not isinstance(lookup, MasterMethodError):
             self._reregister_all()
         return value
 
@@ -240,10 +243,11 @@ class Registrar:
             return self._register_with_type(call, error)
 
     def _register_with_type(self, call: Call, error: Error) -> Any:
-        """Subscribe with the topic's type if the master has refused ``*``, which means any type; return its response.
+        """Subscribe with the topic's type if the master has refused ``*``, which means any type; return the master's
+        response.
 
         Raises:
-            Error: ``error``, if it has another reason.
+            Error: ``error``, if the master has refused for another reason.
         """
         if call[0] == "registerSubscriber" and call[2] == "*" and isinstance(error, MasterError) and not error.code:
             topic_type = dict(cast("Iterable[tuple[str, str]]", self._master.get_topic_types())).get(call[1])
@@ -286,7 +290,7 @@ class Registrar:
                 except MasterUnreachableError:
                     raise
                 except MasterError as error:
-                    self._context.log.peer(WARN, "%s of %s failed: %s", call[0], call[1], error)
+                    self._context.log.peer_event(WARN, "%s of %s failed: %s", call[0], call[1], error)
                     continue
                 if call[0] == "registerSubscriber":
                     self._on_publishers(call[1], value)
@@ -294,7 +298,7 @@ class Registrar:
             self._is_master_unreachable = self._is_incomplete = False
         except Error as error:  # the next check tries again
             self._is_master_unreachable = isinstance(error, MasterUnreachableError)
-            self._context.log.peer(WARN, "registering again failed, will try again: %s", error)
+            self._context.log.peer_event(WARN, "registering again failed, will try again: %s", error)
 
 
 _UNREGISTER_METHODS = {

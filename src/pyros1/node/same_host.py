@@ -20,7 +20,7 @@ _CREDENTIALS: Final = struct.Struct("3i")  # struct ucred: process, user, group
 @cache
 def host_key() -> str:
     """Return the common key of programs that can share memory: those of the same user in the same network namespace
-    since the last boot of the machine. Empty if the system does not support this.
+    since the last boot of the machine. It is an empty string if the system does not support this.
     """
     import hashlib  # noqa: PLC0415 - slow to import, and most nodes do not need it
 
@@ -80,7 +80,7 @@ def listen(preferred_name: str = "") -> tuple[socket.socket, str]:
 
 
 def connect(name: str) -> socket.socket:
-    """Return a non-blocking socket that is connected to the listening socket of that name.
+    """Return a non-blocking socket that is connected to the listening socket with the given name.
 
     Raises:
         OSError: the listening socket does not exist, is too busy, or belongs to another user.

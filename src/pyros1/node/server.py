@@ -1,8 +1,8 @@
-"""The TCPROS server: one port per node for topics and services; the connection header says which of them a peer
-wants (T04, T05, O15).
+"""The TCPROS server: one port per node for topics and services. The connection header says which topic or service a
+peer wants (T04, T05, O15).
 
-Runs on the loop. If a peer sends nothing, or its header too slowly, its connection is closed at a deadline, and other
-connections are not delayed.
+Runs on the loop. A peer that sends nothing, or sends its header too slowly, is disconnected after HEADER_TIMEOUT
+seconds; it does not delay other peers.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 HEADER_TIMEOUT = 10.0
 MAX_HANDSHAKES = 256
-"""Maximum number of connections with an incomplete header; beyond that, the oldest one is closed."""
+"""Maximum number of connections with an incomplete header; beyond that, the oldest of them is closed."""
 
 
 class _Handshake:
@@ -45,17 +45,17 @@ class _Handshake:
 
 
 class TcprosServer:
-    """A server that accepts connections, reads their headers and passes them to publications and services.
+    """Accepts connections, reads their headers, and passes the connections to publications and services.
 
     Args:
         context: the node's context.
         address: the address to listen on.
-        services: returns the node's services by name.
+        get_services: returns the node's services, by name.
         port: the port to listen on; 0 for any.
 
     Attributes:
         port: the port that the server listens on.
-        uri: URI of the services.
+        uri: the URI to register services with, ``rosrpc://host:port``.
 
     Raises:
         OSError: the port is in use.
@@ -65,11 +65,11 @@ class TcprosServer:
         self,
         context: Context,
         address: LocalAddress,
-        services: Callable[[], dict[str, ServiceServer]],
+        get_services: Callable[[], dict[str, ServiceServer]],
         port: int = 0,
     ) -> None:
         self._context = context
-        self._services = services
+        self._get_services = get_services
         self._handshakes: dict[socket.socket, _Handshake] = {}
         listener = listening_socket(address.bind, port, address.ports)
         self.port: int = listener.getsockname()[1]
@@ -145,7 +145,7 @@ class TcprosServer:
                     raise Refusal(f"[{self._context.name}] is not a publisher of [{topic}]. Topics are [{topics}]")
                 publication.accept(sock, header)
             elif "service" in header:
-                service = self._services().get(header["service"])
+                service = self._get_services().get(header["service"])
                 if service is None:
                     raise Refusal(f"[{self._context.name}] is not a provider of [{header['service']}]")
                 service.accept(sock, header, handshake.reader.rest)
@@ -157,7 +157,7 @@ class TcprosServer:
             sock.close()
 
     def _refuse(self, handshake: _Handshake, reason: str, header: dict[str, str] | None) -> None:
-        """Send the reason to the peer, log it, and close."""
+        """Send the reason to the peer, log it, and close the connection."""
         self._release(handshake)
         if self._context.stopping.is_set():
             handshake.sock.close()  # not an error: the peer does not know yet that this node is shutting down
@@ -166,10 +166,10 @@ class TcprosServer:
         requested = header.get("topic") or header.get("service")
         if requested:
             caller = header.get("callerid", "?")
-            self._context.log.peer(WARN, "refused a connection from %s for %s: %s", caller, requested, reason)
+            self._context.log.peer_event(WARN, "refused a connection from %s for %s: %s", caller, requested, reason)
         else:  # the peer is not a ROS node, or a broken one
             text = "refused a connection from %s that names no topic or service: %s"
-            self._context.log.peer(WARN, text, _peer_host(handshake.sock), reason)
+            self._context.log.peer_event(WARN, text, _peer_host(handshake.sock), reason)
         with contextlib.suppress(OSError):
             handshake.sock.send(encode_header({"error": reason}))
             handshake.sock.shutdown(socket.SHUT_WR)
@@ -207,7 +207,7 @@ def _peer_host(sock: socket.socket) -> str:
 def open_ports(
     context: Context,
     address: LocalAddress,
-    services: Callable[[], dict[str, ServiceServer]],
+    get_services: Callable[[], dict[str, ServiceServer]],
     dispatch: Dispatch,
     ports: tuple[int, int],
 ) -> tuple[TcprosServer, XmlRpcServer]:
@@ -217,9 +217,9 @@ def open_ports(
     Args:
         context: the node's context.
         address: the address to listen on, and the hosts that may connect.
-        services: returns the node's services by name.
+        get_services: returns the node's services, by name.
         dispatch: executes calls to the slave API.
-        ports: the port of the slave API, and that of topics and services; 0 for any.
+        ports: the port of the slave API, and the port of topics and services; 0 for any.
 
     Raises:
         NodeError: the node cannot listen on the address, or a port is in use.
@@ -230,7 +230,7 @@ def open_ports(
         context.allowlist = Allowlist(address.allowed, lambda text: context.log.warn("%s", text))
     tcpros: TcprosServer | None = None
     try:
-        tcpros = TcprosServer(context, address, services, ports[1])
+        tcpros = TcprosServer(context, address, get_services, ports[1])
         slave = XmlRpcServer(
             context.loop,
             dispatch,

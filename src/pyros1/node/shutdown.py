@@ -29,8 +29,8 @@ class Shutdown:
     The order is: the early hooks run, while everything works as before; every wait in the node is interrupted; the
     other hooks run, while publishing still works; and everything is closed.
 
-    In a forked process, the hooks run and waits are interrupted, but nothing is closed. The sockets, their epoll and
-    the registrations belong to the node, which continues in the parent process.
+    In a forked process, the hooks run and waits are interrupted, but nothing is closed: the sockets, the epoll instance
+    that watches them and the registrations belong to the node, which continues in the parent process.
 
     Args:
         context: the node's context.
@@ -57,7 +57,7 @@ class Shutdown:
         return self._signals.count > 0
 
     def watch(self, handle_signals: bool) -> None:
-        """Shut down the node at the interpreter's exit and, if requested, on SIGINT and SIGTERM."""
+        """From now on, shut down the node when the interpreter exits and, if requested, on SIGINT and SIGTERM."""
         atexit.register(self._end_at_exit)
         if handle_signals:
             self._signals.install()
@@ -75,7 +75,12 @@ class Shutdown:
             die_by_signal(signal.SIGTERM)
 
     def on_shutdown(self, hook: Callable[[], object], early: bool = False) -> None:
-        """Call ``hook`` when the node shuts down, or now if that has started; early hooks run before the others."""
+        """Call ``hook`` when the node shuts down, or immediately if the shutdown has already started.
+
+        Args:
+            hook: the function to call.
+            early: whether to call it before the hooks that are not early.
+        """
         if self._not_started and early:
             self._early_hooks.append(hook)
             return
@@ -86,7 +91,7 @@ class Shutdown:
             try:
                 self._hooks.remove(hook)
             except ValueError:
-                return  # it was called with the other hooks
+                return  # the hook was called with the others
         hook()
 
     def end(self, reason: str = "") -> None:
@@ -118,10 +123,10 @@ class Shutdown:
     def _stop(self, reason: str) -> None:
         context = self._context
         context.stopping.set()
-        context.warn_publish_after_shutdown &= not self.signalled  # no program can expect a signal
+        context.warn_publish_after_shutdown &= not self.signalled  # a program cannot foresee a signal
         self._clock.wake()
-        if context.callbacks is not None:
-            context.callbacks.wake()
+        if context.callback_queue is not None:
+            context.callback_queue.wake()
         if reason:
             context.log.debug("shutting down: %s", reason)
         try:
@@ -152,5 +157,5 @@ class Shutdown:
             signal.signal(number, signal.SIG_DFL)
             os.kill(os.getpid(), number)
             return
-        # Not in the handler: it may have interrupted anything, and running hooks and closing everything takes time.
+        # Not done in the handler, which may have interrupted anything: running hooks and closing everything takes time.
         self._context.loop.call_soon(self.request, f"signal {number}")

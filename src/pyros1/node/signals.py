@@ -25,7 +25,7 @@ class SignalHandlers:
 
     def __init__(self, on_signal: Callable[[int], None]) -> None:
         self._on_signal = on_signal
-        self._previous: dict[int, Any] = {}
+        self._previous_handlers: dict[int, Any] = {}
         self._interrupts = InterruptCounter()
         self._restores_on_next = False
 
@@ -39,13 +39,13 @@ class SignalHandlers:
         if threading.current_thread() is not threading.main_thread():
             return
         numbers = (signal.SIGINT, signal.SIGTERM)
-        self._previous = {number: signal.getsignal(number) for number in numbers}
+        self._previous_handlers = {number: signal.getsignal(number) for number in numbers}
         install_handler(self._handle, numbers)
 
     def restore(self) -> None:
         """Restore the previous handlers; after a signal, only once the next signal arrives.
 
-        Handlers that were installed after these ones remain.
+        Handlers that were installed later remain.
         """
         if threading.current_thread() is not threading.main_thread():
             return
@@ -53,23 +53,23 @@ class SignalHandlers:
             # The handlers remain: another signal may follow the first immediately, and would abort the shutdown.
             self._restores_on_next = True
             return
-        for number, previous in self._previous.items():
+        for number, previous_handler in self._previous_handlers.items():
             if signal.getsignal(number) == self._handle:
-                signal.signal(number, previous)
-        self._previous.clear()
+                signal.signal(number, previous_handler)
+        self._previous_handlers.clear()
 
     def _handle(self, number: int, frame: FrameType | None) -> None:
         is_counted = self._interrupts.count_signal()
-        previous = self._previous.get(number)
+        previous_handler = self._previous_handlers.get(number)
         if self._restores_on_next:
             if is_counted:
-                signal.signal(number, signal.SIG_DFL if previous is None else previous)
+                signal.signal(number, signal.SIG_DFL if previous_handler is None else previous_handler)
                 os.kill(os.getpid(), number)
             return
         is_first = is_counted and self.count == 1
-        if callable(previous) and not self._is_default(previous):
+        if callable(previous_handler) and not self._is_default(previous_handler):
             try:
-                previous(number, frame)  # before the shutdown, since it may publish
+                previous_handler(number, frame)  # before the shutdown, since it may publish
             finally:
                 if is_first:
                     self._on_signal(number)
@@ -79,7 +79,7 @@ class SignalHandlers:
             self._interrupt(number)
 
     def _is_default(self, handler: Any) -> bool:
-        """Return whether a previous handler is one of Python's default handlers, which is not called."""
+        """Return whether a previous handler is one of Python's default handlers, which are not called."""
         return is_default_handler(handler)
 
     def _interrupt(self, number: int) -> None:

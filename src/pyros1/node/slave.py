@@ -15,8 +15,7 @@ from pyros1.ground.errors import Error, XmlRpcFault
 from pyros1.net.hosts import parse_uri
 from pyros1.node.log.levels import WARN
 from pyros1.wire.handshake import Refusal
-from pyros1.wire.local import PROTOCOL as LOCAL
-from pyros1.wire.local import is_offered
+from pyros1.wire.local import LOCAL_PROTOCOL, is_offered
 
 if TYPE_CHECKING:
     from pyros1.node.context import Context
@@ -24,8 +23,9 @@ if TYPE_CHECKING:
 
 _Response = list[Any]
 
-_NAMESAKE_REASON = r"\[(/[^\]]*)\] Reason: new node registered with same name"
-"""The master's message to a node that was replaced by another one of the same name (M34)."""
+_NAMESAKE_PATTERN = r"\[(/[^\]]*)\] Reason: new node registered with same name"
+"""Matches the reason that the master gives when it shuts down a node that was replaced by a new one with the same name
+(M34); the group is the name."""
 
 
 class _BadArgumentError(Exception):
@@ -38,8 +38,8 @@ class SlaveApi:
     Args:
         context: the node's context.
         master_uri: the URI that ``getMasterUri`` returns.
-        tcpros_address: returns (host, port) of the node's TCPROS server.
-        parameters: returns the node's `Parameters`, which processes updates of cached values.
+        get_tcpros_address: returns (host, port) of the node's TCPROS server.
+        get_parameters: returns the node's `Parameters`, which processes updates of cached values.
         on_shutdown: called with the reason when a caller asks the node to shut down.
     """
 
@@ -47,14 +47,14 @@ class SlaveApi:
         self,
         context: Context,
         master_uri: str,
-        tcpros_address: Callable[[], tuple[str, int]],
-        parameters: Callable[[], Parameters],
+        get_tcpros_address: Callable[[], tuple[str, int]],
+        get_parameters: Callable[[], Parameters],
         on_shutdown: Callable[[str], None],
     ) -> None:
         self._context = context
         self._master_uri = master_uri
-        self._tcpros_address = tcpros_address
-        self._parameters = parameters
+        self._get_tcpros_address = get_tcpros_address
+        self._get_parameters = get_parameters
         self._on_shutdown = on_shutdown
         self._methods: dict[str, tuple[Callable[..., _Response], int, int]] = {
             # name: (method, minimum and maximum number of arguments after the caller id)
@@ -145,7 +145,7 @@ class SlaveApi:
     def _param_update(self, key: Any, value: Any) -> _Response:
         if not isinstance(key, str) or not key.startswith("/"):
             raise _BadArgumentError("parameter [parameter_key] must be a global name")
-        return [1, "", 0] if self._parameters().update(key, value) else [-1, "not subscribed", 0]
+        return [1, "", 0] if self._get_parameters().update(key, value) else [-1, "not subscribed", 0]
 
     def _publisher_update(self, topic: Any, publishers: Any) -> _Response:
         if not isinstance(topic, str):
@@ -153,24 +153,24 @@ class SlaveApi:
         if not isinstance(publishers, list):
             raise _BadArgumentError("parameter [publishers] must be a list")
         subscription = self._context.subscriptions.get(topic)
-        valid, invalid = [], ""  # one publisher with a wrong address must not affect the others
+        valid_uris, problem = [], ""  # one publisher with a wrong address must not affect the others
         for uri in publishers:
             if not isinstance(uri, str):
-                invalid = "publishers must be a list of strings"
+                problem = "publishers must be a list of strings"
             elif subscription is not None and subscription.has_publisher(uri):
-                valid.append(uri)  # already checked: there may be thousands, and only one is new
+                valid_uris.append(uri)  # already checked: there may be thousands, and only one is new
             else:
                 try:
                     parse_uri(uri)
-                    valid.append(uri)
+                    valid_uris.append(uri)
                 except Error as error:
-                    invalid = f"publishers: {error}"
+                    problem = f"publishers: {error}"
         if subscription is not None:
-            subscription.update_publishers(valid)
-            if invalid:
-                self._context.log.peer(WARN, "the master reports an invalid publisher of %s: %s", topic, invalid)
-        if invalid:
-            raise _BadArgumentError(invalid)
+            subscription.update_publishers(valid_uris)
+            if problem:
+                self._context.log.peer_event(WARN, "the master reports an invalid publisher of %s: %s", topic, problem)
+        if problem:
+            raise _BadArgumentError(problem)
         return [1, "", 0]
 
     def _request_topic(self, topic: Any, protocols: Any) -> _Response:
@@ -182,10 +182,10 @@ class SlaveApi:
             return [-1, f"Not a publisher of [{topic}]", []]
         name = self._context.local_socket_name() if is_offered(protocols, self._context.local_key) else ""
         if name:
-            return [1, f"ready on {name}", [LOCAL, name]]
+            return [1, f"ready on {name}", [LOCAL_PROTOCOL, name]]
         for protocol in protocols:
             if isinstance(protocol, list) and protocol and protocol[0] == "TCPROS":
-                host, port = self._tcpros_address()
+                host, port = self._get_tcpros_address()
                 return [1, f"ready on {host}:{port}", ["TCPROS", host, port]]
             if isinstance(protocol, list) and protocol and protocol[0] == "UDPROS":
                 response = self._accept_udpros(topic, protocol)
@@ -204,29 +204,27 @@ class SlaveApi:
                 return None
             link = publication.accept_datagrams(*requested)
         except (Refusal, Error) as refusal:
-            self._context.log.peer(WARN, "refused datagrams for %s: %s", topic, refusal)
+            self._context.log.peer_event(WARN, "refused datagrams for %s: %s", topic, refusal)
             return [0, str(refusal), 0]
-        return [1, "", link.topic_response(self._tcpros_address()[0])]
+        return [1, "", link.topic_response(self._get_tcpros_address()[0])]
 
     def _shutdown(self, reason: Any = "") -> _Response:
         if not isinstance(reason, str):
             raise _BadArgumentError("parameter [msg] must be a string")
-        match = re.fullmatch(_NAMESAKE_REASON, reason)
-        # another node that has exited used our port before, and was restarted
+        match = re.fullmatch(_NAMESAKE_PATTERN, reason)
+        # Intended for a node that used our port before it exited, and was then restarted.
         if match is not None and match[1] != self._context.name:
-            self._context.log.peer(WARN, "ignored a shutdown request that was intended for %s", match[1])
+            self._context.log.peer_event(WARN, "ignored a shutdown request that was intended for %s", match[1])
             return [1, "shutdown", 0]
         self._on_shutdown(reason)
         return [1, "shutdown", 0]
 
 
 def _to_xmlrpc_number(number: int) -> float:
-    """Return a number of bytes or messages that XML-RPC can represent: its integers have 32 bits, so larger ones become
-    floats.
-    """
+    """Convert a number of bytes or messages for XML-RPC, whose integers have 32 bits: larger numbers become floats."""
     return number if number < 1 << 31 else float(number)
 
 
 def _num_received_bytes(link: Any) -> int:
-    """Return the number of bytes received over a link; within the process, it is the number of bytes sent."""
+    """Return the number of bytes received over a link; for a link within the process, the number of bytes sent."""
     return int(getattr(link, "bytes_received", 0) or getattr(link, "bytes_sent", 0))

@@ -1,9 +1,9 @@
 """A strand: runs jobs one at a time, in the order in which they were added, without making any thread wait.
 
 A thread that adds a job to a free strand does the job. If the strand is busy, the thread leaves the job there and
-continues; the thread that works in the strand does it before it stops. So all links of a topic see one order, whichever
-thread publishes; and a signal handler may run at any moment, even if it interrupts a function that works here: the
-handler's jobs are done when that function continues.
+continues; the thread that works in the strand does the job before it stops. So all links of a topic see one order,
+whichever thread publishes; and a signal handler may run at any moment, even if it interrupts a function that works
+here: the handler's jobs are done when that function continues.
 
 Nothing can hang: no thread waits for a strand, and jobs do not wait, so each strand becomes free again. No job is
 lost: a worker looks for jobs again after it has freed the strand, and a thread that has left a job checks
@@ -11,7 +11,8 @@ afterwards whether the strand is free.
 
 The strand is free while its list is not empty: ``del strand.free[0]`` takes it, for one thread only, and raises
 IndexError for the others. Unlike a call of ``Lock.acquire``, no signal handler can run between that instruction and the
-next ``try``: one that raises (KeyboardInterrupt) cannot leave the strand locked. It also takes a tenth of the time.
+next ``try``: a handler that raises (KeyboardInterrupt) cannot leave the strand locked. The instruction also takes only
+a tenth of the time.
 """
 
 from __future__ import annotations
@@ -23,11 +24,11 @@ from threading import get_ident
 from typing import Any
 
 MAX_JOBS_PER_TURN = 64
-"""Maximum number of jobs done in one turn; ``schedule`` is asked to continue with the rest."""
+"""Maximum number of jobs done in one turn; the rest is left to a later turn, which ``schedule`` starts."""
 JOBS_BEFORE_DELAY = 1000
-"""Number of waiting jobs above which `Strand.post` delays each thread that adds another one."""
+"""Number of waiting jobs above which `Strand.post` delays each thread that adds another job."""
 POLL_DELAY = 0.001
-"""Seconds of that delay."""
+"""Duration of that delay, in seconds."""
 
 Job = tuple[Callable[..., object], tuple[Any, ...]]
 
@@ -37,12 +38,13 @@ class Strand:
 
     Args:
         schedule: calls a function soon, on another thread, such as a loop's.
-        recover: called when a job raises, as it does if a signal handler raises in the middle of it.
+        recover: called when a job raises an exception, which also happens if a signal handler raises one in the middle
+            of the job.
 
     Attributes:
         free: holds an item while no thread works here; see the module's docstring.
         worker: id of the thread that works here, or worked here last.
-        jobs: the jobs that were left.
+        jobs: the jobs that are waiting.
     """
 
     __slots__ = ("_recover", "_schedule", "free", "jobs", "worker")
@@ -73,14 +75,14 @@ class Strand:
             time.sleep(POLL_DELAY)
 
     def spin_wait(self) -> None:
-        """Wait up to about two milliseconds until no thread works here: then the caller can do its job itself."""
+        """Wait up to about two milliseconds until no thread works here, so that the caller can do its job itself."""
         for attempt in range(40):
             if self.free or self.is_mine:
                 return
             time.sleep(0 if attempt < 20 else POLL_DELAY / 20)
 
     def work(self) -> None:
-        """Do the jobs that were left, at most `MAX_JOBS_PER_TURN`, unless another thread works here."""
+        """Do the waiting jobs, at most `MAX_JOBS_PER_TURN`, unless another thread works here."""
         thread_id = get_ident()
         while self.jobs:
             try:
@@ -97,12 +99,12 @@ class Strand:
             finally:
                 self.free.append(True)
                 if not all_done:  # too many: other links would wait too long for this thread; or a job raised
-                    self._schedule(self.work)  # once the strand is free, or it would find it busy and drop the rest
+                    self._schedule(self.work)  # once the strand is free, or the call would find it busy and do nothing
             if not all_done:
                 return
 
     def run_pending(self) -> bool:
-        """Do the jobs that were left, at most `MAX_JOBS_PER_TURN`; return whether none remain. Called by the worker."""
+        """Do the waiting jobs, at most `MAX_JOBS_PER_TURN`; return whether none remain. Called by the worker."""
         jobs = self.jobs
         for _ in range(MAX_JOBS_PER_TURN):
             if not jobs:

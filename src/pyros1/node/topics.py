@@ -42,18 +42,18 @@ class Topics:
 
     Args:
         context: the node's context.
-        registrar: returns the node's registrar.
+        get_registrar: returns the node's registrar.
 
     Attributes:
         publications, subscriptions: by topic; replaced as a whole on changes, so that readers need no lock. Other parts
             of the node access copies in the context.
     """
 
-    def __init__(self, context: Context, registrar: Callable[[], Registrar]) -> None:
+    def __init__(self, context: Context, get_registrar: Callable[[], Registrar]) -> None:
         self.publications: dict[str, Publication] = {}
         self.subscriptions: dict[str, Subscription] = {}
         self._context = context
-        self._registrar = registrar
+        self._get_registrar = get_registrar
         self._lock = threading.RLock()
 
     # Publishing -------------------------------------------------------------------------------------------------------
@@ -67,7 +67,7 @@ class Topics:
         latch: bool,
         headers: Mapping[str, str],
     ) -> Publisher[Any]:
-        """Publish on a topic; see ``Node.advertise``."""
+        """Register the node as a publisher of a topic; see ``Node.advertise``."""
         context = self._context
         context.check_process()
         with self._lock:
@@ -80,7 +80,7 @@ class Topics:
                     )
                 publication.num_publishers += 1
                 publication.latch = publication.latch or latch
-                publication.headers.update(headers)  # this and the next affect only later subscribers
+                publication.headers.update(headers)  # headers and queue size only affect later subscribers
                 if queue_size is not None and publication.queue_size is not None:  # queued messages remain
                     publication.queue_size = queue_size
                 return Publisher(publication, message_class, lambda: self._unadvertise(publication))
@@ -89,7 +89,7 @@ class Topics:
             self._set_publications({**self.publications, name: new_publication})
             try:
                 # With the lock held, here and below, so that the master receives these calls in the right order.
-                wait_for_registration = self._registrar().begin_register(
+                wait_for_registration = self._get_registrar().begin_register(
                     "registerPublisher", name, wire_type.name, context.uri
                 )
             except BaseException:
@@ -109,7 +109,7 @@ class Topics:
         """
         if not isinstance(error, Error):
             with contextlib.suppress(NodeError):
-                self._registrar().begin_unregister(*registration)
+                self._get_registrar().begin_unregister(*registration)
 
     def _unadvertise(self, publication: Publication) -> None:
         if self._context.is_forked:
@@ -121,7 +121,7 @@ class Topics:
             # Removed immediately: a call that advertises the topic meanwhile must create a new publication.
             self._set_publications({k: v for k, v in self.publications.items() if v is not publication})
             try:
-                wait_for_unregistration = self._registrar().begin_unregister(
+                wait_for_unregistration = self._get_registrar().begin_unregister(
                     "registerPublisher", publication.topic, publication.type.name, self._context.uri
                 )
             except BaseException:
@@ -206,7 +206,7 @@ class Topics:
                 raise
             if is_new:
                 try:
-                    wait_for_registration = self._registrar().begin_register(
+                    wait_for_registration = self._get_registrar().begin_register(
                         "registerSubscriber", name, subscription.type.name, context.uri
                     )
                 except BaseException:
@@ -233,7 +233,7 @@ class Topics:
         valid_uris = [uri for uri in uris if isinstance(uri, str)] if isinstance(uris, list) else []
         if valid_uris != uris:
             text = "the master returned an invalid list of publishers of %s: %s"
-            self._context.log.peer(WARN, text, topic, repr(uris)[:60])
+            self._context.log.peer_event(WARN, text, topic, repr(uris)[:60])
         subscription = self.subscriptions.get(topic)
         if subscription is not None:
             self._context.loop.call_soon(subscription.update_publishers, valid_uris, False)
@@ -247,7 +247,7 @@ class Topics:
                 return
             self._set_subscriptions({k: v for k, v in self.subscriptions.items() if v is not subscription})
             try:
-                wait_for_unregistration = self._registrar().begin_unregister(
+                wait_for_unregistration = self._get_registrar().begin_unregister(
                     "registerSubscriber", subscription.topic, subscription.type.name, self._context.uri
                 )
             except BaseException:
@@ -298,7 +298,7 @@ class Topics:
 
 
 class TopicMethods:
-    """The methods of a node that deal with topics; one of its base classes."""
+    """The methods of `Node` that deal with topics; a base class of `Node`."""
 
     resolve: Callable[[str], str]
     _clock: Clock
@@ -316,13 +316,13 @@ class TopicMethods:
         headers: Mapping[str, str] | None = None,
         raw_type: TopicType | None = None,
     ) -> Publisher[_M]:
-        """Publish on a topic.
+        """Register the node as a publisher of a topic, and return a `Publisher` to publish messages with.
 
         Args:
             topic: name of the topic.
             type: message class, or a type's name such as "std_msgs/Float64".
             queue_size: maximum number of messages queued for each slow subscriber; beyond that, the oldest are dropped.
-                0 for no limit. None: `publish` waits for the slowest subscriber, like in rospy.
+                0 for no limit. None makes `publish` wait for the slowest subscriber, as in rospy.
             latch: whether to keep the last message for later subscribers.
             headers: extra fields for the connection header.
             raw_type: for AnyMsg, the type name, md5 sum and definition of the messages.
@@ -334,7 +334,7 @@ class TopicMethods:
         checks.check_name(topic, "advertise(topic, type)")
         checks.check_queue_size(queue_size, 0)
         checks.check_headers(headers)
-        cls = checks.message_class(type, "advertise")
+        cls = checks.require_message_class(type, "advertise")
         checks.check_raw_type(raw_type)
         wire_type = raw_type or topic_type(cls)
         return self._topics.advertise(self.resolve(topic), cls, wire_type, queue_size, latch, headers or {})
@@ -355,14 +355,14 @@ class TopicMethods:
         on_missed: Callable[[Missed], object] | None = None,
         in_publisher: bool = False,
     ) -> Subscriber[_M]:
-        """Subscribe to a topic.
+        """Subscribe to a topic, and return a `Subscriber`, whose `unregister` ends the subscription.
 
         Args:
             topic: name of the topic.
             type: message class, a type's name, or AnyMsg to receive any type.
             callback: called with each message. Calls for one topic never overlap.
             queue_size: maximum number of messages of each publisher queued for a slow callback; older ones are dropped
-                undecoded. None drops nothing: publishers are slowed down (in a node that spins, it means 1000).
+                undecoded. None drops nothing, but slows publishers down; in a node that spins, None means 1000.
             tcp_nodelay: whether to ask publishers to send small messages without delay.
             arrays: the type of numeric arrays, which all have one dimension: None for bytes (uint8) and tuples;
                 "memoryview" or "numpy" for read-only arrays of the field's type that refer to the received bytes,
@@ -392,7 +392,7 @@ class TopicMethods:
         checks.check_name(topic, _SUBSCRIBE)
         checks.check_callback(callback, _SUBSCRIBE, "callback", type)
         checks.check_queue_size(queue_size, 1)
-        cls = checks.message_class(type, "subscribe")
+        cls = checks.require_message_class(type, "subscribe")
         transport_names = (
             (transports,) if isinstance(transports, str) or not isinstance(transports, Iterable) else transports
         )
@@ -430,6 +430,6 @@ class TopicMethods:
             NodeShutdownError: the node is shutting down.
         """
         checks.check_name(topic, "wait_for_message(topic, type)")
-        cls = checks.message_class(type, "wait_for_message")
+        cls = checks.require_message_class(type, "wait_for_message")
         message: _M = self._topics.wait_for_message(self.resolve(topic), cls, timeout)
         return message

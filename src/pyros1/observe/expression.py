@@ -12,7 +12,7 @@ from types import MappingProxyType
 from typing import Any
 
 from pyros1.ground.expressions import ExpressionError, Interpreter, UnknownNameError
-from pyros1.ground.expressions.functions import MATH, builtin_functions, extra_functions
+from pyros1.ground.expressions.functions import MATH_NAMES, builtin_functions, extra_functions
 from pyros1.ground.timing import TVal
 from pyros1.msgs import Message
 from pyros1.observe.modules import Module
@@ -24,7 +24,7 @@ MAX_ITEMS = 1_000_000
 FUNCTIONS: dict[str, Callable[..., Any]] = {
     **builtin_functions(MAX_ITEMS),
     **extra_functions(MAX_ITEMS),
-    **{name: MATH[name] for name in ("sqrt", "sin", "cos", "atan2", "hypot", "isnan", "isinf")},
+    **{name: MATH_NAMES[name] for name in ("sqrt", "sin", "cos", "atan2", "hypot", "isnan", "isinf")},
 }
 """Functions that every expression can call, in addition to hasattr, getattr and type."""
 TIME_METHODS = frozenset({"secs", "nsecs", "to_sec", "to_nsec", "to_time", "is_zero"})
@@ -72,7 +72,7 @@ class MessageLanguage(Interpreter):
     """The common part of expressions on messages in this module and in topic_tools. See `Interpreter`."""
 
     max_items = MAX_ITEMS
-    private = _CLASS_ATTRIBUTES | _MESSAGE_ATTRIBUTES
+    private_attributes = _CLASS_ATTRIBUTES | _MESSAGE_ATTRIBUTES
 
     def name(self, name: str, names: Mapping[str, Any]) -> Any:
         """Return the value of a name. See `Interpreter`."""
@@ -112,7 +112,7 @@ class MessageLanguage(Interpreter):
 
     def _getattr(self, owner: Any, name: str, *default: Any) -> Any:
         """Implement getattr() for the attributes that expressions can access."""
-        is_hidden = isinstance(name, str) and name.startswith("_") and name not in self.private
+        is_hidden = isinstance(name, str) and name.startswith("_") and name not in self.private_attributes
         if not isinstance(name, str) or is_hidden or len(default) > 1:
             raise ExpressionError(f"{name!r} is not accessible")
         try:

@@ -73,7 +73,9 @@ class Output:
                     "%s has the type %s, not %s: messages from %s are dropped",
                     header.get("callerid", "?"),
                 )
-                self._node.log.peer(ERROR, log_format, self.topic, topic_type.name, message_type.name, publisher_name)
+                self._node.log.peer_event(
+                    ERROR, log_format, self.topic, topic_type.name, message_type.name, publisher_name
+                )
                 return False
             self.header = header
             return True

@@ -116,7 +116,7 @@ class Selection:
 
     def _refuse(self, reason: str) -> Any:
         """Log why a request is refused, and raise NodeError."""
-        self._node.log.peer(WARN, "%s: %s", self._kind, reason)
+        self._node.log.peer_event(WARN, "%s: %s", self._kind, reason)
         raise NodeError(reason)
 
 

@@ -29,7 +29,7 @@ def evaluate_angle(text: str) -> float:
 
 
 class _Arithmetic(Interpreter):
-    nodes = frozenset((ast.BinOp, ast.Constant, ast.Name, ast.UnaryOp))
+    allowed_nodes = frozenset((ast.BinOp, ast.Constant, ast.Name, ast.UnaryOp))
 
     def constant(self, value: Any) -> Any:
         if isinstance(value, bool) or not isinstance(value, int | float):

@@ -25,14 +25,18 @@ _MAX_COPIED_VALUES = 50_000
 _CHARACTERS_PER_VALUE = 100
 """Number of characters of a string that count as one value for `_MAX_COPIED_VALUES`."""
 _MAX_INTEGER_DIGITS = 200
-"""Maximum number of characters of an integer: no field can store 2^64, and Python is slow with thousands of digits."""
+"""Maximum number of characters of an integer: no field can store more than 64 bits, and Python is slow with thousands
+of digits."""
 _MAX_QUOTED_LENGTH = 60
 """Maximum number of characters of an invalid value quoted in an error message."""
 
-ANGLES = {"!degrees": (re.compile(r"deg\([^)]*\)\Z"), "d"), "!radians": (re.compile(r"rad\([^)]*\)\Z"), "r")}
-"""Tag of angles -> the pattern of its plain scalars, and the character with which these begin."""
+ANGLE_TAGS = {"!degrees": (re.compile(r"deg\([^)]*\)\Z"), "d"), "!radians": (re.compile(r"rad\([^)]*\)\Z"), "r")}
+"""Tag for angles -> pattern of the plain scalars that have this tag, and the character with which they begin."""
 _SCALAR_TAGS = frozenset(
-    [*ANGLES, *(f"tag:yaml.org,2002:{name}" for name in ("null", "bool", "int", "float", "str", "binary", "timestamp"))]
+    [
+        *ANGLE_TAGS,
+        *(f"tag:yaml.org,2002:{name}" for name in ("null", "bool", "int", "float", "str", "binary", "timestamp")),
+    ]
 )
 """Tags of single values."""
 
@@ -81,9 +85,9 @@ def load_yaml(text: str, where: str | None = None) -> Any:
         None, bool, int, float, str, bytes (``!!binary``), date, datetime, list, dict or set.
 
     Raises:
-        YamlError: the text is not valid YAML, has more than one document or an unknown tag, contains itself, or is
-            nested too deeply; or its aliases represent too many values. (These share memory, but would take forever to
-            traverse.)
+        YamlError: the text is not valid YAML, has more than one document or an unknown tag, is nested too deeply, or
+            describes a value that contains itself; or its aliases represent too many values. (Such values share memory,
+            but would take forever to traverse.)
     """
     value = parse_simple_value(text.strip(" "))
     if value is not None:
@@ -95,7 +99,7 @@ def load_yaml(text: str, where: str | None = None) -> Any:
 
 
 def load_all_yaml(text: str, where: str | None = None) -> list[Any]:
-    """Return the values of all documents in a YAML stream, which are separated by ``---``, in order.
+    """Return the values of all documents in a YAML stream, in order; documents are separated by ``---``.
 
     Args:
         text: the stream.
@@ -117,9 +121,9 @@ def load_all_yaml(text: str, where: str | None = None) -> list[Any]:
             loader.dispose()
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
-        raise YamlError(_reason(error), where, None if mark is None else mark.line + 1) from error
+        raise YamlError(_format_reason(error), where, None if mark is None else mark.line + 1) from error
     except yaml.YAMLError as error:
-        raise YamlError(_reason(error), where) from error
+        raise YamlError(_format_reason(error), where) from error
     except RecursionError as error:
         raise YamlError("nested too deeply", where) from error
     except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
@@ -127,7 +131,7 @@ def load_all_yaml(text: str, where: str | None = None) -> list[Any]:
         raise YamlError(f"malformed YAML ({error})", where) from error
 
 
-def _reason(error: Exception) -> str:
+def _format_reason(error: Exception) -> str:
     parts = [getattr(error, "context", None), getattr(error, "problem", None)]
     reason = ", ".join(part for part in parts if part)
     return reason or str(error).strip().split("\n")[0]
@@ -150,7 +154,7 @@ def _strip_call(text: str, begin: str) -> str:
 
 @cache
 def _loader_class() -> Any:
-    """Return the loader class. It is created when it is first needed, since PyYAML is slow to import."""
+    """Return the loader class. The class is created when it is first needed, since PyYAML is slow to import."""
     import yaml  # noqa: PLC0415
 
     class Loader(yaml.SafeLoader):
@@ -163,13 +167,13 @@ def _loader_class() -> Any:
             self._depth = 0
 
         def compose_node(self, parent: Any, index: Any) -> Any:
-            alias = self.check_event(yaml.AliasEvent)
+            is_alias = self.check_event(yaml.AliasEvent)
             self._depth += 1
             if self._depth > _MAX_DEPTH:
                 raise yaml.MarkedYAMLError(problem="nested too deeply", problem_mark=self.get_mark())
             node = super().compose_node(parent, index)
             self._depth -= 1
-            if alias:
+            if is_alias:
                 self._count_copy(node)
             else:
                 self._measure(node)
@@ -215,11 +219,11 @@ def _loader_class() -> Any:
                     problem=f"invalid {type_name}: {text}", problem_mark=node.start_mark
                 ) from error
 
-    def scalar_constructor(function: Any) -> Any:
+    def make_scalar_constructor(function: Any) -> Any:
         return lambda loader, node: function(loader.construct_scalar(node))
 
     for tag, function in (("!degrees", _parse_degrees), ("!radians", _parse_radians)):
-        pattern, first_character = ANGLES[tag]
-        Loader.add_constructor(tag, scalar_constructor(function))
+        pattern, first_character = ANGLE_TAGS[tag]
+        Loader.add_constructor(tag, make_scalar_constructor(function))
         Loader.add_implicit_resolver(tag, pattern, [first_character])
     return Loader

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable
 from functools import cache
 from typing import Any
 
-from pyros1.values.reading import ANGLES, YamlError, parse_simple_value
+from pyros1.values.reading import ANGLE_TAGS, YamlError, parse_simple_value
 
 
 def dump(value: Any, *, is_inline: Callable[[Any], bool], ordered: bool = False) -> str:
@@ -18,7 +18,7 @@ def dump(value: Any, *, is_inline: Callable[[Any], bool], ordered: bool = False)
 
     Args:
         value: see `pyros1.values.dump_yaml`.
-        is_inline: returns whether to write a list or dict in brackets, together with everything inside it.
+        is_inline: returns whether to write a list or dict, and everything inside it, in brackets.
         ordered: whether to keep the order of dicts instead of sorting their keys.
 
     Raises:
@@ -46,7 +46,7 @@ def _dumper_class() -> Any:
     class Dumper(yaml.SafeDumper):
         def __init__(self, is_inline: Callable[[Any], bool], ordered: bool, *args: Any, **kwds: Any) -> None:
             super().__init__(*args, **kwds)
-            self._inline = is_inline
+            self._is_inline = is_inline
             self._ordered = ordered
 
         def ignore_aliases(self, data: Any) -> bool:
@@ -56,18 +56,18 @@ def _dumper_class() -> Any:
             pairs: Iterable[Any] = mapping
             if self._ordered and isinstance(mapping, dict):
                 pairs = [*mapping.items()]  # items given as a list are not sorted
-            return super().represent_mapping(tag, pairs, flow_style=self._inline(mapping))
+            return super().represent_mapping(tag, pairs, flow_style=self._is_inline(mapping))
 
         def represent_sequence(self, tag: str, sequence: Any, flow_style: bool | None = None) -> Any:
-            return super().represent_sequence(tag, sequence, flow_style=self._inline(sequence))
+            return super().represent_sequence(tag, sequence, flow_style=self._is_inline(sequence))
 
-    for tag, (pattern, first_character) in ANGLES.items():  # strings that look like angles are quoted
+    for tag, (pattern, first_character) in ANGLE_TAGS.items():  # strings that look like angles are quoted
         Dumper.add_implicit_resolver(tag, pattern, [first_character])
     for value_type in (dict, list, tuple, set, str, bytes, int, float):  # and subclasses, such as numpy numbers
-        Dumper.add_multi_representer(value_type, _represent_as(value_type))
+        Dumper.add_multi_representer(value_type, _make_representer(value_type))
     Dumper.add_multi_representer(bytearray, lambda dumper, data: dumper.represent_data(bytes(data)))
     return Dumper
 
 
-def _represent_as(value_type: Any) -> Callable[[Any, Any], Any]:
+def _make_representer(value_type: Any) -> Callable[[Any, Any], Any]:
     return lambda dumper, data: dumper.yaml_representers[value_type](dumper, value_type(data))

@@ -1,8 +1,9 @@
-"""UDPROS: frames split into datagrams (https://wiki.ros.org/ROS/UDPROS; T57-T62). Pure.
+"""UDPROS: splits frames into datagrams, and assembles them again (https://wiki.ros.org/ROS/UDPROS; T57-T62).
 
 A datagram contains the connection's number, an operation, the message's number (which wraps around), a block number and
-a part of the frame. The first datagram of a frame has the operation DATA0 and the number of blocks; the other datagrams
-have DATAN and their index. Nothing is resent: if a block is lost or out of order, its message is lost.
+part of the frame (a block). The first datagram of a frame has the operation DATA0, and the number of blocks in place of
+a block number; the others have the operation DATAN and their index. Nothing is resent: if a block is lost or out of
+order, its message is lost.
 """
 
 from __future__ import annotations
@@ -22,22 +23,22 @@ _HEAD = struct.Struct("<IBBH")
 _LENGTH_FIELD = struct.Struct("<I")
 
 
-def split(frame: bytes, connection_number: int, message_number: int, size: int) -> Iterator[bytes]:
+def split_frame(frame: bytes, connection_number: int, message_number: int, max_size: int) -> Iterator[bytes]:
     """Yield the datagrams of a frame.
 
     Args:
         frame: the body preceded by its length, as in TCPROS.
         connection_number: the number that the publisher assigned to the connection.
         message_number: the number of the message; the lowest 8 bits are used.
-        size: maximum size of a datagram in bytes.
+        max_size: maximum size of a datagram in bytes.
 
     Raises:
         ValueError: the frame would need more than `MAX_BLOCKS` blocks.
     """
-    payload_size = size - _HEAD.size
+    payload_size = max_size - _HEAD.size
     block_count = -(-len(frame) // payload_size)
     if block_count > MAX_BLOCKS:
-        raise ValueError(f"{len(frame)} bytes are too large for datagrams of {size} bytes")
+        raise ValueError(f"{len(frame)} bytes are too large for datagrams of {max_size} bytes")
     for index in range(block_count):
         operation, block = (DATAN, index) if index else (DATA0, block_count)
         yield (
@@ -94,7 +95,8 @@ class Assembler:
 
 
 def parse_udpros_offer(offer: list[Any]) -> tuple[dict[str, str], tuple[str, int], int] | None:
-    """Return header, (host, port) and datagram size of a subscriber's offer, or None if it is not a UDPROS offer.
+    """Return the header, the (host, port) and the datagram size from a subscriber's offer, or None if it is not a
+    UDPROS offer.
 
     Raises:
         ProtocolError: the header is malformed.
@@ -106,8 +108,8 @@ def parse_udpros_offer(offer: list[Any]) -> tuple[dict[str, str], tuple[str, int
 
 
 def parse_udpros_response(response: list[Any]) -> tuple[dict[str, str], tuple[str, int], int] | None:
-    """Return header, (host, port) and connection number of a publisher's response (T59), or None if it is not a UDPROS
-    response.
+    """Return the header, the (host, port) and the connection number from a publisher's response (T59), or None if it is
+    not a UDPROS response.
 
     Raises:
         ProtocolError: the header is malformed.

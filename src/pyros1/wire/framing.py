@@ -1,11 +1,11 @@
-"""A receive buffer that splits a TCPROS stream into frames: u32 little-endian length, then that many bytes.
+"""A receive buffer that splits a TCPROS stream into frames: a little-endian u32 length, then that many bytes.
 
 A FrameBuffer owns the memory that a link receives into. The caller gets memory from `writable()`, receives into it,
 reports with `received()` how much arrived, and gets the positions of the complete frames in `data`. Frames larger than
 the buffer make it grow, but only as bytes actually arrive, so a length claimed by a peer costs no memory. The buffer
-shrinks again when no large frames have arrived for a while, and immediately after a frame of more than 16 MiB: such a
-frame needs twice its size while it is copied out, and only its size after that. Nothing is received together with the
-end of a large frame, so that the next frame can be received elsewhere.
+shrinks again when no large frames have arrived for a while, and immediately after a frame of more than 16 MiB: the
+memory is then needed twice only while the frame is copied out. Nothing is received together with the end of a large
+frame, so that the next frame can be received elsewhere.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ _TRUSTED_GROWTH = 1 << 20
 _LARGE_FRAME_SIZE = 16 << 20
 _INITIAL_SIZE = 2048
 _RECEIVES_BEFORE_SHRINKING = 200
-"""Number of consecutive receives after which the buffer shrinks if they needed no more than the capacity."""
+"""The buffer shrinks after this many consecutive receives that needed no more than the capacity."""
 
 
 class FrameBuffer:
@@ -33,7 +33,7 @@ class FrameBuffer:
         capacity: maximum number of bytes received at a time while frames are small. The buffer starts smaller, since an
             idle link needs little, and grows when it is filled.
         limit: maximum size of an accepted frame body in bytes.
-        first: bytes that arrived together with the connection header.
+        initial_bytes: bytes that arrived together with the connection header.
 
     Attributes:
         data: the memory; frame positions refer to it until the next `writable()`.
@@ -53,14 +53,14 @@ class FrameBuffer:
         "view",
     )
 
-    def __init__(self, capacity: int = 1 << 16, limit: int = MAX_MESSAGE_SIZE, first: bytes = b"") -> None:
+    def __init__(self, capacity: int = 1 << 16, limit: int = MAX_MESSAGE_SIZE, initial_bytes: bytes = b"") -> None:
         self._capacity = capacity
         self._limit = limit
-        self.data = bytearray(max(min(capacity, _INITIAL_SIZE), 2 * len(first)))
-        self.data[: len(first)] = first
+        self.data = bytearray(max(min(capacity, _INITIAL_SIZE), 2 * len(initial_bytes)))
+        self.data[: len(initial_bytes)] = initial_bytes
         self.view = memoryview(self.data)
         self._begin = 0  # first byte of the first incomplete frame
-        self._end = len(first)
+        self._end = len(initial_bytes)
         self._is_filled = False
         self._spare_receives = 0  # receives since a large buffer was last needed
         self._large_frame_size = 0  # size of an incomplete large frame, including its length field, or 0
@@ -90,7 +90,7 @@ class FrameBuffer:
         return self.view[end : self._large_frame_size] if end < self._large_frame_size else self.view[end:]
 
     def feed(self, data: bytes) -> None:
-        """Append bytes that were received elsewhere; report them with `received` afterwards."""
+        """Append bytes that were received elsewhere; call `received` with their number afterwards."""
         if len(data) > len(self.writable()):
             self._grow(self._end + len(data))
         self.view[self._end : self._end + len(data)] = data
@@ -152,7 +152,7 @@ class FrameBuffer:
             self.shrink()
 
     def _make_room(self, size: int) -> None:
-        """Make room for a frame of ``size`` bytes of which a part has arrived; in steps if it is large."""
+        """Make room for a frame of ``size`` bytes that has only partly arrived; in steps if it is large."""
         if size > self._limit:
             raise ProtocolError(f"message of {size} bytes exceeds the limit of {self._limit} bytes")
         self._large_frame_size = size + 4 if size > self._capacity else 0

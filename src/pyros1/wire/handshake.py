@@ -18,7 +18,7 @@ from typing import NamedTuple
 from pyros1.ground.errors import ConnectionRefusedByPeerError, ProtocolError
 from pyros1.ground.terminal_text import one_line
 
-ANY = "*"
+WILDCARD = "*"
 
 
 class Refusal(Exception):
@@ -26,7 +26,7 @@ class Refusal(Exception):
 
 
 class TopicType(NamedTuple):
-    """Type of a topic: type name, md5 sum and full definition text; name and md5 sum are ``*`` for any type."""
+    """A topic's type: its name, md5 sum and full definition; the name and md5 sum are ``*`` for any type."""
 
     name: str
     md5sum: str
@@ -34,7 +34,7 @@ class TopicType(NamedTuple):
 
 
 class ServiceType(NamedTuple):
-    """Type of a service: type names of service, request and response, and the service's md5 sum."""
+    """A service's type: its name and md5 sum, and the type names of the request and the response."""
 
     name: str
     md5sum: str
@@ -42,7 +42,7 @@ class ServiceType(NamedTuple):
     response: str
 
 
-def subscriber_header(
+def make_subscriber_header(
     caller_id: str, topic: str, requested: TopicType, tcp_nodelay: bool, extra: Mapping[str, str] | None = None
 ) -> dict[str, str]:
     """Return the header that a subscriber sends to a publisher (T06)."""
@@ -64,12 +64,12 @@ def _require(header: Mapping[str, str], *names: str) -> None:
 
 
 def _md5_matches(md5sum: str, other_md5sum: str) -> bool:
-    return md5sum == other_md5sum or ANY in (md5sum, other_md5sum)
+    return md5sum == other_md5sum or WILDCARD in (md5sum, other_md5sum)
 
 
 def make_publisher_response(
     header: Mapping[str, str],
-    node: str,
+    node_name: str,
     topic: str,
     offered: TopicType,
     latching: bool,
@@ -91,7 +91,7 @@ def make_publisher_response(
         )
     return {
         **(extra or {}),
-        "callerid": node,
+        "callerid": node_name,
         "topic": topic,
         "type": offered.name,
         "md5sum": offered.md5sum,
@@ -123,8 +123,8 @@ def check_publisher_response(
     not compare them (T15).
 
     Args:
-        publisher: name of the publisher in error messages, usually its API URI.
-        sent: the subscriber's header, to recognise a program that echoes it; None if there was none.
+        publisher: what to call the publisher in error messages, usually its API URI.
+        sent: the subscriber's header, to recognise a program that echoes it; None if no header was sent.
 
     Returns:
         A warning if the md5 sums differ, or an empty string.
@@ -142,7 +142,7 @@ def check_publisher_response(
     )
 
 
-def service_client_header(
+def make_service_client_header(
     caller_id: str, service: str, requested: ServiceType, persistent: bool, extra: Mapping[str, str] | None = None
 ) -> dict[str, str]:
     """Return the header that a client sends to a service (T23)."""
@@ -156,7 +156,9 @@ def service_client_header(
     }
 
 
-def make_service_response(header: Mapping[str, str], node: str, service: str, offered: ServiceType) -> dict[str, str]:
+def make_service_response(
+    header: Mapping[str, str], node_name: str, service: str, offered: ServiceType
+) -> dict[str, str]:
     """Return a service's response to a client's header (T24, T25, T33).
 
     Raises:
@@ -169,7 +171,7 @@ def make_service_response(header: Mapping[str, str], node: str, service: str, of
             f" (service {service} is of type {offered.name})"
         )
     return {
-        "callerid": node,
+        "callerid": node_name,
         "service": service,
         "type": offered.name,
         "md5sum": offered.md5sum,

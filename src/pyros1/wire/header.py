@@ -19,7 +19,7 @@ from collections.abc import Mapping
 from pyros1.ground.errors import ProtocolError
 
 MAX_HEADER_SIZE = 1 << 24
-"""Maximum size in bytes of a header from a peer. Its largest field is the message definition, usually tens of
+"""Maximum size in bytes of a header from a peer. The largest field is the message definition, usually tens of
 kilobytes, but stock has no limit. Memory is only used as bytes arrive.
 """
 
@@ -77,7 +77,7 @@ class HeaderReader:
         self.rest = b""
 
     def feed(self, data: bytes) -> dict[str, str] | None:
-        """Process more bytes; return the fields when the header is complete, or None.
+        """Process more bytes; return the fields if the header is complete now, or None.
 
         Raises:
             ProtocolError: the header is too long or malformed.

@@ -1,7 +1,7 @@
-"""Parses and builds HTTP/1.0 and 1.1 messages as far as XML-RPC needs them (RFC 9112).
+"""Parses and builds HTTP/1.0 and 1.1 messages, to the extent that XML-RPC needs (RFC 9112).
 
-A parser is fed bytes as they arrive and returns complete messages; several can follow each other on a connection. It
-goes through these states::
+A parser is fed bytes as they arrive and returns complete messages; a connection can carry several, one after the other.
+The parser goes through these states::
 
     HEAD ──> BODY (Content-Length) ───────────────────────────────┐
       ├────> CHUNK_SIZE ──> CHUNK ──> CHUNK_SIZE ... ──> TRAILER ──┤──> a message, then HEAD again
@@ -44,17 +44,17 @@ class HttpLimits(NamedTuple):
 
 
 class Request:
-    """A request. ``keep_alive``: whether the connection stays open after the response; ``from_page``: whether a web
+    """A request. ``keep_alive``: whether the connection stays open after the response; ``is_from_page``: whether a web
     page sent it.
     """
 
-    __slots__ = ("body", "from_page", "keep_alive", "method", "path")
+    __slots__ = ("body", "is_from_page", "keep_alive", "method", "path")
 
-    def __init__(self, method: str, path: str, keep_alive: bool, from_page: bool = False) -> None:
+    def __init__(self, method: str, path: str, keep_alive: bool, is_from_page: bool = False) -> None:
         self.method = method
         self.path = path
         self.keep_alive = keep_alive
-        self.from_page = from_page
+        self.is_from_page = is_from_page
         self.body = b""
 
 
@@ -103,8 +103,8 @@ class _Parser(Generic[MessageT]):
         self._chunked_body = bytearray()
 
     @property
-    def buffered(self) -> int:
-        """Number of buffered bytes of an incomplete message."""
+    def num_buffered(self) -> int:
+        """Number of bytes of an incomplete message that have arrived so far."""
         return len(self._buffer) + len(self._chunked_body)
 
     @property
@@ -142,7 +142,7 @@ class _Parser(Generic[MessageT]):
         raise NotImplementedError
 
     def _copy_template(self, template: MessageT) -> MessageT:
-        """Return a new message with the same head, without a body."""
+        """Return a new message with the same head as ``template``, without a body."""
         raise NotImplementedError
 
     def _state_without_length(self) -> _State | None:
@@ -233,7 +233,7 @@ class _Parser(Generic[MessageT]):
         buffer = self._buffer
         start = max(0, self._searched_size - 3)
         end = buffer.find(b"\n\r\n", start)
-        # The head ends at the first empty line, whichever line break that has.
+        # The head ends at the first empty line, whichever kind of line break that line has.
         bare_end = buffer.find(b"\n\n", start) if end < 0 else buffer.find(b"\n\n", start, end + 1)
         if bare_end >= 0:
             return bare_end
@@ -318,7 +318,7 @@ class RequestParser(_Parser[Request]):
         return Request(match.group(1), match.group(2), stays_open(match.group(3), headers), "origin" in headers)
 
     def _copy_template(self, template: Request) -> Request:
-        return Request(template.method, template.path, template.keep_alive, template.from_page)
+        return Request(template.method, template.path, template.keep_alive, template.is_from_page)
 
     def _state_without_length(self) -> _State | None:
         return None
@@ -352,10 +352,10 @@ class ResponseParser(_Parser[Response]):
         return _State.UNTIL_EOF
 
     def eof(self) -> Response | None:
-        """Process the end of the connection: the peer has closed its side.
+        """Process the end of the stream: the peer has closed its side of the connection.
 
         Returns:
-            The response that ends with the connection, or None if no response had started.
+            The response that ends with the stream, or None if no response had started.
 
         Raises:
             HttpError: a response was cut off.
@@ -402,7 +402,9 @@ _COMMON_RESPONSE_HEAD: Final = (
 def build_response(
     status: int, body: bytes, *, keep_alive: bool = True, content_type: str = "text/xml", date: bytes = b""
 ) -> bytes:
-    """Return a response that tells whether the connection stays open; ``date`` is a line from `date_field` or empty."""
+    """Return a response, which also says whether the connection stays open; ``date`` is a line from `date_field`, or
+    empty.
+    """
     # The Connection field is always sent, since the defaults of HTTP/1.0 and 1.1 clients differ.
     if status == 200 and keep_alive and content_type == "text/xml":
         return _COMMON_RESPONSE_HEAD % (len(body), date) + body

@@ -28,10 +28,10 @@ class HttpError(ProtocolError):
 
 
 def split_head(text: str) -> tuple[str, dict[str, str], bool]:
-    """Return the first line, the fields by lower-case name, and whether there is at most one Content-Length.
+    """Return the first line of a head, its fields by lower-case name, and whether there is at most one Content-Length.
 
     Raises:
-        HttpError: a line is not a field, or there are two different Content-Length fields.
+        HttpError: a line is not a field, or two Content-Length fields differ.
     """
     first_line, _, rest = text.partition("\n")
     # A bare CR counts as a space (RFC 9112, 2.2).
@@ -46,10 +46,10 @@ def split_head(text: str) -> tuple[str, dict[str, str], bool]:
     return first_line.rstrip("\r"), headers, len(lengths) < 2
 
 
-def stays_open(minor: str, headers: dict[str, str]) -> bool:
-    """Return whether the connection stays open after a message of HTTP version 1.``minor``."""
+def stays_open(minor_version: str, headers: dict[str, str]) -> bool:
+    """Return whether the connection stays open after a message of HTTP version 1.``minor_version``."""
     connection = headers.get("connection", "").lower()
-    if minor == "1":
+    if minor_version == "1":
         return "close" not in connection
     return "keep-alive" in connection
 

@@ -1,4 +1,4 @@
-"""Protocol of the local transport between pyros1 nodes of the same user on the same machine. Pure.
+"""The protocol of the local transport between pyros1 nodes of the same user on the same machine.
 
 Small messages and services use Unix sockets, large messages use shared memory.
 
@@ -23,7 +23,7 @@ from typing import Any, NamedTuple
 
 from pyros1.ground.errors import ProtocolError, SettingError
 
-PROTOCOL = "PYROS1-LOCAL"
+LOCAL_PROTOCOL = "PYROS1-LOCAL"
 TOKEN_SIZE = 16
 MAX_RECORD = 4096
 """Maximum size in bytes of a record on the control socket."""
@@ -43,7 +43,7 @@ class Reference(NamedTuple):
         block: number of the block.
         offset: offset of the message's body in the block.
         size: size of the body in bytes.
-        array_begin: offset, in the body, of its large byte array; 0 if it has none.
+        array_begin: offset of the large byte array in the body; 0 if there is none.
         array_size: size of that array in bytes.
     """
 
@@ -83,10 +83,10 @@ def encode_block(block_number: int, size: int) -> bytes:
 
 
 def decode_block(record: bytes) -> tuple[int, int]:
-    """Return the number and size of a block.
+    """Return the number and size of the block that a record is about.
 
     Raises:
-        ProtocolError: the record is not one about a block.
+        ProtocolError: the record is not about a block.
     """
     if len(record) != _BLOCK.size:
         raise ProtocolError(f"an invalid record of {len(record)} bytes about shared memory")
@@ -100,21 +100,21 @@ def encode_release(reference_number: int) -> bytes:
 
 
 def decode_releases(record: bytes) -> Iterable[int]:
-    """Return the numbers of the released references; an incomplete number at the end is ignored."""
+    """Return the numbers of the references that a record releases; an incomplete number at its end is ignored."""
     return (
         reference_number
         for (reference_number,) in _RELEASE.iter_unpack(record[: len(record) // _RELEASE.size * _RELEASE.size])
     )
 
 
-def offer(key: str) -> list[Any]:
+def make_offer(key: str) -> list[Any]:
     """Return a subscriber's offer of the local transport."""
-    return [PROTOCOL, key]
+    return [LOCAL_PROTOCOL, key]
 
 
 def is_offered(protocols: list[Any], key: str) -> bool:
     """Return whether a subscriber offers the local transport with that key."""
-    return bool(key) and [PROTOCOL, key] in protocols
+    return bool(key) and [LOCAL_PROTOCOL, key] in protocols
 
 
 def is_local_enabled(setting: str) -> bool:
@@ -124,7 +124,7 @@ def is_local_enabled(setting: str) -> bool:
         setting: the value, for example ``local,tcp``; empty for the default.
 
     Raises:
-        SettingError: a transport is unknown, or one that all nodes need is missing.
+        SettingError: a transport is unknown, or tcp is missing, which all nodes need.
     """
     transports = setting.replace(",", " ").split()
     unknown = [word for word in transports if word not in _TRANSPORTS]

@@ -1,11 +1,11 @@
-"""A bounded queue of frames for a slow link: the oldest frames are dropped, but never a part of a frame.
+"""A bounded queue of frames for a slow link: the oldest frames are dropped, but never part of a frame.
 
 A frame is *waiting* (it can still be dropped) or *partial* (partly sent, so it must be finished). At most one frame is
 partial. The limit only applies to waiting frames.
 
 A signal handler that raises can interrupt any of these methods at any point. So the number of bytes sent is stored in
-`sent_bytes` before they are removed, and each step of the removal is a sequence of instructions without calls, during
-which no handler can run: `discard_sent` can be called again and continues where it was interrupted.
+`sent_bytes` before these bytes are removed, and each step of the removal is a sequence of instructions without calls,
+during which no handler can run: `discard_sent` can be called again, and continues where it was interrupted.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ def _remainder(frame: Frame, sent: int) -> list[Buffer]:
 
 
 def _copy_mutable(frame: list[Buffer]) -> list[Buffer]:
-    """Return the buffers of a frame for storage: memory that its owner might change is copied."""
+    """Return a frame's buffers in a form that can be stored: memory that its owner might change is copied."""
     return [
         part if isinstance(part, bytes) or isinstance(memoryview(part).obj, bytes) else bytes(part) for part in frame
     ]

@@ -1,10 +1,10 @@
-"""A fast reader for the plain XML-RPC that ROS programs write; several times faster than an event-driven parser.
+"""A fast reader for the plain XML-RPC that ROS programs write, several times faster than an event-driven parser.
 
 It knows one token: a ``<value>`` with its scalar, or with the start of an array or struct, together with the
 ``<member>`` or ``<param>`` around it. It supports no document types, no entities except for XML's five, no comments,
-attributes, processing instructions or CDATA, so there is nothing to attack. At anything that it does not know, it gives
-up and returns None; the caller then uses the full parser, which decides what is allowed. What it accepts, it reads like
-the full parser.
+attributes, processing instructions or CDATA, so there is nothing to attack. If it encounters anything else, it gives up
+and returns None; the caller then uses the full parser, which decides what is allowed. For any text that it accepts, its
+result is that of the full parser.
 """
 
 from __future__ import annotations
@@ -34,9 +34,9 @@ _MEMBER: Final = re.compile(
 )
 """A plain member; large structs consist mostly of these. `_TOKEN` would match it as well."""
 _HEAD: Final = r"(?:<\?xml[ ]version=['\"]1\.0['\"](?:[ ]encoding=['\"](?i:utf-8)['\"])?[ ]?\?>)?[ \t\n]*"
-_CALL: Final = re.compile(_HEAD + r"<methodCall>[ \t\n]*<methodName>([^<&]*)</methodName>[ \t\n]*<params>")
+_CALL_HEAD: Final = re.compile(_HEAD + r"<methodCall>[ \t\n]*<methodName>([^<&]*)</methodName>[ \t\n]*<params>")
 _CALL_END: Final = re.compile(r"[ \t\n]*</params>[ \t\n]*</methodCall>[ \t\n]*\Z")
-_RESPONSE: Final = re.compile(_HEAD + r"<methodResponse>[ \t\n]*<params>")
+_RESPONSE_HEAD: Final = re.compile(_HEAD + r"<methodResponse>[ \t\n]*<params>")
 _RESPONSE_END: Final = re.compile(r"[ \t\n]*</params>[ \t\n]*</methodResponse>[ \t\n]*\Z")
 _FORBIDDEN_BYTES: Final = bytes([*range(9), 11, 12, *range(14, 32)])
 
@@ -70,7 +70,9 @@ def _unescape(text: str) -> str:
 
 
 def _read_plain_members(text: str, position: int, converters: Converters, target: dict[str, Any]) -> tuple[int, int]:
-    """Read the plain ``<member>`` elements that follow; return their number and the position after them."""
+    """Read the plain ``<member>`` elements at a position into ``target``; return their number and the position after
+    them.
+    """
     match = _MEMBER.match
     count = 0
     while (member := match(text, position)) is not None:
@@ -152,7 +154,7 @@ def scan_call(body: bytes, converters: Converters, max_depth: int, max_values: i
     """
     try:
         text = _decode(body)
-        head = _CALL.match(text)
+        head = _CALL_HEAD.match(text)
         if head is None:
             return None
         params, position = _read_values(text, head.end(), converters, max_depth, max_values)
@@ -166,7 +168,7 @@ def scan_response(body: bytes, converters: Converters, max_depth: int, max_value
     """Read a response; return a list with its value, or None if it is a fault or otherwise not plain enough."""
     try:
         text = _decode(body)
-        head = _RESPONSE.match(text)
+        head = _RESPONSE_HEAD.match(text)
         if head is None:
             return None
         params, position = _read_values(text, head.end(), converters, max_depth, max_values)

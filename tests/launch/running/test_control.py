@@ -25,7 +25,7 @@ from pyros1.launch.running.process_spec import ProcessSpec
 from pyros1.launch.running.supervisor import Supervisor
 from pyros1.launch.running.usage import group_usages, launch_files, process_age
 from pyros1.master.server import Master
-from pyros1.net.hosts import host_from_environment
+from pyros1.net.hosts import addresses_from_environment
 from pyros1.net.master_client import MasterClient
 from pyros1.net.xmlrpc_client import XmlRpcClient
 
@@ -40,7 +40,7 @@ def launch(tmp_path: Path) -> Iterator[Launch]:
         supervisor.start(spec)
     runner = threading.Thread(target=supervisor.run)
     runner.start()
-    server = LaunchServer(supervisor, host_from_environment({"ROS_HOSTNAME": "localhost"}, {}))
+    server = LaunchServer(supervisor, addresses_from_environment({"ROS_HOSTNAME": "localhost"}, {}))
     launch = Launch(server.uri)
     yield launch
     launch.close()

@@ -371,7 +371,7 @@ def test_a_forked_process_may_log_whatever_other_threads_were_doing(
         signal.signal(signal.SIGALRM, signal.SIG_DFL)
         signal.alarm(5)  # ends it if it hangs
         setting.log.info("in the child")
-        setting.log.peer(WARN, "of a peer")
+        setting.log.peer_event(WARN, "of a peer")
         sink.close()
         os._exit(0)
     _, status = os.waitpid(child, 0)
@@ -442,7 +442,7 @@ def test_a_forked_process_logs_with_locks_of_its_own(
     if kind == "info":
         setting.log.info("after")
     else:
-        setting.log.peer(INFO, "after")
+        setting.log.peer_event(INFO, "after")
     again = setting.sink.repeats
     assert again is not repeats
     setting.log.info("later")

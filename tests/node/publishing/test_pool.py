@@ -41,10 +41,10 @@ def test_a_message_is_written_and_its_array_told(pool: Pool) -> None:
     parts: list[Any] = [(len(head) + len(array) + 2).to_bytes(4, "little") + head, array, b"tl"]
     place = pool.place(parts, set())
     assert place is not None and content(place) == head + array + b"tl"
-    assert (place.begin, place.array) == (len(head), len(array))
-    assert (place.offset + place.begin) % 64 == 0  # for those who calculate with it
+    assert (place.array_begin, place.array_size) == (len(head), len(array))
+    assert (place.offset + place.array_begin) % 64 == 0  # for those who calculate with it
     whole = pool.place(frame(array), set())
-    assert whole is not None and content(whole) == array and (whole.begin, whole.array) == (0, 0)
+    assert whole is not None and content(whole) == array and (whole.array_begin, whole.array_size) == (0, 0)
 
 
 def test_memory_that_its_owner_may_change_is_copied(pool: Pool) -> None:

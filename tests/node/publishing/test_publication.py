@@ -21,7 +21,7 @@ from pyros1.node.publishing.local_link import UNBOUNDED_LIMIT
 from pyros1.node.publishing.publication import Publication
 from pyros1.node.publishing.tcp_link import TcpLink
 from pyros1.node.strand import Strand
-from pyros1.wire.handshake import Refusal, subscriber_header
+from pyros1.wire.handshake import Refusal, make_subscriber_header
 
 from ...bodies import decode, encode
 from ...parts import context_of, on_loop, publication_of
@@ -108,7 +108,7 @@ def test_a_closed_publication_refuses_links(make_node: Any) -> None:
     publication.close()
     listener.subscribe("t", Float64, print)
     on_loop(listener)
-    header = subscriber_header("/late", "/t", publication.type, tcp_nodelay=False)
+    header = make_subscriber_header("/late", "/t", publication.type, tcp_nodelay=False)
     near, far = socket.socketpair()
     with near, far, pytest.raises(Refusal, match="no longer a publisher"):
         publication.accept(near, header)

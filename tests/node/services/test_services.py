@@ -28,7 +28,7 @@ from pyros1.msgs.rospy_tutorials.srv import AddTwoInts, AddTwoIntsRequest, AddTw
 from pyros1.msgs.std_srvs.srv import Empty, SetBool, SetBoolResponse, Trigger
 from pyros1.net.spin_wait import SpinWait
 from pyros1.node.same_host import host_key
-from pyros1.node.services.call import Call
+from pyros1.node.services.call import ProviderConnection
 from pyros1.wire.header import encode_header
 
 from ...bodies import encode_frame
@@ -561,7 +561,7 @@ def test_a_node_that_ends_without_spinning_answers_with_an_error(make_node: Any,
     node = make_node("spinner", callbacks="spin")
     node.advertise_service("s", Empty, lambda request: {})
     call = in_thread(caller.service("s", Empty))
-    assert context_of(node).callbacks.wait(5)
+    assert context_of(node).callback_queue.wait(5)
     node.shutdown()
     with pytest.raises(ServiceError):
         call.join()
@@ -859,7 +859,7 @@ def test_close_just_before_a_call(server: Any, caller: Any, monkeypatch: pytest.
     def closes(call: Any, deadline: Any) -> None:
         client.close()
 
-    monkeypatch.setattr(Call, "deadline", property(lambda call: None, closes), raising=False)
+    monkeypatch.setattr(ProviderConnection, "deadline", property(lambda call: None, closes), raising=False)
     with pytest.raises(ServiceError, match="call to service"):
         client()
 
@@ -870,18 +870,18 @@ def test_a_signal_handler_that_interrupts_a_call_has_a_connection_of_its_own(
     """Or each would get the response of the other."""
     server.advertise_service("add", AddTwoInts, add)
     sums: list[int] = []
-    receive_response = Call.receive_response
+    receive_response = ProviderConnection.receive_response
 
     def handler() -> None:
-        monkeypatch.setattr(Call, "receive_response", receive_response)
+        monkeypatch.setattr(ProviderConnection, "receive_response", receive_response)
         sums.append(client(3, 4).sum)
 
-    def interrupted(call: Call) -> tuple[bool, bytes]:
+    def interrupted(call: ProviderConnection) -> tuple[bool, bytes]:
         handler()
         return receive_response(call)
 
     with caller.service("add", AddTwoInts, persistent=True) as client:
-        monkeypatch.setattr(Call, "receive_response", interrupted)
+        monkeypatch.setattr(ProviderConnection, "receive_response", interrupted)
         assert client(1, 2).sum == 3
         assert client(5, 6).sum == 11
     assert sums == [7]

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from pyros1.msgs.std_msgs.msg import Float64, String
-from pyros1.wire.datagram import split
+from pyros1.wire.datagram import split_frame
 from pyros1.wire.header import decode_header, encode_header
 
 from ...bodies import encode_frame
@@ -172,7 +172,7 @@ def test_nonsense_is_asked_again(make_node: Any, fake_node: Any, collect: Any) -
     assert subscriber.wait_for_publishers(timeout=5)
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
         sender.sendto(b"nonsense", ("127.0.0.1", offers[-1][3]))
-        for data in split(encode_frame(Float64(1)), 42, 0, 1500):
+        for data in split_frame(encode_frame(Float64(1)), 42, 0, 1500):
             sender.sendto(data, ("127.0.0.1", offers[-1][3]))
     got.wait(1)
 

@@ -390,9 +390,9 @@ def test_spin_once_runs_what_is_there_in_order_of_arrival(make_node: Any, transp
     assert a.wait_for_subscribers(timeout=5) and b.wait_for_subscribers(timeout=5)
     for publisher, number in ((a, 1), (b, 2), (a, 3)):
         publisher.publish(number)
-        assert context_of(listener).callbacks.wait(5)
-        while len(context_of(listener).callbacks) < number:
-            context_of(listener).callbacks.wait(0.01)
+        assert context_of(listener).callback_queue.wait(5)
+        while len(context_of(listener).callback_queue) < number:
+            context_of(listener).callback_queue.wait(0.01)
     assert listener.spin_once() == 3
     assert [(topic, number) for topic, number, _ in acquired] == [("a", 1), ("b", 2), ("a", 3)]
     assert {thread for *_, thread in acquired} == {threading.current_thread()}
@@ -405,7 +405,7 @@ def test_unregistered_callbacks_are_not_called_by_a_later_spin(make_node: Any, t
     publisher = talker.advertise("t", Float64)
     assert publisher.wait_for_subscribers(timeout=5)
     publisher.publish(1)
-    assert context_of(listener).callbacks.wait(5)
+    assert context_of(listener).callback_queue.wait(5)
     subscriber.unregister()
     listener.spin_once()
     assert not acquired.items

@@ -27,30 +27,30 @@ def make(**options: Any) -> Dialogue:
 
 def test_the_way_to_a_publisher() -> None:
     talk = make()
-    assert talk.publisher_listed() == [do.Drop(), do.RequestTopic(report_silence=True)]
-    assert talk.topic_answered([1, "ready", ["TCPROS", "talker", 5000]]) == [do.Connect("talker", 5000)]
-    assert talk.connected(SENT) == [do.SendHeader(SENT)]
+    assert talk.on_publisher_listed() == [do.Drop(), do.RequestTopic(report_silence=True)]
+    assert talk.on_topic_response([1, "ready", ["TCPROS", "talker", 5000]]) == [do.Connect("talker", 5000)]
+    assert talk.on_connected(SENT) == [do.SendHeader(SENT)]
     data = encode_header(GOOD)
-    assert [talk.received(bytes([byte])) for byte in data[:-1]] == [[]] * (len(data) - 1)
-    assert talk.received(data[-1:] + b"first") == [do.Link(GOOD, b"first")]
+    assert [talk.on_received(bytes([byte])) for byte in data[:-1]] == [[]] * (len(data) - 1)
+    assert talk.on_received(data[-1:] + b"first") == [do.Link(GOOD, b"first")]
     assert talk.state is State.LINKED
-    assert talk.publisher_unlisted() == [], "its last messages are not lost"
-    assert talk.link_lost(None) == [do.Drop(), do.Forget()]
+    assert talk.on_publisher_unlisted() == [], "its last messages are not lost"
+    assert talk.on_link_lost(None) == [do.Drop(), do.Forget()]
 
 
 def test_datagrams() -> None:
     header = encode_header(GOOD)[4:]
     answer = [1, "", ["UDPROS", "talker", 6000, 7, 1500, header]]
     talk = make()
-    talk.publisher_listed()
-    assert talk.topic_answered(answer)[-1] == do.Backoff(MIN_BACKOFF), "none were offered"
-    talk.backoff_over()
-    assert talk.topic_answered(answer, offered=True) == [do.LinkDatagrams(GOOD, ("talker", 6000), 7)]
-    assert talk.publisher_unlisted() == [do.EndDatagrams()], "no datagram says so"
-    assert talk.link_lost(None) == [do.Drop(), do.Forget()]
-    talk = make(takes_tcp=False)
-    talk.publisher_listed()
-    told, dropped = talk.topic_answered([0, "no", 0], offered=True)
+    talk.on_publisher_listed()
+    assert talk.on_topic_response(answer)[-1] == do.Backoff(MIN_BACKOFF), "none were offered"
+    talk.on_backoff_over()
+    assert talk.on_topic_response(answer, offered=True) == [do.LinkDatagrams(GOOD, ("talker", 6000), 7)]
+    assert talk.on_publisher_unlisted() == [do.EndDatagrams()], "no datagram says so"
+    assert talk.on_link_lost(None) == [do.Drop(), do.Forget()]
+    talk = make(accepts_tcp=False)
+    talk.on_publisher_listed()
+    told, dropped = talk.on_topic_response([0, "no", 0], offered=True)
     assert "does not send /t over UDP: no" in told.args[0] and dropped == do.Drop()  # type: ignore[union-attr]
     assert talk.state is State.REFUSED
 
@@ -60,12 +60,14 @@ def test_a_publisher_that_cannot_be_reached_is_named_once_and_with_the_cure() ->
     talk, told = make(), []
     publisher_refused = UnreachableError("cannot connect to localhost:5000: Connection refused")
     publisher_refused.__cause__ = ConnectionRefusedError()
-    talk.publisher_listed()
+    talk.on_publisher_listed()
     for attempt in range(12):
         if attempt:
-            talk.backoff_over()
-        talk.topic_answered([1, "ready", ["TCPROS", "localhost", 5000]])
-        told.append([action for action in talk.attempt_failed(publisher_refused) if isinstance(action, do.LogMessage)])
+            talk.on_backoff_over()
+        talk.on_topic_response([1, "ready", ["TCPROS", "localhost", 5000]])
+        told.append(
+            [action for action in talk.on_attempt_failed(publisher_refused) if isinstance(action, do.LogMessage)]
+        )
     assert [len(actions) for actions in told] == [0] * 5 + [1] + [0] * 6
     (tell,) = told[5]
     text = tell.text % tell.args
@@ -76,47 +78,47 @@ def test_a_publisher_that_cannot_be_reached_is_named_once_and_with_the_cure() ->
 
 def test_the_silent_place_is_named() -> None:
     talk = make()
-    talk.publisher_listed()
-    (tell,) = talk.publisher_silent()
+    talk.on_publisher_listed()
+    (tell,) = talk.on_publisher_silent()
     assert isinstance(tell, do.LogMessage) and "talker:1 does not answer" in tell.text % tell.args
-    talk.topic_answered([1, "ready", ["TCPROS", "elsewhere", 5000]])
-    (tell,) = talk.publisher_silent()
+    talk.on_topic_response([1, "ready", ["TCPROS", "elsewhere", 5000]])
+    (tell,) = talk.on_publisher_silent()
     assert isinstance(tell, do.LogMessage) and "elsewhere:5000 does not answer" in tell.text % tell.args
 
 
 def test_rests_become_longer_until_there_is_a_link_or_news() -> None:
     talk = make()
-    talk.publisher_listed()
+    talk.on_publisher_listed()
     rests = []
     for _ in range(12):
-        rests.append(talk.attempt_failed()[-1].seconds)  # type: ignore[union-attr]
-        talk.backoff_over()
+        rests.append(talk.on_attempt_failed()[-1].seconds)  # type: ignore[union-attr]
+        talk.on_backoff_over()
     assert rests == [min(MIN_BACKOFF * 2**count, MAX_BACKOFF) for count in range(12)]
-    talk.attempt_failed()
-    talk.publisher_listed()
-    assert talk.attempt_failed()[-1] == do.Backoff(MIN_BACKOFF)
-    talk.backoff_over()
-    talk.attempt_failed()
-    talk.backoff_over()
-    talk.linked()
-    assert talk.link_lost("reset")[-1] == do.Backoff(MIN_BACKOFF)
+    talk.on_attempt_failed()
+    talk.on_publisher_listed()
+    assert talk.on_attempt_failed()[-1] == do.Backoff(MIN_BACKOFF)
+    talk.on_backoff_over()
+    talk.on_attempt_failed()
+    talk.on_backoff_over()
+    talk.on_linked()
+    assert talk.on_link_lost("reset")[-1] == do.Backoff(MIN_BACKOFF)
 
 
 def test_another_programs_answer_is_told_once_until_there_is_a_link_or_news() -> None:
     talk = make()
     for _ in range(2):
-        talk.publisher_listed()
-        told, *rest = talk.attempt_failed(ProtocolError("http://talker:1/ answered with HTTP status 404"))
+        talk.on_publisher_listed()
+        told, *rest = talk.on_attempt_failed(ProtocolError("http://talker:1/ answered with HTTP status 404"))
         assert isinstance(told, do.LogMessage) and told.args[:2] == ("/t", URI)
         assert told.args[2].endswith("HTTP status 404") and "another program taken the port" in told.args[3]
         assert rest == [do.Drop(), do.Backoff(MIN_BACKOFF)]
-        talk.backoff_over()
-        assert talk.attempt_failed(XmlRpcFault(1, "no such method"))[0] == do.Drop()
-    talk.backoff_over()
-    talk.linked()
-    talk.link_lost(None)
-    talk.backoff_over()
-    assert isinstance(talk.attempt_failed(ProtocolError("no HTTP"))[0], do.LogMessage)
+        talk.on_backoff_over()
+        assert talk.on_attempt_failed(XmlRpcFault(1, "no such method"))[0] == do.Drop()
+    talk.on_backoff_over()
+    talk.on_linked()
+    talk.on_link_lost(None)
+    talk.on_backoff_over()
+    assert isinstance(talk.on_attempt_failed(ProtocolError("no HTTP"))[0], do.LogMessage)
 
 
 @pytest.mark.parametrize(
@@ -129,23 +131,25 @@ def test_another_programs_answer_is_told_once_until_there_is_a_link_or_news() ->
 )
 def test_what_may_be_a_node_that_ends_is_told_only_if_it_lasts(answer: Any, words: str) -> None:
     talk = make()
-    talk.publisher_listed()
+    talk.on_publisher_listed()
     rests, told = [], []
     for _ in range(12):
-        *said, _, rest = talk.attempt_failed(answer) if isinstance(answer, Exception) else talk.topic_answered(answer)
+        *said, _, rest = (
+            talk.on_attempt_failed(answer) if isinstance(answer, Exception) else talk.on_topic_response(answer)
+        )
         rests.append(rest.seconds)  # type: ignore[union-attr]
         told += [(rest.seconds, each.args[2]) for each in said]  # type: ignore[union-attr]
-        talk.backoff_over()
+        talk.on_backoff_over()
     assert len(told) == 1 and words in told[0][1]
     assert told[0][0] == min(seconds for seconds in rests if seconds >= REPORTED_BACKOFF)
 
 
 def test_one_who_sends_back_our_header_is_refused() -> None:
     talk = make()
-    talk.publisher_listed()
-    talk.topic_answered([1, "", ["TCPROS", "talker", 5000]])
-    talk.connected(SENT)
-    told, dropped = talk.received(encode_header(SENT))
+    talk.on_publisher_listed()
+    talk.on_topic_response([1, "", ["TCPROS", "talker", 5000]])
+    talk.on_connected(SENT)
+    told, dropped = talk.on_received(encode_header(SENT))
     assert isinstance(told, do.LogMessage) and "only sends back what it receives" in told.args[0]
     assert dropped == do.Drop()
     assert talk.state is State.REFUSED
@@ -155,20 +159,20 @@ def test_one_who_sends_back_our_header_is_refused() -> None:
 def test_a_refusal_is_told_once_until_the_master_announces(answer: dict[str, str]) -> None:
     talk = make()
     for _ in range(2):
-        talk.publisher_listed()
-        talk.topic_answered([1, "", ["TCPROS", "talker", 5000]])
-        talk.connected(SENT)
-        told, dropped = talk.received(encode_header(answer))
+        talk.on_publisher_listed()
+        talk.on_topic_response([1, "", ["TCPROS", "talker", 5000]])
+        talk.on_connected(SENT)
+        told, dropped = talk.on_received(encode_header(answer))
         assert isinstance(told, do.LogMessage) and told.is_error and dropped == do.Drop()
         assert talk.state is State.REFUSED
 
 
 def test_t15_a_publisher_of_another_type_is_linked_with_a_warning() -> None:
     talk = make()
-    talk.publisher_listed()
-    talk.topic_answered([1, "", ["TCPROS", "talker", 5000]])
-    talk.connected(SENT)
-    told, linked = talk.received(encode_header({**GOOD, "md5sum": "x", "type": "a/B"}))
+    talk.on_publisher_listed()
+    talk.on_topic_response([1, "", ["TCPROS", "talker", 5000]])
+    talk.on_connected(SENT)
+    told, linked = talk.on_received(encode_header({**GOOD, "md5sum": "x", "type": "a/B"}))
     assert isinstance(told, do.LogMessage) and not told.is_error and "as a/B [x]" in told.args[0]
     assert isinstance(linked, do.Link)
 
@@ -176,10 +180,10 @@ def test_t15_a_publisher_of_another_type_is_linked_with_a_warning() -> None:
 @pytest.mark.parametrize("data", [b"\xff\xff\xff\xff", b"\x04\0\0\0\xff\0\0\0", b"\x05\0\0\0\x01\0\0\0x"])
 def test_a_broken_header_is_told_with_publisher_and_topic(data: bytes) -> None:
     talk = make()
-    talk.publisher_listed()
-    talk.topic_answered([1, "", ["TCPROS", "talker", 5000]])
-    talk.connected(SENT)
-    told, dropped = talk.received(data)
+    talk.on_publisher_listed()
+    talk.on_topic_response([1, "", ["TCPROS", "talker", 5000]])
+    talk.on_connected(SENT)
+    told, dropped = talk.on_received(data)
     assert isinstance(told, do.LogMessage) and dropped == do.Drop()
     assert told.args[0].startswith(f"publisher {URI} of /t: connection header")
 
@@ -218,7 +222,7 @@ class Dialogues(RuleBasedStateMachine):
     def announce(self) -> None:
         self.forgotten = False
         busy = self.talk.state in IN_PROGRESS or self.talk.state is State.LINKED
-        actions = self.talk.publisher_listed()
+        actions = self.talk.on_publisher_listed()
         assert bool(actions) != busy
         self.take(actions)
 
@@ -231,7 +235,7 @@ class Dialogues(RuleBasedStateMachine):
     @precondition(lambda self: not self.stopped)
     @rule()
     def publisher_unlisted(self) -> None:
-        self.take(self.talk.publisher_unlisted())
+        self.take(self.talk.on_publisher_unlisted())
 
     @rule()
     def stop(self) -> None:
@@ -242,7 +246,7 @@ class Dialogues(RuleBasedStateMachine):
     @rule()
     def backoff_over(self) -> None:
         self.resting = False
-        self.take(self.talk.backoff_over())
+        self.take(self.talk.on_backoff_over())
         assert self.talk.state is State.ASKING
 
     @precondition(lambda self: self.watching)
@@ -251,7 +255,7 @@ class Dialogues(RuleBasedStateMachine):
         self.watching = False
         self.silences += 1
         assert self.silences == 1, "named once, until there is a link or news"
-        self.take(self.talk.publisher_silent())
+        self.take(self.talk.on_publisher_silent())
 
     @precondition(lambda self: self.talk.state is State.ASKING)
     @rule(
@@ -270,25 +274,25 @@ class Dialogues(RuleBasedStateMachine):
         offered=st.booleans(),
     )
     def topic_answered(self, answer: Any, offered: bool) -> None:
-        self.take(self.talk.topic_answered(answer, offered=offered))
+        self.take(self.talk.on_topic_response(answer, offered=offered))
         self.linked_now()
 
     @precondition(lambda self: self.talk.state is State.ASKING)
     @rule(publisher_refused=st.booleans())
     def in_this_process(self, publisher_refused: bool) -> None:
-        self.take(self.talk.publisher_refused("another type") if publisher_refused else self.talk.linked())
+        self.take(self.talk.on_publisher_refused("another type") if publisher_refused else self.talk.on_linked())
         self.watching = False
         self.linked_now()
 
     @precondition(lambda self: self.talk.state is State.CONNECTING)
     @rule()
     def connected(self) -> None:
-        self.take(self.talk.connected(SENT))
+        self.take(self.talk.on_connected(SENT))
 
     @precondition(lambda self: self.talk.state is State.GREETING)
     @rule(data=st.sampled_from([encode_header(GOOD), encode_header({"error": "no"}), b"", b"\x10\0", b"\xff" * 8]))
     def received(self, data: bytes) -> None:
-        self.take(self.talk.received(data))
+        self.take(self.talk.on_received(data))
         self.linked_now()
 
     @precondition(lambda self: self.talk.state in IN_PROGRESS)
@@ -296,12 +300,12 @@ class Dialogues(RuleBasedStateMachine):
         error=st.sampled_from([None, OSError("unreachable"), ProtocolError("odd"), UnknownHostError("nowhere", None)])
     )
     def attempt_failed(self, error: Exception | None) -> None:
-        self.take(self.talk.attempt_failed(error))
+        self.take(self.talk.on_attempt_failed(error))
 
     @precondition(lambda self: self.talk.state is State.LINKED)
     @rule(reason=st.sampled_from([None, "reset"]))
     def link_lost(self, reason: str | None) -> None:
-        self.take(self.talk.link_lost(reason))
+        self.take(self.talk.on_link_lost(reason))
 
     def linked_now(self) -> None:
         if self.talk.state is State.LINKED:

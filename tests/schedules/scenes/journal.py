@@ -9,7 +9,7 @@ from itertools import count
 from pathlib import Path
 from typing import Any
 
-from pyros1.master.journal import Journal, JournalContents, read
+from pyros1.master.journal import Journal, JournalContents, read_journal
 from pyros1.master.server import Master
 from pyros1.net.master_client import MasterClient
 
@@ -59,7 +59,7 @@ class Journalling(Scenario):
         def look() -> None:
             last = -1
             while not over:
-                previous = read(path)
+                previous = read_journal(path)
                 if previous is None:
                     assert last < 0 or self.vanishes, "there was one before"
                 else:
@@ -72,14 +72,14 @@ class Journalling(Scenario):
         looking = stage.spawn(look)
         stage.together(*(setter(thread) for thread in range(THREADS)))
         end = stage.time.monotonic() + 10.0
-        while (previous := read(path)) is None or set_by(previous) != set(names):
+        while (previous := read_journal(path)) is None or set_by(previous) != set(names):
             assert stage.time.monotonic() < end, "the last changes are missing"
             stage.time.sleep(1e-3)
         over.append(True)
         looking[0].join()
         journal.close(remove=False)  # nothing is done any more, as after a kill
         master.stop()
-        following = Master(port=0, bind_host="127.0.0.1", previous=read(path) or previous)
+        following = Master(port=0, bind_host="127.0.0.1", previous=read_journal(path) or previous)
         following.start()
         client = MasterClient("/asker", following.uri)
         assert set(client.get_param_names()) == set(names)

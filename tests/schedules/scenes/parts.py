@@ -15,7 +15,7 @@ from pyros1.node.publishing.publication import Publication
 from pyros1.node.subscribing.hints import Hints
 from pyros1.node.subscribing.subscription import Subscription
 from pyros1.node.topic_type import topic_type
-from pyros1.wire.handshake import Refusal, subscriber_header
+from pyros1.wire.handshake import Refusal, make_subscriber_header
 
 from ..network import Socket
 from ..stage import Stage
@@ -54,7 +54,7 @@ class Log:
 
     debug = warn = error = info
 
-    def peer(self, _level: int, text: str, *args: object, max_texts: int = 0) -> None:
+    def peer_event(self, _level: int, text: str, *args: object, max_texts: int = 0) -> None:
         """Note a line."""
         self.info(text, *args)
 
@@ -122,7 +122,7 @@ class Reader:
         """Do what a node's server does with a connection. On the loop."""
         near: Any = self.near
         try:
-            publication.accept(near, subscriber_header(self._name, "/t", publication.type, False))
+            publication.accept(near, make_subscriber_header(self._name, "/t", publication.type, False))
         except Refusal:
             near.close()
 

@@ -17,7 +17,7 @@ from pyros1.node.publishing import shared_link
 from pyros1.node.publishing.publication import Publication
 from pyros1.node.subscribing.queues import Batch
 from pyros1.node.subscribing.shared_source import SharedSource
-from pyros1.wire.handshake import Refusal, subscriber_header
+from pyros1.wire.handshake import Refusal, make_subscriber_header
 from pyros1.wire.header import HeaderReader
 
 from ..stage import Scenario, Stage
@@ -59,7 +59,7 @@ class Reader:
     def _accept(self, publication: Publication) -> None:
         near: Any = self.near
         try:
-            publication.accept(near, subscriber_header("/reader", "/t", publication.type, False))
+            publication.accept(near, make_subscriber_header("/reader", "/t", publication.type, False))
         except Refusal:
             near.close()
 

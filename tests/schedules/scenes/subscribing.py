@@ -127,7 +127,7 @@ class Subscribing(Scenario):
         """Begin a thread that spins, in a node that does."""
 
         def spin() -> None:
-            callbacks = context.callbacks
+            callbacks = context.callback_queue
             while callbacks is not None and not context.stopping.is_set():
                 callbacks.wait(0.01)
                 callbacks.run_available()
@@ -137,11 +137,11 @@ class Subscribing(Scenario):
     def spin_no_more(self, context: Context, spinning: list[Any]) -> None:
         """End the thread that spins; run what is left."""
         context.stopping.set()
-        if context.callbacks is not None:
-            context.callbacks.wake()
+        if context.callback_queue is not None:
+            context.callback_queue.wake()
         for thread in spinning:
             thread.join()
-        while context.callbacks is not None and context.callbacks.run_available():
+        while context.callback_queue is not None and context.callback_queue.run_available():
             pass
 
     def end(self, context: Context, subscription: Subscription) -> None:

@@ -9,10 +9,10 @@ from typing import Any
 from pyros1.msgs.std_srvs.srv import SetBool
 from pyros1.net.background_writer import BackgroundWriter
 from pyros1.node.callback_queue import CallbackQueue
-from pyros1.node.publishing.peers import Watch
+from pyros1.node.publishing.peers import PeerWatch
 from pyros1.node.services.server import ServiceServer, service_type
 from pyros1.node.services.workers import Workers
-from pyros1.wire.handshake import Refusal, service_client_header
+from pyros1.wire.handshake import Refusal, make_service_client_header
 from pyros1.wire.header import HeaderReader
 
 from ..network import Socket
@@ -123,7 +123,7 @@ class Watching(Scenario):
         context = make_context(stage, "/talker")
         publication = make_publication(context, 0)
         told: list[tuple[str, str]] = []
-        watch = Watch(
+        watch = PeerWatch(
             publication,
             lambda peer: told.append(("came", peer.name)),
             lambda peer: told.append(("went", peer.name)),
@@ -173,7 +173,7 @@ class Serving(Scenario):
 
             def call() -> None:
                 near.setblocking(False)
-                header = service_client_header("/client", "/s", service_type(SetBool), persistent, {})
+                header = make_service_client_header("/client", "/s", service_type(SetBool), persistent, {})
                 context.loop.call_soon(self.accept, server, near, header)
                 with far:
                     greet(far)

@@ -16,7 +16,7 @@ from pyros1.launch.running.api import LaunchServer
 from pyros1.launch.running.console import Console
 from pyros1.launch.running.process_spec import ProcessSpec
 from pyros1.launch.running.supervisor import Supervisor
-from pyros1.net.hosts import host_from_environment
+from pyros1.net.hosts import addresses_from_environment
 from pyros1.web import calls
 from pyros1.web.robot import Robot
 from pyros1.web.server.wire import RequestError
@@ -42,7 +42,7 @@ def launch(robot: Robot, logs: Path, tmp_path: Path) -> Iterator[str]:
     supervisor.start(ProcessSpec("driver-1", "/driver", words, dict(os.environ), str(tmp_path), base, False))
     runner = threading.Thread(target=supervisor.run)
     runner.start()
-    server = LaunchServer(supervisor, host_from_environment({"ROS_HOSTNAME": "localhost"}, {}), "robot.launch")
+    server = LaunchServer(supervisor, addresses_from_environment({"ROS_HOSTNAME": "localhost"}, {}), "robot.launch")
     robot.master.set_param(server.param_name(), server.uri)
     yield server.param_name()
     server.close()

@@ -31,7 +31,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
     from pyros1.launch.running.core import LOG_LEVELS, Core  # noqa: PLC0415 - not needed for help
     from pyros1.launch.running.logs import log_folder  # noqa: PLC0415
     from pyros1.net.allowlist import make_allowlist  # noqa: PLC0415
-    from pyros1.net.hosts import host_from_environment, make_uri, master_uri, parse_uri  # noqa: PLC0415
+    from pyros1.net.hosts import addresses_from_environment, make_uri, master_uri, parse_uri  # noqa: PLC0415
     from pyros1.net.signal_safe import POLL_INTERVAL  # noqa: PLC0415
 
     if options.port not in PORT_RANGE:
@@ -48,7 +48,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
     )  # before the master serves clients, which may shut it down immediately
     try:
         port = options.port or parse_uri(master_uri(os.environ, special_args))[1]
-        address = host_from_environment(environ, special_args)
+        address = addresses_from_environment(environ, special_args)
         master_log_folder = Path(special_args["__log"]).parent if "__log" in special_args else log_folder(os.environ)
         master_log_folder.mkdir(parents=True, exist_ok=True)
         core = Core(

@@ -140,13 +140,13 @@ def _serve(
     port: int,
 ) -> None:
     from pyros1.net.allowlist import make_allowlist  # noqa: PLC0415
-    from pyros1.net.hosts import host_from_environment  # noqa: PLC0415
+    from pyros1.net.hosts import addresses_from_environment  # noqa: PLC0415
     from pyros1.web.robot import Robot  # noqa: PLC0415
     from pyros1.web.run import run_server  # noqa: PLC0415
     from pyros1.web.server.access import Access  # noqa: PLC0415
 
     environ = with_options(os.environ, options)
-    address = host_from_environment(environ, invocation.special)
+    address = addresses_from_environment(environ, invocation.special)
     optional_settings = {"token": options.token, "most_pages": options.most_pages}
     access = Access(
         names=_host_names(options.host, options.names),

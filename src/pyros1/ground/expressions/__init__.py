@@ -16,8 +16,8 @@ from pyros1.ground.expressions.limits import (
     ExpressionError,
     LimitError,
     UnknownNameError,
-    checked,
-    require,
+    check_limit,
+    check_value,
     size,
 )
 
@@ -30,7 +30,7 @@ __all__ = [
     "Interpreter",
     "LimitError",
     "UnknownNameError",
-    "checked",
-    "require",
+    "check_limit",
+    "check_value",
     "size",
 ]

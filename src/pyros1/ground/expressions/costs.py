@@ -1,7 +1,7 @@
 """Estimates the costs of operations and functions in advance: the number of items that they process.
 
-A message counts with all its fields; operations that visit only the top level of a value cost less than those that
-compare, sort or format it. If an operation may compare all pairs of items, each pair counts.
+All fields of a message count. An operation that only visits the top level of a value costs less than one that compares,
+sorts or formats the value. If an operation may compare all pairs of items, each pair counts.
 """
 
 from __future__ import annotations
@@ -84,7 +84,7 @@ def deep_size(value: Any, limit: int) -> int:
 
 
 def _count_fields(value: Any, pending: list[Any]) -> int:
-    """Return the cost of a message, whose fields are added to `pending`, or of an object of another library."""
+    """Return the cost of a message, whose fields are added to `pending`, or of an object from another library."""
     if type(value).__module__ == "numpy":
         return array_size(value)
     slots = getattr(type(value), "__slots__", ())
@@ -96,9 +96,9 @@ def call_cost(function: Callable[..., Any], arguments: Sequence[Any], keywords: 
     """Return the cost of a call.
 
     Args:
-        function: the function.
-        arguments: its arguments.
-        keywords: its keyword arguments.
+        function: the function that is called.
+        arguments: the positional arguments.
+        keywords: the keyword arguments.
         limit: number at which counting stops.
     """
     owner, name = method_owner(function), function_name(function)
@@ -108,19 +108,19 @@ def call_cost(function: Callable[..., Any], arguments: Sequence[Any], keywords: 
         return sum(map(shallow_size, arguments))
     if owner is None and not keywords and all(type(value) in _FIXED_COST_TYPES for value in arguments):
         return 0
-    nested_size = sum(deep_size(value, limit) for value in (*arguments, *keywords.values()))
+    arguments_size = sum(deep_size(value, limit) for value in (*arguments, *keywords.values()))
     if owner is not None:
-        return nested_size + _method_cost(name, owner, arguments, nested_size, limit)
+        return arguments_size + _method_cost(name, owner, arguments, arguments_size, limit)
     if name == "sorted" and arguments:
-        return nested_size * max(1, shallow_size(arguments[0]).bit_length() // 4)
-    return nested_size * (_SLOW_FACTOR if name in _SLOW_FUNCTIONS else 1)
+        return arguments_size * max(1, shallow_size(arguments[0]).bit_length() // 4)
+    return arguments_size * (_SLOW_FACTOR if name in _SLOW_FUNCTIONS else 1)
 
 
-def _method_cost(name: str, owner: Any, arguments: Sequence[Any], nested_size: int, limit: int) -> int:
+def _method_cost(name: str, owner: Any, arguments: Sequence[Any], arguments_size: int, limit: int) -> int:
     if name in _CHEAP_METHODS:
         return 0
     if name == "format":  # each field may format all arguments again
-        return int(owner.count("{")) * (_FIELD_COST + nested_size)
+        return int(owner.count("{")) * (_FIELD_COST + arguments_size)
     if type(owner) not in TEXT_TYPES:
         return deep_size(owner, limit)
     return shallow_size(owner) + sum(search_cost(argument, owner) for argument in arguments)
@@ -136,7 +136,7 @@ def search_cost(text: Any, searched: Any) -> int:
 
 
 def membership_cost(item: Any, container: Any, limit: int) -> int:
-    """Return the cost of ``item in where``."""
+    """Return the cost of ``item in container``."""
     if type(container) in TEXT_TYPES:
         return shallow_size(container) + search_cost(item, container)
     if isinstance(container, HASHED_TYPES):
@@ -145,7 +145,7 @@ def membership_cost(item: Any, container: Any, limit: int) -> int:
 
 
 def operator_cost(op: ast.operator, left: Any, right: Any, limit: int) -> int:
-    """Return the cost of a binary operation, in addition to that of its result."""
+    """Return the cost of a binary operation, in addition to the cost of its result."""
     if isinstance(op, ast.Mod) and isinstance(left, str):  # each field may format all arguments again
         return shallow_size(left) + left.count("%") * (_FIELD_COST + deep_size(right, limit))
     if type(left) is int and type(right) is int:

@@ -1,7 +1,7 @@
 """Functions for expressions: builtins, methods of plain values and math, each with a limit on its result.
 
-A function that can create a large result from small arguments computes the size first. No function gives access to
-anything but its arguments.
+A function that can create a large result from small arguments computes the result's size first. No function gives
+access to anything but its arguments.
 """
 
 from __future__ import annotations
@@ -16,13 +16,13 @@ import string
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
-from pyros1.ground.expressions.limits import ExpressionError, checked, require, size
+from pyros1.ground.expressions.limits import ExpressionError, check_limit, check_value, size
 from pyros1.ground.expressions.operators import require_small
 
 _MAX_ROUNDING_DIGITS = 400
 _ENCODINGS = ("ascii", "latin-1", "utf-8", "utf8", "utf-16")
 
-MATH: Mapping[str, Any] = {
+MATH_NAMES: Mapping[str, Any] = {
     name: getattr(math, name)
     for name in dir(math)  # sorted
     # The excluded functions can take very long with short arguments.
@@ -99,12 +99,12 @@ def calls_key(function: Callable[..., Any]) -> bool:
 
 def _join(limit: int, separator: str, items: Iterable[str]) -> str:
     parts = list(items)
-    require(len(separator) * len(parts) + sum(map(len, parts)), limit)
+    check_limit(len(separator) * len(parts) + sum(map(len, parts)), limit)
     return separator.join(parts)
 
 
 def _replace(limit: int, text: str, old: str, new: str, count: int = -1) -> str:
-    require(text.count(old) * len(new), limit)
+    check_limit(text.count(old) * len(new), limit)
     return text.replace(old, new, count)
 
 
@@ -131,7 +131,7 @@ def _format(limit: int, template: str, *arguments: Any, **keywords: Any) -> str:
             raise ExpressionError(f"{{{field_name}}} is not allowed here: only numbers and names are")
         parts.append(format_field(value, conversion, spec or "", limit))
         total_length += len(parts[-1])
-        require(total_length, limit)
+        check_limit(total_length, limit)
     return "".join(parts)
 
 
@@ -145,7 +145,7 @@ def format_field(value: Any, conversion: str | None, spec: str, limit: int) -> s
         limit: maximum width.
     """
     for number in re.findall(r"\d+", spec):
-        require(int(number) if len(number) < 10 else limit + 1, limit)
+        check_limit(int(number) if len(number) < 10 else limit + 1, limit)
     if conversion in ("r", "a"):
         value = repr(value) if conversion == "r" else ascii(value)
     elif conversion == "s":
@@ -170,7 +170,7 @@ def _decode(limit: int, data: bytes, encoding: str = "utf-8", errors: str = "str
 
 def _limit_padding(pad: Callable[..., str]) -> Callable[..., str]:
     def pad_limited(limit: int, text: str, width: int, *fill: str) -> str:
-        require(width, limit)
+        check_limit(width, limit)
         return pad(text, width, *fill)
 
     return pad_limited
@@ -194,9 +194,9 @@ def _map(limit: int, function: Callable[..., Any], *iterables: Iterable[Any]) ->
     results: list[Any] = []
     total = 0
     for arguments in zip(*iterables):  # noqa: B905 - like map(), up to the shortest
-        results.append(checked(function(*arguments), limit))
+        results.append(check_value(function(*arguments), limit))
         total += 1 + size(results[-1], limit)
-        require(total, limit)
+        check_limit(total, limit)
     return results
 
 
@@ -214,7 +214,7 @@ def _reversed(items: Any) -> list[Any]:
 
 def _range(limit: int, *arguments: int) -> list[int]:
     numbers = range(*arguments)
-    require(len(numbers), limit)
+    check_limit(len(numbers), limit)
     return list(numbers)
 
 
@@ -230,7 +230,7 @@ def _round(number: Any, ndigits: int | None = None) -> Any:
 
 
 def _sum(numbers: Iterable[Any], start: float = 0) -> Any:
-    """Return the sum of numbers. Others are rejected, since lists would be copied at each step."""
+    """Return the sum of numbers. Other values are rejected, since adding lists copies the sum so far at each step."""
     if not isinstance(start, int | float):
         raise TypeError("sum() accepts only numbers")
     return sum(numbers, start)
@@ -246,7 +246,7 @@ def _pow(limit: int, base: Any, exponent: Any) -> Any:
 
 
 def _next(items: Iterable[Any], *default: Any) -> Any:
-    """Return the first item, or the default: iterators are lists in expressions."""
+    """Return the first item, or the default if there is none: in expressions, iterators are lists."""
     for item in items:
         return item
     if not default:
@@ -256,7 +256,7 @@ def _next(items: Iterable[Any], *default: Any) -> Any:
 
 def _bytes(limit: int, value: Any = b"") -> bytes:
     with contextlib.suppress(TypeError):
-        require(operator.index(value), limit)
+        check_limit(operator.index(value), limit)
     return bytes(value)
 
 

@@ -1,8 +1,9 @@
-"""Interprets expressions: defines the allowed subset of Python's syntax, and its meaning.
+"""Interprets expressions: defines the allowed subset of Python's syntax, and what it means.
 
 A text is parsed to Python's syntax tree, checked to contain only harmless nodes, and interpreted node by node; nothing
-is compiled or executed. Attributes that begin with ``_`` (except for some of messages) and assignments are not allowed,
-and sizes and loops are limited, so that an expression can neither access the interpreter nor keep it busy for long.
+is compiled or executed. Assignments, and attributes that begin with ``_`` (except for some attributes of messages), are
+not allowed, and sizes and loops are limited. So an expression can neither access Python's internals nor keep the
+program busy for long.
 
 Subclasses of `Interpreter` define the nodes, names, attributes and functions that are available.
 """
@@ -16,7 +17,7 @@ from typing import Any, ClassVar
 
 from pyros1.ground.expressions import costs
 from pyros1.ground.expressions.functions import (
-    MATH,
+    MATH_NAMES,
     calls_first_argument,
     calls_key,
     find_method,
@@ -37,10 +38,10 @@ from pyros1.ground.expressions.limits import (
     UnknownNameError,
     check_bits,
     check_hashes,
+    check_limit,
     measure,
-    require,
 )
-from pyros1.ground.expressions.operators import BINARY, COMPARISONS, UNARY, require_small
+from pyros1.ground.expressions.operators import BINARY_OPERATORS, COMPARISON_OPERATORS, UNARY_OPERATORS, require_small
 
 # Type of node -> method of Interpreter that evaluates it.
 _EVALUATORS: dict[type[ast.expr], str] = {
@@ -101,17 +102,17 @@ class Interpreter:
         ExpressionError: the text is malformed, too long, or uses syntax that is not allowed.
     """
 
-    nodes: ClassVar[frozenset[type[ast.expr]]] = frozenset(_EVALUATORS)
+    allowed_nodes: ClassVar[frozenset[type[ast.expr]]] = frozenset(_EVALUATORS)
     """The allowed types of syntax nodes, among those that this class supports."""
 
-    private: ClassVar[frozenset[str]] = frozenset()
+    private_attributes: ClassVar[frozenset[str]] = frozenset()
     """The attributes beginning with ``_`` that are allowed."""
 
     max_items: ClassVar[int] = MAX_ITEMS
     """Maximum `size` of a computed value."""
 
     max_work: ClassVar[int] = MAX_WORK
-    """Maximum work of an expression; see `limits`."""
+    """Maximum work of an evaluation; see `limits`."""
 
     def __init__(self, text: str) -> None:
         self._work = 0
@@ -133,11 +134,11 @@ class Interpreter:
         """Evaluate the expression, and return its value.
 
         Args:
-            names: the values of the names in it.
+            names: the values of the names in the expression.
 
         Raises:
-            ExpressionError: a name is unknown, types do not match, a result is too large, or the evaluation fails
-                otherwise.
+            ExpressionError: a name is unknown, types do not match, a result is too large, or the evaluation fails for
+                another reason.
         """
         self._work = 0
         try:
@@ -157,11 +158,11 @@ class Interpreter:
             ExpressionError: the node is not allowed in an expression.
         """
         node_type = type(node).__name__
-        if isinstance(node, ast.expr) and type(node) not in self.nodes:
+        if isinstance(node, ast.expr) and type(node) not in self.allowed_nodes:
             raise ExpressionError(f"{node_type} is not allowed in an expression")
-        if isinstance(node, ast.operator) and type(node) not in BINARY:
+        if isinstance(node, ast.operator) and type(node) not in BINARY_OPERATORS:
             raise ExpressionError(f"{node_type} is not allowed in an expression")
-        if isinstance(node, ast.Attribute) and node.attr.startswith("_") and node.attr not in self.private:
+        if isinstance(node, ast.Attribute) and node.attr.startswith("_") and node.attr not in self.private_attributes:
             raise ExpressionError(f"{node.attr} is not accessible")
         if isinstance(node, ast.Call) and not isinstance(node.func, ast.Name | ast.Attribute):
             raise ExpressionError("only plain function calls are allowed")
@@ -189,7 +190,8 @@ class Interpreter:
         return names[name]
 
     def attribute(self, owner: Any, name: str) -> Any:
-        """Return a field or method of a value; `name` does not begin with ``_``, unless it is one of `private`.
+        """Return a field or method of a value; `name` does not begin with ``_``, unless it is one of
+        `private_attributes`.
 
         Raises:
             ExpressionError: there is no such attribute, or it is not available in expressions.
@@ -233,17 +235,17 @@ class Interpreter:
             return check_bits(value)
         size, visited = measure(value, self.max_items)
         self._charge(visited)
-        require(size, self.max_items)
+        check_limit(size, self.max_items)
         return check_bits(value)
 
     def _charge(self, items: int) -> None:
-        """Add the cost of the next operation."""
+        """Add the cost of the next operation; raise LimitError if the expression takes too much work."""
         self._work += items
         if self._work > self.max_work:
             raise LimitError(TOO_EXPENSIVE)
 
     def _charge_reading(self, *values: Any) -> None:
-        """Add the cost of an operation that visits entire values."""
+        """Add the cost of an operation that visits all of the given values, with everything in them."""
         for value in values:
             if type(value) not in SCALAR_TYPES:
                 self._charge(costs.deep_size(value, self.max_work - self._work))
@@ -256,11 +258,11 @@ class Interpreter:
 
     def _attribute(self, node: ast.Attribute, names: Mapping[str, Any]) -> Any:
         if isinstance(node.value, ast.Name) and node.value.id == "math":  # the module itself is not a value
-            if node.attr not in MATH:
+            if node.attr not in MATH_NAMES:
                 raise ExpressionError(
-                    f"math.{node.attr} is not available in expressions; available are: {', '.join(MATH)}"
+                    f"math.{node.attr} is not available in expressions; available are: {', '.join(MATH_NAMES)}"
                 )
-            return MATH[node.attr]
+            return MATH_NAMES[node.attr]
         return self.attribute(self.evaluate_node(node.value, names), node.attr)
 
     def _list(self, node: ast.List, names: Mapping[str, Any]) -> Any:
@@ -288,7 +290,7 @@ class Interpreter:
                 continue
             for count, item in enumerate(self.evaluate_node(node.value, names), 1):
                 self._charge(STEP_COST)
-                require(count, self.max_items)
+                check_limit(count, self.max_items)
                 yield item
 
     def _starred(self, node: ast.Starred, names: Mapping[str, Any]) -> Any:
@@ -327,7 +329,7 @@ class Interpreter:
                 size, visited = measure(results[-1], self.max_items)
                 self._charge(visited)
                 total += size
-            require(total, self.max_items)
+            check_limit(total, self.max_items)
         return results
 
     def _loop(self, loops: list[ast.comprehension], names: dict[str, Any]) -> Iterator[dict[str, Any]]:
@@ -376,7 +378,7 @@ class Interpreter:
                 self._charge(costs.membership_cost(left, right, self.max_work))
             elif type(left) not in SCALAR_TYPES and not isinstance(op, ast.Is | ast.IsNot):
                 self._charge_reading(right)
-            result = self._checked(COMPARISONS[type(op)](left, right))
+            result = self._checked(COMPARISON_OPERATORS[type(op)](left, right))
             left = right
         return result
 
@@ -384,7 +386,7 @@ class Interpreter:
         return self.evaluate_node(node.body if self.evaluate_node(node.test, names) else node.orelse, names)
 
     def _unaryop(self, node: ast.UnaryOp, names: Mapping[str, Any]) -> Any:
-        return self._checked(UNARY[type(node.op)](self.evaluate_node(node.operand, names)))
+        return self._checked(UNARY_OPERATORS[type(node.op)](self.evaluate_node(node.operand, names)))
 
     def _binop(self, node: ast.BinOp, names: Mapping[str, Any]) -> Any:
         left, right = self.evaluate_node(node.left, names), self.evaluate_node(node.right, names)
@@ -396,7 +398,7 @@ class Interpreter:
         if isinstance(node.op, ast.MatMult):
             self.check_matrices(left, right)
         self._charge(costs.operator_cost(node.op, left, right, self.max_work))
-        return self._checked(BINARY[type(node.op)](left, right))
+        return self._checked(BINARY_OPERATORS[type(node.op)](left, right))
 
     def _call(self, node: ast.Call, names: Mapping[str, Any]) -> Any:
         function = self.evaluate_node(node.func, names)
@@ -426,7 +428,7 @@ class Interpreter:
             nonlocal total
             value = self._call_function(function, item)
             total += 1 + measure(value, self.max_items)[0]
-            require(total, self.max_items)
+            check_limit(total, self.max_items)
             return value
 
         return key
@@ -444,5 +446,5 @@ class Interpreter:
 
 
 _EVALUATOR_FUNCTIONS: dict[type[ast.expr], Callable[[Interpreter, Any, Mapping[str, Any]], Any]] = {
-    kind: getattr(Interpreter, name) for kind, name in _EVALUATORS.items()
+    node_type: getattr(Interpreter, name) for node_type, name in _EVALUATORS.items()
 }

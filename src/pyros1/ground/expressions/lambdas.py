@@ -11,8 +11,8 @@ class Lambda:
     """A function created by an expression, for arguments such as the ``key`` of ``sorted``.
 
     Args:
-        evaluate: evaluates a node with the given names, and counts the work.
-        node: the checked node.
+        evaluate: evaluates a syntax node with the given values of names, and counts the work.
+        node: the syntax node of the ``lambda``, which has been checked.
         names: the names in the enclosing scope.
     """
 

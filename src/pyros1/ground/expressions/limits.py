@@ -17,7 +17,7 @@ MAX_BITS = 4096
 """Maximum number of bits of a computed integer."""
 
 MAX_WORK = 10_000_000
-"""Maximum work of an expression. Operations and functions cost one for each item that they visit, or for eight
+"""Maximum work of an expression. An operation or function costs 1 for each item that it visits, or for each eight
 characters of a string; in addition, each evaluation of a node costs `STEP_COST`.
 """
 
@@ -25,7 +25,7 @@ STEP_COST = 6
 """Cost of evaluating a node or an item of a comprehension, or of accessing an item of a list."""
 
 CALL_COST = 30
-"""Cost of a call, in addition to that of the function."""
+"""Cost of a call, in addition to the cost of the function."""
 
 TOO_EXPENSIVE = "the expression takes too much work; use fewer fields or items"
 TOO_LARGE = "the result is too large; use fewer fields, items or characters"
@@ -42,7 +42,7 @@ HASHED_TYPES: tuple[type[Any], ...] = (dict, set, frozenset, type({}.keys()), ty
 
 
 class ExpressionError(Error, ValueError):
-    """An expression is malformed, not allowed or too large, or its evaluation fails; the message says which."""
+    """An expression is malformed, not allowed or too large, or its evaluation fails; the message says what is wrong."""
 
 
 class LimitError(ExpressionError):
@@ -57,8 +57,8 @@ def size(value: Any, limit: int = MAX_ITEMS) -> int:
     """Return the number of characters and items in a value and in nested values, counted as often as they occur.
 
     Args:
-        value: any value; integers and arrays count one for each 64 bits, and other values that are not strings or
-            containers 0.
+        value: any value. Integers and arrays count 1 for each 64 bits; other values that are neither strings nor
+            containers count 0.
         limit: number at which counting stops.
 
     Returns:
@@ -68,8 +68,8 @@ def size(value: Any, limit: int = MAX_ITEMS) -> int:
 
 
 def measure(value: Any, limit: int = MAX_ITEMS) -> tuple[int, int]:
-    """Return the `size` of a value, and the work to create it: two for each number, and `STEP_COST` for each other
-    item.
+    """Return the `size` of a value, and the work for creating the value: 2 for each number, and `STEP_COST` for each
+    other item.
     """
     if isinstance(value, TEXT_TYPES):
         return len(value), len(value) >> 3
@@ -120,7 +120,7 @@ def nested_size(items: Collection[Any], pending: list[Any]) -> int:
     return 0
 
 
-def checked(value: Any, limit: int = MAX_ITEMS) -> Any:
+def check_value(value: Any, limit: int = MAX_ITEMS) -> Any:
     """Check a computed value and return it unchanged.
 
     Args:
@@ -130,7 +130,7 @@ def checked(value: Any, limit: int = MAX_ITEMS) -> Any:
     Raises:
         ExpressionError: the value is larger, or is an integer of more than `MAX_BITS` bits.
     """
-    require(size(value, limit), limit)
+    check_limit(size(value, limit), limit)
     return check_bits(value)
 
 
@@ -138,14 +138,14 @@ def check_bits(value: Any) -> Any:
     """Check a computed value and return it unchanged.
 
     Raises:
-        ExpressionError: it is an integer of more than `MAX_BITS` bits.
+        ExpressionError: the value is an integer of more than `MAX_BITS` bits.
     """
     if isinstance(value, int):
-        require(value.bit_length(), MAX_BITS)
+        check_limit(value.bit_length(), MAX_BITS)
     return value
 
 
-def require(needed: int, limit: int = MAX_ITEMS) -> None:
+def check_limit(needed: int, limit: int = MAX_ITEMS) -> None:
     """Check the size that a result would have.
 
     Raises:

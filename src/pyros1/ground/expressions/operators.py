@@ -1,4 +1,4 @@
-"""The operators of expressions, and checks of the sizes of their results."""
+"""The operators that expressions can use, and checks of the sizes of their results."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import re
 from collections.abc import Callable
 from typing import Any
 
-from pyros1.ground.expressions.limits import MAX_BITS, ExpressionError, require, size
+from pyros1.ground.expressions.limits import MAX_BITS, ExpressionError, check_limit, size
 
 _STAR_WIDTH = re.compile(r"[%)][#0 +-]*\*|\.\*")
 
@@ -18,7 +18,7 @@ def _invert(value: Any) -> Any:
     return ~int(value) if isinstance(value, bool) else ~value  # Python will remove ``~`` for booleans
 
 
-BINARY: dict[type[ast.operator], Callable[[Any, Any], Any]] = {
+BINARY_OPERATORS: dict[type[ast.operator], Callable[[Any, Any], Any]] = {
     ast.Add: operator.add,
     ast.Sub: operator.sub,
     ast.Mult: operator.mul,
@@ -33,13 +33,13 @@ BINARY: dict[type[ast.operator], Callable[[Any, Any], Any]] = {
     ast.BitOr: operator.or_,
     ast.BitXor: operator.xor,
 }
-UNARY: dict[type[ast.unaryop], Callable[[Any], Any]] = {
+UNARY_OPERATORS: dict[type[ast.unaryop], Callable[[Any], Any]] = {
     ast.UAdd: operator.pos,
     ast.USub: operator.neg,
     ast.Not: operator.not_,
     ast.Invert: _invert,
 }
-COMPARISONS: dict[type[ast.cmpop], Callable[[Any, Any], Any]] = {
+COMPARISON_OPERATORS: dict[type[ast.cmpop], Callable[[Any, Any], Any]] = {
     ast.Eq: operator.eq,
     ast.NotEq: operator.ne,
     ast.Lt: operator.lt,
@@ -54,12 +54,12 @@ COMPARISONS: dict[type[ast.cmpop], Callable[[Any, Any], Any]] = {
 
 
 def require_small(op: ast.operator, left: Any, right: Any, limit: int) -> None:
-    """Check the size of the result of an operation that can create a large result from small operands.
+    """Check the size of the result before an operation that can create a large result from small operands.
 
     Args:
         op: the operator.
-        left: its first operand.
-        right: its second operand.
+        left: the first operand.
+        right: the second operand.
         limit: maximum `size` of the result.
 
     Raises:
@@ -78,13 +78,13 @@ def _require_bits(op: ast.operator, left: Any, right: Any) -> None:
     if isinstance(left, int) and isinstance(right, int) and right > 0:
         bits = left.bit_length()
         # For a power, this is the minimum number of bits; the power never has more than twice as many.
-        require(bits + right if isinstance(op, ast.LShift) else (bits - 1) * right, MAX_BITS)
+        check_limit(bits + right if isinstance(op, ast.LShift) else (bits - 1) * right, MAX_BITS)
 
 
 def _require_items(sequence: Any, count: Any, limit: int) -> None:
     if isinstance(sequence, str | bytes | bytearray | list | tuple) and not isinstance(count, float):
         with contextlib.suppress(TypeError):  # works with numpy integers as well
-            require(size(sequence, limit) * operator.index(count), limit)
+            check_limit(size(sequence, limit) * operator.index(count), limit)
 
 
 def _require_width(template: str | bytes | bytearray, limit: int) -> None:
@@ -94,4 +94,4 @@ def _require_width(template: str | bytes | bytearray, limit: int) -> None:
         raise ExpressionError("strings cannot be formatted with a width of *")
     # Each number in the string is counted as if it were a width or precision.
     numbers = (number.lstrip("0")[:9] for number in re.findall(r"[0-9]+", template))
-    require(sum(int(number or "0") for number in numbers), limit)
+    check_limit(sum(int(number or "0") for number in numbers), limit)

@@ -9,11 +9,11 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from pyros1.ground.errors import LaunchError
-from pyros1.ground.expressions import MAX_ITEMS, ExpressionError, Interpreter, checked
-from pyros1.ground.expressions.functions import MATH, builtin_functions
+from pyros1.ground.expressions import MAX_ITEMS, ExpressionError, Interpreter, check_value
+from pyros1.ground.expressions.functions import MATH_NAMES, builtin_functions
 
 _BUILTINS: dict[str, Any] = builtin_functions(MAX_ITEMS)
-_CONSTANTS: dict[str, Any] = {"true": True, "false": False, **MATH}
+_CONSTANTS: dict[str, Any] = {"true": True, "false": False, **MATH_NAMES}
 
 
 def evaluate(text: str, variables: Mapping[str, Any], functions: Mapping[str, Callable[..., Any]]) -> str:
@@ -50,7 +50,7 @@ class _Eval(Interpreter):
     def name(self, name: str, names: Mapping[str, Any]) -> Any:
         if name == "math":
             raise ExpressionError("'math' can only be used as in math.sqrt(x)")
-        return checked(super().name(name, names))
+        return check_value(super().name(name, names))
 
 
 def _is_valid_argument(value: str) -> bool:

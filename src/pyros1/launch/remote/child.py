@@ -28,8 +28,8 @@ from pyros1.launch.running.process import Process
 from pyros1.launch.running.starting import Run, Starter
 from pyros1.launch.running.supervisor import Supervisor
 from pyros1.net.allowlist import make_allowlist
-from pyros1.net.hosts import host_from_environment, master_uri
-from pyros1.net.master_client import MasterClient, unpack
+from pyros1.net.hosts import addresses_from_environment, master_uri
+from pyros1.net.master_client import MasterClient, unpack_reply
 from pyros1.net.xmlrpc_client import XmlRpcClient
 
 _INFO_LEVEL, _ERROR_LEVEL = 2, 8
@@ -63,7 +63,7 @@ class Parent:
         Raises:
             Error: the parent cannot be reached, or refuses the child.
         """
-        unpack(self._client.call("register", self._name, uri), f"the parent at {self._client.uri}")
+        unpack_reply(self._client.call("register", self._name, uri), f"the parent at {self._client.uri}")
         self._thread.start()
 
     def log(self, level: int, text: str) -> None:
@@ -116,7 +116,7 @@ class _ChildServer(LaunchServer):
 
     def __init__(self, child: Child, supervisor: Supervisor, environ: Mapping[str, str]) -> None:
         self._child = child
-        address = host_from_environment(environ, {})
+        address = addresses_from_environment(environ, {})
         super().__init__(
             supervisor, address, f"part {child.name} of another launch", allowlist=make_allowlist(address.allowed)
         )

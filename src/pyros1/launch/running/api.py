@@ -20,7 +20,7 @@ from pyros1.launch.running.supervisor import Supervisor
 from pyros1.launch.running.usage import Usage, group_usages
 from pyros1.net.hosts import LocalAddress
 from pyros1.net.loop import Loop
-from pyros1.net.xmlrpc_server import XmlRpcServer, unknown_method
+from pyros1.net.xmlrpc_server import XmlRpcServer, make_unknown_method_fault
 
 if TYPE_CHECKING:
     from pyros1.net.allowlist import Allowlist
@@ -94,7 +94,7 @@ class LaunchServer:
             "control": self._control,
         }
         if method not in methods:
-            raise unknown_method(method)
+            raise make_unknown_method_fault(method)
         return methods[method](params)
 
     def _list_processes(self, params: Sequence[Any]) -> Triple:
@@ -119,8 +119,8 @@ class LaunchServer:
         return [1, "status", {"launch": launch, "processes": entries}]
 
     def _refusal_reason(self) -> str:
-        caller = self._server.caller
-        return "" if caller is None else self._refuse(caller)
+        caller_socket = self._server.caller_socket
+        return "" if caller_socket is None else self._refuse(caller_socket)
 
     def _control(self, params: Sequence[Any]) -> Triple:
         supervisor = self._supervisor

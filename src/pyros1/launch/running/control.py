@@ -15,7 +15,7 @@ from typing import Any
 from pyros1.ground.errors import Error, LaunchError, MasterError, ParameterNotSetError, ProtocolError, XmlRpcFault
 from pyros1.launch.running.usage import UNKNOWN, group_usages, launch_files, process_age
 from pyros1.net.hosts import is_local, parse_uri
-from pyros1.net.master_client import MasterClient, unpack
+from pyros1.net.master_client import MasterClient, unpack_reply
 from pyros1.net.xmlrpc_client import XmlRpcClient
 
 URIS_PARAM = "/roslaunch/uris"
@@ -102,7 +102,7 @@ class Launch:
         self._client = XmlRpcClient(uri, timeout=timeout)
 
     def _call(self, method: str, *params: Any) -> Any:
-        return unpack(self._client.call(method, *params), f"the launch at {self.uri}, called with {method},")
+        return unpack_reply(self._client.call(method, *params), f"the launch at {self.uri}, called with {method},")
 
     def report(self) -> Report:
         """Return the state of the launch and its processes.

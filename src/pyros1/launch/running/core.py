@@ -194,7 +194,7 @@ class Core:
 
     def stop_master(self, *, keep: bool = False) -> None:
         """Stop the master. With ``keep``, its journal is kept, so that the next master can restore its state."""
-        self._master.stop(keep=keep)
+        self._master.stop(keep_journal=keep)
         self._terminal_writer.close()
         self._log_writer.close()
         self._log.close()

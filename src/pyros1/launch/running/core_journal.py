@@ -31,7 +31,7 @@ class CoreJournal:
     """
 
     def __init__(self, environ: Mapping[str, str], port: int, console: Console) -> None:
-        from pyros1.master.journal import Journal, JournalError, read  # noqa: PLC0415 - only for a core
+        from pyros1.master.journal import Journal, JournalError, read_journal  # noqa: PLC0415 - only for a core
         from pyros1.master.recovery import any_reachable, stale_reason  # noqa: PLC0415 - as above
 
         self._console = console
@@ -44,7 +44,7 @@ class CoreJournal:
             console.warning(f"this master has no journal, so its state cannot be restored after a restart: {error}")
             return
         try:
-            self.previous = read(path)
+            self.previous = read_journal(path)
         except JournalError as error:
             _set_aside(path, str(error), console)
         if self.previous is None:

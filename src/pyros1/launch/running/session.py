@@ -47,7 +47,7 @@ from pyros1.net.hosts import (
     DEFAULT_MASTER_URI,
     WILDCARD_ADDRESSES,
     LocalAddress,
-    host_from_environment,
+    addresses_from_environment,
     is_local,
     make_uri,
     master_uri,
@@ -109,7 +109,7 @@ class Session:
     _stopped: bool = False  # not an Event, since a signal handler must not acquire locks
 
     def __post_init__(self) -> None:
-        self._address: LocalAddress = host_from_environment(self.environ, {})
+        self._address: LocalAddress = addresses_from_environment(self.environ, {})
         self._allowlist = make_allowlist(self._address.allowed)
         self._uri = self._master_uri()
         self._master = MasterClient(_CALLER, self._uri)

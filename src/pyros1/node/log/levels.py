@@ -8,7 +8,7 @@ LEVEL_NAMES = {level: name for name, level in LEVELS.items()}
 
 
 def level_from_name(name: str) -> int:
-    """Return the level with a name in upper or lower case; ``warning`` and ``critical`` are accepted as well.
+    """Return the level for a name in upper or lower case; ``warning`` and ``critical`` are accepted as well.
 
     Raises:
         TypeError: ``name`` is not a str.

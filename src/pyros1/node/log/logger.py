@@ -18,15 +18,16 @@ from pyros1.node.log.levels import DEBUG, ERROR, FATAL, INFO, LEVEL_NAMES, WARN
 from pyros1.node.log.sink import ALL_DESTINATIONS, NO_TERMINAL, Destinations, LogSink, Record
 
 _MAX_SITES = 10_000
-"""Maximum number of places in the program for which the time of the last message is remembered, for ``throttle`` and
+"""Maximum number of places in the program for which the time of the last message is kept, for ``throttle`` and
 ``once``."""
 
 
 class Log:
     """A logger of a node: ``node.log``.
 
-    Messages are formatted as with C's printf: ``log.info("x is %.3f", x)``. ``throttle=seconds`` logs at most once in
-    that time from this place in the program, and ``once=True`` only the first time. Signal handlers may log as well.
+    Messages are formatted as with C's printf: ``log.info("x is %.3f", x)``. With ``throttle=seconds``, a call logs at
+    most one message per that many seconds; with ``once=True``, it logs only the first time it is reached. Signal
+    handlers may log as well.
     """
 
     def __init__(self, sink: LogSink, name: str = "rosout", level: int = INFO) -> None:
@@ -58,7 +59,7 @@ class Log:
         self._log(INFO, text, args, throttle, once)
 
     def note(self, text: object) -> None:
-        """Log information to the log file and /rosout only, for programs that display it in another way."""
+        """Log information to the log file and /rosout only, for programs that display it in their own way."""
         if self.level <= INFO:
             frame = sys._getframe(1)
             self._emit(INFO, str(text), frame.f_code, frame.f_lineno, _is_user_code(frame), to_terminal=False)
@@ -83,8 +84,8 @@ class Log:
 
         Args:
             text: the message.
-            args: arguments of the message, as for the other levels. A single exception is used as ``error`` if the
-                message has no placeholder.
+            args: arguments of the message, as for the other levels. If the only argument is an exception and the
+                message has no placeholder, it is used as ``error``.
             error: the exception; None for the one being handled.
         """
         if error is None:
@@ -96,7 +97,9 @@ class Log:
             details += self._sink.explain(error)
         self._log(ERROR, terminal_text.lines(_format(text, args) + details), (), None, False)
 
-    def peer(self, level: int, text: str, *args: object, max_texts: int = MAX_TEXTS, link: Hashable = None) -> None:
+    def peer_event(
+        self, level: int, text: str, *args: object, max_texts: int = MAX_TEXTS, link: Hashable = None
+    ) -> None:
         """Log an event caused by another process. Repeated messages are counted: ``... (repeated 37 times)``.
 
         Args:
@@ -119,9 +122,9 @@ class Log:
         shown_text = text % tuple(map(terminal_text.one_line, args)) if args else text
         sink.repeats.log((code.co_filename, line, link), shown_text, emit, max_texts)
 
-    def internal(self, error: BaseException) -> None:
+    def internal_error(self, error: BaseException) -> None:
         """Log an internal error of pyros1."""
-        self.peer(ERROR, terminal_text.lines(f"internal error (please report it)\n{format_traceback(error)}"))
+        self.peer_event(ERROR, terminal_text.lines(f"internal error (please report it)\n{format_traceback(error)}"))
 
     def log_record(
         self,
@@ -177,7 +180,7 @@ class Log:
                 throttle = throttle.to_sec() if hasattr(throttle, "to_sec") else throttle  # for example a Duration
                 check_seconds(throttle, "throttle")
             now = sink.now()[0].to_sec()
-            if not self._is_due((code.co_filename, line), now, throttle, once):
+            if not self._admit_message((code.co_filename, line), now, throttle, once):
                 return
         self._emit(level, _format(text, args), code, line, _is_user_code(frame))
 
@@ -189,7 +192,8 @@ class Log:
         record = Record(level, message, self.name, file, line, code.co_name, time.time(), stamp, code.co_filename)
         self._sink.emit(record, simulated, ALL_DESTINATIONS if to_terminal else NO_TERMINAL, is_user_code)
 
-    def _is_due(self, site: tuple[str, int], now: float, throttle: float | None, once: bool) -> bool:
+    def _admit_message(self, site: tuple[str, int], now: float, throttle: float | None, once: bool) -> bool:
+        """Return whether a message from a place in the program is to be logged now; if so, record the time."""
         last_times = self._sink.last_times
         last_time = last_times.get(site)
         if last_time is not None and (once or (throttle is not None and 0 <= now - last_time < throttle)):

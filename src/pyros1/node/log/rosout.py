@@ -21,10 +21,10 @@ _TRUE_VALUES = ("1", "true", "on", "yes")
 
 
 class RosoutAggregator:
-    """The functions of the rosout node.
+    """Collects the log messages: republishes each on /rosout_agg, and writes it to a file.
 
     Args:
-        node: the node to use, usually called ``rosout``.
+        node: the node that subscribes and publishes, usually called ``rosout``.
         log_file: path of the file; no file is written if it is None or ROSOUT_DISABLE_FILE_LOGGING is set. The file is
             rotated at 100 MB, and ten older files are kept.
     """

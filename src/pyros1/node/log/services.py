@@ -24,30 +24,30 @@ QUEUE_SIZE = 100
 def offer_log(
     log: Log,
     sink: LogSink,
-    name: str,
+    node_name: str,
     topics: Topics,
     services: Services,
     resolve: Callable[[str], str],
     rosout: bool,
     strict: bool,
 ) -> None:
-    """Publish a node's log, and offer services that return and set its levels, as far as the master allows it.
+    """Publish a node's log, and offer services that return and set its levels, if the master accepts them.
 
     Args:
         log, sink: the node's log and its sink.
-        name: the node's full name.
+        node_name: the node's full name.
         topics, services: the node's topics and services.
-        resolve: resolves a name in the node.
+        resolve: resolves a name to a full name.
         rosout: whether to publish the log.
-        strict: whether to raise the error if the master refuses the node; otherwise the node runs without these
-            services and logs a warning, like stock rospy nodes whose name contains a space.
+        strict: whether to raise the error if the master refuses the node; otherwise the node logs a warning and runs
+            without them, like a stock rospy node whose name contains a space.
 
     Raises:
         MasterError: the master refuses the node.
     """
     steps: list[Callable[[], None]] = [lambda: _offer_levels(sink, services, resolve)]
     if rosout:
-        steps.insert(0, lambda: _publish_log(sink, name, topics, resolve))
+        steps.insert(0, lambda: _publish_log(sink, node_name, topics, resolve))
     for step in steps:
         try:
             step()
@@ -57,8 +57,8 @@ def offer_log(
             log.warn("/rosout or the services for log levels are not available: %s", error)
 
 
-def _publish_log(sink: LogSink, name: str, topics: Topics, resolve: Callable[[str], str]) -> None:
-    """Publish what a node logs on /rosout, latched."""
+def _publish_log(sink: LogSink, node_name: str, topics: Topics, resolve: Callable[[str], str]) -> None:
+    """Make a node's sink publish each log message on /rosout, latched."""
     log_class: Any = load_message("rosgraph_msgs/Log")
     publisher = topics.advertise(resolve("/rosout"), log_class, topic_type(log_class), QUEUE_SIZE, True, {})
 
@@ -69,7 +69,7 @@ def _publish_log(sink: LogSink, name: str, topics: Topics, resolve: Callable[[st
             message = log_class()
             message.header.stamp = record.stamp
             message.level = record.level
-            message.name = name
+            message.name = node_name
             message.msg = record.text
             message.file = record.file
             message.function = record.function

@@ -33,7 +33,7 @@ MAX_FILE_SIZE = 50_000_000
 MAX_BACKUPS = 4
 _COLOURS = {DEBUG: "\x1b[32m", WARN: "\x1b[33m", ERROR: "\x1b[31m", FATAL: "\x1b[31m"}
 _FORMAT_TOKEN = re.compile(r"\$\{(\w+)(?::([^}]*))?\}")
-_FILE_NAMES = {**LEVEL_NAMES, WARN: "WARNING", FATAL: "CRITICAL"}  # stock's log files use Python's level names
+_FILE_LEVELS = {**LEVEL_NAMES, WARN: "WARNING", FATAL: "CRITICAL"}  # stock's log files use Python's level names
 _MAX_PENDING = 100
 
 
@@ -44,8 +44,8 @@ class Record(NamedTuple):
         level: 1, 2, 4, 8 or 16, as in rosgraph_msgs/Log.
         text: the formatted message.
         logger: name of the logger, ``rosout`` or a child of it.
-        file, line, function: where it was logged; the file name does not include its folder.
-        wall: wall time in seconds since the epoch.
+        file, line, function: where the message was logged; the file name does not include its folder.
+        wall_time: seconds since the epoch.
         stamp: the node's time, which may be simulated.
         path: the file's full path.
     """
@@ -56,13 +56,13 @@ class Record(NamedTuple):
     file: str
     line: int
     function: str
-    wall: float
+    wall_time: float
     stamp: Time
     path: str = ""
 
 
 class Destinations(NamedTuple):
-    """The places to which to write a record."""
+    """The destinations that a record is written to."""
 
     terminal: bool = True
     file: bool = True
@@ -95,8 +95,8 @@ class LogSink:
         file_path: path of the log file, which is created with its folder when the first line is written; None for no
             file.
         now: returns the node's time, and whether it is simulated.
-        schedule: ``schedule(seconds, function, argument)`` calls a function after a delay; None to write the number of
-            repetitions of messages only at the end.
+        schedule: ``schedule(seconds, function, argument)`` calls a function after a delay. None: how often messages
+            were repeated is written only when the sink is closed.
     """
 
     def __init__(
@@ -114,7 +114,7 @@ class LogSink:
         self.last_times: dict[tuple[str, int], float] = {}
         self.publish: Callable[[Record], None] | None = None
         self._schedule = schedule or (lambda *_: None)
-        self._format = environ.get("ROSCONSOLE_FORMAT") or DEFAULT_FORMAT
+        self._template = environ.get("ROSCONSOLE_FORMAT") or DEFAULT_FORMAT
         self._file = LogFile(file_path, MAX_FILE_SIZE, MAX_BACKUPS) if file_path else None
         self._thread_state = _ThreadState()
         self._inherited_file: LogFile | None = None  # opened by the parent process
@@ -138,15 +138,16 @@ class LogSink:
     def emit(
         self, record: Record, simulated: bool, destinations: Destinations = ALL_DESTINATIONS, by_program: bool = True
     ) -> None:
-        """Write a record. An error of a destination (a full disk, a closed pipe) does not stop the node.
+        """Write a record. An error at a destination (a full disk, a closed pipe) does not stop the node.
 
-        If a signal handler interrupts this method and logs as well, its record is written when this method continues.
+        If a signal handler interrupts this method and logs a record, that record is written when this method continues.
 
         Args:
             record: the log message.
             simulated: whether the record's stamp is simulated time.
             destinations: where to write the record.
-            by_program: whether the user's program, not pyros1, has logged it; the call then waits until it is written.
+            by_program: whether the user's program, not pyros1, has logged the record; if so, this method waits until
+                the record is written.
         """
         self.reset_after_fork()
         state = self._thread_state
@@ -204,14 +205,14 @@ class LogSink:
 
     def format(self, record: Record, simulated: bool) -> str:
         """Return the record formatted according to ROSCONSOLE_FORMAT (N31)."""
-        wall = f"{record.wall:.6f}"
+        wall_text = f"{record.wall_time:.6f}"
 
         def replace(token: re.Match[str]) -> str:
             name, time_format = token.group(1), token.group(2)
             if name in ("time", "walltime"):
                 if time_format:
-                    return time.strftime(time_format, time.localtime(record.wall))
-                return f"{wall}, {record.stamp.to_sec():.6f}" if name == "time" and simulated else wall
+                    return time.strftime(time_format, time.localtime(record.wall_time))
+                return f"{wall_text}, {record.stamp.to_sec():.6f}" if name == "time" and simulated else wall_text
             values = {
                 "severity": LEVEL_NAMES[record.level],
                 "message": record.text,
@@ -224,12 +225,14 @@ class LogSink:
             }
             return values.get(name, token.group(0))
 
-        return _FORMAT_TOKEN.sub(replace, self._format)
+        return _FORMAT_TOKEN.sub(replace, self._template)
 
     def _format_file_line(self, record: Record) -> str:
-        stamp = time.strftime("%Y-%m-%d %H:%M:%S", time.localtime(record.wall))
+        stamp = time.strftime("%Y-%m-%d %H:%M:%S", time.localtime(record.wall_time))
         text = terminal_text.coloured_lines(record.text)
-        return f"[{record.logger}][{_FILE_NAMES[record.level]}] {stamp},{int(record.wall % 1 * 1000):03d}: {text}\n"
+        return (
+            f"[{record.logger}][{_FILE_LEVELS[record.level]}] {stamp},{int(record.wall_time % 1 * 1000):03d}: {text}\n"
+        )
 
     def _write_items(self, items: list[Item], _should_stop: ShouldStop) -> None:
         self._write_file("".join(text for _, text in items))
@@ -245,7 +248,8 @@ class LogSink:
         self.repeats.close()
         self._terminal_writer.close()
         self._file_writer.close()
-        # In a signal handler that has interrupted a write of this thread, waiting for the lock would be in vain.
+        # If a signal handler that has interrupted a write of this thread calls this, waiting for the lock would be in
+        # vain.
         if not self._lock.acquire(timeout=0.0 if self._thread_state.is_writing else 1.0):
             return  # another thread is waiting for the disk
         try:

@@ -6,7 +6,7 @@ and another node change a parameter at the same time, this node cannot know whic
 
 * if there is a change by another node, or a second one by this node, while a change by this node is in progress;
 * if another node changes a parameter that this node has changed, as the notification may be delayed;
-* if a parameter changes while it is fetched, and this node has changed a part of it.
+* if a parameter changes while it is fetched, and this node has changed part of it.
 
 So every copy eventually has the master's value, and no calls are needed for a value that only one side changes.
 
@@ -24,7 +24,7 @@ _MAX_CHANGES = 1000
 
 
 class Fetch:
-    """A request for a value, in progress.
+    """A request for a parameter's value that is in progress.
 
     Attributes:
         key: the parameter's full name.
@@ -39,7 +39,7 @@ class Fetch:
 
 
 class ParameterCache:
-    """The local copies, by full name."""
+    """The local copies of parameters, by full name."""
 
     def __init__(self) -> None:
         self._values: dict[str, Any] = {}
@@ -83,7 +83,7 @@ class ParameterCache:
         self._values[key] = value
         self._stale.pop(key, None)
         self._increment_version(key)
-        for change in fetch.changes:  # they arrived before the response
+        for change in fetch.changes:  # these arrived before the response
             self._change_copy(key, *change)
         if fetch.is_stale or (fetch.changes and self._is_set_locally(key)):
             self._stale[key] = None
@@ -145,7 +145,7 @@ class ParameterCache:
         self._versions[name] = self._versions.get(name, 0) + 1
 
     def _change_copy(self, name: str, key: str, value: Any) -> None:
-        """Change one copy, for a change of its own name or a name below or above it (M53)."""
+        """Apply a change of ``key`` to the copy of ``name``, which is the same name, or above or below it (M53)."""
         name_path, key_path = _split_name(name), _split_name(key)
         if len(key_path) >= len(name_path):
             self._values[name] = _with_value(self._values[name], key_path[len(name_path) :], value)
@@ -166,7 +166,7 @@ def _are_related(name: str, key: str) -> bool:
 
 
 def _with_value(tree: Any, path: list[str], value: Any) -> Any:
-    """Return a copy of ``tree`` with the value at ``path`` replaced; an empty dict removes it."""
+    """Return a copy of ``tree`` with the value at ``path`` replaced; an empty dict removes the value."""
     if not path:
         return value
     copy = dict(tree) if isinstance(tree, dict) else {}

@@ -30,8 +30,9 @@ class Parameters:
         resolve: resolves a name to a full name.
         get_api_uri: returns the URI of the node's slave API, to which the master sends changes.
         remappings: the unresolved remappings from the command line, for `search`.
-        schedule: calls a function soon, in another thread.
-        notify: calls a function of the program with an argument, in a thread other than the one that receives changes.
+        schedule: calls a function soon, in another thread; for the `Strand` that protects the copies.
+        notify: calls a function from the program with an argument, in a thread other than the one that receives
+            changes.
     """
 
     def __init__(
@@ -41,7 +42,7 @@ class Parameters:
         get_api_uri: Callable[[], str],
         remappings: Mapping[str, str],
         schedule: Callable[[Callable[[], None]], object] = lambda work: work(),
-        notify: Callable[[Callable[[Any], object], Any], object] = lambda function, news: function(news),
+        notify: Callable[[Callable[[Any], object], Any], object] = lambda function, argument: function(argument),
     ) -> None:
         self._master = master
         self._resolve = resolve
@@ -104,7 +105,7 @@ class Parameters:
     def search(self, name: str) -> str | None:
         """Search for a parameter from the node's own namespace upwards; return its full name, or None if there is none.
 
-        A remapping applies only if it is for exactly this name (P22).
+        A remapping applies only if it is for exactly the given name (P22).
         """
         check_name(name, "search(name)")
         return self._master.search_param(self._remappings.get(name, name))
@@ -131,7 +132,7 @@ class Parameters:
         return default if value == {} else value
 
     def _fetch(self, key: str) -> Any:
-        """Fetch a value from the master, subscribe to its changes, and cache it."""
+        """Fetch a value from the master, subscribe to its changes, cache it and return it; {} if it is not set."""
         value: Any = None
         for _ in range(_MAX_FETCHES):
             fetch = self._cache.begin_fetch(key)
@@ -180,11 +181,10 @@ class Parameters:
         return is_known
 
     def on_update(self, callback: Callable[[str, Any], object]) -> None:
-        """Call a function with the full name and new value of a parameter with a local copy whenever it changes.
-
-        The value of a deleted parameter is an empty dict.
+        """Call a function whenever a parameter that has a local copy changes.
 
         Args:
-            callback: called where the node's callbacks run, for one change at a time.
+            callback: called with the parameter's full name and new value, which is an empty dict if the parameter was
+                deleted. It runs where the node's callbacks run, for one change at a time.
         """
         self._listeners.append(callback)

@@ -1,7 +1,8 @@
 """Sets private parameters from the command line: ``_rate:=10`` sets ``~rate`` to the number 10 (N13: YAML rules, like
 rospy).
 
-They remain on the master after the node has shut down, so they are still set if the node is later started without them.
+The parameters remain on the master after the node has shut down, so they are still set if the node is later started
+without these arguments.
 """
 
 from __future__ import annotations
@@ -15,18 +16,18 @@ if TYPE_CHECKING:
     from pyros1.net.master_client import MasterClient
 
 # Not compiled here, since most nodes do not need them.
-_INT = r"[-+]?(0|[1-9][0-9]*)\Z"
-_FLOAT = r"[-+]?[0-9]+\.[0-9]*\Z"
-_WORD = r"(?a)[A-Za-z/_][\w/.-]*\Z"
-_MAX_SHOWN = 5
-_KEYWORDS = {"true", "false", "yes", "no", "on", "off", "null", "y", "n"}
+_INT_PATTERN = r"[-+]?(0|[1-9][0-9]*)\Z"
+_FLOAT_PATTERN = r"[-+]?[0-9]+\.[0-9]*\Z"
+_WORD_PATTERN = r"(?a)[A-Za-z/_][\w/.-]*\Z"
+_MAX_LISTED = 5
+_YAML_KEYWORDS = {"true", "false", "yes", "no", "on", "off", "null", "y", "n"}
 
 
 def parse_private_parameter(text: str) -> Any:
-    """Parse the value of a parameter and return it. Text that is not YAML is a string."""
-    plain = parse_plain_value(text)
-    if plain is not None:
-        return plain
+    """Parse a parameter's value and return it. Text that is not valid YAML is returned as a string."""
+    plain_value = parse_plain_value(text)
+    if plain_value is not None:
+        return plain_value
     from pyros1.ground.errors import Error  # noqa: PLC0415 - as below
     from pyros1.values import load_yaml  # noqa: PLC0415 - takes 20 ms to import
 
@@ -39,11 +40,11 @@ def parse_private_parameter(text: str) -> Any:
 
 def parse_plain_value(text: str) -> int | float | str | None:
     """Return the value of a simple number or string; None for anything else, which requires a YAML parser."""
-    if re.match(_INT, text):
+    if re.match(_INT_PATTERN, text):
         return int(text)
-    if re.match(_FLOAT, text):
+    if re.match(_FLOAT_PATTERN, text):
         return float(text)
-    if re.match(_WORD, text) and text.lower() not in _KEYWORDS:
+    if re.match(_WORD_PATTERN, text) and text.lower() not in _YAML_KEYWORDS:
         return text
     return None
 
@@ -52,13 +53,13 @@ def argument_warnings(arguments: Arguments) -> list[str]:
     """Return a warning for each malformed remapping, and for each private parameter that looks misspelt, such as
     ``_rate=10``.
     """
-    malformed = [f"invalid remapping argument {argument!r}: use name:=newname" for argument in arguments.malformed]
+    warnings = [f"invalid remapping argument {argument!r}: use name:=newname" for argument in arguments.malformed]
     suspects = [argument for argument in arguments.rest if argument.startswith("_")]
     if not suspects:
-        return malformed
+        return warnings
     from pyros1.ground.suggest import argument_hint  # noqa: PLC0415 - needed only for misspelt parameters
 
-    return malformed + [hint for hint in map(argument_hint, suspects) if hint]
+    return warnings + [hint for hint in map(argument_hint, suspects) if hint]
 
 
 def set_private(
@@ -85,25 +86,25 @@ def set_private(
     return use_sim_time, private_params
 
 
-def leftover_warning(node_name: str, tree: Any, assignments: Mapping[str, str]) -> list[str]:
+def leftover_warning(node_name: str, private_params: Any, assignments: Mapping[str, str]) -> list[str]:
     """Return one line about private parameters that were already set before a node started; an empty list if none were.
 
     Args:
         node_name: the node's full name.
-        tree: the node's private parameters; not a dict if none are set.
+        private_params: the node's private parameters; not a dict if none are set.
         assignments: names of the parameters that the command line sets.
     """
     assigned_names = {name.strip("/") for name in assignments}
     leftovers = (
-        [(name, value) for name, value in _leaves(tree, "") if name not in assigned_names]
-        if isinstance(tree, dict)
+        [(name, value) for name, value in _leaves(private_params, "") if name not in assigned_names]
+        if isinstance(private_params, dict)
         else []
     )
     if not leftovers:
         return []
-    descriptions = [f"~{name} is {value!r:.40}" for name, value in leftovers[:_MAX_SHOWN]]
-    omitted = f" and {len(leftovers) - _MAX_SHOWN} more" if len(leftovers) > _MAX_SHOWN else ""
-    # It does not suggest to delete the whole namespace: other nodes may have parameters in it.
+    descriptions = [f"~{name} is {value!r:.40}" for name, value in leftovers[:_MAX_LISTED]]
+    omitted = f" and {len(leftovers) - _MAX_LISTED} more" if len(leftovers) > _MAX_LISTED else ""
+    # The hint does not suggest deleting the whole namespace: other nodes may have parameters in it.
     hint = f"to delete {'it' if len(leftovers) == 1 else 'one'}: pyros1 param delete {node_name}/{leftovers[0][0]}"
     return [f"set before this start: {', '.join(descriptions)}{omitted} ({hint})"]
 

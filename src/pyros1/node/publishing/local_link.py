@@ -23,11 +23,11 @@ if TYPE_CHECKING:
     from pyros1.wire.outqueue import Frame
 
 _MIN_MESSAGE_SIZE = 256
-"""Minimum number of bytes counted for a message."""
+"""Smaller messages count as this many bytes."""
 
 
 class LocalLink:
-    """A link within a process (both ends of it). The methods that accept messages are called in the topic's strand.
+    """Both ends of a link within a process. The methods that accept messages are called in the topic's strand.
 
     Args:
         strand: the topic's strand.
@@ -37,10 +37,10 @@ class LocalLink:
         response_header: the publisher's connection header.
         queue_size: the publisher's maximum number of queued messages; 0 for no limit. None: publishers `wait` while the
             subscriber is behind.
-        inbox_bytes: maximum bytes of messages queued even beyond ``queue_size``, like in the sockets of other links,
-            for a subscriber without a limit.
-        on_closed: functions of the publication and the subscription; each is called once, with the link, when it is
-            closed.
+        inbox_bytes: maximum bytes of messages that are queued beyond ``queue_size`` for a subscriber without a limit,
+            like in the sockets of other links.
+        on_closed: functions that are called once, with the link, when it is closed: one from the publication, and one
+            from the subscription.
     """
 
     transport = "INTRAPROCESS"
@@ -108,7 +108,7 @@ class LocalLink:
             if not (
                 receiver.in_publisher
                 and not inbox.is_ready
-                and (in_publisher_thread or not on_loop())
+                and (in_publisher_thread or not is_on_loop())
                 and receiver.deliver_now(self, message)
             ):
                 receiver.push(inbox, message, self._limit)
@@ -122,8 +122,8 @@ class LocalLink:
         self.bytes_sent += len(data)
         self._adapt_limit(len(data))
         receiver, inbox = self._receiver, self._inbox
-        may_call = receiver.in_publisher and not inbox.is_ready and not on_loop()
-        if not (may_call and receiver.deliver_now(self, data[4:])):
+        may_deliver_now = receiver.in_publisher and not inbox.is_ready and not is_on_loop()
+        if not (may_deliver_now and receiver.deliver_now(self, data[4:])):
             receiver.push(inbox, data[4:], self._limit)
 
     def _adapt_limit(self, size: int) -> None:
@@ -148,14 +148,14 @@ class LocalLink:
             self._open_token.pop()
         except IndexError:
             return  # it has been closed already
-        for closed in self._on_closed:
-            closed(self)
+        for on_closed in self._on_closed:
+            on_closed(self)
 
     def finish(self, deadline: float) -> None:
-        """Close the link after all published messages; none are queued on this side."""
+        """Close the link after the messages published so far, none of which are queued on this side."""
         self._strand.do(self.close)
 
 
-def on_loop() -> bool:
+def is_on_loop() -> bool:
     """Return whether the caller runs on a loop's thread, which must not be blocked by callbacks."""
     return isinstance(current_thread(), LoopThread)

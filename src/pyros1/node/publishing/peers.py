@@ -1,4 +1,4 @@
-"""Notifies a publisher of subscribers that connect and disconnect, and sends messages to only one of them."""
+"""Notifies a publisher of subscribers that connect and disconnect, and sends messages to single subscribers."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class Peer:
 PeerCallback = Callable[[Peer], object]
 
 
-class Watch:
+class PeerWatch:
     """Calls functions when subscribers connect and disconnect, one call at a time, in a separate thread.
 
     Args:
@@ -70,5 +70,5 @@ class Watch:
         self._known_links = links
         new = [(self._on_joined, link) for link in links if link not in known]
         departed = [(self._on_left, link) for link in known if link not in links]
-        for notify, link in departed + new:
-            self._notifier.notify(notify, Peer(self._publication, link, sum(other is not link for other in links)))
+        for callback, link in departed + new:
+            self._notifier.notify(callback, Peer(self._publication, link, sum(other is not link for other in links)))

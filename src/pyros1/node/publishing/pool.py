@@ -21,7 +21,7 @@ MAX_BYTES = 512 << 20
 """Maximum total size of all blocks of a topic, in bytes."""
 MAX_FREE_BLOCKS = 4
 """Maximum number of free blocks to keep."""
-_ALIGNMENT = 64  # of a message's large array, in bytes, for fast computations
+_ALIGNMENT = 64  # of a message's large array, in bytes, so that computations on it are fast
 _LENGTH_SIZE = 4
 _unpack_u32 = struct.Struct("<I").unpack_from
 
@@ -70,13 +70,13 @@ class Block:
 
 
 class Placement(NamedTuple):
-    """The place of a message in a block; for the other fields see `pyros1.wire.local.Reference`."""
+    """The place of a message in a block; for the fields after ``block`` see `pyros1.wire.local.Reference`."""
 
     block: Block
     offset: int
     size: int
-    begin: int
-    array: int
+    array_begin: int
+    array_size: int
 
 
 class Pool:
@@ -93,7 +93,7 @@ class Pool:
 
     @property
     def is_own(self) -> bool:
-        """Whether the pool was created by this process. A forked process would use the same blocks and numbers."""
+        """Whether this process created the pool. A forked process must not use it: blocks and numbers would clash."""
         return os.getpid() == self._pid
 
     def place(self, frame: Frame, in_use: Set[int]) -> Placement | None:
@@ -104,25 +104,25 @@ class Pool:
             in_use: numbers of the blocks that subscribers are using.
 
         Returns:
-            The place of the message; None if there is no room, so that it must be sent in another way.
+            The place of the message; None if there is no room, so that the message must be sent in another way.
         """
         size = frame_size(frame) - _LENGTH_SIZE
-        begin = array = 0
+        array_begin = array_size = 0
         if not isinstance(frame, bytes) and 2 <= len(frame) <= 3:
-            first, array = frame[0], memoryview(frame[1]).nbytes
-            if len(first) >= 2 * _LENGTH_SIZE and _unpack_u32(first, len(first) - _LENGTH_SIZE)[0] == array:
-                begin = len(first) - _LENGTH_SIZE  # an array of bytes, preceded by its length
+            first, array_size = frame[0], memoryview(frame[1]).nbytes
+            if len(first) >= 2 * _LENGTH_SIZE and _unpack_u32(first, len(first) - _LENGTH_SIZE)[0] == array_size:
+                array_begin = len(first) - _LENGTH_SIZE  # an array of bytes, preceded by its length
             else:
-                array = 0
-        offset = -begin % _ALIGNMENT
+                array_size = 0
+        offset = -array_begin % _ALIGNMENT
         block = self._find_or_allocate(size + offset, in_use)
         if block is None:
             return None
         _write(block.memory, offset, frame)
-        return Placement(block, offset, size, begin, array)
+        return Placement(block, offset, size, array_begin, array_size)
 
     def retire(self, numbers: Set[int]) -> None:
-        """Close blocks and never use them again, since a subscriber has disconnected while using messages in them."""
+        """Close blocks and never use them again: they are not needed, or a subscriber disconnected while using them."""
         for number in numbers:
             block = self.blocks.pop(number, None)
             if block is not None:
@@ -133,11 +133,11 @@ class Pool:
         self.retire(set(self.blocks))
 
     def _find_or_allocate(self, size: int, in_use: Set[int]) -> Block | None:
-        free = [block for number, block in self.blocks.items() if number not in in_use]
-        fitting = [block for block in free if block.size >= size]
-        smallest = min(fitting, key=lambda block: block.size, default=None)
-        num_surplus = len(free) - MAX_FREE_BLOCKS
-        for block in free:  # oldest first: they may have become too small, if the messages have grown
+        free_blocks = [block for number, block in self.blocks.items() if number not in in_use]
+        fitting_blocks = [block for block in free_blocks if block.size >= size]
+        smallest = min(fitting_blocks, key=lambda block: block.size, default=None)
+        num_surplus = len(free_blocks) - MAX_FREE_BLOCKS
+        for block in free_blocks:  # oldest first: they may have become too small, if the messages have grown
             if num_surplus <= 0:
                 break
             if block is not smallest:

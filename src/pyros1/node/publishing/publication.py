@@ -32,8 +32,8 @@ CLOSE_TIMEOUT = 1.0
 POLL_DELAY = 0.0001
 """Seconds between checks while waiting for another thread."""
 MAX_STRAND_WAIT = 1.0
-"""Maximum number of seconds that a publisher without a queue waits for the strand, whose worker may be delayed by a
-signal handler."""
+"""Maximum number of seconds that a publisher without a queue waits for the thread that works in the strand: a signal
+handler may delay that thread."""
 
 
 class Publication(PublisherLinks):
@@ -58,7 +58,7 @@ class Publication(PublisherLinks):
         self.publish: Callable[[Any], None] = self._publish
         """Send a message to all links; see Publisher.publish."""
 
-    # The strand is entered without `Strand.do` to save a call for every message.
+    # This enters the strand without `Strand.do`, which saves a call for every message.
 
     def _publish(self, message: Any) -> None:  # noqa: PLR0912 - a call would take as long as ten lines
         if not (self.links or self.latch):
@@ -71,8 +71,8 @@ class Publication(PublisherLinks):
         except IndexError:
             strand.post(self._send_posted, message, *_snapshot(*self._prepare(message)))
         else:
-            # Encoded in the strand, so that messages published by a signal handler are sent after this one: if the
-            # handler stops the robot, this message must not start it again.
+            # The message is encoded in the strand, so that messages published by a signal handler are sent after it: if
+            # the handler stops the robot, this message must not start the robot again.
             strand.worker = thread_id
             try:
                 has_turn = not strand.jobs or strand.run_pending()
@@ -84,7 +84,7 @@ class Publication(PublisherLinks):
                     try:
                         copy = message.__class__._copy(message)
                     except SerializationError as error:
-                        raise self._with_topic(error) from None
+                        raise self._add_topic(error) from None
                     for local_link in self._local:
                         local_link.send_copy(copy)
                 elif self._local or self.latch or message.__class__ is not self.message_class:
@@ -93,7 +93,7 @@ class Publication(PublisherLinks):
                     try:
                         frame = self._encode(message)
                     except SerializationError as error:
-                        raise self._with_topic(error) from None
+                        raise self._add_topic(error) from None
                     if self._shared:
                         self._send_frame(frame)
                     else:
@@ -118,9 +118,9 @@ class Publication(PublisherLinks):
                 return None, copy
             return self._encode(message) if cls is self.message_class else cls._encode_frame(message), copy
         except SerializationError as error:
-            raise self._with_topic(error) from None
+            raise self._add_topic(error) from None
 
-    def _with_topic(self, error: SerializationError) -> SerializationError:
+    def _add_topic(self, error: SerializationError) -> SerializationError:
         return SerializationError(f"{self.topic}: {error}")
 
     def _send(self, frame: Frame | None, copy: Any, source: object = None) -> None:
@@ -183,7 +183,7 @@ class Publication(PublisherLinks):
     def _warn_after_shutdown(self, message: Any) -> None:
         """Warn that the node has shut down. Like rospy, raise no exception: a loop may have called `ok` just before.
 
-        It is logged only once, and not at all if the node was shut down by a signal.
+        The warning is logged only once, and not at all if the node was shut down by a signal.
         """
         context = self.context
         if context.warn_publish_after_shutdown:
@@ -210,7 +210,7 @@ class Publication(PublisherLinks):
         try:
             frame = message.__class__._encode_frame(message)
         except SerializationError as error:
-            raise self._with_topic(error) from None
+            raise self._add_topic(error) from None
         self.strand.do(link.send, copy_frame(frame))
 
     def forget(self, source: object) -> None:
@@ -231,7 +231,7 @@ class Publication(PublisherLinks):
             time.sleep(POLL_DELAY)  # another thread is running the strand's jobs
         if self._closed:
             self._finish(deadline)
-        else:  # that thread is stuck, or was interrupted by the signal handler that calls this
+        else:  # the other thread is stuck, or was interrupted by the signal handler that calls this
             self.strand.do(self._finish, deadline)
 
     def _refuse_links(self) -> None:
@@ -256,7 +256,7 @@ def _sequence_numbers() -> Iterator[int]:
 
 
 def _snapshot(frame: Frame | None, copy: Any) -> tuple[Frame | None, Any]:
-    """Return a message that can be queued because it does not refer to memory that may change meanwhile."""
+    """Return a prepared message in a form that can be queued: it refers to no memory that may change meanwhile."""
     return None if frame is None else copy_frame(frame), copy
 
 

@@ -1,4 +1,4 @@
-"""The user's handle of a published topic.
+"""The user's handle for a published topic.
 
 https://wiki.ros.org/rospy/Overview/Publishers%20and%20Subscribers
 """
@@ -13,8 +13,8 @@ from pyros1.ground.timing import Duration, Time
 from pyros1.msgs import AnyMsg, Message
 from pyros1.msgs.base import Array, message_class, nested_classes
 from pyros1.node.context import wait_for_links
-from pyros1.node.publishing.peers import PeerCallback, Watch
-from pyros1.wire.handshake import ANY
+from pyros1.node.publishing.peers import PeerCallback, PeerWatch
+from pyros1.wire.handshake import WILDCARD
 
 if TYPE_CHECKING:
     from pyros1.node.publishing.publication import Publication
@@ -25,7 +25,7 @@ _Value = SupportsFloat | SupportsIndex | str | Time | Duration | Array
 
 
 class Publisher(Generic[_M]):
-    """The user's handle of a published topic; created by ``Node.advertise``. Also a context manager that unregisters
+    """The user's handle for a published topic; created by ``Node.advertise``. Also a context manager that unregisters
     it.
 
     Attributes:
@@ -95,15 +95,15 @@ class Publisher(Generic[_M]):
     def _publish_other(self, message: Any) -> None:
         """Publish a message of another class.
 
-        It may be of the same type but another definition or generator, or still encoded; or it may be the value of the
-        type's only field.
+        The message may be of the same type, but from another definition or generator, or still encoded; or it may be
+        the value of the type's only field.
         """
         publication = self._publication
         name, md5sum = message._type, message._md5sum
-        if isinstance(message, AnyMsg):  # if it was received, its header has the type
+        if isinstance(message, AnyMsg):  # if the message was received, its header has the type
             header = message._connection_header or {}
-            name, md5sum = header.get("type", ANY), header.get("md5sum", ANY)
-        if isinstance(message, AnyMsg) and md5sum in (ANY, publication.type.md5sum):
+            name, md5sum = header.get("type", WILDCARD), header.get("md5sum", WILDCARD)
+        if isinstance(message, AnyMsg) and md5sum in (WILDCARD, publication.type.md5sum):
             publication.publish_body(message._buff)
         elif isinstance(message, Message) and md5sum == publication.type.md5sum:
             publication.publish(message)
@@ -118,7 +118,7 @@ class Publisher(Generic[_M]):
             raise SerializationError(f"{self.name} carries {topic_type.name}, {reason}")
 
     def _is_only_field(self, md5sum: str) -> bool:
-        """Return whether the type has only one field, and that is a message with the given md5 sum."""
+        """Return whether the type has only one field, and that field is a message with the given md5 sum."""
         cls: Any = message_class(self.type)
         nested = nested_classes(cls).get(cls._slot_types[0]) if len(cls._slot_types) == 1 else None
         return nested is not None and bool(nested._md5sum == md5sum)
@@ -145,19 +145,19 @@ class Publisher(Generic[_M]):
         """
         return self._publication.links
 
-    def watch(self, joined: PeerCallback = lambda _: None, left: PeerCallback = lambda _: None) -> Watch:
+    def watch(self, joined: PeerCallback = lambda _: None, left: PeerCallback = lambda _: None) -> PeerWatch:
         """Call functions when subscribers connect, including those already connected, and when they disconnect.
 
         The calls are made one at a time, in a separate thread.
 
         Args:
             joined: called with a `Peer`, whose ``publish(message)`` sends to that subscriber only.
-            left: called with the `Peer`.
+            left: called with the `Peer` that has disconnected.
 
         Returns:
             An object whose `close` stops the calls.
         """
-        return Watch(self._publication, joined, left, self._publication.context.log)
+        return PeerWatch(self._publication, joined, left, self._publication.context.log)
 
     def wait_for_subscribers(self, count: int = 1, timeout: float | None = None) -> bool:
         """Wait until at least ``count`` subscribers are connected.
@@ -167,7 +167,7 @@ class Publisher(Generic[_M]):
             timeout: maximum number of seconds to wait; None waits until the node shuts down.
 
         Returns:
-            Whether that many are connected.
+            Whether that many subscribers are connected.
         """
         return wait_for_links(self._publication, count, timeout)
 

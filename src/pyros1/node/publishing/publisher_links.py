@@ -28,7 +28,7 @@ MAX_LINKS = 1024
 
 
 class Link(Protocol):
-    """The interface of a link to a subscriber. `start`, `send` and `recover` are called in the topic's strand."""
+    """A link to a subscriber. `start`, `send` and `recover` are called in the topic's strand."""
 
     peer: str
     messages: int
@@ -187,7 +187,7 @@ class PublisherLinks:
 
     def _make_response(self, header: dict[str, str]) -> dict[str, str]:
         if self._closed:
-            raise self._closed_refusal()
+            raise self._make_closed_refusal()
         return make_publisher_response(header, self.context.name, self.topic, self.type, self.latch, self.headers)
 
     def _add(self, link: Link) -> None:
@@ -199,7 +199,7 @@ class PublisherLinks:
         for frame in self._latched.values():
             link.send(frame)
 
-    def _closed_refusal(self) -> Refusal:
+    def _make_closed_refusal(self) -> Refusal:
         return Refusal(f"[{self.context.name}] is no longer a publisher of [{self.topic}]")
 
     def _remove(self, link: Link) -> None:
@@ -208,7 +208,7 @@ class PublisherLinks:
     def _remove_now(self, link: Link) -> None:
         self._set_links(tuple(other for other in self.links if other is not link))
         if self._pool is not None and not self._shared:
-            self._pool.close()  # it may be large, and nobody uses it
+            self._pool.close()  # the pool may be large, and nobody uses it
 
     def _set_links(self, links: tuple[Link, ...]) -> None:
         self.links = links

@@ -1,8 +1,8 @@
 """A publisher's link to a subscriber on the same machine; see `pyros1.wire.local`.
 
-Small messages are sent through a Unix socket, as they would be over TCP. For a large one, a reference is sent. At most
-`MAX_REFERENCES` are outstanding at a time, so a slow subscriber occupies few blocks. Further references wait in the
-link's queue, which drops the oldest as usual.
+Small messages are sent through a Unix socket, as they would be over TCP. A large message is written to shared memory,
+and only a reference to it is sent. At most `MAX_REFERENCES` are outstanding at a time, so a slow subscriber occupies
+few blocks. Further references wait in the link's queue, which drops the oldest as usual.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ _MAX_RECORDS_PER_TURN = 64
 
 
 class _ReferenceFrame(bytes):
-    """The frame of a reference.
+    """A frame that contains a reference to a message in shared memory.
 
     Attributes:
         number: the reference's number.
@@ -47,11 +47,11 @@ class _ReferenceFrame(bytes):
 
 
 class _ReferenceQueue(OutQueue):
-    """A queue that holds back references while the subscriber has enough of them.
+    """A queue that holds back references while the subscriber has `MAX_REFERENCES` of them.
 
     Args:
         limit: as for OutQueue.
-        outstanding: the block number of each reference that was sent or is queued here, by the reference's number.
+        outstanding: number of each reference that was sent or is queued here -> number of its block.
     """
 
     __slots__ = ("_outstanding",)
@@ -129,9 +129,9 @@ class SharedLink(TcpLink):
         self._control_socket.setblocking(False)
         greeting = encode_header({**response, "token": token.hex()})
         super().__init__(loop, strand, sock, header, greeting, queue_size, on_closed)
-        self.outstanding: dict[int, int] = {}  # reference that was sent or is queued -> its block
-        self._references = _ReferenceQueue(queue_size, self.outstanding)
-        self._queue = self._references
+        self.outstanding: dict[int, int] = {}  # number of a reference that was sent or is queued -> number of its block
+        self._reference_queue = _ReferenceQueue(queue_size, self.outstanding)
+        self._queue = self._reference_queue
         self._pool = pool
         self._token = token
         self._reference_numbers = count(1)
@@ -173,7 +173,7 @@ class SharedLink(TcpLink):
             encode_reference(self._token, Reference(number, placement.block.number, *placement[1:]))
         )
         frame.number = number
-        if self._references.num_available <= 0:
+        if self._reference_queue.num_available <= 0:
             self._is_idle = False
         self._reference_in_progress = number, self.bytes_sent
         self.outstanding[number] = placement.block.number
@@ -184,11 +184,13 @@ class SharedLink(TcpLink):
         return True
 
     def recover(self) -> None:
-        """Recover like other links; a reference that has not been sent is considered released."""
+        """Recover like `TcpLink.recover`; a reference that has not been sent is considered released."""
         if self._reference_in_progress is not None:
             number, bytes_before = self._reference_in_progress
-            is_partly_sent = self.bytes_sent > bytes_before or (self._in_flight is not None and self._sent > 0)
-            if not is_partly_sent and not self._references.has_reference(number):
+            is_partly_sent = self.bytes_sent > bytes_before or (
+                self._frame_in_flight is not None and self._sent_bytes > 0
+            )
+            if not is_partly_sent and not self._reference_queue.has_reference(number):
                 self.outstanding.pop(number, None)
             self._reference_in_progress = None
         super().recover()
@@ -214,14 +216,14 @@ class SharedLink(TcpLink):
                 self._loop.call_soon(self._strand.do, self._resume)
 
     def _announce_block(self, placement: Placement) -> bool:
-        """Send a block to the subscriber unless it already has it; return False if that is not possible."""
+        """Send a block to the subscriber, unless it already has the block; return False if that is not possible."""
         try:
             for number in self._known_blocks - self._pool.blocks.keys() - set(self.outstanding.values()):
                 self._control_socket.send(encode_block(number, 0))
                 self._known_blocks.discard(number)
             block = placement.block
             if block.fd < 0:
-                return False  # a subscriber has just disconnected while using it
+                return False  # a subscriber has just disconnected while using the block
             if block.number not in self._known_blocks:
                 socket.send_fds(self._control_socket, [encode_block(block.number, block.size)], [block.fd])
                 self._known_blocks.add(block.number)
@@ -294,7 +296,7 @@ class SharedLink(TcpLink):
 
 
 class WaitingSharedLink(SharedLink, WaitingLink):
-    """A link whose publishers wait until everything is sent."""
+    """A link through shared memory whose publishers wait until everything is sent."""
 
     def start(self) -> None:
         """Send the connection header; the loop sends the remaining part, and the latched messages that follow."""

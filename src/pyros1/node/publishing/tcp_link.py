@@ -10,9 +10,9 @@ A link is used only in the strand of its topic (``strand.py``), so it needs no l
   when the socket accepts more; so does a publisher in a tight loop, because it rarely lets the loop thread run.
 * *closed*.
 
-The number of bytes sent is stored by ``(self._sent,) = map(send, (frame,))``: unlike with a plain call, no signal
-handler can run between `send` and the assignment. So one that raises an exception (KeyboardInterrupt) cannot leave a
-frame incomplete: see `recover`.
+The number of bytes sent is stored by ``(self._sent_bytes,) = map(send, (frame,))``: unlike with a plain call, no signal
+handler can run between `send` and the assignment. So a handler that raises an exception (KeyboardInterrupt) cannot
+leave a frame incomplete: see `recover`.
 """
 
 from __future__ import annotations
@@ -32,19 +32,19 @@ from pyros1.node.strand import Strand
 from pyros1.wire.outqueue import Frame, OutQueue, frame_size
 
 HOT_GAP = 30e-6
-"""Maximum seconds between messages of a streak; see the module's docstring."""
+"""Maximum number of seconds between messages of a streak; see the module's docstring."""
 MIN_STREAK = 100
 MAX_BATCH = 128
 BATCH_TIME = 100e-6
 MAX_BYTES_PER_TURN = 4 << 20
-"""Maximum number of bytes to send at once; the remaining ones are sent in the loop's next iteration, after other links
+"""Maximum number of bytes to send at once; the remaining bytes are sent in the loop's next iteration, after other links
 had their turn."""
 FLUSH_DELAY = 0.0005
 """Seconds after which the loop sends the messages that the publisher has left in the queue."""
 PEER_CHECK_INTERVAL = 15.0
-"""Seconds between checks whether the subscriber's machine is gone."""
+"""Seconds between checks of whether the subscriber's machine is gone."""
 SMALL_FRAME_BYTES = 4096
-"""Size in bytes below which frames are joined or collected."""
+"""Frames below this size in bytes are joined, or collected in the queue, before they are sent."""
 POLL_DELAY = 0.0001
 
 
@@ -96,9 +96,9 @@ class TcpLink:
         self._is_writable = False  # the socket accepts more
         self._in_event = False  # the loop is in `_on_event`
         self._streak = 0
-        self._last_send = 0.0
-        self._in_flight: Frame | None = None  # a frame that is being sent without the queue
-        self._sent = 0  # number of its bytes that were sent
+        self._last_send_at = 0.0
+        self._frame_in_flight: Frame | None = None  # a frame that is being sent without the queue
+        self._sent_bytes = 0  # number of its bytes that were sent
         sock.setblocking(False)
         self.address = _address_text(sock)
         self._greeting = greeting
@@ -136,55 +136,55 @@ class TcpLink:
         self.messages += 1
         now = perf_counter()
         if self._is_idle:
-            if self._batch_size > 1 and now - self._last_send < HOT_GAP:
+            if self._batch_size > 1 and now - self._last_send_at < HOT_GAP:
                 self._streak += 1
                 if self._streak > MIN_STREAK and frame.__class__ is bytes and len(frame) < SMALL_FRAME_BYTES:
                     self._is_idle = False
-                    self._last_send = now
+                    self._last_send_at = now
                     self._queue.push(frame)
                     self._set_timer()
                     return
             else:
                 self._streak = 0
-            self._last_send = now
+            self._last_send_at = now
             self._send_now(frame)
             return
         self._queue.push(frame)
-        if now - self._last_send > BATCH_TIME or (len(self._queue) >= self._batch_size and not self._is_blocked):
-            self._last_send = now
+        if now - self._last_send_at > BATCH_TIME or (len(self._queue) >= self._batch_size and not self._is_blocked):
+            self._last_send_at = now
             self._flush()
 
     def _send_now(self, frame: Frame) -> None:
-        self._in_flight, self._sent = frame, 0
+        self._frame_in_flight, self._sent_bytes = frame, 0
         try:
             if isinstance(frame, bytes):
                 size = len(frame)
-                (self._sent,) = map(self._send_bytes, (frame,))
+                (self._sent_bytes,) = map(self._send_bytes, (frame,))
             else:
                 size = frame_size(frame)
-                (self._sent,) = map(self._sock.sendmsg, (frame,))
+                (self._sent_bytes,) = map(self._sock.sendmsg, (frame,))
         except BlockingIOError:
             pass
         except OSError:
             self._fail()
             return
-        sent = self._sent
+        sent = self._sent_bytes
         self.bytes_sent += sent
         if sent == size:
-            self._in_flight = None
+            self._frame_in_flight = None
             return
         self._queue_unsent()
 
     def _queue_unsent(self) -> None:
         """Queue the remaining part of a frame that the socket has accepted only partially."""
-        frame, sent = self._in_flight, self._sent
+        frame, sent = self._frame_in_flight, self._sent_bytes
         if frame is not None:
             self._is_idle = False
             if sent:
                 self._queue.push_partial(frame, sent)
             else:
                 self._queue.push(frame)
-            self._in_flight = None
+            self._frame_in_flight = None
             self._block()
 
     def _flush(self) -> None:
@@ -217,12 +217,12 @@ class TcpLink:
             self._streak = 0
 
     def recover(self) -> None:
-        """Restore a valid state after a signal handler has interrupted a method by an exception; send the queue."""
+        """Restore a valid state after an exception from a signal handler has interrupted a method; send the queue."""
         if self._closed:
             return
-        if self._in_flight is not None and 0 < self._sent < frame_size(self._in_flight):
+        if self._frame_in_flight is not None and 0 < self._sent_bytes < frame_size(self._frame_in_flight):
             self._queue_unsent()
-        self._in_flight = None
+        self._frame_in_flight = None
         self._queue.discard_sent()
         self._is_timer_set = self._is_blocked = False  # the loop may not know yet
         self._flush()
@@ -240,7 +240,7 @@ class TcpLink:
         self._is_timer_set = False
         if self._closed or self._is_blocked:
             return
-        is_busy = perf_counter() - self._last_send < FLUSH_DELAY
+        is_busy = perf_counter() - self._last_send_at < FLUSH_DELAY
         self._flush()
         if is_busy and not self._closed and not self._is_blocked:
             self._is_idle = False
@@ -386,7 +386,7 @@ class WaitingLink(TcpLink):
         self._loop.call_soon(self._strand.do, self._leave_to_loop)
 
     def recover(self) -> None:
-        """Recover like other links; the loop sends what remains, since the thread that was waiting was interrupted."""
+        """Recover like `TcpLink`; the loop sends the rest, since the thread that was waiting was interrupted."""
         super().recover()
         self._leave_to_loop()
 

@@ -1,4 +1,4 @@
-"""A publisher's link over UDP (UDPROS, as in roscpp), which loses messages instead of waiting.
+"""A publisher's link over UDP (UDPROS, as in roscpp), which drops messages instead of waiting.
 
 A subscriber offers a socket in `requestTopic`; the publisher responds with a connection number and starts to send.
 There is no connection that could break: only system errors tell a publisher that nobody is listening (T57-T62).
@@ -11,7 +11,7 @@ import socket
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from pyros1.wire.datagram import split
+from pyros1.wire.datagram import split_frame
 from pyros1.wire.header import encode_header
 
 if TYPE_CHECKING:
@@ -24,7 +24,7 @@ _LENGTH_SIZE = 4
 
 
 class UdpLink:
-    """The sending end. A message that the system does not accept immediately is lost and counted as dropped.
+    """The sending end of a link. A message that the system does not accept immediately is counted as dropped.
 
     Args:
         loop: the node's loop, which looks up the subscriber's host.
@@ -73,7 +73,7 @@ class UdpLink:
         """Return the response to `requestTopic` (T59).
 
         Args:
-            host: host name of this node.
+            host: the host that this node advertises.
         """
         sock = self._sock
         port = sock.getsockname()[1] if sock is not None else 0
@@ -143,7 +143,7 @@ class UdpLink:
         if sock is None:
             return False
         try:
-            for datagram in split(data, self._connection_number, next(self._message_numbers), self._max_size):
+            for datagram in split_frame(data, self._connection_number, next(self._message_numbers), self._max_size):
                 sock.send(datagram)
         except (BlockingIOError, ValueError):
             self.dropped += 1

@@ -31,12 +31,12 @@ if TYPE_CHECKING:
 
 CONNECT_TIMEOUT = 10.0
 SILENCE_TIMEOUT = 5.0
-"""Seconds after which a provider that has not sent its header is logged; a node sends it even while it is busy."""
+"""Seconds after which the log reports a provider that has not sent its header; even a busy node sends its header."""
 POLL_INTERVAL = 0.2
 """Seconds after which a waiting call checks again whether its node is shutting down."""
 
 
-class Call:
+class ProviderConnection:
     """The connection to a service's provider; all waits are aborted at the deadline, or when the node shuts down.
 
     Args:
@@ -44,10 +44,10 @@ class Call:
         service: the service's full name.
         uri: the provider's URI, ``rosrpc://host:port``.
         deadline: the deadline in `monotonic` time; None for no limit.
-        spin_wait: waits for responses; None if there have been no calls yet.
+        spin_wait: waits for responses, and learns from earlier calls; None if there are no earlier calls.
 
     Attributes:
-        data: bytes that were received but not yet used.
+        data: bytes that were received but have not been used yet.
         has_header: whether the provider's header has been received.
         header: the provider's header.
         is_local: whether the connection is a Unix socket, to a pyros1 node of the same user on this machine.
@@ -75,7 +75,7 @@ class Call:
         self.is_local = local_sock is not None
         try:
             self.sock = local_sock or blocking_connect(
-                host, port, CONNECT_TIMEOUT, lambda: self._remaining(POLL_INTERVAL)
+                host, port, CONNECT_TIMEOUT, lambda: self._remaining_time(POLL_INTERVAL)
             )
         except WaitTimeoutError:
             raise
@@ -92,8 +92,8 @@ class Call:
         self.has_header = False
 
     def _connect_local(self, uri: str) -> socket.socket | None:
-        """Return a connection over a Unix socket; None if the provider is on another machine or another user's."""
-        self._remaining(POLL_INTERVAL)
+        """Return a connection over a Unix socket; None if the provider has none for this user on this machine."""
+        self._remaining_time(POLL_INTERVAL)
         key = self._context.local_key
         if not key:
             return None
@@ -108,12 +108,12 @@ class Call:
         """Set the timeout of the next socket call, so that the deadline and the shutdown of the node are noticed in
         time.
         """
-        remaining = self._remaining(POLL_INTERVAL)
+        remaining = self._remaining_time(POLL_INTERVAL)
         if remaining != self._socket_timeout:
             set_socket_timeouts(self.sock, remaining)
             self._socket_timeout = remaining
 
-    def _remaining(self, maximum: float) -> float:
+    def _remaining_time(self, maximum: float) -> float:
         if self._context.stopping.is_set():
             raise NodeShutdownError(f"call to {self.service}: the node is shutting down")
         if self.deadline is None:
@@ -124,12 +124,12 @@ class Call:
         return min(maximum, remaining)
 
     def _check_peer(self, error: OSError) -> None:
-        """Raise ConnectionError if the system has given up the connection, or should have done so."""
+        """Raise ConnectionError if the system has given up the connection, or should have done so by now."""
         if error.errno == errno.ETIMEDOUT or is_peer_dead(self.sock):
             raise ConnectionError("the provider's machine no longer answers")
 
     def send(self, data: bytes) -> None:
-        """Send all bytes.
+        """Send data, all of it.
 
         Raises:
             WaitTimeoutError: the deadline has passed.
@@ -143,7 +143,7 @@ class Call:
                 sent = self.sock.send(remaining_data)
                 remaining_data = b"" if sent == len(remaining_data) else memoryview(remaining_data)[sent:]
             except SOCKET_TIMEOUTS as error:
-                self._check_peer(error)  # the deadline is checked by `_remaining`
+                self._check_peer(error)  # the deadline is checked by `_remaining_time`
 
     def receive(self) -> bytes:
         """Receive some bytes.
@@ -157,7 +157,7 @@ class Call:
             try:
                 data = self._spin_wait.wait(self._recv)
             except SOCKET_TIMEOUTS as error:
-                self._check_peer(error)  # the deadline is checked by `_remaining`
+                self._check_peer(error)  # the deadline is checked by `_remaining_time`
                 self._warn_silent_provider()
                 continue
             if not data:

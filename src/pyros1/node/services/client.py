@@ -26,9 +26,9 @@ from pyros1.msgs import Message, Service
 from pyros1.net.spin_wait import SpinWait
 from pyros1.node.checks import check_timeout
 from pyros1.node.log.levels import WARN
-from pyros1.node.services.call import Call
+from pyros1.node.services.call import ProviderConnection
 from pyros1.node.services.server import service_type
-from pyros1.wire.handshake import check_service_response, make_service_response, service_client_header
+from pyros1.wire.handshake import check_service_response, make_service_client_header, make_service_response
 from pyros1.wire.header import HeaderReader, encode_header
 from pyros1.wire.service import RESPONSE_HEAD_SIZE, decode_response_head
 
@@ -46,7 +46,7 @@ class ServiceClient:
     """Client of a service; created by ``Node.service``. Also a context manager that closes it.
 
     Calling the object calls the service: ``client(a, b)``, ``client(a=1)`` or ``client(request)``. A signal handler may
-    call it as well; if it interrupts a call, it uses a separate connection.
+    call the service as well; if the handler has interrupted a call, it uses a separate connection.
 
     Attributes:
         name: the service's full name.
@@ -76,8 +76,8 @@ class ServiceClient:
         self._reset_connections()
 
     def _reset_connections(self) -> None:
-        self._persistent_call: Call | None = None
-        self._calls_in_progress: set[Call] = set()
+        self._persistent_connection: ProviderConnection | None = None
+        self._connections_in_use: set[ProviderConnection] = set()
         self._lock = threading.RLock()  # allows one call at a time on a persistent connection
         self._is_connection_in_use = False  # the thread that holds the lock is making a call on it
         self._pid = os.getpid()
@@ -135,23 +135,26 @@ class ServiceClient:
                 return self._exchange(self._connect(deadline), data)
             self._is_connection_in_use = True
             try:
-                persistent_call = self._persistent_call  # which `close` may remove meanwhile
-                if persistent_call is None or persistent_call.is_broken:
-                    persistent_call = self._reconnect(persistent_call, deadline)
-                persistent_call.deadline = deadline
-                return self._exchange(persistent_call, data)
+                persistent_connection = self._persistent_connection  # `close` may remove it meanwhile
+                if persistent_connection is None or persistent_connection.is_broken:
+                    persistent_connection = self._reconnect(persistent_connection, deadline)
+                persistent_connection.deadline = deadline
+                return self._exchange(persistent_connection, data)
             finally:
                 self._is_connection_in_use = False
 
     def _close_inherited(self) -> None:
         """In a forked process, close the connections, which belong to the parent process."""
         if self._pid != os.getpid():
-            for other in [*self._calls_in_progress, *([self._persistent_call] if self._persistent_call else [])]:
+            for other in [
+                *self._connections_in_use,
+                *([self._persistent_connection] if self._persistent_connection else []),
+            ]:
                 other.sock.close()
             self._reset_connections()
 
     def _own_service(self, uri: str | None = None) -> ServiceInterface | None:
-        """Return the node's own service of that name if its handler can only run in the calling thread; else None.
+        """Return the service if this node provides it and its handler can only run in the calling thread; else None.
 
         Args:
             uri: the URI that the service is registered with; None if it is not known yet.
@@ -159,7 +162,7 @@ class ServiceClient:
         context = self._context
         server = (
             context.services.get(self.name)
-            if context.callbacks is not None and context.callbacks.is_callback_thread()
+            if context.callback_queue is not None and context.callback_queue.is_callback_thread()
             else None
         )
         if server is None or server.type._md5sum != self.type._md5sum or uri not in (None, server.uri):
@@ -167,7 +170,9 @@ class ServiceClient:
         return server
 
     def _call_local(self, server: ServiceInterface, request: bytes) -> Any:
-        header = service_client_header(self._context.name, self.name, self._wire_type, self._persistent, self._headers)
+        header = make_service_client_header(
+            self._context.name, self.name, self._wire_type, self._persistent, self._headers
+        )
         response = server.call_local(request, header)
         ok, _ = decode_response_head(response)
         provider_header = make_service_response(header, self._context.name, self.name, service_type(server.type))
@@ -189,30 +194,30 @@ class ServiceClient:
         except MasterError:
             raise ServiceUnavailableError(f"service [{self.name}] unavailable: no node provides it") from None
 
-    def _connect(self, deadline: float | None) -> Call:
-        return Call(self._context, self.name, self._look_up(), deadline, self._spin_wait)
+    def _connect(self, deadline: float | None) -> ProviderConnection:
+        return ProviderConnection(self._context, self.name, self._look_up(), deadline, self._spin_wait)
 
-    def _reconnect(self, broken_call: Call | None, deadline: float | None) -> Call:
+    def _reconnect(self, broken_connection: ProviderConnection | None, deadline: float | None) -> ProviderConnection:
         """Replace the persistent connection with a new one and return it."""
-        if broken_call is not None:
-            self._persistent_call = None
-            broken_call.close()
-        self._persistent_call = persistent_call = self._connect(deadline)
-        return persistent_call
+        if broken_connection is not None:
+            self._persistent_connection = None
+            broken_connection.close()
+        self._persistent_connection = persistent_connection = self._connect(deadline)
+        return persistent_connection
 
-    def _exchange(self, call: Call, request: bytes) -> Any:
+    def _exchange(self, connection: ProviderConnection, request: bytes) -> Any:
         """Send the request, preceded by the header on a new connection, and return the response."""
-        self._calls_in_progress.add(call)
+        self._connections_in_use.add(connection)
         is_complete = False
         try:
-            if call.has_header:
-                call.send(request)
-            elif call.is_local and len(request) <= _MAX_REQUEST_WITH_HEADER:
-                self._exchange_headers(call, request)
+            if connection.has_header:
+                connection.send(request)
+            elif connection.is_local and len(request) <= _MAX_REQUEST_WITH_HEADER:
+                self._exchange_headers(connection, request)
             else:  # stock providers lose data that arrives together with the header
-                self._exchange_headers(call)
-                call.send(request)
-            ok, body = call.receive_response()
+                self._exchange_headers(connection)
+                connection.send(request)
+            ok, body = connection.receive_response()
             is_complete = True
         except ConnectionRefusedByPeerError as error:
             raise ServiceError(str(error)) from None
@@ -222,12 +227,12 @@ class ServiceClient:
             self._context.check_running()
             raise ServiceError(f"call to service [{self.name}] failed: {error}") from error
         finally:
-            self._calls_in_progress.discard(call)
-            if not is_complete or call is not self._persistent_call:
-                if call is self._persistent_call:
-                    self._persistent_call = None  # the next call reconnects
-                call.close()
-        return self._read_response(ok, body, call.header)
+            self._connections_in_use.discard(connection)
+            if not is_complete or connection is not self._persistent_connection:
+                if connection is self._persistent_connection:
+                    self._persistent_connection = None  # the next call reconnects
+                connection.close()
+        return self._read_response(ok, body, connection.header)
 
     def _read_response(self, ok: bool, body: bytes, header: dict[str, str]) -> Any:
         if not ok:
@@ -238,24 +243,26 @@ class ServiceClient:
         try:
             response = decode(body, 0, len(body), True)
         except LengthError as error:
-            self._context.log.peer(WARN, "the response of %s: %s", self.name, error, max_texts=1, link=self.name)
+            self._context.log.peer_event(WARN, "the response of %s: %s", self.name, error, max_texts=1, link=self.name)
             response = decode(body, 0, len(body))
         response._connection_header = header
         return response
 
-    def _exchange_headers(self, call: Call, request: bytes = b"") -> None:
-        header = service_client_header(self._context.name, self.name, self._wire_type, self._persistent, self._headers)
-        call.send(encode_header(header) + request)
+    def _exchange_headers(self, connection: ProviderConnection, request: bytes = b"") -> None:
+        header = make_service_client_header(
+            self._context.name, self.name, self._wire_type, self._persistent, self._headers
+        )
+        connection.send(encode_header(header) + request)
         reader = HeaderReader()
         provider_header = None
         while provider_header is None:
-            provider_header = reader.feed(call.receive())
+            provider_header = reader.feed(connection.receive())
         warning = check_service_response(provider_header, self.name, self._wire_type, header)
         if warning:
-            self._context.log.peer(WARN, "%s", warning, max_texts=1, link=self.name)
-        call.data = reader.rest
-        call.header = provider_header
-        call.has_header = True
+            self._context.log.peer_event(WARN, "%s", warning, max_texts=1, link=self.name)
+        connection.data = reader.rest
+        connection.header = provider_header
+        connection.has_header = True
 
     def wait(self, timeout: float | None = None) -> None:
         """Wait until the service is available; see ``Node.wait_for_service``."""
@@ -264,12 +271,12 @@ class ServiceClient:
     def close(self) -> None:
         """Close the connection; a call in progress in another thread fails."""
         self._close_inherited()
-        persistent_call, self._persistent_call = self._persistent_call, None
-        in_progress = list(self._calls_in_progress)
-        for call in in_progress:
-            call.abort()  # its thread closes it, since the descriptor must not be reused during a read
-        if persistent_call is not None and persistent_call not in in_progress:
-            persistent_call.close()
+        persistent_connection, self._persistent_connection = self._persistent_connection, None
+        connections_in_use = list(self._connections_in_use)
+        for connection in connections_in_use:
+            connection.abort()  # the thread that reads closes it: the descriptor must not be reused during a read
+        if persistent_connection is not None and persistent_connection not in connections_in_use:
+            persistent_connection.close()
 
     def __enter__(self) -> ServiceClient:
         return self
@@ -295,19 +302,19 @@ def probe(context: Context, service: str, uri: str, timeout: float = PROBE_TIMEO
         WaitTimeoutError: it did not accept the connection in time.
         NodeShutdownError: the node is shutting down.
     """
-    call = Call(context, service, uri, monotonic() + timeout)
+    connection = ProviderConnection(context, service, uri, monotonic() + timeout)
     try:
-        call.send(
+        connection.send(
             encode_header({"callerid": context.name, "service": service, "md5sum": "*", "type": "*", "probe": "1"})
         )
         reader = HeaderReader()
         provider_header = None
         while provider_header is None:
-            provider_header = reader.feed(call.receive())
+            provider_header = reader.feed(connection.receive())
     except (OSError, ProtocolError) as error:
         raise ServiceUnavailableError(f"service [{service}] at {uri} does not answer: {error}") from error
     finally:
-        call.close()
+        connection.close()
     if "error" in provider_header:
         raise ServiceUnavailableError(f"service [{service}] at {uri}: {one_line(provider_header['error'])}")
     return provider_header
@@ -328,8 +335,8 @@ def wait_for_service(context: Context, master: MasterClient, service: str, timeo
         NodeShutdownError: the node is shutting down.
     """
     check_timeout(timeout)
-    start = monotonic()
-    last_warned = start
+    started_at = monotonic()
+    last_warned_at = started_at
     while True:
         context.check_running()
         uri, failure = "", "cannot be reached"
@@ -343,11 +350,13 @@ def wait_for_service(context: Context, master: MasterClient, service: str, timeo
             if uri and isinstance(error.__cause__, TimeoutError):
                 failure = "does not answer (was its node stopped?)"
         now = monotonic()
-        if timeout is not None and now - start >= timeout:
+        if timeout is not None and now - started_at >= timeout:
             details = f": it is registered at {uri}, but {failure}" if uri else ""
             raise WaitTimeoutError(f"timeout exceeded while waiting for service {service}{details}")
-        if now - last_warned >= (10.0 if last_warned > start or failure == "cannot be reached" else PROBE_TIMEOUT):
-            last_warned = now
+        if now - last_warned_at >= (
+            10.0 if last_warned_at > started_at or failure == "cannot be reached" else PROBE_TIMEOUT
+        ):
+            last_warned_at = now
             state = f"registered at {uri}, but {failure}" if uri else "no node provides it yet"
             context.log.warn("waiting for service %s: %s", service, state)
-        context.pause(0.05 if timeout is None else min(0.05, max(0.001, timeout - (now - start))))
+        context.pause(0.05 if timeout is None else min(0.05, max(0.001, timeout - (now - started_at))))

@@ -8,7 +8,7 @@ States::
 
 * *waiting*: on the loop, for a whole request. A client that sends nothing, or one byte at a time, does not occupy a
   thread. A request that has started must be transferred at a minimum rate, see `TransferDeadline`; a client that is not
-  persistent must start one in time.
+  persistent must start a request in time.
 * *answering*: in a worker's thread, until the response is sent. The worker also waits briefly for the first
   request, and for the next one of a persistent client, which is faster than waiting on the loop.
 """
@@ -38,11 +38,11 @@ LINGER_TIME = 0.05
 """Seconds that a worker waits for the next request of a persistent client."""
 
 FrameRanges = list[tuple[int, int]]
-"""(start, end) of the body of each request in the buffer."""
+"""(start, end) of each request's body in the buffer."""
 
 
 class ServiceLink:
-    """The connection of one client.
+    """The connection to one client.
 
     Args:
         loop: the node's loop.
@@ -50,7 +50,7 @@ class ServiceLink:
         header: the client's connection header.
         initial_bytes: bytes that were received after the header.
         respond: ``respond(data, start, end, header)`` returns the encoded response to a request; called in a worker.
-        submit: ``submit(job)`` runs a job in a worker, or returns the reason why that is not possible.
+        submit: ``submit(job)`` runs a job in a worker and returns None, or returns the reason why that is not possible.
         may_linger: ``may_linger(count)`` returns whether a worker may wait for more requests after it has answered
             ``count`` of them.
         on_closed: called once, with the link and the error that closed it, or None.
@@ -75,9 +75,9 @@ class ServiceLink:
         self._may_linger = may_linger
         self._on_closed = on_closed
         self._persistent = is_true(header.get("persistent"))
-        self._buffer = FrameBuffer(4096, first=initial_bytes)
+        self._buffer = FrameBuffer(4096, initial_bytes=initial_bytes)
         self._timer: TimerHandle | None = None
-        self._transfer_deadline = TransferDeadline(REQUEST_TIMEOUT)  # while a timer is set
+        self._transfer_deadline = TransferDeadline(REQUEST_TIMEOUT)  # used while the timer is set
         self._is_ending = False
         self._spin_wait = SpinWait()
 
@@ -157,11 +157,11 @@ class ServiceLink:
         if self._is_ending:  # bytes that arrived after `end` was called may have been read
             self._close(None)
             return
-        refusal = self._submit(lambda: self._serve(frames))
-        if refusal is not None:
+        reason = self._submit(lambda: self._serve(frames))
+        if reason is not None:
             with contextlib.suppress(OSError):
-                self._sock.send(encode_failure(refusal))
-            self._close(ProtocolError(refusal))
+                self._sock.send(encode_failure(reason))
+            self._close(ProtocolError(reason))
 
     # ---- answering, in a worker
 
@@ -190,7 +190,7 @@ class ServiceLink:
             self._loop.call_soon(self._wait_for_request)
 
     def _linger(self) -> FrameRanges:
-        """Wait a moment for more requests; return where they are in the buffer, or nothing if none is complete by then.
+        """Wait a moment for more requests; return their ranges in the buffer, or [] if none is complete by then.
 
         Raises:
             OSError: the client has disconnected, or the link is being closed.

@@ -28,7 +28,7 @@ class Services:
 
     Args:
         context: the node's context.
-        registrar: returns the node's registrar.
+        get_registrar: returns the node's registrar.
         get_uri: returns the ``rosrpc://`` URI of the node.
 
     Attributes:
@@ -36,10 +36,10 @@ class Services:
             ``context.services``.
     """
 
-    def __init__(self, context: Context, registrar: Callable[[], Registrar], get_uri: Callable[[], str]) -> None:
+    def __init__(self, context: Context, get_registrar: Callable[[], Registrar], get_uri: Callable[[], str]) -> None:
         self.servers: dict[str, ServiceServer] = {}
         self._context = context
-        self._registrar = registrar
+        self._get_registrar = get_registrar
         self._get_uri = get_uri
         self._workers = Workers(f"{context.name}:service", MAX_THREADS)
         self._lock = threading.RLock()
@@ -72,7 +72,7 @@ class Services:
         if not direct:  # opens the socket that clients on this machine derive from the service's URI
             self._context.loop.call_soon(self._context.local_socket_name)
         try:
-            self._registrar().register("registerService", name, server.uri, self._context.uri)
+            self._get_registrar().register("registerService", name, server.uri, self._context.uri)
         except BaseException:
             self._drop(server)
             raise
@@ -82,7 +82,7 @@ class Services:
         if self._context.is_forked:
             return
         if not self._context.stopping.is_set():
-            self._registrar().unregister("registerService", server.name, server.uri, self._context.uri)
+            self._get_registrar().unregister("registerService", server.name, server.uri, self._context.uri)
         self._drop(server)
 
     def _drop(self, server: ServiceServer) -> None:
@@ -102,7 +102,7 @@ class Services:
 
 
 class ServiceMethods:
-    """The methods of a node that deal with services; one of its base classes."""
+    """The methods of `Node` that deal with services; a base class of `Node`."""
 
     resolve: Callable[[str], str]
     master: MasterClient
@@ -125,7 +125,9 @@ class ServiceMethods:
         """
         checks.check_name(name, _ADVERTISE_SERVICE)
         checks.check_callback(handler, _ADVERTISE_SERVICE, "handler", type)
-        return self._services.advertise(self.resolve(name), checks.service_class(type, "advertise_service"), handler)
+        return self._services.advertise(
+            self.resolve(name), checks.require_service_class(type, "advertise_service"), handler
+        )
 
     def service(
         self,
@@ -143,10 +145,13 @@ class ServiceMethods:
             persistent: whether to keep the connection between calls, which is faster, but stays with one provider. If
                 the connection breaks, the next call opens a new one.
             headers: extra fields for the connection header.
+
+        Raises:
+            TypeError: an argument has a wrong type.
         """
         checks.check_name(name, "service(name, type)")
         checks.check_headers(headers)
-        cls = checks.service_class(type, "service")
+        cls = checks.require_service_class(type, "service")
         return ServiceClient(self._context, self.master, self.resolve(name), cls, persistent, headers or {})
 
     def wait_for_service(self, name: str, timeout: float | None = None) -> None:

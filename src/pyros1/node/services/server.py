@@ -1,4 +1,6 @@
-"""Service servers (https://wiki.ros.org/rospy/Overview/Services); each call in progress uses one thread."""
+"""The services that a node provides (https://wiki.ros.org/rospy/Overview/Services); each call in progress uses one
+thread.
+"""
 
 from __future__ import annotations
 
@@ -24,9 +26,9 @@ if TYPE_CHECKING:
 MAX_CALLS = 256
 """Maximum number of concurrent calls to one service; more are refused."""
 MAX_EARLY_CALLS = 8
-"""If fewer calls than this are in progress, a thread waits a moment for a new client's first request."""
+"""A thread waits a moment for a new client's first request only while fewer calls than this are in progress."""
 SPIN_WARNING_DELAY = 5.0
-"""Seconds after which a warning is logged if a call waits for the program to spin."""
+"""Seconds that a call waits for the program to spin before a warning is logged."""
 
 
 def service_type(service_class: type[Service]) -> ServiceType:
@@ -60,7 +62,7 @@ class ServiceServer:
         unregister: Callable[[ServiceServer], None],
         direct: bool = False,
     ) -> None:
-        self._callback_queue = None if direct else context.callbacks  # None: the handler runs in the call's thread
+        self._callback_queue = None if direct else context.callback_queue  # None: the handler runs in the call's thread
         self.name = name
         self.uri = uri
         self.type = service_class
@@ -103,7 +105,7 @@ class ServiceServer:
         link.begin(response_header)
 
     def _submit(self, job: Callable[[], None]) -> str | None:
-        """Run a job in a thread; return None, or the reason if it is not possible."""
+        """Run a job in a thread and return None, or return the reason why that is not possible."""
         with self._lock:
             if self._num_calls >= MAX_CALLS:
                 return f"too many simultaneous calls to {self.name}, try again later"
@@ -123,6 +125,7 @@ class ServiceServer:
         return f"too many simultaneous calls to services of {self._context.name}, try again later"
 
     def _may_linger(self, num_answered: int) -> bool:
+        """Return whether a thread may wait for more requests from a client, after answering ``num_answered``."""
         # Few threads wait for clients that have only connected, so that such clients cannot occupy all threads.
         return self._num_calls < (MAX_CALLS // 2 if num_answered else MAX_EARLY_CALLS) and not self._closed
 
@@ -131,10 +134,10 @@ class ServiceServer:
             self._links.discard(link)
         if error is not None and not self._closed and not isinstance(error, ConnectionError):
             client = link.header.get("callerid", "?")
-            self._context.log.peer(WARN, "a call to %s by %s failed: %s", self.name, client, error)
+            self._context.log.peer_event(WARN, "a call to %s by %s failed: %s", self.name, client, error)
 
     def call_local(self, frame: bytes, header: dict[str, str]) -> bytes:
-        """Handle a call by the service's own node, in the calling thread.
+        """Handle a call that the service's own node makes, in the calling thread.
 
         Args:
             frame: the encoded request, including the length prefix.
@@ -154,7 +157,7 @@ class ServiceServer:
             request = decode(data, start, end, True)
         except LengthError as error:
             client, text = header.get("callerid", "?"), "a call to %s by %s: %s"
-            self._context.log.peer(WARN, text, self.name, client, error, max_texts=1, link=self.name)
+            self._context.log.peer_event(WARN, text, self.name, client, error, max_texts=1, link=self.name)
             request = decode(data, start, end)
         except MessageError as error:
             return encode_failure(f"service [{self.name}]: {error}")
@@ -181,7 +184,7 @@ class ServiceServer:
             if monotonic() > warn_at:
                 warn_at = float("inf")
                 client = header.get("callerid", "?")
-                self._context.log.peer(
+                self._context.log.peer_event(
                     WARN, "a call to %s by %s is waiting for this program to spin", self.name, client
                 )
         return responses[0]

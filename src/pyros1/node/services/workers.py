@@ -8,7 +8,7 @@ from collections.abc import Callable
 from time import monotonic
 
 IDLE_TIMEOUT = 10.0
-"""Seconds without a job after which a thread exits."""
+"""Seconds that a thread waits for a job before it exits."""
 
 
 class Workers:
@@ -29,7 +29,7 @@ class Workers:
         self._closed = False
 
     def submit(self, job: Callable[[], None]) -> bool:
-        """Run a job soon; return False if all threads are busy and no more can be started."""
+        """Run a job soon; return False if all threads are busy and no more can be started, or the pool is closed."""
         with self._changed:
             if self._closed:
                 return False

@@ -22,7 +22,7 @@ from pyros1.node.subscribing.dialogue import Action, Dialogue, State
 from pyros1.node.subscribing.tcp_source import TcpSource
 from pyros1.wire.handshake import Refusal
 from pyros1.wire.header import encode_header
-from pyros1.wire.local import offer
+from pyros1.wire.local import make_offer
 
 if TYPE_CHECKING:
     from pyros1.net.loop import TimerHandle
@@ -30,16 +30,16 @@ if TYPE_CHECKING:
     from pyros1.node.subscribing.udp_source import UdpSource
 
 STEP_TIMEOUT = 10.0
-"""Maximum number of seconds for each step. A publisher that cannot be reached does not delay others."""
+"""Maximum number of seconds for each step towards a link."""
 SILENCE_TIMEOUT = 4.0
 """Seconds after which the log reports a publisher that does not respond."""
 MAX_REPORTS = 3
-"""Maximum number of different warnings about publishers in one period of the log; the log only counts further ones."""
+"""Maximum number of different warnings about publishers per logging period; the log only counts further ones."""
 _RECEIVE_SIZE = 65536
 
 
 class Connector:
-    """Keeps a subscription connected to one publisher. All methods run on the loop.
+    """Keeps a subscription connected to one publisher; other publishers do not delay it. All methods run on the loop.
 
     Args:
         subscription: the subscription that receives the messages.
@@ -53,7 +53,7 @@ class Connector:
             uri,
             lambda: subscription.type,
             own_host=subscription.context.host,
-            takes_tcp="tcp" in subscription.hints.transports,
+            accepts_tcp="tcp" in subscription.hints.transports,
         )
         self._subscription = subscription
         self._context = subscription.context
@@ -72,23 +72,25 @@ class Connector:
         """Whether the connector has nothing left to do."""
         return self.dialogue.state is State.GONE
 
-    def publisher_listed(self) -> None:
+    def on_publisher_listed(self) -> None:
         """Note that the master lists the publisher, again or for the first time."""
-        self._execute(self.dialogue.publisher_listed())
+        self._execute(self.dialogue.on_publisher_listed())
 
-    def publisher_unlisted(self) -> None:
+    def on_publisher_unlisted(self) -> None:
         """Note that the master no longer lists the publisher."""
-        self._execute(self.dialogue.publisher_unlisted())
+        self._execute(self.dialogue.on_publisher_unlisted())
 
     def stop(self) -> None:
-        """Give up the current attempt."""
+        """Give up the current attempt, since the subscription has ended."""
         self._execute(self.dialogue.stop())
 
-    def link_lost(self, reason: str | None) -> None:
-        """Note that the link has ended, with the reason, or None for an orderly end: reconnect soon if the publisher is
-        still listed.
+    def on_link_lost(self, reason: str | None) -> None:
+        """Note that the link has ended; reconnect soon if the publisher is still listed.
+
+        Args:
+            reason: the reason; None for an orderly end.
         """
-        self._execute(self.dialogue.link_lost(reason))
+        self._execute(self.dialogue.on_link_lost(reason))
 
     # Actions ----------------------------------------------------------------------------------------------------------
 
@@ -118,17 +120,17 @@ class Connector:
                         self._timer = self._context.loop.call_later(seconds, self._on_backoff_over)
                 case dialogue_actions.LogMessage(is_error, text, args):
                     if is_error:
-                        self._context.log.peer(ERROR, text, *args)
-                    else:  # many often have one cause, such as a killed launch
-                        self._context.log.peer(WARN, text, *args, max_texts=MAX_REPORTS)
+                        self._context.log.peer_event(ERROR, text, *args)
+                    else:  # many warnings often have one cause, such as a killed launch
+                        self._context.log.peer_event(WARN, text, *args, max_texts=MAX_REPORTS)
                 case dialogue_actions.LogHostMessage(error):
                     self._context.warn_unknown_host(self._subscription.topic, self.uri, error)
                 case dialogue_actions.Forget():
                     self._subscription.forget(self.uri)
 
     def _if_current(self, function: Callable[..., object]) -> Callable[..., None]:
-        """Return a callback that calls ``function`` only during the current attempt; later, it closes the socket it
-        gets.
+        """Return a callback that calls ``function`` only during the current attempt; after that, it only closes the
+        socket that it is given, if any.
         """
         attempt_number = self._attempt_number
 
@@ -165,7 +167,7 @@ class Connector:
 
     def _on_backoff_over(self) -> None:
         self._timer = None
-        self._execute(self.dialogue.backoff_over())
+        self._execute(self.dialogue.on_backoff_over())
 
     # Asking -----------------------------------------------------------------------------------------------------------
 
@@ -184,14 +186,14 @@ class Connector:
 
     def _link_in_process(self, publication: Any) -> list[Action]:
         if publication is None:
-            return self.dialogue.attempt_failed()
+            return self.dialogue.on_attempt_failed()
         try:
             self._subscription.link_in_process(self.uri, publication)
         except (Refusal, Error) as refusal:
-            return self.dialogue.publisher_refused(
+            return self.dialogue.on_publisher_refused(
                 f"publisher {self.uri} of {publication.topic} refused the connection: {refusal}"
             )
-        return self.dialogue.linked()
+        return self.dialogue.on_linked()
 
     def _protocols(self) -> list[list[Any]]:
         """Return the protocols to request, in order of preference (T62)."""
@@ -212,36 +214,36 @@ class Connector:
                     protocols.append(self._offered_source.offer())
         # Last, so that a publisher that only looks at the first protocol finds one that it supports.
         if self._context.local_key and self.dialogue.offers_local and "local" in self._subscription.hints.transports:
-            protocols.append(offer(self._context.local_key))
+            protocols.append(make_offer(self._context.local_key))
         return protocols
 
     def _on_topic_response(self, value: Any, error: Exception | None) -> None:
         if error is not None:
             self._on_failure(error)
         else:
-            self._execute(self.dialogue.topic_answered(value, offered=self._offered_source is not None))
+            self._execute(self.dialogue.on_topic_response(value, offered=self._offered_source is not None))
 
     def _on_failure(self, error: Exception | None) -> None:
         if is_out_of_files(error):
             self._context.log_system_error(f"no messages of {self._subscription.topic} from {self.uri}: {error}")
-        self._execute(self.dialogue.attempt_failed(error))
+        self._execute(self.dialogue.on_attempt_failed(error))
 
     def _on_silence(self) -> None:
         self._silence_timer = None
-        self._execute(self.dialogue.publisher_silent())
+        self._execute(self.dialogue.on_publisher_silent())
 
     # Connecting and greeting ------------------------------------------------------------------------------------------
 
     def _connect_local(self, name: str) -> None:
-        if not self._context.local_key:  # this node has not offered it
-            self._execute(self.dialogue.local_connect_failed())
+        if not self._context.local_key:  # this node has not offered the local transport
+            self._execute(self.dialogue.on_local_connect_failed())
             return
         try:
             self._sock = same_host.connect(name)
         except OSError:
-            self._execute(self.dialogue.local_connect_failed())
+            self._execute(self.dialogue.on_local_connect_failed())
         else:
-            self._execute(self.dialogue.connected(self._subscription.request_header()))
+            self._execute(self.dialogue.on_connected(self._subscription.request_header()))
 
     def _on_connected(self, sock: socket.socket | None, error: Exception | None) -> None:
         if sock is None:
@@ -249,7 +251,7 @@ class Connector:
             return
         self._sock = sock
         set_nodelay_and_keepalive(sock)
-        self._execute(self.dialogue.connected(self._subscription.request_header()))
+        self._execute(self.dialogue.on_connected(self._subscription.request_header()))
 
     def _send_header(self, header: Mapping[str, str]) -> None:
         assert self._sock is not None
@@ -259,7 +261,9 @@ class Connector:
             selectors.EVENT_READ | selectors.EVENT_WRITE,
             self._if_current(partial(self._on_ready, self._sock)),
         )
-        self._timer = self._context.loop.call_later(STEP_TIMEOUT, lambda: self._execute(self.dialogue.attempt_failed()))
+        self._timer = self._context.loop.call_later(
+            STEP_TIMEOUT, lambda: self._execute(self.dialogue.on_attempt_failed())
+        )
 
     def _on_ready(self, sock: socket.socket, mask: int) -> None:
         """Send our header, in pieces if it is long, and read the publisher's."""
@@ -271,14 +275,14 @@ class Connector:
                     on_ready = self._if_current(partial(self._on_ready, sock))
                     self._context.loop.modify(sock, selectors.EVENT_READ, on_ready)
             if mask & selectors.EVENT_READ:
-                self._execute(self.dialogue.received(self._receive(sock)))
+                self._execute(self.dialogue.on_received(self._receive(sock)))
         except BlockingIOError:
             pass
         except OSError:
-            self._execute(self.dialogue.attempt_failed())
+            self._execute(self.dialogue.on_attempt_failed())
 
     def _receive(self, sock: socket.socket) -> bytes:
-        """Receive bytes; over a Unix socket, also keep the control socket whose descriptor is sent with a header."""
+        """Receive bytes; over a Unix socket, also keep the control socket that arrives with the publisher's header."""
         if sock.family in (socket.AF_INET, socket.AF_INET6):
             return sock.recv(_RECEIVE_SIZE)
         data, descriptors, _, _ = socket.recv_fds(sock, _RECEIVE_SIZE, 2)
@@ -286,7 +290,7 @@ class Connector:
             self._close_control_socket()
             try:
                 self._control_socket = socket.socket(fileno=descriptor)
-                # like sockets created by Python; received ones are inheritable
+                # like sockets created by Python; received descriptors are inheritable
                 self._control_socket.set_inheritable(False)
             except OSError:
                 os.close(descriptor)  # it is not a socket
@@ -307,7 +311,7 @@ class Connector:
             if sock.family not in (socket.AF_INET, socket.AF_INET6):  # references to shared memory would be useless
                 sock.close()
                 reason = "no descriptor came with the publisher's header: are too many files open?"
-                self._execute(self.dialogue.link_lost(reason))
+                self._execute(self.dialogue.on_link_lost(reason))
                 return
             self._subscription.link(TcpSource(sock, self.uri, header, rest))
             return
@@ -318,7 +322,7 @@ class Connector:
         except ProtocolError as error:
             sock.close()
             control_socket.close()
-            self._execute(self.dialogue.link_lost(str(error)))
+            self._execute(self.dialogue.on_link_lost(str(error)))
         else:
             self._subscription.link(source)
 

@@ -39,8 +39,8 @@ class Missed(NamedTuple):
 class Deadline:
     """Calls a function, once for each gap, when no message has arrived for a while.
 
-    It replaces the callback and only records when each message arrives. It uses the node's time, so nothing is missed
-    while a simulation is paused.
+    It takes the place of the callback: it records when each message arrives, and calls the actual callback. It uses the
+    node's time, so no message counts as missed while a simulation is paused.
 
     Args:
         seconds: maximum time without a message, in seconds.
@@ -69,20 +69,20 @@ class Deadline:
         self._notifier: Notifier | None = None
         self._subscription: Subscription | None = None
         self._now = clock.seconds if clock.simulated else monotonic
-        self._last_time: float | None = None  # of a message; None before the first message and publisher
+        self._last_arrival_at: float | None = None  # of the last message, or else of the first publisher; None before
         self._reported_gap_start: float | None = None  # when the last reported gap began
         self._is_watching = self._closed = False
 
     def on_message(self, message: Any) -> None:
-        """Record the time and call the callback. This is the callback of the subscriber."""
-        self._last_time = self._now()
+        """Record when a message arrives, and call the actual callback. Passed to the subscriber as its callback."""
+        self._last_arrival_at = self._now()
         self._callback(message)
 
     def __repr__(self) -> str:
-        return repr(self._callback)  # for the log, if it raises
+        return repr(self._callback)  # for the log, if the callback raises
 
     def begin(self, subscription: Subscription) -> None:
-        """Start checking as soon as a publisher is connected."""
+        """Start checking for missed messages as soon as a publisher is connected."""
         self._subscription = subscription
         self._notifier = self._notifiers.make(f"deadline of {subscription.topic}")
         subscription.change_listeners.append(self._on_links_changed)
@@ -102,13 +102,13 @@ class Deadline:
 
     def _begin(self) -> None:
         subscription = self._subscription
-        has_source = subscription is not None and (subscription.links or self._last_time is not None)
+        has_source = subscription is not None and (subscription.links or self._last_arrival_at is not None)
         if self._closed or self._is_watching or not has_source:
             return
         self._is_watching = True
         self._unwatch_links()
-        if self._last_time is None:
-            self._last_time = self._now()
+        if self._last_arrival_at is None:
+            self._last_arrival_at = self._now()
         if self._clock.simulated:
             self._clock.tick_listeners.append(self._check)
         else:
@@ -133,24 +133,24 @@ class Deadline:
         """Report a missed message; return the seconds until the next check. Called on the loop, or in the thread that
         receives /clock.
         """
-        now, last = self._now(), self._last_time
-        if not last or now < last:  # simulated time has only begun, or jumped back
-            self._last_time = now
+        now, last_arrival_at = self._now(), self._last_arrival_at
+        if not last_arrival_at or now < last_arrival_at:  # simulated time has only begun, or jumped back
+            self._last_arrival_at = now
             return self._seconds
-        silent = now - last
+        silent = now - last_arrival_at
         if silent < self._seconds:
             return max(0.001, self._seconds - silent)
-        if last != self._reported_gap_start and not self._closed and self._notifier is not None:
-            self._reported_gap_start = last
-            self._notifier.notify(partial(self._call_on_missed, last), silent)
+        if last_arrival_at != self._reported_gap_start and not self._closed and self._notifier is not None:
+            self._reported_gap_start = last_arrival_at
+            self._notifier.notify(partial(self._call_on_missed, last_arrival_at), silent)
         return self._seconds
 
     # Where callbacks run ----------------------------------------------------------------------------------------------
 
-    def _call_on_missed(self, last: float, silent: float) -> None:
-        # it had arrived, but waited for `spin`
-        came_meanwhile = self._context.callbacks is not None and self._last_time != last
-        if self._closed or came_meanwhile or self._subscription is None:
+    def _call_on_missed(self, last_arrival_at: float, silent: float) -> None:
+        # a message had arrived, but was waiting for `spin`
+        has_arrived_meanwhile = self._context.callback_queue is not None and self._last_arrival_at != last_arrival_at
+        if self._closed or has_arrived_meanwhile or self._subscription is None:
             return
         links = self._subscription.links
         publishers = tuple(sorted(str(link.header.get("callerid", "?")) for link in links))

@@ -34,7 +34,8 @@ if TYPE_CHECKING:
     from pyros1.node.subscribing.threads import Driver
 
 MAX_FLOW_GAP = 0.02
-"""Seconds between messages below which they are said to flow: a thread of their own then delivers them sooner."""
+"""Messages are said to flow if they arrive less than this many seconds apart: a thread of their own then delivers them
+sooner."""
 MAX_CALLBACK_TIME = 0.001
 """Seconds that callbacks may take for the messages of one receive; if they take longer, they are too slow."""
 MAX_TURN_TIME = 0.002
@@ -128,7 +129,7 @@ class DeliveryLoop:
 
     @property
     def dropped(self) -> int:
-        """Number of messages lost because callbacks were too slow, or in transit as datagrams."""
+        """Number of messages lost so far, because callbacks were too slow or datagrams did not arrive."""
         in_spin_queues = 0 if self._spin_queues is None else self._spin_queues.dropped
         return self._dropped + self.inboxes.dropped + in_spin_queues
 
@@ -156,7 +157,7 @@ class DeliveryLoop:
             self.wake()
 
     def deliver_now(self, source: Source, item: Item) -> bool:
-        """Deliver a message in the publisher's thread, which calls this; return False if another thread must do it."""
+        """Deliver a message in the publisher's thread, which calls this; return False if another must deliver it."""
         is_acquired = False
         try:
             # No signal handler can run between `acquire` and the assignment.
@@ -173,7 +174,7 @@ class DeliveryLoop:
         finally:
             if is_acquired:
                 self._release_ownership()
-                # Nobody was woken for it meanwhile. `_has_work` would take as long as the rest.
+                # No thread was woken for new work meanwhile. Checking `_has_work` would take as long as the rest.
                 if self._closed:
                     if not self._is_disposed:  # the driver's threads may have ended, if the node has
                         self.close(wait=False)
@@ -181,9 +182,11 @@ class DeliveryLoop:
                     self.driver.wake(self)
 
     def _drain_inboxes(self) -> None:
-        """Pass messages in inboxes to the streams, instead of the driver's loop, which may be busy for a long time."""
+        """Pass messages in inboxes to the streams, in place of the driver's thread, which may be busy for a long
+        time.
+        """
         if not self.driver.cooperative or self._jobs or not self._owner_lock.acquire(blocking=False):
-            time.sleep(0)  # let the owner do it, in case it only waits for the interpreter's lock
+            time.sleep(0)  # let the owner deliver them, in case it only waits for the interpreter's lock
             return
         self._owner_thread_id = threading.get_ident()
         try:
@@ -312,8 +315,8 @@ class DeliveryLoop:
         if link is None or self._is_unfinished(link):
             return
         now = perf_counter()
-        is_flowing = now - link.last_time < MAX_FLOW_GAP
-        link.last_time = now
+        is_flowing = now - link.last_readable_at < MAX_FLOW_GAP
+        link.last_readable_at = now
         try:
             self._receive(link)
             if (is_flowing or link.spins) and link.can_wait and len(self.links) == 1 and not self.inboxes.inboxes:
@@ -323,11 +326,11 @@ class DeliveryLoop:
 
     def _receive_while_flowing(self, link: TcpSource) -> None:
         """While messages flow on the only link, wait in its receive, which saves a system call for each message."""
-        flood = FloodDetector(link)
+        flood_detector = FloodDetector(link)
         while not (self._closed or self._has_work or self._unfinished) and self.driver.has_waiting_thread:
             if not self._receive(link, wait=True):
                 break
-            flood.pause()
+            flood_detector.pause()
 
     def _receive(self, link: TcpSource, wait: bool = False) -> bool:
         """Receive once and deliver; return whether more may be available."""
@@ -346,8 +349,8 @@ class DeliveryLoop:
             self._rearm(batch.link)
 
     def _rearm(self, link: TcpSource) -> None:
-        """Wait for a link's socket again, unless the link has unfinished messages. Every link needs the one or the
-        other, or it would never receive again.
+        """Wait for a link's socket again, unless the link has unfinished messages: `_resume` then does this. Without
+        either, the link would never receive again.
         """
         if not self._is_unfinished(link):
             self.links.rearm(link)
@@ -357,7 +360,7 @@ class DeliveryLoop:
         return any(batch.link is link for batch in self._unfinished)
 
     def _deliver(self, batch: Batch) -> None:
-        """Deliver what a link has just received, or queue it for `spin`."""
+        """Deliver the messages that a link has just received, or queue them for `spin`."""
         limit = self.limit
         if self._spin_queues is not None:
             batch.deliver(self._receiver, len(batch))
@@ -385,8 +388,8 @@ class DeliveryLoop:
         backlog = Backlog(limit)
         backlog.put_batch(batch)
         while self._unfinished:  # from before there was a limit
-            backlog.put_batch(earlier := self._unfinished.pop(0))
-            self._rearm(earlier.link)
+            backlog.put_batch(earlier_batch := self._unfinished.pop(0))
+            self._rearm(earlier_batch.link)
         while not self._closed:
             self._drain_all(backlog)
             self._run_jobs()  # after taking messages: a callback that subscribed before they were sent gets them
@@ -399,7 +402,7 @@ class DeliveryLoop:
                 return  # callbacks keep up again
 
     def _drain_all(self, backlog: Backlog) -> None:
-        """Put what has arrived on all links into the backlog."""
+        """Put the messages that have arrived on all links into the backlog."""
         for _ in range(len(self._new_links)):
             if (batch := self.links.open(self._new_links.pop(0))) is not None:
                 backlog.put_batch(batch)

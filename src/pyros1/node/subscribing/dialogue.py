@@ -37,7 +37,9 @@ MIN_BACKOFF = 0.1
 """Seconds before the second attempt."""
 MAX_BACKOFF = 20.0
 REPORTED_BACKOFF = 3.0
-"""Minimum pause in seconds after which failures are logged, so that a publisher that has just exited is not."""
+"""Minimum pause in seconds after which failures are logged, so that none is logged for a publisher that has just
+exited.
+"""
 
 
 class State(Enum):
@@ -59,7 +61,7 @@ class RequestTopic(NamedTuple):
     """Call the publisher's ``requestTopic``, or link to it if it is in this process.
 
     Attributes:
-        report_silence: whether to report `Dialogue.publisher_silent` if there is no link after a while.
+        report_silence: whether to call `Dialogue.on_publisher_silent` if there is no link after a while.
     """
 
     report_silence: bool
@@ -111,7 +113,7 @@ class LinkDatagrams(NamedTuple):
 
 
 class Backoff(NamedTuple):
-    """Report `Dialogue.backoff_over` after ``seconds``."""
+    """Call `Dialogue.on_backoff_over` after ``seconds``."""
 
     seconds: float
 
@@ -132,7 +134,7 @@ class LogMessage(NamedTuple):
     """Log a message about the publisher.
 
     Attributes:
-        is_error: whether it is an error, not a warning.
+        is_error: whether to log an error, not a warning.
         text, args: the format string of the message, and its arguments.
     """
 
@@ -173,9 +175,9 @@ class Dialogue:
     Args:
         topic: the topic's full name.
         uri: URI of the publisher's slave API.
-        requested_type: returns the type that the subscription wants; ``*`` may later be replaced by a specific type.
+        requested_type: returns the type that the subscription requests; ``*`` may later be replaced by a specific type.
         own_host: the host name or address that the subscriber's node advertises.
-        takes_tcp: whether the subscription accepts messages over TCP.
+        accepts_tcp: whether the subscription accepts messages over TCP.
 
     Attributes:
         state: the current state.
@@ -190,7 +192,7 @@ class Dialogue:
         requested_type: Callable[[], TopicType],
         *,
         own_host: str = "",
-        takes_tcp: bool = True,
+        accepts_tcp: bool = True,
     ) -> None:
         self.state = State.GONE
         self.is_listed = False
@@ -200,19 +202,19 @@ class Dialogue:
         self._uri = uri
         self._requested_type = requested_type
         self._own_host = own_host
-        self._takes_tcp = takes_tcp
+        self._accepts_tcp = accepts_tcp
         self._is_udp_link = False
-        self._announced_again = False  # listed again during an attempt; the response may be from the old publisher
-        self._reported_refusal = ""  # the reason for which it refused
+        self._announced_again = False  # during an attempt; the response may be from the old publisher
+        self._reported_refusal = ""  # the publisher's reason that was logged last
         self._peer_address: tuple[str, int] | None = None
-        self._silence_reported = False  # whether it was logged as not answering
+        self._is_outage_logged = False  # whether the log says that there is no link
         self._backoff = MIN_BACKOFF
         self._sent_header: Mapping[str, str] = {}
         self._header_reader = HeaderReader()
 
     # From the master --------------------------------------------------------------------------------------------------
 
-    def publisher_listed(self) -> list[Action]:
+    def on_publisher_listed(self) -> list[Action]:
         """Return the actions to take when the master lists the publisher, again or for the first time."""
         # The updates for a publisher that left and for a new one may have been merged.
         self._announced_again = self.state in IN_PROGRESS
@@ -220,12 +222,12 @@ class Dialogue:
         if self.state in IN_PROGRESS or self.state is State.LINKED:
             return []
         self._reported_refusal = ""
-        self._silence_reported = False
+        self._is_outage_logged = False
         self.offers_local = True
         self._backoff = MIN_BACKOFF
         return self._request_topic()
 
-    def publisher_unlisted(self) -> list[Action]:
+    def on_publisher_unlisted(self) -> list[Action]:
         """Return the actions to take when the master no longer lists the publisher."""
         self.is_listed = False
         if self.state in IN_PROGRESS:
@@ -243,16 +245,16 @@ class Dialogue:
 
     # From the driver --------------------------------------------------------------------------------------------------
 
-    def backoff_over(self) -> list[Action]:
+    def on_backoff_over(self) -> list[Action]:
         """Return the actions to take when the pause is over."""
         return self._request_topic()
 
-    def linked(self) -> list[Action]:
+    def on_linked(self) -> list[Action]:
         """Return the actions to take when a publisher in this process has been linked."""
         self._succeed()
         return []
 
-    def topic_answered(self, value: Any, *, offered: bool = False) -> list[Action]:
+    def on_topic_response(self, value: Any, *, offered: bool = False) -> list[Action]:
         """Return the actions to take when the publisher's node has responded to ``requestTopic``.
 
         Args:
@@ -262,9 +264,9 @@ class Dialogue:
         match value:
             case [1, str(), ["UDPROS", *_] as answer] if offered:
                 return self._link_datagrams(answer)
-            case [0, str(reason), _] if not self._takes_tcp:
-                return self.publisher_refused(f"{self._uri} does not send {self._topic} over UDP: {reason}")
-            case [1, str(), [local_wire.PROTOCOL, str(name), *_]] if self.offers_local:
+            case [0, str(reason), _] if not self._accepts_tcp:
+                return self.on_publisher_refused(f"{self._uri} does not send {self._topic} over UDP: {reason}")
+            case [1, str(), [local_wire.LOCAL_PROTOCOL, str(name), *_]] if self.offers_local:
                 self.state = State.CONNECTING
                 self._uses_local = True
                 return [ConnectLocal(name)]
@@ -272,16 +274,16 @@ class Dialogue:
                 self.state = State.CONNECTING
                 self._peer_address = (host, port)
                 return [Connect(host, port)]
-            case [int(), str(reason), *_]:  # it is not a publisher yet, or no longer
+            case [int(), str(reason), *_]:  # the node is not a publisher yet, or no longer
                 return self._no_publisher(f"it answers: {reason}")
         return self._no_publisher("it does not answer like a node")
 
-    def local_connect_failed(self) -> list[Action]:
+    def on_local_connect_failed(self) -> list[Action]:
         """Return the actions to take when the Unix socket cannot be used: try again, with TCP."""
         self.offers_local = False
         return self._request_topic()
 
-    def connected(self, header: Mapping[str, str]) -> list[Action]:
+    def on_connected(self, header: Mapping[str, str]) -> list[Action]:
         """Return the actions to take when the connection is open.
 
         Args:
@@ -292,15 +294,15 @@ class Dialogue:
         self._header_reader = HeaderReader()
         return [SendHeader(header)]
 
-    def received(self, data: bytes) -> list[Action]:
-        """Return the actions to take for bytes from the connection; if empty, the publisher has closed it."""
+    def on_received(self, data: bytes) -> list[Action]:
+        """Return the actions to take for bytes from the connection; if there are none, the publisher has closed it."""
         if not data:
             self.offers_local = self.offers_local and not self._uses_local
             return self._retry()
         try:
             header = self._header_reader.feed(data)
         except ProtocolError as error:
-            return self.publisher_refused(f"publisher {self._uri} of {self._topic}: {error}")
+            return self.on_publisher_refused(f"publisher {self._uri} of {self._topic}: {error}")
         if header is None:
             return []
         try:
@@ -308,11 +310,11 @@ class Dialogue:
                 header, self._topic, self._requested_type(), self._uri, self._sent_header
             )
         except (ConnectionRefusedByPeerError, ProtocolError) as refusal:
-            return self.publisher_refused(str(refusal))
+            return self.on_publisher_refused(str(refusal))
         self._succeed()
         return [*_warning(warning), Link(header, self._header_reader.rest)]
 
-    def attempt_failed(self, error: Exception | None = None) -> list[Action]:
+    def on_attempt_failed(self, error: Exception | None = None) -> list[Action]:
         """Return the actions to take when the publisher was not reached or did not respond in time: try again later."""
         if isinstance(error, UnknownHostError) and self.is_listed:
             return [LogHostMessage(error), *self._retry()]
@@ -322,7 +324,7 @@ class Dialogue:
             return self._fail(str(error), connectivity_hint(self._current_address()[0], error, self._own_host))
         return self._retry()
 
-    def publisher_refused(self, reason: str) -> list[Action]:
+    def on_publisher_refused(self, reason: str) -> list[Action]:
         """Return the actions to take when the publisher has refused, or does not match the subscription."""
         report: list[Action] = []
         if self.is_listed and reason != self._reported_refusal:
@@ -333,12 +335,12 @@ class Dialogue:
         self.state = State.REFUSED
         return [*report, Drop()]
 
-    def publisher_silent(self) -> list[Action]:
-        """Return the actions to take when there is still no link after a while: log it, once per outage.
+    def on_publisher_silent(self) -> list[Action]:
+        """Return the actions to take when there is still no link after a while: log this, once per outage.
 
-        A subscriber would otherwise wait silently for a stopped process or an unreachable host.
+        Otherwise the user would not learn that the process is stopped or the host unreachable.
         """
-        self._silence_reported = True
+        self._is_outage_logged = True
         host, port = self._current_address()
         hint = connectivity_hint(host, None, self._own_host)
         return [LogMessage(False, _SILENT, (self._topic, self._uri, f"{host}:{port}", hint))]
@@ -352,7 +354,7 @@ class Dialogue:
         except ProtocolError:
             return (self._uri, "?")
 
-    def link_lost(self, reason: str | None) -> list[Action]:
+    def on_link_lost(self, reason: str | None) -> list[Action]:
         """Return the actions to take when the link has ended; the reason is None if the publisher has closed it."""
         self._backoff = MIN_BACKOFF
         if reason is None:
@@ -365,7 +367,7 @@ class Dialogue:
     def _request_topic(self) -> list[Action]:
         self._announced_again = self._uses_local = False
         self.state = State.ASKING
-        return [Drop(), RequestTopic(report_silence=not self._silence_reported)]
+        return [Drop(), RequestTopic(report_silence=not self._is_outage_logged)]
 
     def _link_datagrams(self, udpros_response: list[Any]) -> list[Action]:
         from pyros1.wire.datagram import parse_udpros_response  # noqa: PLC0415 - few nodes need it
@@ -376,14 +378,14 @@ class Dialogue:
                 return self._retry()
             warning = check_publisher_response(response[0], self._topic, self._requested_type(), self._uri)
         except (ConnectionRefusedByPeerError, ProtocolError) as refusal:
-            return self.publisher_refused(str(refusal))
+            return self.on_publisher_refused(str(refusal))
         self._succeed(datagrams=True)
         return [*_warning(warning), LinkDatagrams(*response)]
 
     def _succeed(self, *, datagrams: bool = False) -> None:
         self.state = State.LINKED
         self._is_udp_link = datagrams
-        self._silence_reported = False
+        self._is_outage_logged = False
         self._backoff = MIN_BACKOFF
 
     def _no_publisher(self, answer: str) -> list[Action]:
@@ -392,9 +394,9 @@ class Dialogue:
 
     def _fail(self, reason: str, hint: str) -> list[Action]:
         """Pause; log the reason, but only once until there is a link or the master lists the publisher again."""
-        if not self.is_listed or self._silence_reported:
+        if not self.is_listed or self._is_outage_logged:
             return self._retry()
-        self._silence_reported = True
+        self._is_outage_logged = True
         return [LogMessage(False, _UNREACHABLE, (self._topic, self._uri, reason, hint)), *self._retry()]
 
     def _retry(self) -> list[Action]:

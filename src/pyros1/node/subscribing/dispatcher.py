@@ -25,11 +25,11 @@ if TYPE_CHECKING:
 
 
 class Stream(Protocol):
-    """A subscriber's own queue, such as an asyncio iteration's."""
+    """A subscriber's own queue, such as that of an asyncio iteration."""
 
     @property
     def full(self) -> bool:
-        """Whether it is full, so that publishers must be held back."""
+        """Whether the queue is full, so that publishers must be held back."""
 
     @property
     def wants_newest(self) -> bool:
@@ -37,10 +37,12 @@ class Stream(Protocol):
 
     @property
     def urgent(self) -> bool:
-        """Whether it waits for a message, so that full queues of other streams must not hold publishers back."""
+        """Whether the consumer waits for a message, so that full queues of other streams must not hold publishers
+        back.
+        """
 
     def put(self, source: Source, item: Item) -> None:
-        """Accept a message. Called by one thread at a time."""
+        """Add a message to the queue. Called by one thread at a time."""
 
 
 class Dispatcher:
@@ -51,8 +53,8 @@ class Dispatcher:
         topic: the topic's full name.
 
     Attributes:
-        subscribers: those whose callbacks the delivery loop runs; in a node that spins, those that wait for `spin`.
-        direct_subscribers: in a node that spins, those that do not wait for `spin`; in other nodes there are none.
+        subscribers: all subscribers that are not in ``direct_subscribers``. In a node that spins, they wait for `spin`.
+        direct_subscribers: in a node that spins, subscribers that do not wait for `spin`; in other nodes, none.
         streams: the queues of subscribers that have their own queue.
     """
 
@@ -80,7 +82,7 @@ class Dispatcher:
     def add(self, subscriber: Subscriber[Any]) -> None:
         """Add a subscriber; it receives nothing before `activate`."""
         with self._lock:
-            if subscriber.direct and self._context.callbacks is not None:
+            if subscriber.direct and self._context.callback_queue is not None:
                 self.direct_subscribers = (*self.direct_subscribers, subscriber)
             else:
                 self.subscribers = (*self.subscribers, subscriber)
@@ -119,10 +121,10 @@ class Dispatcher:
         try:
             message = subscriber.decode_item(item)
         except MessageError:
-            return  # it was logged when it arrived
+            return  # this was logged when the message arrived
         message._connection_header = source.header
-        if self._context.callbacks is not None and not subscriber.direct:
-            self._context.callbacks.push(lambda: subscriber.call(message))
+        if self._context.callback_queue is not None and not subscriber.direct:
+            self._context.callback_queue.push(lambda: subscriber.call(message))
         else:
             subscriber.call(message)
 
@@ -143,7 +145,7 @@ class Dispatcher:
         return bool(self.subscribers)
 
     def deliver_frame(self, source: Source, data: bytes, start: int, end: int) -> None:
-        """Deliver a message that is encoded in a part of a buffer."""
+        """Deliver a message that is encoded in part of a buffer."""
         active = self._active
         if source.header.get("latching") == "1":
             active = self._keep_latched(source, data[start:end])
@@ -175,7 +177,7 @@ class Dispatcher:
     def _call(
         self, subscribers: tuple[Subscriber[Any], ...], source: Source, data: Any, start: int = 0, end: int = -1
     ) -> None:
-        """Run the callbacks; log a message that cannot be decoded.
+        """Decode a message for the subscribers and run their callbacks; log a message that cannot be decoded.
 
         Args:
             subscribers: the subscribers to call.
@@ -222,13 +224,13 @@ class Dispatcher:
 
     def _log_undecodable(self, source: Source, error: MessageError) -> None:
         publisher_name = source.header.get("callerid", "?")
-        self._context.log.peer(ERROR, "%s from %s: %s (message dropped)", self._topic, publisher_name, error)
+        self._context.log.peer_event(ERROR, "%s from %s: %s (message dropped)", self._topic, publisher_name, error)
 
     def _warn_wrong_length(self, source: Source, error: LengthError) -> None:
-        """Warn that messages do not end where they should. They are delivered nevertheless, as in stock nodes."""
+        """Warn that a message is longer or shorter than its type requires; it is still delivered, as in stock nodes."""
         publisher_name = source.header.get("callerid", "?")
         text = "%s from %s: received %s: is its definition different, or does it append a checksum?"
-        self._context.log.peer(
+        self._context.log.peer_event(
             WARN, text, self._topic, publisher_name, error, max_texts=1, link=(self._topic, publisher_name)
         )
 
@@ -243,7 +245,7 @@ def _expect_array(source: Source, message: Any, size: int) -> None:
 
 
 class SpinQueue:
-    """The messages of one source that wait for `spin`; one call is queued for each.
+    """The messages of one source that wait for `spin`; the callback queue has a call of `deliver_next` for each.
 
     Args:
         source: the source of the messages.
@@ -292,7 +294,7 @@ class SpinQueue:
 
 
 class SpinQueues:
-    """Receives messages instead of the dispatcher, in a node that spins: they wait here for `spin`.
+    """Receives the messages in place of the dispatcher, in a node that spins: the messages wait here for `spin`.
 
     Args:
         dispatcher: runs the callbacks.
@@ -322,7 +324,7 @@ class SpinQueues:
         return self._dropped + sum(queue.dropped for queue in [*self._queues.values(), *self._ended_queues])
 
     def deliver_frame(self, source: Source, data: bytes, start: int, end: int) -> None:
-        """Queue a message that is encoded in a part of a buffer. Called by one thread at a time."""
+        """Queue a message that is encoded in part of a buffer. Called by one thread at a time."""
         self.deliver_item(source, data[start:end])
 
     def deliver_item(self, source: Source, item: Item) -> None:

@@ -23,7 +23,7 @@ class Hints(NamedTuple):
     low_latency: bool = False
 
     def check(self) -> None:
-        """Check the values.
+        """Check that the hints are valid.
 
         Raises:
             ValueError: a transport is unknown, or the size is out of range.

@@ -1,9 +1,9 @@
 """Messages that wait to be delivered, still encoded, and the sources they come from.
 
 * `Batch`: the messages of one receive from a TCP link.
-* `Inbox`: between the thread that puts messages and the thread that delivers them, which may work at the same time,
-  without a lock. Messages beyond the limit are dropped by the deque itself, within its `append`, so the newest message
-  can never be dropped in place of one that was taken meanwhile.
+* `Inbox`: a queue between the thread that puts messages and the thread that delivers them, which may work at the same
+  time, without a lock. Messages beyond the limit are dropped by the deque itself, within its `append`, so the newest
+  message can never be dropped in place of one that was taken meanwhile.
 * `Backlog`: the newest messages, while callbacks are too slow.
 """
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from pyros1.node.subscribing.dispatcher import Dispatcher, SpinQueues
     from pyros1.node.subscribing.tcp_source import TcpSource
 
-T = TypeVar("T")
+_T = TypeVar("_T")
 UNBOUNDED_LIMIT = 1000
 """Maximum number of waiting messages if neither side set a queue size; beyond that the publisher waits, as with TCP."""
 Item = bytes | SplitBody | Message | AnyMsg
@@ -36,8 +36,8 @@ class Source(Protocol):
     Attributes:
         header: the publisher's connection header.
         uri: URI of the publisher's slave API.
-        transport, address: as for `getBusInfo`.
-        messages: number of messages so far.
+        transport, address: the link's transport and a description of its sockets, as reported by `getBusInfo`.
+        messages: number of messages received so far.
     """
 
     header: dict[str, str]
@@ -54,8 +54,8 @@ class Source(Protocol):
         """Close the link."""
 
 
-class _Queue(deque[T]):
-    """A deque that equals only itself, so that `remove` does not find another empty one."""
+class _Queue(deque[_T]):
+    """A deque that equals only itself, so that `remove` does not find another empty deque."""
 
     __eq__ = object.__eq__
     __hash__ = object.__hash__  # type: ignore[assignment]  # deques have none, since they compare by content
@@ -100,6 +100,7 @@ class Inbox:
         """Add a message. Called by one thread at a time.
 
         Args:
+            item: the message.
             limit: maximum number of waiting messages, beyond which the oldest are dropped; 0 or None for no limit.
         """
         if limit != self._limit:
@@ -149,7 +150,7 @@ class InboxSet:
         return self._dropped + sum(inbox.dropped for inbox in list(self.inboxes))
 
     def open(self, inbox: Inbox) -> None:
-        """Start taking messages out of an inbox, until it is removed."""
+        """Start taking messages out of an inbox, until `forget` removes it."""
         self.inboxes[inbox] = None
 
     def mark_ready(self, inbox: Inbox) -> None:
@@ -161,7 +162,7 @@ class InboxSet:
     def mark_empty(self, inbox: Inbox) -> bool:
         """Note that an inbox was removed from ``ready`` and emptied. Called by the thread that takes messages.
 
-        If another thread has just put a message into the inbox without noticing this, it is added to ``ready`` again.
+        If another thread has just put a message into the inbox without noticing this, the inbox becomes ready again.
 
         Returns:
             Whether the inbox is still empty.
@@ -223,7 +224,7 @@ class Frames:
         return stop < len(self.frames)
 
     def deliver_until(self, receiver: Dispatcher | SpinQueues, deadline: float) -> bool:
-        """Deliver messages until a deadline in `perf_counter` seconds; return whether it has passed."""
+        """Deliver messages until a deadline in `perf_counter` seconds; return whether the deadline has passed."""
         link, data, deliver_frame, begin = self.link, self.data, receiver.deliver_frame, self._position
         for stop, (start, end) in enumerate(self.frames[begin:], begin + 1):
             deliver_frame(link, data, start, end)
@@ -234,7 +235,7 @@ class Frames:
         return False
 
     def newest(self, count: int) -> list[bytes]:
-        """Return the newest ``count`` of the remaining messages, oldest first."""
+        """Return the ``count`` newest of the remaining messages, oldest first."""
         return [self.data[start:end] for start, end in self.frames[self._position :][-count:]]
 
 
@@ -271,7 +272,7 @@ class Items:
         return False
 
     def newest(self, count: int) -> list[bytes | SplitBody]:
-        """Return the newest ``count`` of the remaining messages, oldest first."""
+        """Return the ``count`` newest of the remaining messages, oldest first."""
         return list(self._items)[-count:]
 
 

@@ -1,4 +1,4 @@
-"""The receiving end of a link from a publisher on the same machine, which shares memory; see `pyros1.wire.local`."""
+"""The receiving end of a link from a publisher that shares memory with this process; see `pyros1.wire.local`."""
 
 from __future__ import annotations
 
@@ -36,11 +36,11 @@ _SEALS = 0x2 | 0x4  # F_SEAL_SHRINK and F_SEAL_GROW
 
 
 class BorrowedBlock:
-    """The right to read a message in the publisher's memory; given back when this object is destroyed.
+    """The right to read a message in the publisher's memory; it is given back when this object is destroyed.
 
     Args:
         number: number of the reference to the message.
-        release: called with the number, to give the right back.
+        release: called with the number to give the right back.
     """
 
     __slots__ = ("_number", "_release")
@@ -58,8 +58,8 @@ class SharedBody(SplitBody):
 
     Args:
         memory: the block of memory.
-        reference: where the message, which has an array, is in the block.
-        borrowed: the right to read, kept as long as the memory is needed.
+        reference: the position of the message and of its array in the block.
+        borrowed: the right to read the message, kept as long as the memory is needed.
         in_use: reference numbers of the messages that the program reads in place.
     """
 
@@ -76,13 +76,13 @@ class SharedBody(SplitBody):
         self._copy = b""
 
     def array(self, *, in_place: bool) -> Any:
-        """Return the array: in place if requested and not too many are kept already, or else a copy."""
+        """Return the array: in place if requested, unless too many are kept already; otherwise a copy."""
         if self._memory is None:
             return self._copy
         begin, size = self._reference.offset + self._reference.array_begin, self._reference.array_size
         if in_place and self._borrowed is not None and len(self._in_use) < MAX_IN_PLACE:
-            return _in_place(
-                self._memory, begin, size, _InPlaceView(self._borrowed, self._in_use, self._reference.number)
+            return _view_in_place(
+                self._memory, begin, size, _InPlaceUse(self._borrowed, self._in_use, self._reference.number)
             )
         self._copy = self._memory[begin : begin + size]
         self._memory = self._borrowed = None
@@ -97,7 +97,7 @@ class SharedBody(SplitBody):
         return b"".join((self.head, len(array).to_bytes(4, "little"), array, self.tail))
 
 
-class _InPlaceView:
+class _InPlaceUse:
     """Keeps the memory borrowed while an array in it is read in place."""
 
     __slots__ = ("_borrowed", "_in_use", "_number")
@@ -112,8 +112,8 @@ class _InPlaceView:
         self._in_use.discard(self._number)
 
 
-def _in_place(memory: mmap.mmap, begin: int, size: int, owner: _InPlaceView) -> memoryview:
-    """Return a read-only view of a part of the memory; the view and all objects made from it keep ``owner`` alive."""
+def _view_in_place(memory: mmap.mmap, begin: int, size: int, owner: _InPlaceUse) -> memoryview:
+    """Return a read-only view of part of the memory; the view and all objects made from it keep ``owner`` alive."""
     import ctypes  # noqa: PLC0415 - few programs read in place
 
     array: Any = (ctypes.c_ubyte * size).from_buffer(memory, begin)
@@ -158,7 +158,7 @@ class SharedSource(TcpSource):
         super().close()
 
     def batch(self, frames: list[tuple[int, int]]) -> Batch:
-        """Take complete frames out of the buffer, with the messages that they refer to in place of references.
+        """Take complete frames out of the buffer; each reference is replaced with the message that it refers to.
 
         Raises:
             ProtocolError: a reference is not valid.

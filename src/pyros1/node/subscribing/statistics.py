@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 
 class Limits(NamedTuple):
-    """Limits for a window's number of messages and its length in seconds."""
+    """Limits on the number of messages in a window, and on its length in seconds."""
 
     min_messages: int = 10
     max_messages: int = 100
@@ -20,7 +20,7 @@ class Limits(NamedTuple):
 
 
 class Summary(NamedTuple):
-    """Mean, standard deviation and maximum of values; all 0 if there are none."""
+    """Mean, standard deviation and maximum of some values; all are 0 if there are no values."""
 
     mean: float
     deviation: float
@@ -33,10 +33,10 @@ class Report(NamedTuple):
     Attributes:
         start, stop: start and end of the window, in seconds.
         messages: number of messages received.
-        lost: number of messages missing between them.
+        lost: number of messages that are missing, according to the sequence numbers.
         size: total size of the messages in bytes.
-        period: the seconds between two messages.
-        age: the seconds from a message's stamp to its arrival.
+        period: seconds between consecutive messages.
+        age: seconds from a message's stamp to its arrival.
     """
 
     start: float
@@ -49,7 +49,7 @@ class Report(NamedTuple):
 
 
 def summarise(values: Sequence[float]) -> Summary:
-    """Return the mean, standard deviation and maximum of values."""
+    """Return the mean, standard deviation and maximum of the values."""
     if not values:
         return Summary(0.0, 0.0, 0.0)
     mean = math.fsum(values) / len(values)
@@ -84,7 +84,7 @@ class Window:
         Args:
             now: the current time in seconds.
             size: size of the message in bytes.
-            seq, stamp: from its header, if it has one; the stamp in seconds.
+            seq, stamp: sequence number, and stamp in seconds, from the message's header; None if it has no header.
         """
         self._arrivals.append(now)
         self._size += size

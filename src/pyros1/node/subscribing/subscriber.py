@@ -1,4 +1,5 @@
-"""The user's handle of a subscription: its type, its callback, and how its messages are created."""
+"""The user's handle for a subscription: it has the callback, and decodes messages in the form that the user
+requests."""
 
 from __future__ import annotations
 
@@ -55,13 +56,13 @@ def _make_view_decoder(cls: Any, view: View) -> Decode:
 
 
 class Subscriber(Generic[_M]):
-    """A user's handle of a subscription; created by ``Node.subscribe``. Also a context manager that unregisters it.
+    """A user's handle for a subscription; created by ``Node.subscribe``. Also a context manager that unregisters it.
 
     Attributes:
         name: the topic's full name.
         type: the message class.
         queue_size: maximum number of messages waiting for the callback; None for no limit.
-        decode: creates a message from a part of a buffer.
+        decode: creates a message from part of a buffer.
         stream: receives the messages undecoded, instead of the callback; None if there is a callback.
     """
 
@@ -94,11 +95,11 @@ class Subscriber(Generic[_M]):
 
     @cached_property
     def _layout(self) -> Layout | None:
-        decodes_itself = getattr(self.type, "_has_own_deserialize", False)  # AnyMsg has none
+        decodes_itself = getattr(self.type, "_has_own_deserialize", False)  # AnyMsg does not have it
         return None if decodes_itself else layout(self.type)
 
     def decode_item(self, item: Item, exact: bool = False) -> Any:
-        """Return the message of an item.
+        """Return the message that an item contains, decoded if necessary.
 
         Args:
             item: a message, encoded or not.
@@ -119,7 +120,7 @@ class Subscriber(Generic[_M]):
         return self.decode(body, 0, len(body), exact)
 
     def call(self, message: _M) -> None:
-        """Run the callback, unless unregistered, and log exceptions that it raises."""
+        """Run the callback, unless the subscriber is unregistered, and log exceptions that it raises."""
         if self._unregister is None:
             return
         try:
@@ -127,8 +128,8 @@ class Subscriber(Generic[_M]):
         except NodeShutdownError:
             pass  # the callback was waiting for something when the node began to shut down
         except SystemExit as error:
-            if self._subscription.context.callbacks is not None and not self.direct:
-                raise  # it runs in the program's own thread
+            if self._subscription.context.callback_queue is not None and not self.direct:
+                raise  # the callback runs in the program's own thread
             text = f"callback of {self.name}: sys.exit() ends a program only from its main thread; call node.shutdown()"
             self._subscription.context.log.exception(text, error=error)
         except Exception as error:
@@ -142,7 +143,7 @@ class Subscriber(Generic[_M]):
         return message
 
     def resume_publishers(self) -> None:
-        """Resume messages that were held back because the stream had too many. Thread-safe."""
+        """Receive again from publishers that were held back because the stream was full. Thread-safe."""
         self._subscription.delivery.wake()
 
     @property
@@ -174,7 +175,7 @@ class Subscriber(Generic[_M]):
             timeout: maximum number of seconds to wait; None waits until the node shuts down.
 
         Returns:
-            Whether that many are connected.
+            Whether that many publishers are connected.
         """
         return wait_for_links(self._subscription, count, timeout)
 

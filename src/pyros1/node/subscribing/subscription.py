@@ -1,7 +1,7 @@
-"""The subscription: one per topic and node; the users' handles are in ``subscriber.py``.
+"""The subscription to a topic: one per topic and node. The user's handles are in ``subscriber.py``.
 
-Several subscribers of one topic in a node share its links and its thread, as in rospy and roscpp: a publisher sees one
-connection per node. https://wiki.ros.org/rospy/Overview/Publishers%20and%20Subscribers
+Several subscribers to one topic in a node share the topic's links and thread, as in rospy and roscpp: a publisher sees
+one connection per node. https://wiki.ros.org/rospy/Overview/Publishers%20and%20Subscribers
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from pyros1.node.subscribing.connector import Connector
 from pyros1.node.subscribing.delivery_loop import DeliveryLoop
 from pyros1.node.subscribing.dispatcher import Dispatcher, SpinQueues
 from pyros1.node.topic_type import topic_type
-from pyros1.wire.handshake import ANY, subscriber_header
+from pyros1.wire.handshake import WILDCARD, make_subscriber_header
 
 if TYPE_CHECKING:
     from pyros1.node.context import Context, PublicationInterface
@@ -54,7 +54,9 @@ class Subscription:
         self.change_listeners: list[Callable[[], None]] = []
         self.hints = hints
         self.dispatcher = Dispatcher(context, topic)
-        self._spin_queues = None if context.callbacks is None else SpinQueues(self.dispatcher, context.callbacks)
+        self._spin_queues = (
+            None if context.callback_queue is None else SpinQueues(self.dispatcher, context.callback_queue)
+        )
         self.delivery = DeliveryLoop(
             self.dispatcher, driver or context.delivery_threads, self._spin_queues, self._on_link_lost
         )
@@ -74,11 +76,11 @@ class Subscription:
         """
         requested_type = topic_type(subscriber.type)
         with self._lock:
-            if ANY not in (requested_type.md5sum, self.type.md5sum) and requested_type.md5sum != self.type.md5sum:
+            if WILDCARD not in (requested_type.md5sum, self.type.md5sum) and requested_type.md5sum != self.type.md5sum:
                 raise NodeError(
                     f"this node already subscribes to {self.topic} as {self.type.name}, not as {requested_type.name}"
                 )
-            if self.type.md5sum == ANY:
+            if self.type.md5sum == WILDCARD:
                 self.type = requested_type
             self.dispatcher.add(subscriber)
             self._set_limit()
@@ -93,7 +95,7 @@ class Subscription:
         with self._lock:
             self.dispatcher.remove(subscriber)
             self._set_limit()
-        self.delivery.wake()  # it may have been the one that held publishers back
+        self.delivery.wake()  # the subscriber may have held publishers back
         return bool(self.dispatcher.subscribers or self.dispatcher.direct_subscribers)
 
     def update_limit(self) -> None:
@@ -104,7 +106,7 @@ class Subscription:
     def _set_limit(self) -> None:
         """Set how many messages may wait: the links are shared, so the largest limit of the subscribers applies.
 
-        Streams limit themselves. Messages are delivered in the publisher's thread if all callbacks to run request that.
+        Streams limit themselves. Messages are delivered in the publisher's thread if all callbacks request this.
         """
         subscribers = self.dispatcher.subscribers
         sizes = [subscriber.queue_size for subscriber in subscribers]
@@ -113,7 +115,9 @@ class Subscription:
         self.delivery.limit = limit
         if self._spin_queues is not None:
             self._spin_queues.limit = limit
-        subscribers_to_run = self.dispatcher.direct_subscribers if self.context.callbacks is not None else subscribers
+        subscribers_to_run = (
+            self.dispatcher.direct_subscribers if self.context.callback_queue is not None else subscribers
+        )
         self.delivery.in_publisher = bool(subscribers_to_run) and all(
             subscriber.in_publisher for subscriber in subscribers_to_run
         )
@@ -122,26 +126,26 @@ class Subscription:
 
     def request_header(self) -> dict[str, str]:
         """Return the connection header that is sent to publishers."""
-        return subscriber_header(self.context.name, self.topic, self.type, self.hints.tcp_nodelay)
+        return make_subscriber_header(self.context.name, self.topic, self.type, self.hints.tcp_nodelay)
 
     def update_publishers(self, uris: list[str], complete: bool = True) -> None:
         """Apply the master's list of publishers. Called on the loop.
 
         Args:
             uris: URIs of the publishers' slave APIs.
-            complete: whether publishers that are not in the list are gone. (The response to a registration may be older
-                than an update that overtook it, so it only adds publishers.)
+            complete: whether publishers that are not in the list are gone. False for the response to a registration: it
+                may be older than an update that overtook it.
         """
         if self._closed:
             return
         for uri in uris:
             if uri not in self._connectors:
                 self._connectors[uri] = Connector(self, uri)
-            self._connectors[uri].publisher_listed()
+            self._connectors[uri].on_publisher_listed()
         if complete:
             listed = set(uris)  # there may be a thousand
             for uri in [uri for uri in self._connectors if uri not in listed]:
-                self._connectors[uri].publisher_unlisted()
+                self._connectors[uri].on_publisher_unlisted()
 
     def has_publisher(self, uri: str) -> bool:
         """Return whether the master has listed a publisher. Called on the loop."""
@@ -203,7 +207,7 @@ class Subscription:
         self._notify_listeners()
 
     def _on_inbox_link_closed(self, link: Source) -> None:
-        """Note that a link that puts messages into an inbox has closed. Thread-safe."""
+        """Forget a link that puts messages into an inbox, since it has closed. Thread-safe."""
         with self._lock:
             self._inbox_links = tuple(other for other in self._inbox_links if other is not link)
         self.delivery.submit(lambda: self.delivery.forget(link))
@@ -220,7 +224,7 @@ class Subscription:
         connector = self._connectors.get(uri)
         if connector is None or self._closed:
             return
-        connector.link_lost(reason)
+        connector.on_link_lost(reason)
 
     def _notify_listeners(self) -> None:
         for callback in tuple(self.change_listeners):

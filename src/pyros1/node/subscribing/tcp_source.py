@@ -26,8 +26,8 @@ if TYPE_CHECKING:
 MIN_LARGE_FRAME = 1 << 17
 """Minimum size in bytes of a frame that is received in pieces, with its array directly in the final object."""
 MAX_RESERVED = 16 << 20
-"""Maximum size in bytes of an array whose memory is reserved in advance, unless one at least half as large came
-before."""
+"""Maximum size in bytes of an array whose memory is reserved in advance, unless an array at least half as large was
+received before."""
 
 RECEIVE_TIMEOUT = 0.02
 """Maximum number of seconds that `TcpSource.receive` waits, if asked to wait."""
@@ -50,13 +50,13 @@ GATHER_TIME = 200e-6
 
 
 class ArrayLayout(NamedTuple):
-    """Place of the array in the next large frame, if it is like the previous one.
+    """Place of the array in the next large frame, if that frame is like the previous one.
 
     Attributes:
         begin: number of bytes before the array, including the length fields of frame and array.
         tail: number of bytes after the array.
         maximum: maximum size of the array in bytes.
-        has_length_field: whether the array has a length field; otherwise it is the whole frame.
+        has_length_field: whether the array has a length field; otherwise the array is the whole frame.
     """
 
     begin: int
@@ -74,8 +74,9 @@ class TcpSource:
         messages, bytes_received: number of messages and bytes received so far.
         connected: whether the link is open.
         can_wait: whether `receive` can wait for RECEIVE_TIMEOUT seconds; otherwise it never waits.
-        last_time: time at which the socket was last readable, in `perf_counter` seconds.
-        expected_layout: the layout of large frames, taken from the last one; None if all frames go through the buffer.
+        last_readable_at: time at which the socket was last readable, in `perf_counter` seconds.
+        expected_layout: the layout of the last large frame, which the next is likely to have; None if all frames go
+            through the buffer.
         spins: whether a `receive` that waits polls for SPIN_TIME seconds before it sleeps. The system needs
             25 to 50 us to wake a sleeping thread; a polling thread occupies a processor meanwhile.
     """
@@ -87,12 +88,12 @@ class TcpSource:
         self.fd = sock.fileno()
         self.uri = uri
         self.header = header
-        self.buffer = FrameBuffer(first=initial_bytes)
+        self.buffer = FrameBuffer(initial_bytes=initial_bytes)
         self.messages = 0
         self.bytes_received = len(initial_bytes)
         self.connected = True
         self.can_wait = _set_receive_timeout(sock)
-        self.last_time = 0.0
+        self.last_readable_at = 0.0
         self.expected_layout: ArrayLayout | None = None
         self.spins = False
         if sock.family == getattr(socket, "AF_UNIX", None):
@@ -107,7 +108,7 @@ class TcpSource:
             self.address = "TCPROS connection on port 0 to [unknown]"
 
     def receive(self, wait: bool = False) -> Batch | None:
-        """Receive once.
+        """Receive once from the socket.
 
         Args:
             wait: whether to wait up to RECEIVE_TIMEOUT seconds; only if `can_wait`.
@@ -145,7 +146,7 @@ class TcpSource:
         shutdown_and_close(self.sock)
 
     def take_received(self, count: int) -> Batch:
-        """Account for bytes that were received into the buffer; return the messages that are complete now.
+        """Count bytes that were received into the buffer; return the messages that are complete now.
 
         Args:
             count: number of received bytes.
@@ -185,15 +186,15 @@ class TcpSource:
         begin, tail, maximum, has_length_field = expected_layout
         received = self.sock.recv(begin, flags)
         if len(received) == begin:
-            size, array = _unpack_u32(received, 0)[0], _unpack_u32(received, begin - 4)[0]
-            if MIN_LARGE_FRAME <= array <= maximum and size + 4 == begin + array + tail:
-                data = self._receive_rest(array)
-                tail_bytes = self._receive_rest(tail) if len(data) == array else b""
-                if len(data) == array and len(tail_bytes) == tail:
+            size, array_size = _unpack_u32(received, 0)[0], _unpack_u32(received, begin - 4)[0]
+            if MIN_LARGE_FRAME <= array_size <= maximum and size + 4 == begin + array_size + tail:
+                array = self._receive_rest(array_size)
+                tail_bytes = self._receive_rest(tail) if len(array) == array_size else b""
+                if len(array) == array_size and len(tail_bytes) == tail:
                     self.messages += 1
                     self.bytes_received += size + 4
-                    return Items(self, [SplitBody(received[4:-4], data, tail_bytes, has_length_field)])
-                received = b"".join((received, data, tail_bytes))
+                    return Items(self, [SplitBody(received[4:-4], array, tail_bytes, has_length_field)])
+                received = b"".join((received, array, tail_bytes))
         self.expected_layout = None
         self.buffer.feed(received)
         return self.take_received(len(received)) if received else None
@@ -209,7 +210,7 @@ class TcpSource:
 
 def _set_receive_timeout(sock: socket.socket) -> bool:
     """Let a plain receive wait in the kernel for a short time, if the system also supports receives that do not wait;
-    return whether it does.
+    return whether that succeeded.
     """
     if DONTWAIT and set_socket_timeouts(sock, RECEIVE_TIMEOUT):
         return True
@@ -220,28 +221,31 @@ def _set_receive_timeout(sock: socket.socket) -> bool:
 class FloodDetector:
     """Detects a flood of single messages on a link while a thread keeps receiving from it.
 
-    A publisher that sends each message separately wakes the receiver for each, which costs the publisher more than
+    A publisher that sends each message separately wakes the receiver each time, which takes the publisher longer than
     sending. So the receiver lets messages accumulate for a moment.
     """
 
     def __init__(self, link: TcpSource) -> None:
         self._link = link
         self._streak = 0
-        self._messages = link.messages
-        self._size = link.bytes_received
-        self._last_time = perf_counter()
+        self._num_messages = link.messages
+        self._num_bytes = link.bytes_received
+        self._last_receive_at = perf_counter()
 
     def pause(self) -> None:
         """Pause after a receive if a flood of single messages is arriving."""
         link, now = self._link, perf_counter()
-        count = link.messages - self._messages
-        if now - self._last_time > count * MAX_FLOOD_GAP or link.bytes_received - self._size > MAX_FLOOD_BYTES:
+        count = link.messages - self._num_messages
+        if (
+            now - self._last_receive_at > count * MAX_FLOOD_GAP
+            or link.bytes_received - self._num_bytes > MAX_FLOOD_BYTES
+        ):
             self._streak = 0
         elif count <= MAX_FLOOD_MESSAGES:
             self._streak += 1
             if self._streak > MIN_FLOOD_STREAK:
                 time.sleep(GATHER_TIME)
-        self._messages, self._size, self._last_time = link.messages, link.bytes_received, now
+        self._num_messages, self._num_bytes, self._last_receive_at = link.messages, link.bytes_received, now
 
 
 class TcpLinks:
@@ -268,7 +272,9 @@ class TcpLinks:
         return self._links.get(fd)
 
     def open(self, link: TcpSource) -> Batch | None:
-        """Start waiting for a new link; return what arrived with its header, or None if the link is lost already."""
+        """Start waiting for a new link's socket; return the messages that arrived with its header, or None if the link
+        is lost already.
+        """
         driver = self._delivery.driver
         if driver.cooperative:
             link.can_wait = False
@@ -318,7 +324,7 @@ class TcpLinks:
         return batch
 
     def drain(self, backlog: Backlog) -> None:
-        """Put what has arrived on all links into a backlog."""
+        """Put the messages that have arrived on all links into a backlog."""
         for link in self:
             deadline = perf_counter() + DRAIN_TIME / (len(self) or 1)
             while perf_counter() < deadline and (batch := self.receive(link)) is not None:

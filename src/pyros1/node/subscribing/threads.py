@@ -1,9 +1,9 @@
 """The threads that receive for a node's subscriptions.
 
-All quiet subscriptions share two threads, which wait for messages. A thread that receives one runs the callbacks, and
-stays with that subscription while more than 50 messages per second arrive; if no waiting thread is left, another is
-started. So there are two more threads than busy subscriptions: a node with hundreds of idle links has two, and the
-callbacks of different topics never wait for each other.
+All quiet subscriptions share two threads, which wait for messages. A thread that receives a message runs the callbacks,
+and stays with that subscription while more than 50 messages per second arrive; if no waiting thread is left, another is
+started. So there are two more threads than busy subscriptions: a node with hundreds of idle links has only two threads,
+and the callbacks of different topics never wait for each other.
 """
 
 from __future__ import annotations
@@ -23,9 +23,9 @@ if TYPE_CHECKING:
     from pyros1.node.subscribing.delivery_loop import DeliveryLoop
 
 MIN_WAITING_THREADS = 2
-"""Number of waiting threads up to which none of them exits when idle."""
+"""Number of waiting threads that do not exit when idle."""
 IDLE_TIMEOUT = 5.0
-"""Seconds after which any further thread exits if nothing wakes it."""
+"""Seconds after which any further waiting thread exits if nothing wakes it."""
 
 
 class Driver(Protocol):
@@ -39,7 +39,7 @@ class Driver(Protocol):
 
     @property
     def has_waiting_thread(self) -> bool:
-        """Whether a thread is waiting for the next message, so that the calling one may wait for a single link."""
+        """Whether a thread is waiting for the next message, so that the calling thread may wait for a single link."""
 
     def register(self, fd: int, delivery: DeliveryLoop) -> None:
         """Run a delivery loop when a socket becomes readable: once, and again after each `rearm`."""
@@ -134,7 +134,7 @@ class DeliveryThreads:
         try:
             # without the lock: a signal handler may stop the threads meanwhile, which need the lock for that
             thread.start()
-        except RuntimeError as error:  # the system has no more threads; a busy one will wait afterwards
+        except RuntimeError as error:  # the system has no more threads; a busy thread will wait afterwards
             with self._lock:
                 self._remove_thread(thread)
             raise RuntimeError(
@@ -187,7 +187,9 @@ class DeliveryThreads:
         return self._num_waiting > 0
 
     def _remove_thread(self, thread: threading.Thread) -> None:
-        """Note that a thread has exited or was not started. Called with the lock held."""
+        """Forget a thread that is exiting or was not started; the last one closes the poller. Called with the lock
+        held.
+        """
         self._num_waiting -= 1
         self._threads.discard(thread)
         if self._closed and not self._threads:

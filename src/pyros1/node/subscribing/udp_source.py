@@ -32,8 +32,8 @@ _LENGTH_SIZE = 4
 
 
 class UdpSource:
-    """The receiving end: a socket that is offered to a publisher, and a link once the publisher has accepted. Used on
-    the loop.
+    """The receiving end of a link: a socket that is offered to a publisher, and the link once the publisher has
+    accepted. Used on the loop.
 
     Args:
         loop: the node's loop.
@@ -81,7 +81,7 @@ class UdpSource:
         self._inbox = Inbox(self)
         self._assembler = Assembler(0)
         self._allowlist = allowlist
-        self._is_accepted_by_sender: dict[str, bool] = {}  # senders, and whether their datagrams are accepted
+        self._is_accepted_by_sender: dict[str, bool] = {}  # by the sender's address
         self._sock = datagram_socket(address.bind, address.ports)
         self._receive_datagram = self._sock.recv if allowlist is None else self._receive_allowed
         with contextlib.suppress(OSError):

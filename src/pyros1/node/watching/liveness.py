@@ -4,8 +4,8 @@ A node is *unseen* until it responds for the first time, then *found*, and *lost
 
 * its port is closed, because it has exited or was killed (reported immediately);
 * it does not respond for ``limit`` seconds, because it hangs, is stopped, or its machine or the network is down;
-* it is another process, or the master reports another address for it: it was replaced, which is reported as lost and
-  found.
+* another process responds, or the master reports another address for it: the node was replaced, which is reported as
+  lost and found.
 
 A lost node that responds again is found. As long as a node responds, it does not matter whether the master responds or
 (still) knows the node: stock nodes do not register again with a restarted master.
@@ -30,11 +30,11 @@ class Sighting(NamedTuple):
 
     Attributes:
         name: the node's full name.
-        alive: whether it was found, not lost.
-        reason: why it is considered lost or found, as a text.
-        silent: seconds since its last response; 0 if it was found.
-        uri: URI of its slave API.
-        pid: its process id; None if it does not report it.
+        alive: True if the node was found, False if it was lost.
+        reason: a text that says why the node is considered found or lost.
+        silent: seconds since the node's last response; 0 if it was found.
+        uri: URI of the node's slave API.
+        pid: the node's process id; None if the node does not report it.
     """
 
     name: str
@@ -66,7 +66,7 @@ class WatchedNode:
         self.uri = ""
         self._limit = limit
         self._pid: int | None = None
-        self._last_response = 0.0
+        self._last_response_at = 0.0
         self._failing_since: float | None = None
 
     def remaining_time(self, now: float) -> float:
@@ -80,7 +80,7 @@ class WatchedNode:
         return self.state is State.UNSEEN or pid != self._pid
 
     def on_address(self, uri: str, now: float) -> list[Sighting]:
-        """Process the address reported by the master; return the resulting changes."""
+        """Process the address that the master reports for the node; return the resulting changes."""
         if uri == self.uri:
             return []
         changes = self._mark_lost(f"replaced by a node of the same name at {uri}", now)
@@ -95,7 +95,7 @@ class WatchedNode:
             changes = self._mark_lost("replaced: another process answers in its place", now)
         is_same_process = self.state is State.LOST and self._pid == pid
         self._pid = pid
-        self._last_response = now
+        self._last_response_at = now
         self._failing_since = None
         if self.state is not State.FOUND:
             self.state = State.FOUND
@@ -106,7 +106,7 @@ class WatchedNode:
         """Process a failed request to the node at `uri`; return the resulting changes.
 
         Args:
-            reason: the reason, as a text.
+            reason: a text that says why the request failed.
             asked_at: when the request was sent.
             now: the current time.
             is_port_closed: whether the node's machine reports that the port is closed.
@@ -119,7 +119,7 @@ class WatchedNode:
         return self._mark_lost(reason, now) if now >= self._failing_since + self._limit - 1e-3 else []
 
     def ignore_failure(self) -> None:
-        """Ignore the last failure, since it was this process that was suspended."""
+        """Ignore the last failure: this process was suspended, so it says nothing about the node."""
         self._failing_since = None
 
     def _mark_lost(self, reason: str, now: float) -> list[Sighting]:
@@ -127,7 +127,7 @@ class WatchedNode:
         if self.state is not State.FOUND:
             return []
         self.state = State.LOST
-        return [self._sighting(reason, now - self._last_response)]
+        return [self._sighting(reason, now - self._last_response_at)]
 
     def _sighting(self, reason: str, silent: float) -> Sighting:
         return Sighting(self.name, self.state is State.FOUND, reason, silent, self.uri, self._pid)

@@ -17,7 +17,8 @@ _TIMEOUT = 3.0
 
 
 class Lookups:
-    """Requests to the master, on the loop. Only one call is in progress at a time; requests made meanwhile follow it.
+    """Looks up addresses with the master, on the loop. Only one call is in progress at a time; requests that are made
+    meanwhile are sent together afterwards.
 
     Args:
         loop: the node's loop.
@@ -33,11 +34,11 @@ class Lookups:
         self._uri = master_uri
         self._requests: dict[str, set[LookupCallback]] = {}
         self._is_call_pending = False
-        self._has_no_multicall = False  # the master has no system.multicall
+        self._lacks_multicall = False  # the master has no system.multicall
 
     def ask(self, name: str, callback: LookupCallback) -> None:
-        """Call ``callback(uri)`` as soon as the master has returned a node's address; never if the master does not know
-        the node.
+        """Look up a node, and call ``callback(uri)`` with its address; if the master does not return an address, the
+        callback is not called.
         """
         self._requests.setdefault(name, set()).add(callback)
         if not self._is_call_pending:
@@ -50,7 +51,7 @@ class Lookups:
             return
         requests, self._requests = self._requests, {}
         names = list(requests)
-        if self._has_no_multicall or len(names) == 1:
+        if self._lacks_multicall or len(names) == 1:
             for name in names[1:]:
                 self._requests[name] = requests[name]
             on_reply = partial(self._on_reply, requests[names[0]])
@@ -65,7 +66,7 @@ class Lookups:
 
     def _on_replies(self, requests: dict[str, set[LookupCallback]], replies: Any, error: Error | None) -> None:
         if isinstance(error, XmlRpcFault):
-            self._has_no_multicall = True
+            self._lacks_multicall = True
             self._requests = {**requests, **self._requests}
         elif isinstance(replies, list) and len(replies) == len(requests):
             for callbacks, reply in zip(requests.values(), replies, strict=True):

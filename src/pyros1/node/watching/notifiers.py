@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 MAX_PENDING = 100
-"""Maximum number of pending notifications of one notifier."""
+"""Maximum number of pending calls of one notifier."""
 
 
 class Log(Protocol):
@@ -67,7 +67,7 @@ class Notifier:
         self._thread.start()
 
     def close(self, timeout: float = 0.0) -> None:
-        """Make no more calls; wait at most ``timeout`` seconds for a running one, unless called by it."""
+        """Make no more calls; wait at most ``timeout`` seconds for a running one, unless it has called this method."""
         self._closed = True
         self._jobs.clear()
         thread = self._thread
@@ -89,7 +89,7 @@ class Notifier:
     def _notify_next(self) -> None:
         try:
             function, args = self._jobs.popleft()
-        except IndexError:  # it was dropped
+        except IndexError:  # the job was dropped
             return
         try:
             function(*args)
@@ -107,10 +107,10 @@ class Notifier:
 
 
 class Notifiers:
-    """The notifiers of a node.
+    """A node's notifiers.
 
     Args:
-        log, callback_queue: as for each `Notifier`.
+        log, callback_queue: passed to each `Notifier`.
     """
 
     def __init__(self, log: Log, callback_queue: CallbackQueue | None) -> None:
@@ -119,13 +119,13 @@ class Notifiers:
         self._notifiers: dict[Notifier, None] = {}
 
     def make(self, subject: str) -> Notifier:
-        """Create and return a notifier for a subject; see `Notifier`."""
+        """Create and return a notifier for a subject, which is stopped by `end` or `close`; see `Notifier`."""
         notifier = Notifier(subject, self._log, self._callback_queue)
         self._notifiers[notifier] = None
         return notifier
 
     def end(self, notifier: Notifier) -> None:
-        """Stop a notifier."""
+        """Stop and forget a notifier; pending calls are not made."""
         notifier.close()
         self._notifiers.pop(notifier, None)
 

@@ -20,8 +20,8 @@ if TYPE_CHECKING:
 RETRY_DELAY = 0.1
 """Seconds until the next request to a node that could not be reached, but may still be running."""
 MIN_STALL = 0.25
-"""If a timer is delayed by more than this many seconds, this process was suspended, and the missing response is
-ignored."""
+"""If a timer fires more than this many seconds late, this process was suspended, and the missing response is ignored.
+"""
 
 
 class Watch:
@@ -29,7 +29,7 @@ class Watch:
 
     Args:
         loop: the node's loop.
-        rpc: used to call watched nodes only, since a hanging node could delay other calls.
+        rpc: calls the watched nodes, and only these: a hanging node could delay other calls.
         lookups: looks up addresses with the master.
         caller_id: full name of the watching node.
         name: full name of the watched node.
@@ -97,7 +97,7 @@ class Watch:
     # On the loop ------------------------------------------------------------------------------------------------------
 
     def poll(self) -> None:
-        """Send requests to the master and the node; called once per period."""
+        """Ask the master for the node's address, and the node for its process id; called once per period."""
         if self.closed:
             return
         self._asked_early = False
@@ -143,7 +143,7 @@ class Watch:
             self._was_stall_ignored = False
             self._report(self._node.on_response(pid, monotonic()))
             return
-        # If the node has exited, another one may be using its port.
+        # If the node has exited, another node may be using its port.
         on_reply = partial(self._on_name, uri, asked_at, pid)
         self._rpc.call(uri, "getName", (self._caller_id,), on_reply, max(0.001, self._node.remaining_time(monotonic())))
 

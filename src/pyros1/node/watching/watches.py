@@ -44,7 +44,7 @@ class Watches:
     def start(
         self, name: str, on_lost: Callback | None, on_found: Callback | None, period: float, limit: float
     ) -> Watch:
-        """Watch a node; see ``Node.watch``."""
+        """Watch a node and return the watch; see ``Node.watch``."""
         for function, label in ((on_lost, "on_lost"), (on_found, "on_found")):
             if function is not None:
                 checks.check_callback(function, _WATCH_CALL, label)
@@ -64,7 +64,7 @@ class Watches:
     def begin(
         self, name: str, period: float, limit: float, notify: Callback, on_close: Callable[[], object] = lambda: None
     ) -> Watch:
-        """Watch a node; return the watch.
+        """Watch a node, with callbacks on the loop; return the watch.
 
         Args:
             name: the node's full name.
@@ -125,7 +125,7 @@ class Watches:
         watch.poll()
 
     def _schedule_poll(self, period: float) -> None:
-        # At fixed times, so that polling does not drift; they differ between nodes, so that not all poll at once.
+        # At fixed times, so that polling does not drift. The times differ between nodes, so that not all poll at once.
         self._context.loop.call_later(period - (monotonic() + self._phase) % period, self._poll, period)
 
     def _poll(self, period: float) -> None:

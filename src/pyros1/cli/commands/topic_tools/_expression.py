@@ -25,7 +25,7 @@ from pyros1.cli.commands.topic_tools._sizes import (
 )
 from pyros1.ground.errors import Error, UnknownTypeError
 from pyros1.ground.expressions import ExpressionError
-from pyros1.ground.expressions.functions import MATH, function_name, method_owner
+from pyros1.ground.expressions.functions import MATH_NAMES, function_name, method_owner
 from pyros1.ground.expressions.lambdas import Lambda
 from pyros1.ground.timing import Time
 from pyros1.msgs import load_message
@@ -97,7 +97,7 @@ def load_modules(module_names: Iterable[str], now: Callable[[], Time]) -> dict[s
     Raises:
         ModuleError: a module is not available.
     """
-    modules: dict[str, Any] = {"math": Module("math", MATH), "numpy": numpy_module()}
+    modules: dict[str, Any] = {"math": Module("math", MATH_NAMES), "numpy": numpy_module()}
     for name in {name.partition(".")[0] for name in module_names} - modules.keys():
         if name in ("rospy", "genpy"):
             modules[name] = time_module(now, name)

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from itertools import zip_longest
 from typing import Any
 
-from pyros1.ground.expressions import ExpressionError, require
+from pyros1.ground.expressions import ExpressionError, check_limit
 from pyros1.ground.expressions.limits import CONTAINER_TYPES
 from pyros1.msgs import Message
 from pyros1.observe.expression import MAX_ITEMS
@@ -159,7 +159,7 @@ def require_size(count: float, width: int = 8) -> None:
             `MAX_WIDTH`.
     """
     if not (count <= MAX_ITEMS and count * width <= MAX_BYTES and width <= MAX_WIDTH):  # NaN fails as well
-        require(MAX_ITEMS + 1, MAX_ITEMS)
+        check_limit(MAX_ITEMS + 1, MAX_ITEMS)
 
 
 def check_array(value: Any) -> None:

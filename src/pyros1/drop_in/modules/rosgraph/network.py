@@ -13,7 +13,7 @@ from urllib.parse import urlsplit
 from pyros1.drop_in.missing import missing
 from pyros1.ground import names
 from pyros1.ground.errors import ProtocolError
-from pyros1.net.hosts import LocalAddress, host_from_environment, interface_addresses, is_local
+from pyros1.net.hosts import LocalAddress, addresses_from_environment, interface_addresses, is_local
 from pyros1.wire.header import MAX_HEADER_SIZE, decode_header, encode_header
 from rosgraph.rosenv import ROS_HOSTNAME, ROS_IP, ROS_IPV6
 
@@ -46,7 +46,7 @@ def _special() -> dict[str, str]:
 
 
 def _local() -> LocalAddress:
-    return host_from_environment(os.environ, _special())
+    return addresses_from_environment(os.environ, _special())
 
 
 def get_address_override() -> str | None:
@@ -92,7 +92,7 @@ def get_bind_address(address: str | None = None) -> str:
     if address is None:
         return _local().bind
     special = {"__hostname": address}
-    return host_from_environment(os.environ, special).bind
+    return addresses_from_environment(os.environ, special).bind
 
 
 def get_host_name() -> str:

@@ -217,7 +217,7 @@ class _Visitor:
         """Log a warning."""
         logwarn(text, *args)
 
-    def peer(self, level: int, text: str, *args: object, **limits: object) -> None:
+    def peer_event(self, level: int, text: str, *args: object, **limits: object) -> None:
         """Log a warning about another process."""
         logwarn(text, *args)
 
