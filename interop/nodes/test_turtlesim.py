@@ -17,7 +17,7 @@ import pytest
 from harness import STOCK_PYTHON, Master, until
 
 import pyros1
-from pyros1.turtlesim.turtle import PERIOD, SIZE
+from pyros1.turtlesim.turtle import STEP_PERIOD, WORLD_SIZE
 
 MASTERS = ("stock",)  # all is stock's but the node
 OWN_MASTER = True
@@ -122,12 +122,12 @@ def test_stocks_tools_drive_the_turtle(launcher: Master, packages: Path) -> None
     assert begin[:3] == pytest.approx([2.0, 2.0, 0.5])
     reached = {0: place}
     for step in range(1, 600):
-        theta += 0.75 * PERIOD
-        place += (2 + 0.5j) * PERIOD * cmath.exp(1j * theta)
-        place = complex(min(max(place.real, 0), SIZE), min(max(place.imag, 0), SIZE))
+        theta += 0.75 * STEP_PERIOD
+        place += (2 + 0.5j) * STEP_PERIOD * cmath.exp(1j * theta)
+        place = complex(min(max(place.real, 0), WORLD_SIZE), min(max(place.imag, 0), WORLD_SIZE))
         reached[step] = place
     for x, y, angle, *_ in moving:
         turned = (angle - 0.5) % (2 * pi)
-        step = round(turned / (0.75 * PERIOD))
-        assert turned == pytest.approx(step * 0.75 * PERIOD, abs=1e-5)
+        step = round(turned / (0.75 * STEP_PERIOD))
+        assert turned == pytest.approx(step * 0.75 * STEP_PERIOD, abs=1e-5)
         assert abs(complex(x, y) - reached[step]) < 1e-5

@@ -20,7 +20,7 @@ from pyros1.web.scene.grids import Grid
 from pyros1.web.scene.interactive import InteractiveMarkers
 from pyros1.web.scene.markers import Markers
 from pyros1.web.scene.shape import MAX_MAGNITUDE, ShapeError
-from pyros1.web.scene.shapes import CLOUDS, SHAPES
+from pyros1.web.scene.shapes import CLOUD_FUNCTIONS, SHAPE_FUNCTIONS
 from pyros1.web.server import wire
 from pyros1.web.transforms.frames import Frames
 from pyros1.web.views.frames import to_json
@@ -71,7 +71,7 @@ _OTHERS: dict[str, Callable[[Any], dict[str, Any]]] = {
     "visualization_msgs/InteractiveMarkerInit": _interactive,
     "visualization_msgs/MarkerArray": _markers,
 }
-KINDS = sorted({*SHAPES, *_OTHERS})
+KINDS = sorted({*SHAPE_FUNCTIONS, *_OTHERS})
 
 
 def scene(data: bytes) -> None:
@@ -81,11 +81,11 @@ def scene(data: bytes) -> None:
     if kind in _OTHERS:
         wire.push(1, wire.Push(_OTHERS[kind](message)))
         return
-    facts, blob = SHAPES[kind](message)
+    facts, blob = SHAPE_FUNCTIONS[kind](message)
     assert isinstance(wire.push(1, wire.Push(facts, blob)), bytes)
     if facts["kind"] in ("path", "poses", "polygon", "cells"):
         assert (np.abs(np.frombuffer(blob, np.float32)) <= MAX_MAGNITUDE).all()
-    if kind in CLOUDS:
+    if kind in CLOUD_FUNCTIONS:
         assert np.isfinite(np.frombuffer(blob, np.float32, 3 * facts["count"])).all()
     json.dumps(facts)
 

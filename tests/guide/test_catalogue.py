@@ -18,7 +18,7 @@ from pyros1.guide.catalogue import (
     CATALOGUE,
     EXAMPLES_FOLDER,
     FACES,
-    PLACEHOLDER,
+    PACKAGE_PLACEHOLDER,
     SHARED_FOLDER_NAME,
     collect_files,
     commands_to_try,
@@ -57,7 +57,7 @@ def test_a_copy_is_complete(folder: Path, capfd: pytest.CaptureFixture[str], nam
     assert {f"created {path.relative_to(folder).as_posix()}" for path in paths} <= {*out.splitlines()}
     for path in paths:
         text = path.read_text(encoding="utf-8")
-        assert PLACEHOLDER not in text and "@" not in re.sub(r"@todo|^ *@.*$", "", text, flags=re.M), path
+        assert PACKAGE_PLACEHOLDER not in text and "@" not in re.sub(r"@todo|^ *@.*$", "", text, flags=re.M), path
         assert bool(path.stat().st_mode & 0o111) == text.startswith("#!"), path
         if path.suffix in (".launch", ".test", ".urdf", ".xml"):
             fromstring(text)

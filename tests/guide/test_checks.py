@@ -236,7 +236,7 @@ def test_an_action(ask: Check, make_node: MakeNode, monkeypatch: pytest.MonkeyPa
 
     with actions.SimpleServer(node, "drive", FibonacciAction, drive, frequency=50.0):
         assert "but their type is actionlib_tutorials/FibonacciActionGoal" in ask(12)
-        monkeypatch.setattr(checks, "ACTION", "actionlib_tutorials/Fibonacci")
+        monkeypatch.setattr(checks, "DRIVE_ACTION_TYPE", "actionlib_tutorials/Fibonacci")
         monkeypatch.setattr(checks, "MESSAGE_TIMEOUT", 5.0)
         assert ask(12) == "a goal of -1 m should be aborted, but it succeeded"
         does.append("")
@@ -246,7 +246,7 @@ def test_an_action(ask: Check, make_node: MakeNode, monkeypatch: pytest.MonkeyPa
 
 
 def test_a_second_master(ask: Check, monkeypatch: pytest.MonkeyPatch, free_port: int) -> None:
-    monkeypatch.setattr(checks, "SECOND_PORT", free_port)
+    monkeypatch.setattr(checks, "SECOND_MASTER_PORT", free_port)
     monkeypatch.setattr(checks, "interface_addresses", lambda: ["127.0.0.1", "10.0.0.1"])
     reached = ["10.0.0.1"]
     monkeypatch.setattr(checks, "accepts_connections", lambda address, port: address in reached)

@@ -14,7 +14,7 @@ from pyros1.msgs.turtlesim.msg import Pose
 from pyros1.tf import Buffer, TransformListener
 from pyros1.turtlesim.following import Broadcaster, Follower, chase_speeds
 from pyros1.turtlesim.mimic import Mimic
-from pyros1.turtlesim.turtle import PERIOD, Turtle, normalize_angle
+from pyros1.turtlesim.turtle import STEP_PERIOD, Turtle, normalize_angle
 
 PATIENCE = 20.0
 Make = Callable[..., Any]
@@ -24,7 +24,7 @@ Make = Callable[..., Any]
 def test_one_that_chases_arrives(theta: float) -> None:
     turtle = Turtle(x=1.0, y=1.0, theta=theta)
     for step in range(1000):
-        now = step * PERIOD
+        now = step * STEP_PERIOD
         far, angle = hypot(9 - turtle.x, 7 - turtle.y), atan2(7 - turtle.y, 9 - turtle.x) - turtle.theta
         if step % 6 == 0:
             forward, turning = chase_speeds(far * cos(angle), far * sin(angle))

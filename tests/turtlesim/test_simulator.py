@@ -30,7 +30,7 @@ from pyros1.msgs.turtlesim.msg import Color, Pose
 from pyros1.node import Node
 from pyros1.turtlesim.simulator import Simulator
 from pyros1.turtlesim.teleop import Teleop
-from pyros1.turtlesim.turtle import SIZE
+from pyros1.turtlesim.turtle import WORLD_SIZE
 from pyros1.turtlesim.view import View, show
 
 PATIENCE = 20.0
@@ -95,7 +95,7 @@ def test_names_and_types_are_those_of_stock(simulator: Node, user: User) -> None
 
 def test_commands_and_walls(simulator: Node, user: User) -> None:
     begin = user.until("/turtle1/pose", Pose, lambda pose: True)
-    assert (begin.x, begin.y, begin.theta) == (pytest.approx(SIZE / 2, abs=1e-6), begin.x, 0.0)
+    assert (begin.x, begin.y, begin.theta) == (pytest.approx(WORLD_SIZE / 2, abs=1e-6), begin.x, 0.0)
     said: Queue[Any] = Queue()
     user.node.subscribe("/rosout", Log, lambda message: said.put(message.msg))
     publisher = user.node.advertise("/turtle1/cmd_vel", Twist)
@@ -114,7 +114,7 @@ def test_commands_and_walls(simulator: Node, user: User) -> None:
     moving = user.until("/turtle1/pose", Pose, lambda pose: pose.linear_velocity)
     assert moving.linear_velocity == 500.0
     corner = user.until("/turtle1/pose", Pose, lambda pose: pose.x > 11 and pose.y > 11)
-    assert (corner.x, corner.y) == pytest.approx((SIZE, SIZE), abs=1e-6)
+    assert (corner.x, corner.y) == pytest.approx((WORLD_SIZE, WORLD_SIZE), abs=1e-6)
     publisher.publish(Twist())
     user.until("/turtle1/pose", Pose, lambda pose: not pose.linear_velocity)
     while "Oh no! I hit the wall! (Clamping from [x=" not in heard:

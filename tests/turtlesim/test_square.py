@@ -6,8 +6,8 @@ from math import pi
 
 import pytest
 
-from pyros1.turtlesim.square import SIDE, Square
-from pyros1.turtlesim.turtle import PERIOD, Turtle, normalize_angle
+from pyros1.turtlesim.square import SIDE_LENGTH, Square
+from pyros1.turtlesim.turtle import STEP_PERIOD, Turtle, normalize_angle
 
 
 def test_four_sides_lead_back() -> None:
@@ -22,10 +22,10 @@ def test_four_sides_lead_back() -> None:
             goals.append(square.goal)
         if len(goals) == 9:
             break
-        turtle.command(speed, 0.0, turning, now=index * PERIOD)
-        turtle.step(now=index * PERIOD)
+        turtle.command(speed, 0.0, turning, now=index * STEP_PERIOD)
+        turtle.step(now=index * STEP_PERIOD)
     corners = [position for position, _ in goals[::2]]
-    assert corners[0] == (pytest.approx(start.x + SIDE), start.y)
+    assert corners[0] == (pytest.approx(start.x + SIDE_LENGTH), start.y)
     assert [
         normalize_angle(theta - index * pi / 2) for index, (_, theta) in enumerate(goals[1::2], 1)
     ] == pytest.approx([0] * 4, abs=0.1)

@@ -9,14 +9,16 @@ from math import cos, hypot, pi, sin
 
 import pytest
 
-from pyros1.turtlesim.turtle import PERIOD, PIXELS, PIXELS_PER_UNIT, SIZE, Turtle, normalize_angle
+from pyros1.turtlesim.turtle import PICTURE_SIZE, PIXELS_PER_UNIT, STEP_PERIOD, WORLD_SIZE, Turtle, normalize_angle
 
 NEAR = 1e-9
 
 
 def test_the_world_is_that_of_stock() -> None:
-    assert PERIOD == 0.016 and struct.pack("f", SIZE) == struct.pack("f", (PIXELS - 1) / PIXELS_PER_UNIT)
-    assert f"{SIZE / 2:f}" == "5.544445"
+    assert STEP_PERIOD == 0.016 and struct.pack("f", WORLD_SIZE) == struct.pack(
+        "f", (PICTURE_SIZE - 1) / PIXELS_PER_UNIT
+    )
+    assert f"{WORLD_SIZE / 2:f}" == "5.544445"
     turtle = Turtle()
     assert (turtle.x, turtle.y, turtle.theta) == pytest.approx((5.544445, 5.544445, 0), abs=6e-7)
 
@@ -28,15 +30,15 @@ def test_a_circle_in_closed_form(speed: float, turning: float) -> None:
     turtle.command(speed, 0.0, turning, now=0.0)
     for _ in range(steps):
         assert turtle.step(now=0.5) is None
-    angle = turning * PERIOD
+    angle = turning * STEP_PERIOD
     ratio = cmath.exp(1j * angle)
-    gone = speed * PERIOD * cmath.exp(0.3j) * ratio * (1 - ratio**steps) / (1 - ratio)
-    assert turtle.x == pytest.approx(SIZE / 2 + gone.real, abs=NEAR)
-    assert turtle.y == pytest.approx(SIZE / 2 + gone.imag, abs=NEAR)
+    gone = speed * STEP_PERIOD * cmath.exp(0.3j) * ratio * (1 - ratio**steps) / (1 - ratio)
+    assert turtle.x == pytest.approx(WORLD_SIZE / 2 + gone.real, abs=NEAR)
+    assert turtle.y == pytest.approx(WORLD_SIZE / 2 + gone.imag, abs=NEAR)
     assert turtle.theta == pytest.approx(normalize_angle(0.3 + steps * angle), abs=NEAR)
     # All places are on a circle whose radius is half a step's length over the sine of half a step's angle.
-    radius = abs(speed * PERIOD / 2 / sin(angle / 2))
-    centre = complex(SIZE / 2, SIZE / 2) + speed * PERIOD * cmath.exp(0.3j) * ratio / (1 - ratio)
+    radius = abs(speed * STEP_PERIOD / 2 / sin(angle / 2))
+    centre = complex(WORLD_SIZE / 2, WORLD_SIZE / 2) + speed * STEP_PERIOD * cmath.exp(0.3j) * ratio / (1 - ratio)
     assert abs(complex(turtle.x, turtle.y) - centre) == pytest.approx(radius, abs=1e-7)
 
 
@@ -50,9 +52,9 @@ def test_random_commands() -> None:
         turtle.command(forward, sideways, turning, now=float(second))
         for _ in range(chance.randrange(1, 40)):
             requested = turtle.step(now=second + 0.9)
-            angle += turning * PERIOD
-            free = position + complex(forward, sideways) * PERIOD * cmath.exp(1j * angle)
-            position = complex(min(max(free.real, 0), SIZE), min(max(free.imag, 0), SIZE))
+            angle += turning * STEP_PERIOD
+            free = position + complex(forward, sideways) * STEP_PERIOD * cmath.exp(1j * angle)
+            position = complex(min(max(free.real, 0), WORLD_SIZE), min(max(free.imag, 0), WORLD_SIZE))
             assert (turtle.x, turtle.y) == pytest.approx((position.real, position.imag), abs=1e-6)
             assert cmath.exp(1j * turtle.theta) == pytest.approx(cmath.exp(1j * angle), abs=1e-6)
             assert -pi <= turtle.theta <= pi
@@ -77,10 +79,10 @@ def test_walls_and_teleports() -> None:
     turtle.command(100.0, 0.0, 0.0, now=0.0)
     assert [turtle.step(now=0.0) for _ in range(3)] == [None] * 3  # of 1.6 units; the wall is at three and a half
     requested = turtle.step(now=0.0)
-    assert requested == (pytest.approx(SIZE / 2 + 6.4), SIZE / 2) and turtle.x == SIZE
+    assert requested == (pytest.approx(WORLD_SIZE / 2 + 6.4), WORLD_SIZE / 2) and turtle.x == WORLD_SIZE
     turtle.teleport_absolute(-3.0, 99.0, 1.0)
-    assert turtle.position == (-3.0, SIZE)
-    assert turtle.step(now=9.0) == (-3.0, SIZE) and turtle.position == (0.0, SIZE)
+    assert turtle.position == (-3.0, WORLD_SIZE)
+    assert turtle.step(now=9.0) == (-3.0, WORLD_SIZE) and turtle.position == (0.0, WORLD_SIZE)
     turtle.teleport_absolute(5.0, 5.0, 1.0)
     turtle.teleport_relative(2.0, 0.5)
     assert (turtle.x, turtle.y, turtle.theta) == pytest.approx((5 + 2 * cos(1.5), 5 + 2 * sin(1.5), 1.5))

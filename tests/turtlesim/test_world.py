@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from pyros1.turtlesim.canvas import Canvas
-from pyros1.turtlesim.turtle import PIXELS, SIZE, Pen, Position
+from pyros1.turtlesim.turtle import PICTURE_SIZE, WORLD_SIZE, Pen, Position
 from pyros1.turtlesim.world import BACKGROUND, MAX_TURTLES, TurtleError, World
 
 RED = Pen(255, 0, 0, 3)
@@ -82,8 +82,8 @@ def test_a_turtle_draws_and_sees_the_colour_below_it_before_that() -> None:
 def test_a_line_is_as_wide_as_its_pen() -> None:
     for width in (1, 3, 10, 255):
         canvas = Canvas((0, 0, 0))
-        canvas.draw_line(Position(1, SIZE / 2), Position(10, SIZE / 2), Pen(1, 2, 3, width))
-        column = canvas.pixels()[3 * (PIXELS // 2) :: 3 * PIXELS]
+        canvas.draw_line(Position(1, WORLD_SIZE / 2), Position(10, WORLD_SIZE / 2), Pen(1, 2, 3, width))
+        column = canvas.pixels()[3 * (PICTURE_SIZE // 2) :: 3 * PICTURE_SIZE]
         assert abs(sum(column) - width) <= 1, "one pixel for each pixel of the pen"
 
 
@@ -94,9 +94,9 @@ def test_lines_beyond_the_walls_and_at_them() -> None:
     canvas.draw_line(Position(1e9, 5), Position(2e9, 5), RED)
     assert (canvas.pixels(), canvas.version) == (blank, version)
     canvas.draw_line(Position(-1e9, 5), Position(1e9, 5), RED)
-    assert all(canvas.colour_at(Position(x, 5)) == RED[:3] for x in (0, 5, SIZE))
-    for corner in (Position(0, 0), Position(SIZE, SIZE), Position(0, SIZE), Position(SIZE, 0)):
+    assert all(canvas.colour_at(Position(x, 5)) == RED[:3] for x in (0, 5, WORLD_SIZE))
+    for corner in (Position(0, 0), Position(WORLD_SIZE, WORLD_SIZE), Position(0, WORLD_SIZE), Position(WORLD_SIZE, 0)):
         canvas.draw_line(corner, corner, RED)
         assert canvas.colour_at(corner) == RED[:3]
     canvas.clear((1, 2, 3))
-    assert canvas.pixels() == bytes([1, 2, 3]) * PIXELS**2
+    assert canvas.pixels() == bytes([1, 2, 3]) * PICTURE_SIZE**2

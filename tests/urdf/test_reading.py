@@ -6,7 +6,7 @@ import pytest
 from robots import ALL, joint, pair
 
 from pyros1.urdf.model import Limit, Mimic, UrdfError
-from pyros1.urdf.reading import MAX_LENGTH, read_robot
+from pyros1.urdf.reading import MAX_DESCRIPTION_LENGTH, read_robot
 
 pytestmark = pytest.mark.once
 
@@ -56,7 +56,7 @@ def test_all_that_moves_links_is_read() -> None:
             pair(joint().replace('"two"', '"twoo"')),
             r"its child twoo is not a link of the robot \(did you mean 'two'\?\)",
         ),
-        (" " * (MAX_LENGTH + 1), "more than"),
+        (" " * (MAX_DESCRIPTION_LENGTH + 1), "more than"),
     ],
 )
 def test_faults_are_named(text: str, hint: str) -> None:

@@ -6,15 +6,15 @@ import json
 
 import pytest
 
-from pyros1.web.client_json import MAX_DEPTH, loads
+from pyros1.web.client_json import MAX_NESTING_DEPTH, loads
 
 
 @pytest.mark.parametrize(("begin", "end"), [("[", "]"), ('{"a": ', "}"), ('[1, {"a": 2, "b": ', "}]")])
 def test_depth(begin: str, end: str) -> None:
     levels = begin.count("[") + begin.count("{")
-    whole = begin * (MAX_DEPTH // levels) + "1" + end * (MAX_DEPTH // levels)
+    whole = begin * (MAX_NESTING_DEPTH // levels) + "1" + end * (MAX_NESTING_DEPTH // levels)
     assert loads(whole) == loads(whole.encode()) == json.loads(whole)
-    for count in (MAX_DEPTH // levels + 1, 300, 900, 9000, 300_000):
+    for count in (MAX_NESTING_DEPTH // levels + 1, 300, 900, 9000, 300_000):
         with pytest.raises(ValueError, match="nested too deeply"):
             loads(begin * count + "1" + end * count)
 

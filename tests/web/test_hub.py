@@ -16,7 +16,7 @@ from pyros1.msgs.geometry_msgs.msg import PointStamped
 from pyros1.msgs.nav_msgs.msg import OccupancyGrid
 from pyros1.msgs.std_msgs.msg import Float64
 from pyros1.observe.decoder import Decoder
-from pyros1.web.hub import MAX_BYTES, Arrival, Hub
+from pyros1.web.hub import MAX_KEPT_BYTES, Arrival, Hub
 
 from ..bodies import encode
 
@@ -291,7 +291,7 @@ def test_large_messages_wait_in_smaller_numbers(hub: Hub, subscriptions: Subscri
     hub.listen("/a", lambda arrival: None)
     subscriptions.send("/a", 1.0)
     assert subscriptions.sizes == []
-    for size in (MAX_BYTES // 8, MAX_BYTES // 16, 2 * MAX_BYTES):
+    for size in (MAX_KEPT_BYTES // 8, MAX_KEPT_BYTES // 16, 2 * MAX_KEPT_BYTES):
         raw = AnyMsg(bytes(size))
         raw._connection_header = {"callerid": "/talker"}
         subscriptions.callbacks["/a"](raw)
@@ -301,7 +301,7 @@ def test_large_messages_wait_in_smaller_numbers(hub: Hub, subscriptions: Subscri
 def test_latched_messages_of_many_publishers_are_bounded(hub: Hub, subscriptions: Subscriptions) -> None:
     hub.listen("/a", lambda arrival: None)
     for number in range(6):
-        raw = AnyMsg(bytes(MAX_BYTES // 4))
+        raw = AnyMsg(bytes(MAX_KEPT_BYTES // 4))
         raw._connection_header = {"callerid": f"/talker{number}", "latching": "1"}
         subscriptions.links.append(SimpleNamespace(header=raw._connection_header))
         subscriptions.callbacks["/a"](raw)

@@ -1,1 +1,1 @@
-"""The guide: an introduction in steps, from a first package to a robot. `checks` verifies the exercises."""
+"""The guide: an introduction to ROS in steps, from a first package to a robot; how-to pages; and examples to copy."""

@@ -1,8 +1,7 @@
-"""The catalogue of examples to copy, whose files are in examples/.
+"""The catalogue of examples that users copy into their packages. The examples' files are in examples/.
 
-The folder of an example has a subfolder for each API, ``node`` (`pyros1.Node`) and ``rospy``, and one for files that
-both share.
-The files belong to a package called `PLACEHOLDER`.
+An example's folder has a subfolder for each API, ``node`` (`pyros1.Node`) and ``rospy``, and a subfolder ``both`` for
+files that are the same for both. In all files, the package is called `PACKAGE_PLACEHOLDER`.
 """
 
 from __future__ import annotations
@@ -17,27 +16,27 @@ from pyros1.ground.suggest import did_you_mean
 
 EXAMPLES_FOLDER = Path(__file__).parent / "examples"
 FACES = ("node", "rospy")
-"""The APIs: `pyros1.Node`, and rospy for programs that should also run with other ROS 1 installations."""
+"""The APIs: ``node`` is `pyros1.Node`; ``rospy`` is for programs that must also run on other installations of ROS 1."""
 SHARED_FOLDER_NAME = "both"
-PLACEHOLDER = "my_package"
-"""The name of the package in the example files, which is replaced when they are copied."""
+PACKAGE_PLACEHOLDER = "my_package"
+"""The package's name in the examples' files; it is replaced when the files are copied."""
 _PYTHON_PREFIX = "python3 "
 
 
 class ExampleError(Error):
-    """An example does not exist."""
+    """An example does not exist, or is not available for an API."""
 
 
 class Example(NamedTuple):
-    """An example.
+    """An example: small programs that show one feature, with the files that they need.
 
     Attributes:
-        name: the name in commands.
-        about: a one-line description.
-        depends: the packages that the example needs with any API.
-        commands: the commands to try it out, without ``pyros1 ``, and with `PLACEHOLDER` for the package. A line that
-            starts with ``python3`` is a complete command.
-        rospy_depends: the packages that the rospy version needs in addition to rospy.
+        name: the example's name in commands.
+        about: what the example does, in one line.
+        depends: the packages that the example needs whatever the API.
+        commands: the commands to try the example out, without ``pyros1 ``, and with `PACKAGE_PLACEHOLDER` as the
+            package. A line that starts with ``python3`` is a complete command.
+        rospy_depends: the packages that the rospy version also needs, in addition to rospy.
     """
 
     name: str
@@ -52,11 +51,11 @@ class Example(NamedTuple):
         return tuple(face for face in FACES if (EXAMPLES_FOLDER / self.name / face).is_dir())
 
     def files(self, face: str, package: str) -> dict[str, str]:
-        """Return the contents of the example's files by path in the package.
+        """Return the example's files: path in the package -> content.
 
         Args:
             face: one of `faces`.
-            package: the name of the package.
+            package: the name of the package that the files are for.
         """
         contents = {}
         for part in (SHARED_FOLDER_NAME, face):
@@ -65,12 +64,12 @@ class Example(NamedTuple):
                 folders[:] = sorted(set(folders) - {"__pycache__"})
                 for name in sorted(names):
                     path = Path(base, name)
-                    text = path.read_text(encoding="utf-8").replace(PLACEHOLDER, package)
-                    contents[path.relative_to(folder).as_posix().replace(PLACEHOLDER, package)] = text
+                    text = path.read_text(encoding="utf-8").replace(PACKAGE_PLACEHOLDER, package)
+                    contents[path.relative_to(folder).as_posix().replace(PACKAGE_PLACEHOLDER, package)] = text
         return contents
 
     def dependencies(self, face: str) -> list[str]:
-        """Return the packages on which the example depends if it uses this API."""
+        """Return the packages that the example depends on when it uses an API."""
         return [*self.depends, *(["rospy", *self.rospy_depends] if face == "rospy" else [])]
 
 
@@ -145,14 +144,14 @@ CATALOGUE = (
 
 
 def find_example(name: str, face: str = FACES[0]) -> Example:
-    """Return an example.
+    """Return the example with a name.
 
     Args:
-        name: the name of the example.
-        face: the requested API.
+        name: the example's name.
+        face: the API for which the example is needed.
 
     Raises:
-        ExampleError: the example does not exist or is not available for the API; the message lists the available ones.
+        ExampleError: the example does not exist, or is not available for the API; the message lists what is available.
     """
     examples_by_name = {entry.name: entry for entry in CATALOGUE}
     if name not in examples_by_name:
@@ -167,20 +166,20 @@ def find_example(name: str, face: str = FACES[0]) -> Example:
 
 
 def is_build_dependency(package: str) -> bool:
-    """Return whether a dependency is needed when a package is built with stock ROS, for messages or CMake functions.
+    """Return whether stock ROS needs a dependency to build a package, for its messages or CMake functions.
 
-    Other packages are only needed at run time.
+    Other dependencies are only needed at run time.
     """
     return package.endswith(("_msgs", "_srvs")) or package in ("dynamic_reconfigure", "rospy")
 
 
 def collect_files(examples: Sequence[Example], face: str, package: str) -> dict[str, str]:
-    """Return the contents of the files of several examples by path, and of a README.md that lists the examples.
+    """Return the files of several examples, and a README.md that lists the examples: path -> content.
 
     Args:
         examples: the examples.
-        face: an API for which all of them are available.
-        package: the name of the package.
+        face: an API for which all the examples are available.
+        package: the name of the package that the files are for.
     """
     files: dict[str, str] = {}
     for chosen in examples:
@@ -189,8 +188,8 @@ def collect_files(examples: Sequence[Example], face: str, package: str) -> dict[
 
 
 def commands_to_try(examples: Sequence[Example], package: str) -> list[str]:
-    """Return the command lines with which to try out the examples."""
-    lines = [line.replace(PLACEHOLDER, package) for chosen in examples for line in chosen.commands]
+    """Return the command lines for trying out examples in a package."""
+    lines = [line.replace(PACKAGE_PLACEHOLDER, package) for chosen in examples for line in chosen.commands]
     return [line if line.startswith(_PYTHON_PREFIX) else f"pyros1 {line}" for line in lines]
 
 

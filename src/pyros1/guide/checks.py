@@ -1,4 +1,4 @@
-"""The checks of the guide's exercises, which inspect the folder and the running system and report what is missing."""
+"""Checks the guide's exercises: inspects the reader's folder and the running system, and reports what is missing."""
 
 from __future__ import annotations
 
@@ -31,25 +31,27 @@ from pyros1.urdf.description import robot_description
 from pyros1.urdf.reading import read_robot
 
 FLOAT_TYPE = "std_msgs/Float64"
-ACTION = "my_robot/Drive"
+DRIVE_ACTION_TYPE = "my_robot/Drive"
 MESSAGE_TIMEOUT = 5.0
-"""Time in seconds that a check waits for messages."""
+"""Seconds for which a check waits for messages or responses."""
 POSITION_TOLERANCE = 0.005
-"""Tolerance of a position in metres."""
-SECOND_PORT = 11312
-"""The port of the second master that the reader starts."""
+"""Tolerance in metres when positions are compared."""
+SECOND_MASTER_PORT = 11312
+"""The port of the second master, which the reader starts in an exercise."""
 MAX_TEST_SECONDS = 60.0
-"""Maximum duration of the reader's test in seconds."""
+"""Maximum number of seconds that the reader's test may take."""
 MAX_ERROR_LINES = 5
-"""Maximum number of error lines of pytest that are printed."""
+"""Maximum number of pytest's error lines that are reported."""
 
 
 class CheckContext:
-    """The context of a check. The node is created on demand, so that checks of files need no master.
+    """What a check needs: the reader's folder, and a node.
+
+    The node is only created when it is used, so that checks of files need no master.
 
     Args:
         environ: the environment variables.
-        folder: the reader's folder.
+        folder: the folder in which the reader works.
     """
 
     def __init__(self, environ: Mapping[str, str], folder: Path) -> None:
@@ -61,20 +63,27 @@ class CheckContext:
         return self
 
     def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+        self,
+        exception_type: type[BaseException] | None,
+        exception: BaseException | None,
+        traceback: TracebackType | None,
     ) -> None:
         if self._node is not None:
             self._node.shutdown()
 
     @property
     def node(self) -> Node:
-        """The node of the check."""
+        """The node through which the check inspects the running system.
+
+        Raises:
+            MasterUnreachableError: the master does not respond.
+        """
         if self._node is None:
             self._node = Node("guide", anonymous=True, argv=[], environ=self.environ, rosout=False, wait_for_master=0.0)
         return self._node
 
     def state(self) -> SystemState:
-        """Return the publishers, subscribers and services."""
+        """Return the publishers, subscribers and services that the master knows."""
         return Graph(self.node.master).state()
 
     def wait_for_message(self, topic: str, matches: Callable[[Any], bool] = lambda _: True) -> Any:
@@ -90,7 +99,12 @@ class CheckContext:
         return None
 
     def measure_rate(self, topic: str, seconds: float = 2.0) -> float:
-        """Return the rate of a std_msgs/Float64 topic in Hz, measured now; 0 if fewer than two messages arrive."""
+        """Measure the rate of a std_msgs/Float64 topic, and return it in Hz; 0 if fewer than two messages arrive.
+
+        Args:
+            topic: the topic.
+            seconds: the duration of the measurement.
+        """
         meter = RateMeter()
         subscriber: Any = self.node.subscribe(topic, FLOAT_TYPE, lambda _: meter.add(time.monotonic()))
         self.node.sleep(seconds)
@@ -99,7 +113,7 @@ class CheckContext:
         return measurement[0] if measurement else 0.0
 
     def call_service(self, service: str, type_name: str) -> Any:
-        """Call a service with an empty request. Return the response.
+        """Call a service with an empty request, and return the response.
 
         Raises:
             WaitTimeoutError: the service does not respond in time.
@@ -109,7 +123,7 @@ class CheckContext:
 
 
 Check = Callable[[CheckContext], str]
-"""Returns what is missing and what to do; an empty string if the exercise is done."""
+"""Checks one exercise: returns what is missing and what to do; an empty string if the exercise is done."""
 
 
 def check_package(context: CheckContext) -> str:
@@ -193,8 +207,8 @@ def check_parameter(context: CheckContext) -> str:
     missing = _missing_publisher(context, "/topic1")
     if missing:
         return missing
-    measured = context.measure_rate("/topic1")
-    if 4.0 < measured < 6.0:
+    measured_rate = context.measure_rate("/topic1")
+    if 4.0 < measured_rate < 6.0:
         return ""
     other_publishers = [node for node in context.state().publishers["/topic1"] if node != "/minimal_publisher"]
     hint = (
@@ -202,7 +216,7 @@ def check_parameter(context: CheckContext) -> str:
         if other_publishers
         else "start the publisher again"
     )
-    return f"the rate of /topic1 is {measured:.1f} Hz: {hint}"
+    return f"the rate of /topic1 is {measured_rate:.1f} Hz: {hint}"
 
 
 def check_service(context: CheckContext) -> str:
@@ -264,37 +278,37 @@ def check_refusal(context: CheckContext) -> str:
     type_name = Graph(context.node.master).topic_types().get("/drive/goal", "")
     if "/drive/goal" not in context.state().subscribers:
         return "there is no server for the action drive: pyros1 run my_robot driver"
-    if type_name != f"{ACTION}ActionGoal":
-        return f"goals of drive should have the type {ACTION}ActionGoal, but their type is {type_name}"
-    goal_class: Any = load_message(f"{ACTION}Goal")
-    with actions.Client(context.node, "/drive", ACTION) as client:
+    if type_name != f"{DRIVE_ACTION_TYPE}ActionGoal":
+        return f"goals of drive should have the type {DRIVE_ACTION_TYPE}ActionGoal, but their type is {type_name}"
+    goal_class: Any = load_message(f"{DRIVE_ACTION_TYPE}Goal")
+    with actions.Client(context.node, "/drive", DRIVE_ACTION_TYPE) as client:
         refused_goal = client.send(goal_class(-1), timeout=MESSAGE_TIMEOUT)
         if not refused_goal.wait(MESSAGE_TIMEOUT) or refused_goal.status is not actions.Status.ABORTED:
-            return f"a goal of -1 m should be aborted, but {_outcome(refused_goal.status)}"
+            return f"a goal of -1 m should be aborted, but {_describe_outcome(refused_goal.status)}"
         if not refused_goal.text:
             return "the driver does not say why it aborts the goal: goal.abort(text=...)"
         accepted_goal = client.send(goal_class(1), timeout=MESSAGE_TIMEOUT)
         if not accepted_goal.wait(MESSAGE_TIMEOUT) or accepted_goal.status is not actions.Status.SUCCEEDED:
-            return f"a goal of 1 m should succeed, but {_outcome(accepted_goal.status)}"
+            return f"a goal of 1 m should succeed, but {_describe_outcome(accepted_goal.status)}"
     return ""
 
 
 def check_second_master(context: CheckContext) -> str:
-    core_command = f"pyros1 core -p {SECOND_PORT} --bind 127.0.0.1"
-    client = MasterClient("/guide", f"http://127.0.0.1:{SECOND_PORT}")
+    core_command = f"pyros1 core -p {SECOND_MASTER_PORT} --bind 127.0.0.1"
+    client = MasterClient("/guide", f"http://127.0.0.1:{SECOND_MASTER_PORT}")
     try:
         publishers = Graph(client).state().publishers.get("/topic1", [])
     except MasterUnreachableError:
-        return f"there is no master on port {SECOND_PORT}: {core_command}"
+        return f"there is no master on port {SECOND_MASTER_PORT}: {core_command}"
     finally:
         client.close()
     for address in interface_addresses():
-        if not is_loopback(address) and accepts_connections(address, SECOND_PORT):
+        if not is_loopback(address) and accepts_connections(address, SECOND_MASTER_PORT):
             return f"other machines can reach the second master at {address}: start it with {core_command}"
     if "/minimal_publisher" in publishers:
         return ""
     run_command = "pyros1 run minimal_nodes minimal_publisher"
-    return f"no minimal_publisher is running there: ROS_MASTER_URI=http://127.0.0.1:{SECOND_PORT} {run_command}"
+    return f"no minimal_publisher is running there: ROS_MASTER_URI=http://127.0.0.1:{SECOND_MASTER_PORT} {run_command}"
 
 
 def check_tested(context: CheckContext) -> str:
@@ -311,24 +325,24 @@ def check_tested(context: CheckContext) -> str:
         text=True, errors="replace", start_new_session=True,
     ) as child:  # fmt: skip
         try:
-            out, stderr = child.communicate(timeout=MAX_TEST_SECONDS)
+            stdout, stderr = child.communicate(timeout=MAX_TEST_SECONDS)
         except subprocess.TimeoutExpired:
-            _kill(child)
+            _kill_process_group(child)
             return f"the test did not finish within {MAX_TEST_SECONDS:g} s"
         except BaseException:
-            _kill(child)
+            _kill_process_group(child)
             raise
     if "No module named pytest" in stderr:
         return "pytest is not installed: pip install pytest"
     if child.returncode == 0:
         return ""
-    lines = [terminal_text.one_line(line) for line in out.strip().splitlines()] or ["no output"]
+    lines = [terminal_text.one_line(line) for line in stdout.strip().splitlines()] or ["no output"]
     error_lines = [line for line in lines if line.startswith("E ")][-MAX_ERROR_LINES:]
     return "\n".join([f"python3 -m pytest my_robot/tests/test_stopwatch.py: {lines[-1]}", *error_lines])
 
 
-def _kill(child: subprocess.Popen[str]) -> None:
-    """Kill a process and the programs that it has started."""
+def _kill_process_group(child: subprocess.Popen[str]) -> None:
+    """Kill a process, and the programs that it has started."""
     if hasattr(os, "killpg"):
         os.killpg(child.pid, signal.SIGKILL)
     else:
@@ -340,16 +354,16 @@ CHECKS: tuple[Check, ...] = (
     check_robot_stops, check_parameter, check_service,
     check_camera, check_robot_arm, check_refusal, check_second_master, check_tested,
 )  # fmt: skip
-"""The check of each step, in the order of the steps."""
+"""The checks, in the order of the steps."""
 
 
 def check(number: int, environ: Mapping[str, str] = os.environ, folder: Path | None = None) -> str:
-    """Check the exercise of a step. Return what is missing and what to do; an empty string if the exercise is done.
+    """Check the exercise of a step; return what is missing and what to do, or an empty string if the exercise is done.
 
     Args:
-        number: the number of the step, starting at 1.
+        number: the step's number, starting at 1.
         environ: the environment variables.
-        folder: the reader's folder; None for the current one.
+        folder: the folder in which the reader works; None for the working directory.
     """
     with CheckContext(environ, folder or Path.cwd()) as context:
         try:
@@ -359,15 +373,15 @@ def check(number: int, environ: Mapping[str, str] = os.environ, folder: Path | N
 
 
 def _missing_publisher(context: CheckContext, topic: str) -> str:
-    """Check whether a std_msgs/Float64 topic is published. Return what is missing; an empty string if it is."""
+    """Check that a std_msgs/Float64 topic is published; return what is missing, or an empty string if nothing is."""
     if not context.state().publishers.get(topic):
         return f"no node publishes {topic}"
     type_name = Graph(context.node.master).topic_types().get(topic, FLOAT_TYPE)
     return "" if type_name == FLOAT_TYPE else f"{topic} should have the type {FLOAT_TYPE}, but its type is {type_name}"
 
 
-def _outcome(status: actions.Status) -> str:
-    """Describe how a goal ended, as the end of a sentence."""
+def _describe_outcome(status: actions.Status) -> str:
+    """Return how a goal ended, worded as the end of a sentence."""
     if status is actions.Status.SUCCEEDED:
         return "it succeeded"
     if status in (actions.Status.PENDING, actions.Status.ACTIVE):

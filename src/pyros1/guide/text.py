@@ -1,9 +1,9 @@
-"""The steps and how-to pages of the guide, which are Markdown files.
+"""Reads the guide's steps and how-to pages, which are Markdown files, and formats them for a terminal.
 
-In a step's ``console`` blocks, a line with ``$`` is a command, followed by its output; ``...`` represents omitted lines
-and ``^C`` the key. A block with a file name after its language is a file that the reader creates. Pages also have
-tables and links. Images that are among the web page's files, each in its own paragraph, are also displayed in the
-browser. Other images are only visible when the Markdown files are read in the repository.
+In a step's ``console`` blocks, a line that starts with ``$`` is a command, followed by its output; ``...`` stands for
+omitted lines, and ``^C`` for the key. A block with a file name after its language is a file that the reader creates.
+Pages also have tables and links. Images whose files belong to the web page, each in its own paragraph, are also
+displayed in the browser; other images can only be seen when the Markdown files are read in the repository.
 """
 
 from __future__ import annotations
@@ -17,14 +17,14 @@ from typing import NamedTuple
 STEPS_FOLDER = Path(__file__).parent / "steps"
 HOWTO_FOLDER = Path(__file__).parent / "howto"
 _BOLD, _RESET = "\x1b[1m", "\x1b[0m"
-_CODE = re.compile(r"(?ms)^```(?P<language>\w+)(?: (?P<file>\S+))?\n(?P<text>.*?)^```$")
-_HIDDEN = re.compile(r"(?m)^<!--.*-->\n|!\[[^\]]*\]\((?![./]+/web/page/)[^)]*\)")
+_CODE_BLOCK = re.compile(r"(?ms)^```(?P<language>\w+)(?: (?P<file>\S+))?\n(?P<text>.*?)^```$")
+_HIDDEN_MARKUP = re.compile(r"(?m)^<!--.*-->\n|!\[[^\]]*\]\((?![./]+/web/page/)[^)]*\)")
 _PICTURE = re.compile(r"!\[(?P<text>[^\]]+)\]\([./]+/web/page/(?P<file>pictures/[\w.]+)\)")
 _PARAGRAPH_BREAK = re.compile(r"\n\s*\n|\n(?=- )")
 _TABLE_SEPARATOR = re.compile(r"[|:\s-]+")
 _CELL_SEPARATOR = re.compile(r"(?<!\\)\|")
 _LINE_PREFIXES = {"# ": "title", "## ": "heading", "- ": "item"}
-_INLINE = re.compile(
+_INLINE_MARKUP = re.compile(
     r"`(?P<code>[^`]+)`|\*(?P<word>\w[^*]*)\*|\[(?P<label>[^\]]+)\]\((?P<to>[^)]+)\)|<(?P<link>http[^>]+)>"
 )
 _COMMAND = re.compile(r"`([^`]+)`")
@@ -32,15 +32,15 @@ _PAGE_FILE = re.compile(r"(\w+)\.md")
 
 
 class Block(NamedTuple):
-    """A part of a step or page.
+    """Part of a step or page, such as a paragraph.
 
     Attributes:
         kind: "title", "heading", "paragraph", "item" (of a list), "table", "picture" or "code".
-        text: code as typed or printed; otherwise one line, with markup for `code`, *words* and [links](x.md); empty for
-            tables.
-        language: the language of code, such as "console", "python", "xml" or "text".
-        file: the name of the file that the reader creates from this code, or the path of a picture; otherwise empty.
-        rows: the cells of a table. The first row is the header, whose cells may be empty.
+        text: for code, the lines as typed or printed; for a table, empty; otherwise one line, with markup for `code`,
+            *words* and [links](x.md).
+        language: the code's language, such as "console", "python", "xml" or "text".
+        file: the name of the file that the reader creates from the code, or a picture's path; otherwise empty.
+        rows: a table's cells, by row. The first row is the header, whose cells may be empty.
     """
 
     kind: str
@@ -54,9 +54,9 @@ class GuideStep(NamedTuple):
     """A step of the guide.
 
     Attributes:
-        number: the number, starting at 1.
-        name: a name that does not change if the number does.
-        title: the title.
+        number: the step's number, starting at 1.
+        name: the step's name, which does not change if the number does.
+        title: the step's title.
         text: the whole step in Markdown.
     """
 
@@ -67,17 +67,17 @@ class GuideStep(NamedTuple):
 
     @property
     def heading(self) -> str:
-        """The number and title."""
+        """The step's number and title."""
         return f"{self.number}. {self.title}"
 
     @property
     def files(self) -> dict[str, str]:
-        """The contents of the files that the reader creates, by name."""
+        """The files that the reader creates in this step: name -> content."""
         return {block.file: block.text for block in self.blocks if block.kind == "code" and block.file}
 
     @property
     def exercise(self) -> str:
-        """The text of the exercise."""
+        """The text of the step's exercise."""
         return self.text.partition("## Exercise\n")[2].strip()
 
     @property
@@ -87,11 +87,11 @@ class GuideStep(NamedTuple):
 
 
 class GuidePage(NamedTuple):
-    """A page that explains how to do one task.
+    """A how-to page, which explains how to do one task.
 
     Attributes:
-        name: the name in commands.
-        heading: the title.
+        name: the page's name in commands.
+        heading: the page's title.
         text: the whole page in Markdown.
     """
 
@@ -105,7 +105,7 @@ class GuidePage(NamedTuple):
         return parse_blocks(self.text)
 
     def code(self, language: str, heading: str = "") -> list[str]:
-        """Return the page's code blocks in a language, optionally only those under a heading."""
+        """Return the page's code in a language: the text of each block, or only of the blocks under a given heading."""
         current_heading = ""
         code_blocks = []
         for block in self.blocks:
@@ -119,7 +119,7 @@ def parse_blocks(text: str) -> list[Block]:
     """Return the blocks of a Markdown document in order."""
     parsed_blocks: list[Block] = []
     position = 0
-    for code_match in _CODE.finditer(text):
+    for code_match in _CODE_BLOCK.finditer(text):
         parsed_blocks.extend(_parse_prose(text[position : code_match.start()]))
         parsed_blocks.append(Block("code", code_match["text"], code_match["language"], code_match["file"] or ""))
         position = code_match.end()
@@ -127,7 +127,7 @@ def parse_blocks(text: str) -> list[Block]:
 
 
 def _parse_prose(text: str) -> Iterator[Block]:
-    for part in _PARAGRAPH_BREAK.split(_HIDDEN.sub("", text).strip()):
+    for part in _PARAGRAPH_BREAK.split(_HIDDEN_MARKUP.sub("", text).strip()):
         picture_match = _PICTURE.fullmatch(part.strip())
         if picture_match:
             yield Block("picture", picture_match["text"], file=picture_match["file"])
@@ -149,7 +149,7 @@ def _split_cells(line: str) -> tuple[str, ...]:
 
 
 def steps() -> list[GuideStep]:
-    """Return all steps in order."""
+    """Read all steps of the guide, in order."""
     all_steps = []
     for path in sorted(STEPS_FOLDER.glob("*.md")):
         text = path.read_text(encoding="utf-8")
@@ -159,7 +159,7 @@ def steps() -> list[GuideStep]:
 
 
 def pages() -> dict[str, GuidePage]:
-    """Return the how-to pages by name."""
+    """Read all how-to pages: name -> page."""
     pages_by_name = {}
     for path in sorted(HOWTO_FOLDER.glob("*.md")):
         text = path.read_text(encoding="utf-8")
@@ -168,7 +168,7 @@ def pages() -> dict[str, GuidePage]:
 
 
 class _Style(NamedTuple):
-    """The style of headings and commands in a terminal.
+    """How headings and commands are highlighted in a terminal.
 
     Attributes:
         colour: whether the terminal supports escape sequences; if not, commands keep their backticks.
@@ -181,18 +181,18 @@ class _Style(NamedTuple):
         return f"{_BOLD}{text}{_RESET}" if self.colour and text else text
 
     def highlight_commands(self, text: str) -> str:
-        """Return one or more lines with their commands highlighted."""
+        """Return a text, of one or more lines, with its commands highlighted."""
         if not self.colour:
             return text
         return _COMMAND.sub(lambda match: "\n".join(map(self.bold, match[1].split("\n"))), text)
 
     def width(self, text: str) -> int:
-        """Return the number of columns that a string takes up after its commands are highlighted."""
+        """Return the number of columns that a string takes up once its commands are highlighted."""
         return len(text) - self.colour * text.count("`")
 
 
 def format_for_terminal(page: GuideStep | GuidePage, width: int, colour: bool) -> str:
-    """Return the text of a step or page for a terminal.
+    """Return a step or page as text for a terminal.
 
     Args:
         page: the step or page.
@@ -225,7 +225,7 @@ def format_for_terminal(page: GuideStep | GuidePage, width: int, colour: bool) -
 
 
 def remove_markup(text: str) -> str:
-    """Return text without markup, except the backticks of commands. Links are followed by their targets."""
+    """Return a text without its markup, except the backticks around commands. Links are followed by their targets."""
 
     def replacement(match: re.Match[str]) -> str:
         if match["label"] is None:
@@ -234,11 +234,11 @@ def remove_markup(text: str) -> str:
         target = f"pyros1 guide howto {page_match[1]}" if page_match else match["to"]
         return f"{label} ({target})" if page_match or target.startswith("http") else label
 
-    return _INLINE.sub(replacement, text)
+    return _INLINE_MARKUP.sub(replacement, text)
 
 
 def _format_table(table: Block, width: int, style: _Style) -> Iterator[str]:
-    """Yield the lines of a table: in columns if they fit, otherwise a list item for each row."""
+    """Yield a table's lines: in columns if they fit, otherwise as a list with an item for each row."""
     header, *rows = (tuple(map(remove_markup, row)) for row in table.rows)
     widths = [max(map(style.width, column)) for column in zip(header, *rows, strict=True)]
     if sum(widths) + 2 * (len(widths) - 1) <= width:
@@ -254,15 +254,15 @@ def _format_table(table: Block, width: int, style: _Style) -> Iterator[str]:
                     else style.highlight_commands(line)
                 )
         return
-    for first, *other_rows in rows:
-        yield from _wrap(first, width, "- ", style)
-        for name, cell in zip(header[1:], other_rows, strict=True):
+    for first_cell, *other_cells in rows:
+        yield from _wrap(first_cell, width, "- ", style)
+        for name, cell in zip(header[1:], other_cells, strict=True):
             if cell:
-                yield from _wrap(f"{name}: {cell}" if name and len(other_rows) > 1 else cell, width, "  ", style)
+                yield from _wrap(f"{name}: {cell}" if name and len(other_cells) > 1 else cell, width, "  ", style)
 
 
 def _wrap(text: str, width: int, prefix: str, style: _Style) -> list[str]:
-    """Wrap text to a width. All lines except the first are indented by the length of the prefix."""
+    """Wrap a text to a width; return its lines. All lines after the first are indented by the length of the prefix."""
     filled = textwrap.fill(
         text, width, initial_indent=prefix, subsequent_indent=" " * len(prefix), break_on_hyphens=False
     )

@@ -1,1 +1,1 @@
-"""Turtles that move and draw, for learning ROS (https://wiki.ros.org/turtlesim)."""
+"""turtlesim's programs: turtles that move and draw, for learning ROS (https://wiki.ros.org/turtlesim)."""

@@ -1,4 +1,4 @@
-"""Renders the picture of the turtles as coloured text, with two pixels per character (pure)."""
+"""Renders the turtles and their drawing as coloured text, with two pixels per character (pure)."""
 
 from __future__ import annotations
 
@@ -13,22 +13,22 @@ from pyros1.turtlesim.turtle import PIXELS_PER_UNIT
 if TYPE_CHECKING:
     from pyros1.turtlesim.canvas import Colour
 
-_ARROWS = "→↗↑↖←↙↓↘"
+_ARROW_CHARACTERS = "→↗↑↖←↙↓↘"
 _OVERSAMPLING = 4
-"""Number of pixels inspected for each displayed one, in both directions, so that thin lines are not lost."""
+"""Number of pixels inspected per displayed pixel, in each direction, so that thin lines are not lost."""
 _RESET = "\x1b[0m"
 
 
 def render_blocks(
     pixels: bytes, width: int, height: int, turtles: Mapping[str, tuple[float, float, float]], columns: int, rows: int
 ) -> list[str]:
-    """Return a picture as lines of text, with escape sequences for the colours.
+    """Return a picture with turtles as lines of text, with escape sequences for the colours.
 
     Args:
         pixels: red, green and blue bytes, row by row from the top.
         width, height: size of the picture in pixels.
-        turtles: name -> x, y (in units) and angle (in radians).
-        columns, rows: available space in characters; the picture fills as much of it as possible without distortion.
+        turtles: name -> x and y (in units), and heading (in radians).
+        columns, rows: the available space in characters; the picture fills as much of it as it can without distortion.
     """
     used_columns = max(1, min(columns, 2 * rows * width // height))
     used_rows = max(1, used_columns * height // width // 2)
@@ -49,7 +49,7 @@ def render_blocks(
 
 
 def _shrink(picture: Any, new_width: int, new_height: int) -> Any:
-    """Return a smaller picture, as lists; each pixel is the one in its area that differs most from the background."""
+    """Return a smaller picture, as lists. Each pixel gets the colour in its area that is least like the background."""
     height, width, _ = picture.shape
     rows = numpy.arange(new_height * _OVERSAMPLING) * height // (new_height * _OVERSAMPLING)
     columns = numpy.arange(new_width * _OVERSAMPLING) * width // (new_width * _OVERSAMPLING)
@@ -71,7 +71,7 @@ def _turtle_marks(
         row = min(max(int((height - 1 - y * PIXELS_PER_UNIT) * rows / height), 0), rows - 1)
         for position, letter in enumerate(name[: max(columns - column - 2, 0)], column + 2):
             marks.setdefault((position, row), letter)
-        marks[column, row] = _ARROWS[round(theta / (pi / 4)) % len(_ARROWS)]
+        marks[column, row] = _ARROW_CHARACTERS[round(theta / (pi / 4)) % len(_ARROW_CHARACTERS)]
     return marks
 
 

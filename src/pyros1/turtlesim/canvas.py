@@ -1,4 +1,4 @@
-"""The turtles' drawing, as pixels: this bounds the memory that it needs, and lets a turtle see the colour below it."""
+"""The turtles' drawing. It is kept as pixels, which bounds its memory, and lets a turtle see the colour below it."""
 
 from __future__ import annotations
 
@@ -6,29 +6,29 @@ from math import ceil, floor
 
 import numpy
 
-from pyros1.turtlesim.turtle import PIXELS, PIXELS_PER_UNIT, Pen, Position
+from pyros1.turtlesim.turtle import PICTURE_SIZE, PIXELS_PER_UNIT, Pen, Position
 
 Colour = tuple[int, int, int]
-"""Red, green and blue, 0 to 255."""
+"""Red, green and blue, each from 0 to 255."""
 
 
 class Canvas:
-    """A picture of the world.
+    """The picture on which turtles draw.
 
     Args:
-        background: colour of the background.
+        background: the background's colour.
 
     Attributes:
         version: a number that increases with each change.
     """
 
     def __init__(self, background: Colour) -> None:
-        self._pixels = numpy.empty((PIXELS, PIXELS, 3), numpy.uint8)
+        self._pixels = numpy.empty((PICTURE_SIZE, PICTURE_SIZE, 3), numpy.uint8)
         self.version = 0
         self.clear(background)
 
     def clear(self, background: Colour) -> None:
-        """Remove all drawings."""
+        """Remove everything that was drawn, and set the background."""
         self._pixels[:] = background
         self.version += 1
 
@@ -41,11 +41,11 @@ class Canvas:
         first_column, last_column = _pixel_range(x, to_x, radius)
         top, bottom = _pixel_range(y, to_y, radius)
         if first_column >= last_column or top >= bottom:
-            return  # outside the walls
+            return  # the line is outside the walls
         delta_x, delta_y = to_x - x, to_y - y
         columns = numpy.arange(first_column, last_column) - x
         rows = (numpy.arange(top, bottom) - y)[:, None]
-        # The position of the nearest point on the line, from 0 (start) to 1 (end).
+        # For each pixel, where on the line the nearest point is, from 0 (start) to 1 (end).
         length = delta_x * delta_x + delta_y * delta_y
         along = numpy.clip((columns * delta_x + rows * delta_y) / length, 0, 1) if length else 0
         distance = (columns - along * delta_x) ** 2 + (rows - along * delta_y) ** 2
@@ -59,14 +59,14 @@ class Canvas:
         return red, green, blue
 
     def pixels(self) -> bytes:
-        """Return all pixels as red, green and blue bytes: rows of `PIXELS` from top to bottom."""
+        """Return all pixels as red, green and blue bytes, in rows of `PICTURE_SIZE` pixels from top to bottom."""
         return self._pixels.tobytes()
 
 
 def _to_pixels(position: Position) -> tuple[float, float]:
-    return position.x * PIXELS_PER_UNIT, PIXELS - 1 - position.y * PIXELS_PER_UNIT
+    return position.x * PIXELS_PER_UNIT, PICTURE_SIZE - 1 - position.y * PIXELS_PER_UNIT
 
 
 def _pixel_range(first: float, second: float, radius: float) -> tuple[int, int]:
     low, high = min(first, second) - radius, max(first, second) + radius
-    return floor(max(low, 0)), ceil(min(high, PIXELS - 1)) + 1
+    return floor(max(low, 0)), ceil(min(high, PICTURE_SIZE - 1)) + 1

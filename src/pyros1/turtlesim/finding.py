@@ -1,4 +1,4 @@
-"""Finds turtles, and the nodes that simulate them, in the state of the master (pure)."""
+"""Finds turtles, and the nodes that simulate them, in the master's lists of topics and publishers (pure)."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ _POSE_TYPE = "turtlesim/Pose"
 
 
 def find_simulators(topics: Mapping[str, str], publishers: Mapping[str, Iterable[str]]) -> dict[str, dict[str, str]]:
-    """Return the nodes that simulate turtles, sorted: node -> turtle -> topic of the turtle's pose.
+    """Return the nodes that simulate turtles, sorted by name: node -> turtle -> topic with the turtle's pose.
 
     Args:
         topics: topic -> type.
-        publishers: topic -> nodes.
+        publishers: topic -> nodes that publish it.
     """
     simulators: dict[str, dict[str, str]] = {}
     for topic in sorted(topics):
@@ -25,5 +25,5 @@ def find_simulators(topics: Mapping[str, str], publishers: Mapping[str, Iterable
 
 
 def drawing_topic(node: str) -> str:
-    """Return the topic with the drawing of a node's turtles."""
+    """Return the topic on which a node publishes its turtles' drawing."""
     return f"{node}/drawing"

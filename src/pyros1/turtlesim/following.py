@@ -1,4 +1,4 @@
-"""The turtles of the tf2 tutorials: one publishes its position, and another turtle follows it using tf.
+"""The programs of the tf2 tutorials: one publishes a turtle's frame, and one makes a second turtle follow the first.
 
 https://wiki.ros.org/tf2/Tutorials/Introduction%20to%20tf2
 """
@@ -20,11 +20,11 @@ _WORLD = "world"
 
 
 class Broadcaster:
-    """Publishes the frame of a turtle relative to the world frame.
+    """Publishes a turtle's frame relative to the world frame, whenever the turtle's pose arrives.
 
     Args:
-        node: the node.
-        turtle: the turtle's name, also the name of its frame.
+        node: the node that publishes.
+        turtle: the turtle's name, which is also the frame's.
     """
 
     def __init__(self, node: Node, turtle: str) -> None:
@@ -43,12 +43,12 @@ class Broadcaster:
 
 
 class Follower:
-    """Makes a turtle follow another one.
+    """Makes a turtle follow another turtle, whose frames a `Broadcaster` publishes.
 
     Args:
-        node: the node.
+        node: the node that publishes the follower's speed.
         turtle: name of the turtle that follows.
-        leader: name of the turtle to follow.
+        leader: name of the turtle that it follows.
     """
 
     def __init__(self, node: Node, turtle: str, leader: str) -> None:
@@ -58,7 +58,7 @@ class Follower:
         self._publisher = node.advertise(f"{turtle}/cmd_vel", Twist, queue_size=1)
 
     def step(self) -> bool:
-        """Publish the turtle's next speed; return False if the position of either turtle is unknown."""
+        """Publish the follower's next speed; return False if the position of either turtle is unknown."""
         try:
             offset = self._buffer.lookup_transform(*self._frames).transform.translation
         except TransformException:
@@ -70,16 +70,18 @@ class Follower:
 
 
 def chase_speeds(x: float, y: float) -> tuple[float, float]:
-    """Return the speed and the angular speed for following a point.
+    """Return the speed (units/s) and the angular speed (rad/s) with which to follow a point.
 
     Args:
-        x, y: the point in the follower's frame, in units: x points ahead, y to the left.
+        x, y: the point in the follower's frame, in units; x is ahead, y to the left.
     """
     return 0.5 * hypot(x, y), 4.0 * atan2(y, x)
 
 
 def broadcast(argv: list[str]) -> int:
-    """Run turtle_tf2_broadcaster; return its exit code. The first argument, or else ``~turtle``, names the turtle.
+    """Run turtle_tf2_broadcaster; return its exit code.
+
+    The turtle's name is the first argument or, without arguments, the parameter ``~turtle``.
 
     Args:
         argv: the command line, with the program's name.
@@ -96,7 +98,7 @@ def broadcast(argv: list[str]) -> int:
 
 
 def follow(argv: list[str]) -> int:
-    """Run turtle_tf2_listener, which spawns turtle2 (``~turtle``) and makes it follow turtle1 (``~target``).
+    """Run turtle_tf2_listener, which spawns turtle2 (or ``~turtle``), and makes it follow turtle1 (or ``~target``).
 
     Args:
         argv: the command line, with the program's name.
@@ -110,7 +112,7 @@ def follow(argv: list[str]) -> int:
         node.wait_for_service("spawn")
         try:
             node.service("spawn", Spawn)(4.0, 2.0, 0.0, turtle)
-        except ServiceError as error:  # the turtle exists already
+        except ServiceError as error:  # the turtle already exists
             node.log.warn("%s", error)
         rate = node.rate(_STEPS_PER_SECOND)
         while node.ok():

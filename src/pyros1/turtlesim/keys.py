@@ -1,4 +1,4 @@
-"""Reads single keys from the terminal as they are pressed."""
+"""Reads keys from the terminal as soon as they are pressed."""
 
 from __future__ import annotations
 
@@ -18,23 +18,24 @@ _ARROW_NAMES = {"A": "up", "B": "down", "C": "right", "D": "left"}
 
 
 class NoTerminalError(Error):
-    """No keys can be read here; the message says why."""
+    """Keys cannot be read; the error message says why."""
 
 
 class KeyReader:
-    """Reads keys from the terminal at standard input. A context manager, which restores the terminal at the end.
+    """A context manager that reads keys from the terminal at standard input, and restores the terminal at the end.
 
-    A stopped job reads keys again after it is continued.
+    After a program was stopped (Ctrl-Z) and continued, it reads keys again.
 
     Raises:
-        NoTerminalError: on entering the context, if there is no terminal, or this process runs in the background.
+        NoTerminalError: on entering the context, if standard input is not a terminal, or this process runs in the
+            background.
     """
 
     def __init__(self) -> None:
         self._descriptor = -1
         self._saved_attributes: Any = None
         self._saved_handler: Any = None
-        self._partial_key = ""  # the first characters of an arrow key; the next read returns the rest
+        self._partial_key = ""  # the first characters of an arrow key, whose other characters have not arrived yet
 
     def __enter__(self) -> KeyReader:
         try:
@@ -46,7 +47,7 @@ class KeyReader:
             raise NoTerminalError(
                 "standard input is not a terminal: run it in a terminal of its own, without < or |"
             ) from None
-        if not _in_foreground(self._descriptor):
+        if not _is_in_foreground(self._descriptor):
             raise NoTerminalError("it is running in the background, where it cannot read keys: run it without &")
         self._set_cbreak()
         with contextlib.suppress(ValueError):  # not in the main thread
@@ -59,7 +60,7 @@ class KeyReader:
         if self._saved_handler is not None:
             signal.signal(signal.SIGCONT, self._saved_handler)
         with contextlib.suppress(OSError, termios.error):  # the terminal has been closed
-            if _in_foreground(self._descriptor):
+            if _is_in_foreground(self._descriptor):
                 termios.tcsetattr(self._descriptor, termios.TCSADRAIN, self._saved_attributes)
 
     def _set_cbreak(self) -> None:
@@ -67,25 +68,29 @@ class KeyReader:
         import tty  # noqa: PLC0415 - as above
 
         with contextlib.suppress(OSError, termios.error):
-            if _in_foreground(self._descriptor):
+            if _is_in_foreground(self._descriptor):
                 tty.setcbreak(self._descriptor)
 
     def read(self, timeout: float) -> list[str] | None:
-        """Wait for keys and return the names of those pressed, see `key_names`; None if the terminal is closed."""
+        """Wait for keys, and return their names, see `key_names`; return None if the terminal has been closed.
+
+        Args:
+            timeout: maximum number of seconds to wait; then, an empty list is returned.
+        """
         with contextlib.suppress(OSError):
             ready, _, _ = select.select([self._descriptor], [], [], timeout)
             if not ready:
                 return []
             if data := os.read(self._descriptor, 100):
                 text = self._partial_key + data.decode("latin-1")
-                complete = _PARTIAL_KEY.sub("", text)
-                self._partial_key = text[len(complete) :]
-                return key_names(complete)
+                complete_keys = _PARTIAL_KEY.sub("", text)
+                self._partial_key = text[len(complete_keys) :]
+                return key_names(complete_keys)
         return None
 
 
 def key_names(text: str) -> list[str]:
-    """Return the names of the keys in a terminal's input: characters, or up, down, left and right."""
+    """Return the names of the keys in a terminal's input: up, down, left and right, or the key's character."""
     names = []
     characters = iter(text)
     for character in characters:
@@ -96,9 +101,9 @@ def key_names(text: str) -> list[str]:
     return [name for name in names if name]
 
 
-def _in_foreground(descriptor: int) -> bool:
-    """Return whether this process receives keys: it is in the foreground, or outside the shell's job control."""
+def _is_in_foreground(descriptor: int) -> bool:
+    """Return whether this process receives keys: whether it is in the foreground, or not subject to job control."""
     try:
         return os.tcgetpgrp(descriptor) == os.getpgrp()
     except OSError as error:
-        return error.errno == errno.ENOTTY  # such as nodes of a launch, which have a separate session
+        return error.errno == errno.ENOTTY  # no job control, as for the nodes of a launch, which have their own session

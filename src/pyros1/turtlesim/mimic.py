@@ -1,4 +1,4 @@
-"""mimic: a turtle copies the movements of another one (https://wiki.ros.org/turtlesim)."""
+"""mimic: makes a turtle copy the movements of another turtle (https://wiki.ros.org/turtlesim)."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from pyros1.node import Node
 
 
 class Mimic:
-    """Publishes the speeds of input/pose on output/cmd_vel.
+    """Publishes the speeds received on input/pose as commands on output/cmd_vel.
 
     Args:
-        node: the node, whose remappings select the turtles.
+        node: the node, whose remappings of input and output select the turtles.
     """
 
     def __init__(self, node: Node) -> None:
@@ -27,7 +27,7 @@ class Mimic:
 
 
 def main(argv: list[str]) -> int:
-    """Run the program; return its exit code.
+    """Run mimic; return its exit code.
 
     Args:
         argv: the command line, with the program's name.

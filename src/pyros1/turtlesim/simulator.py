@@ -1,6 +1,6 @@
-"""turtlesim_node: turtles that other nodes drive, without a window (https://wiki.ros.org/turtlesim).
+"""turtlesim_node: simulates turtles, which other nodes drive (https://wiki.ros.org/turtlesim).
 
-`pyros1 web turtles` and turtle_view display what it publishes.
+It has no window: `pyros1 web turtles` and turtle_view display what it publishes.
 """
 
 from __future__ import annotations
@@ -21,40 +21,41 @@ from pyros1.msgs.turtlesim.msg import Color, Pose
 from pyros1.msgs.turtlesim.srv import Kill, SetPen, Spawn, TeleportAbsolute, TeleportRelative
 from pyros1.node import Node
 from pyros1.turtlesim.canvas import Colour
-from pyros1.turtlesim.turtle import PERIOD, PIXELS, SIZE, Pen
+from pyros1.turtlesim.turtle import PICTURE_SIZE, STEP_PERIOD, WORLD_SIZE, Pen
 from pyros1.turtlesim.world import BACKGROUND, StepResult, TurtleError, World
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
 DRAWING_TOPIC = "~drawing"
-"""Topic of the turtles' drawing; stock has no such topic, since its window displays the drawing."""
+"""Topic with the turtles' drawing; stock turtlesim has no such topic, since its window displays the drawing."""
 _DRAWING_PERIOD = 0.1
-"""Minimum number of seconds between published drawings."""
-_COLOUR_COMPONENTS = ("r", "g", "b")
+"""Minimum number of seconds between two publications of the drawing."""
+_COLOUR_PARAM_SUFFIXES = ("r", "g", "b")
 
 
 class Simulator:
-    """The node: topics and services for a world, which initially contains turtle1.
+    """Simulates a world, which initially contains turtle1, and provides its topics and services.
 
     Args:
-        node: the node.
+        node: the node that has the topics and services.
     """
 
     def __init__(self, node: Node) -> None:
         self._node = node
         self._world = World()
-        self._lock = threading.Lock()  # guards the world; no thread waits while holding it
-        self._population_lock = threading.Lock()  # guards the set of turtles; held during slow calls to the master
+        self._lock = threading.Lock()  # guards the world; never held while waiting
+        # Guards the set of turtles; it may be held for long, during calls to the master.
+        self._population_lock = threading.Lock()
         self._interfaces: dict[str, _TurtleInterface] = {}
         self._drawn_version, self._drawn_at = -1, float("-inf")
-        for name, value in zip(_COLOUR_COMPONENTS, BACKGROUND, strict=True):
+        for name, value in zip(_COLOUR_PARAM_SUFFIXES, BACKGROUND, strict=True):
             if f"~background_{name}" not in node.params:
                 node.params[f"~background_{name}"] = value
         self._drawing_publisher = node.advertise(DRAWING_TOPIC, Image, queue_size=1, latch=True)
         node.log.info("Starting turtlesim with node name %s", node.name)
         self._clear()
-        self._spawn("", SIZE / 2, SIZE / 2, 0.0)
+        self._spawn("", WORLD_SIZE / 2, WORLD_SIZE / 2, 0.0)
         node.advertise_service("clear", Empty, self._on_clear)
         node.advertise_service("reset", Empty, self._on_reset)
         node.advertise_service("spawn", Spawn, self._on_spawn)
@@ -105,13 +106,13 @@ class Simulator:
         return name
 
     def _clear(self) -> None:
-        background = self._background()
+        background = self._read_background()
         with self._lock:
             self._world.canvas.clear(background)
 
-    def _background(self) -> Colour:
+    def _read_background(self) -> Colour:
         red, green, blue = (
-            self._colour_param(name, default) for name, default in zip(_COLOUR_COMPONENTS, BACKGROUND, strict=True)
+            self._colour_param(name, default) for name, default in zip(_COLOUR_PARAM_SUFFIXES, BACKGROUND, strict=True)
         )
         return red, green, blue
 
@@ -126,12 +127,12 @@ class Simulator:
     # Steps ------------------------------------------------------------------------------------------------------------
 
     def step(self) -> None:
-        """Move all turtles by one step, and publish their new state."""
+        """Move all turtles by one step, and publish their new states and the drawing."""
         with self._lock:
             results = self._world.step(monotonic())
         for result in results:
             interface = self._interfaces.get(result.name)
-            if interface is not None:  # else it is being spawned or killed
+            if interface is not None:  # otherwise, the turtle is being spawned or killed
                 interface.publish(result)
         self._publish_drawing()
 
@@ -142,23 +143,23 @@ class Simulator:
                 return
             pixels = self._world.canvas.pixels()
         self._drawn_version, self._drawn_at = version, now
-        message = Image(height=PIXELS, width=PIXELS, encoding="rgb8", step=3 * PIXELS, data=pixels)
+        message = Image(height=PICTURE_SIZE, width=PICTURE_SIZE, encoding="rgb8", step=3 * PICTURE_SIZE, data=pixels)
         message.header.stamp = self._node.now()
         self._drawing_publisher.publish(message)
 
     def run(self) -> None:
         """Simulate until the node shuts down."""
-        rate = self._node.rate(1 / PERIOD)
+        rate = self._node.rate(1 / STEP_PERIOD)
         while self._node.ok():
             self.step()
             rate.sleep()
 
 
 class _TurtleInterface:
-    """The topics and services of a turtle.
+    """One turtle's topics and services.
 
     Raises:
-        Error: the turtle's name cannot be part of a topic's name, or another node uses one of these topics or services
+        Error: the turtle's name cannot be part of a topic's name, or another node uses one of the topics or services
             with another type.
     """
 
@@ -180,10 +181,10 @@ class _TurtleInterface:
                 ("teleport_absolute", TeleportAbsolute, self._teleport_absolute),
                 ("teleport_relative", TeleportRelative, self._teleport_relative),
             )
-            for service, service_type, call in services:
+            for service, service_type, apply_request in services:
                 cleanup.callback(
                     node.advertise_service(
-                        f"{base}/{service}", service_type, self._make_handler(service_type, call)
+                        f"{base}/{service}", service_type, self._make_handler(service_type, apply_request)
                     ).shutdown
                 )
             self._cleanup = cleanup.pop_all()
@@ -193,20 +194,20 @@ class _TurtleInterface:
         self._cleanup.close()
 
     def publish(self, result: StepResult) -> None:
-        """Publish the result of a step, and log a warning if it ended at a wall."""
+        """Publish the result of a step, and log a warning if the turtle has hit a wall."""
         turtle = result.turtle
         if result.requested is not None:
-            # Worded like stock, whose y is that of its window: downwards.
-            x, y = result.requested.x, SIZE - result.requested.y
+            # The message is stock's, in which y is measured downwards, as in its window.
+            x, y = result.requested.x, WORLD_SIZE - result.requested.y
             self._node.log.warn("Oh no! I hit the wall! (Clamping from [x=%f, y=%f])", x, y)
-        with suppress(NodeError):  # it is being killed
+        with suppress(NodeError):  # the turtle is being killed
             self._pose_publisher.publish(Pose(turtle.x, turtle.y, turtle.theta, turtle.speed, turtle.turning))
             self._colour_publisher.publish(Color(*result.colour))
 
-    def _make_handler(self, service_type: Any, call: Callable[[Any], None]) -> Callable[[Any], Any]:
+    def _make_handler(self, service_type: Any, apply_request: Callable[[Any], None]) -> Callable[[Any], Any]:
         def handle(request: Any) -> Any:
             with _report_errors(self._node), self._lock:
-                call(request)
+                apply_request(request)
             return service_type._response_class()
 
         return handle
@@ -232,7 +233,7 @@ class _TurtleInterface:
 
 @contextmanager
 def _report_errors(node: Node) -> Iterator[None]:
-    """Log errors, and report them to the caller of the service."""
+    """Log errors that occur in the context, and report them to the service's caller."""
     try:
         yield
     except Error as error:
@@ -242,12 +243,12 @@ def _report_errors(node: Node) -> Iterator[None]:
 
 
 def main(argv: list[str]) -> int:
-    """Run the program; return its exit code.
+    """Run turtlesim_node; return its exit code.
 
     Args:
         argv: the command line, with the program's name.
     """
-    with Node("turtlesim", argv=argv[1:], wall_time=True) as node:  # wall time even in a simulation
+    with Node("turtlesim", argv=argv[1:], wall_time=True) as node:  # wall time, even if time is simulated
         Simulator(node).run()
     return 0
 

@@ -1,4 +1,4 @@
-"""draw_square: turtle1 repeatedly walks around a square (https://wiki.ros.org/turtlesim)."""
+"""draw_square: makes turtle1 walk around a square again and again (https://wiki.ros.org/turtlesim)."""
 
 from __future__ import annotations
 
@@ -9,64 +9,64 @@ from pyros1.msgs.geometry_msgs.msg import Twist
 from pyros1.msgs.std_srvs.srv import Empty
 from pyros1.msgs.turtlesim.msg import Pose
 from pyros1.node import Node
-from pyros1.turtlesim.turtle import PERIOD, Position, normalize_angle
+from pyros1.turtlesim.turtle import STEP_PERIOD, Position, normalize_angle
 
-SIDE = 2.0
-"""Length of a side in units."""
-SPEED = 1.0
-ANGULAR_SPEED = 0.4
+SIDE_LENGTH = 2.0
+"""Length of the square's sides, in units."""
+WALKING_SPEED = 1.0
+TURNING_SPEED = 0.4
 _MAX_STANDSTILL_SPEED = 1e-4
 _ANGLE_TOLERANCE = 0.01
 
 
 class Square:
-    """Computes movements from the turtle's pose: walk along a side, stop, turn, stop, and so on (pure).
+    """Computes speeds from the turtle's pose: it walks along a side, stops, turns, stops, and so on (pure).
 
     Args:
-        x, y, theta: initial pose of the turtle.
+        x, y, theta: the turtle's initial pose.
     """
 
     def __init__(self, x: float, y: float, theta: float) -> None:
-        self._walking = True
-        self._stopping = False
+        self._is_walking = True
+        self._is_stopping = False
         self._theta = theta
         self._start = Position(x, y)
         self.goal = self._next_corner()
-        """Target position and target angle."""
+        """The position and the heading to reach next."""
 
     def next_speeds(self, x: float, y: float, theta: float, moving: bool) -> tuple[float, float]:
         """Return the next speed (units/s) and angular speed (rad/s).
 
         Args:
-            x, y, theta: current pose of the turtle.
+            x, y, theta: the turtle's current pose.
             moving: whether the turtle is moving.
         """
-        if self._stopping:
+        if self._is_stopping:
             if moving:
                 return 0.0, 0.0
-            self._stopping = False
-            self._walking = not self._walking
-            if self._walking:
+            self._is_stopping = False
+            self._is_walking = not self._is_walking
+            if self._is_walking:
                 self._start, self._theta = Position(x, y), theta
                 self.goal = self._next_corner()
             else:
                 position, heading = self.goal
                 self.goal = position, normalize_angle(heading + pi / 2)
-        if self._walking:
-            if hypot(x - self._start.x, y - self._start.y) < SIDE:
-                return SPEED, 0.0
+        if self._is_walking:
+            if hypot(x - self._start.x, y - self._start.y) < SIDE_LENGTH:
+                return WALKING_SPEED, 0.0
         elif normalize_angle(self.goal[1] - theta) > _ANGLE_TOLERANCE:
-            return 0.0, ANGULAR_SPEED
-        self._stopping = True
+            return 0.0, TURNING_SPEED
+        self._is_stopping = True
         return 0.0, 0.0
 
     def _next_corner(self) -> tuple[Position, float]:
         x, y = self._start
-        return Position(x + cos(self._theta) * SIDE, y + sin(self._theta) * SIDE), self._theta
+        return Position(x + cos(self._theta) * SIDE_LENGTH, y + sin(self._theta) * SIDE_LENGTH), self._theta
 
 
 def main(argv: list[str]) -> int:
-    """Run the program; return its exit code.
+    """Run draw_square; return its exit code.
 
     Args:
         argv: the command line, with the program's name.
@@ -84,7 +84,7 @@ def main(argv: list[str]) -> int:
         latest_pose.clear()
         square: Square | None = None
         goal: Any = None
-        rate = node.rate(1 / PERIOD)
+        rate = node.rate(1 / STEP_PERIOD)
         while node.ok():
             for pose in tuple(latest_pose):
                 square = square or Square(pose.x, pose.y, pose.theta)

@@ -14,11 +14,20 @@ from pyros1.msgs.turtlesim.srv import TeleportAbsolute
 from pyros1.node import Node
 from pyros1.turtlesim.keys import KeyReader
 
-ARROWS = {"up": (1.0, 0.0), "down": (-1.0, 0.0), "left": (0.0, 1.0), "right": (0.0, -1.0)}
-"""Key -> speed and angular speed, before they are scaled."""
-HEADINGS = {"g": 0.0, "t": pi / 4, "r": pi / 2, "e": 3 * pi / 4, "d": pi, "c": -3 * pi / 4, "v": -pi / 2, "b": -pi / 4}
-"""Key -> angle to turn to, in radians, matching the key's position relative to F."""
-HELP = """\
+SPEEDS_BY_ARROW = {"up": (1.0, 0.0), "down": (-1.0, 0.0), "left": (0.0, 1.0), "right": (0.0, -1.0)}
+"""Arrow key -> speed and angular speed, as multiples of the parameters ``scale_linear`` and ``scale_angular``."""
+HEADING_BY_KEY = {
+    "g": 0.0,
+    "t": pi / 4,
+    "r": pi / 2,
+    "e": 3 * pi / 4,
+    "d": pi,
+    "c": -3 * pi / 4,
+    "v": -pi / 2,
+    "b": -pi / 4,
+}
+"""Key -> heading to turn to, in radians, which is the key's direction as seen from F on the keyboard."""
+HELP_TEXT = """\
 Reading from keyboard
 ---------------------------
 Use arrow keys to move the turtle.
@@ -26,16 +35,16 @@ Use g|b|v|c|d|e|r|t keys to look where the key lies from f, and f to stop.
 'q' to quit.
 """
 _POLL_PERIOD = 0.2
-"""Seconds between checks for a shutdown of the node."""
+"""Seconds between checks of whether the node has shut down."""
 _SERVICE_TIMEOUT = 2.0
-"""Seconds to wait for the response of the service that turns the turtle."""
+"""Maximum number of seconds to wait for the service that turns the turtle."""
 
 
 class Teleop:
-    """Drives a turtle.
+    """Drives turtle1 as keys are pressed.
 
     Args:
-        node: the node; ``~scale_linear`` and ``~scale_angular`` are the speeds of an arrow key.
+        node: the node, whose parameters ``~scale_linear`` and ``~scale_angular`` are the speeds for an arrow key.
     """
 
     def __init__(self, node: Node) -> None:
@@ -52,17 +61,17 @@ class Teleop:
         self._pose_received.set()
 
     def handle_key(self, key: str) -> bool:
-        """Perform the action of a key; return False if it is the key to quit."""
-        key = key if key in ARROWS else key.lower()
+        """Do what a key stands for; return False if the key is q, which quits."""
+        key = key if key in SPEEDS_BY_ARROW else key.lower()
         if key == "q":
             return False
-        if key in ARROWS or key == "f":
-            speed, turning = ARROWS.get(key, (0.0, 0.0))
+        if key in SPEEDS_BY_ARROW or key == "f":
+            speed, turning = SPEEDS_BY_ARROW.get(key, (0.0, 0.0))
             twist = Twist()
             twist.linear.x, twist.angular.z = speed * self._scales[0], turning * self._scales[1]
             self._publisher.publish(twist)
-        elif key in HEADINGS:
-            self._turn_to(HEADINGS[key])
+        elif key in HEADING_BY_KEY:
+            self._turn_to(HEADING_BY_KEY[key])
         return True
 
     def _turn_to(self, theta: float) -> None:
@@ -76,7 +85,7 @@ class Teleop:
             self._node.log.error("%s", error)
 
     def wait_for_pose(self, timeout: float) -> bool:
-        """Wait until the turtle's first pose arrives; return whether it did within ``timeout`` seconds."""
+        """Wait for the turtle's first pose; return whether it has arrived within ``timeout`` seconds."""
         return self._pose_received.wait(timeout)
 
 
@@ -88,7 +97,7 @@ def _number_param(node: Node, name: str) -> float:
 
 
 def main(argv: list[str]) -> int:
-    """Run the program; return its exit code.
+    """Run turtle_teleop_key; return its exit code.
 
     Args:
         argv: the command line, with the program's name.
@@ -97,7 +106,7 @@ def main(argv: list[str]) -> int:
         try:
             teleop = Teleop(node)
             with KeyReader() as keys:
-                sys.stdout.write(HELP)
+                sys.stdout.write(HELP_TEXT)
                 sys.stdout.flush()
                 while node.ok() and (pressed := keys.read(_POLL_PERIOD)) is not None:
                     if not all(teleop.handle_key(key) for key in pressed):

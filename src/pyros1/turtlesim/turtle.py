@@ -1,4 +1,4 @@
-"""A turtle: its pose, movement and pen (https://wiki.ros.org/turtlesim)."""
+"""A turtle's state and movement, calculated as in stock turtlesim (https://wiki.ros.org/turtlesim)."""
 
 from __future__ import annotations
 
@@ -6,27 +6,27 @@ from dataclasses import dataclass, field
 from math import cos, floor, hypot, pi, sin
 from typing import NamedTuple
 
-PIXELS = 500
-"""Width and height of the picture in pixels."""
+PICTURE_SIZE = 500
+"""Width and height of the drawing in pixels."""
 PIXELS_PER_UNIT = 45
-SIZE = 11.088889122009277
-"""Width and height of the world, in the units of poses; x is to the right, y upwards.
+WORLD_SIZE = 11.088889122009277
+"""Width and height of the world, in the units of poses; x points to the right, y upwards.
 
-(PIXELS - 1) / PIXELS_PER_UNIT as a 32-bit number, calculated as in stock.
+This is (PICTURE_SIZE - 1) / PIXELS_PER_UNIT as a 32-bit float, calculated as in stock.
 """
-PERIOD = 0.016
-"""Duration of a step in seconds."""
+STEP_PERIOD = 0.016
+"""Seconds that a step simulates."""
 COMMAND_TIMEOUT = 1.0
 """Seconds for which a command remains in effect."""
 
 
 class Pen(NamedTuple):
-    """The pen that a turtle draws with.
+    """The pen with which a turtle draws.
 
     Attributes:
-        red, green, blue: the pen's colour, 0 to 255.
-        width: the width in pixels, at least 1.
-        off: whether the pen draws nothing.
+        red, green, blue: the pen's colour, each from 0 to 255.
+        width: the line's width in pixels, at least 1.
+        off: whether the pen is off, so that nothing is drawn.
     """
 
     red: int = 179
@@ -37,7 +37,7 @@ class Pen(NamedTuple):
 
 
 class Position(NamedTuple):
-    """A point in the world, in world units."""
+    """A point in the world, in units."""
 
     x: float
     y: float
@@ -45,19 +45,19 @@ class Position(NamedTuple):
 
 @dataclass
 class Turtle:
-    """A turtle.
+    """A turtle's pose, speeds and pen.
 
     Attributes:
         x, y: position in units.
-        theta: heading in radians: 0 is to the right, and angles increase to the left.
-        forward, sideways: speeds along the heading, and at right angles to it, to the left, in units per second.
+        theta: heading in radians: 0 is to the right; angles increase counterclockwise.
+        forward, sideways: speeds in the direction of the heading, and to the left of it, in units per second.
         turning: angular speed in radians per second.
         pen: the turtle's pen.
-        commanded_at: time of the last command in seconds, by the clock used for `step`.
+        commanded_at: time of the last command in seconds, by the same clock as in `step`.
     """
 
-    x: float = SIZE / 2
-    y: float = SIZE / 2
+    x: float = WORLD_SIZE / 2
+    y: float = WORLD_SIZE / 2
     theta: float = 0.0
     forward: float = 0.0
     sideways: float = 0.0
@@ -72,33 +72,35 @@ class Turtle:
 
     @property
     def speed(self) -> float:
-        """The turtle's speed in units per second; never negative."""
+        """The turtle's speed in units per second, regardless of its direction."""
         return hypot(self.forward, self.sideways)
 
     def command(self, forward: float, sideways: float, turning: float, now: float) -> None:
-        """Set the speeds that apply from the next step on; see the attributes."""
+        """Set the speeds that apply from the next step on; ``now`` is the time in seconds."""
         self.forward, self.sideways, self.turning, self.commanded_at = forward, sideways, turning, now
 
     def teleport_absolute(self, x: float, y: float, theta: float) -> None:
-        """Move to a position. If it is outside the walls (never above the upper wall), the next step corrects it."""
-        self.x, self.y, self.theta = x, min(y, SIZE), theta
+        """Move to a pose at once. Outside the walls, the position is corrected at the next step; above them,
+        immediately.
+        """
+        self.x, self.y, self.theta = x, min(y, WORLD_SIZE), theta
 
     def teleport_relative(self, distance: float, angle: float) -> None:
-        """Turn by an angle (radians), then move forward by a distance (units) at once."""
+        """At once, turn by an angle (radians), and then move forward by a distance (units)."""
         self.theta += angle
         self.x += cos(self.theta) * distance
         self.y += sin(self.theta) * distance
 
-    def step(self, now: float, seconds: float = PERIOD) -> Position | None:
-        """Move for a number of seconds: turn first, then move forward.
+    def step(self, now: float, seconds: float = STEP_PERIOD) -> Position | None:
+        """Move for a number of seconds: first turn, then move straight on.
 
         Args:
-            now: the current time in seconds, by the same clock as in `command`, to find out whether the command still
+            now: the current time in seconds, by the same clock as in `command`; it decides whether the command still
                 applies.
-            seconds: duration of the movement.
+            seconds: the movement's duration.
 
         Returns:
-            The position that the turtle would have without walls; None if it did not hit a wall.
+            The position that the turtle would have reached without walls; None if it has not hit a wall.
         """
         if now - self.commanded_at > COMMAND_TIMEOUT:
             self.forward = self.sideways = self.turning = 0.0
@@ -108,10 +110,10 @@ class Turtle:
             self.x + cos(self.theta) * ahead - sin(self.theta) * left,
             self.y + sin(self.theta) * ahead + cos(self.theta) * left,
         )
-        self.x, self.y = min(max(requested.x, 0.0), SIZE), min(max(requested.y, 0.0), SIZE)
+        self.x, self.y = min(max(requested.x, 0.0), WORLD_SIZE), min(max(requested.y, 0.0), WORLD_SIZE)
         return None if requested == self.position else requested
 
 
 def normalize_angle(angle: float) -> float:
-    """Return an equivalent angle from -pi to pi, in radians."""
+    """Return the equivalent angle between -pi and pi, in radians."""
     return angle - 2 * pi * floor((angle + pi) / (2 * pi))

@@ -17,7 +17,7 @@ from pyros1.node import Node
 from pyros1.turtlesim.blocks import render_blocks
 from pyros1.turtlesim.canvas import Canvas
 from pyros1.turtlesim.finding import drawing_topic, find_simulators
-from pyros1.turtlesim.turtle import PIXELS
+from pyros1.turtlesim.turtle import PICTURE_SIZE
 from pyros1.turtlesim.world import BACKGROUND
 
 _FRAMES_PER_SECOND = 10.0
@@ -30,18 +30,18 @@ _CLEAR_LINE, _CLEAR_SCREEN = "\x1b[K", "\x1b[J"
 
 
 class View:
-    """Draws the turtles that a node simulates.
+    """Renders the turtles that a turtlesim_node simulates.
 
     Args:
         node: this program's node.
-        simulator: name of the simulating node; empty for the first one found.
+        simulator: name of the turtlesim_node; empty for the first one found.
     """
 
     def __init__(self, node: Node, simulator: str = "") -> None:
         self._node = node
         self._requested_node = simulator and node.resolve(simulator)
         self._graph = Graph(node.master)
-        self._displayed_node = ""  # the simulating node that is displayed
+        self._displayed_node = ""  # the turtlesim_node whose turtles are displayed; empty for none
         self._poses: dict[str, Any] = {}
         self._subscribers: dict[str, Any] = {}  # topic -> subscriber
         self._pixels = self._blank_pixels = Canvas(BACKGROUND).pixels()
@@ -51,7 +51,7 @@ class View:
         """Return the lines to display now.
 
         Args:
-            columns, rows: available space in characters.
+            columns, rows: the available space in characters.
         """
         if monotonic() - self._refreshed_at >= _REFRESH_PERIOD:
             self._refresh()
@@ -61,14 +61,14 @@ class View:
             return [f"{problem}; to start some: pyros1 run turtlesim turtlesim_node"[:columns]]
         turtles = {one_line(name): (pose.x, pose.y, pose.theta) for name, pose in self._poses.copy().items()}
         positions = ", ".join(f"{name} ({x:.2f}, {y:.2f})" for name, (x, y, _) in turtles.items())
-        picture = render_blocks(self._pixels, PIXELS, PIXELS, turtles, columns, rows - 1)
+        picture = render_blocks(self._pixels, PICTURE_SIZE, PICTURE_SIZE, turtles, columns, rows - 1)
         return [f"{one_line(self._displayed_node)}: {positions}"[:columns], *picture]
 
     def _refresh(self) -> None:
         try:
             simulators = find_simulators(self._graph.published_types(), self._graph.state().publishers)
         except Error:
-            return  # the master is unreachable; the turtles keep moving
+            return  # the master is unreachable: continue with the known turtles
         node = self._requested_node or next(iter(simulators), "")
         turtles = simulators.get(node, {})
         topics: dict[str, tuple[Any, Callable[[Any], object]]] = {
@@ -93,12 +93,14 @@ class View:
         return on_pose
 
     def _on_drawing(self, image: Any) -> None:
-        if (image.encoding, image.width, image.height) == ("rgb8", PIXELS, PIXELS) and len(image.data) == 3 * PIXELS**2:
+        if (image.encoding, image.width, image.height) == ("rgb8", PICTURE_SIZE, PICTURE_SIZE) and len(
+            image.data
+        ) == 3 * PICTURE_SIZE**2:
             self._pixels = image.data
 
 
 def show(view: View, node: Node, out: TextIO) -> None:
-    """Draw in a terminal until the node shuts down, then restore the terminal's previous content."""
+    """Display a view in a terminal until the node shuts down, then restore the terminal's previous content."""
     out.write(_ENTER_SCREEN)
     try:
         rate = node.rate(_FRAMES_PER_SECOND)
@@ -114,10 +116,10 @@ def show(view: View, node: Node, out: TextIO) -> None:
 
 
 def main(argv: list[str]) -> int:
-    """Run the program; return its exit code.
+    """Run turtle_view; return its exit code.
 
     Args:
-        argv: the command line, with the program's name; an optional argument is the name of the simulating node.
+        argv: the command line, with the program's name; its optional argument is the name of a turtlesim_node.
     """
     with Node("turtle_view", argv=argv[1:], anonymous=True) as node:
         if not sys.stdout.isatty():

@@ -1,4 +1,4 @@
-"""The world: the turtles and their drawing."""
+"""The simulated world: the turtles and their drawing (pure)."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from pyros1.ground.errors import Error
 from pyros1.turtlesim.canvas import Canvas, Colour
-from pyros1.turtlesim.turtle import PERIOD, Pen, Position, Turtle
+from pyros1.turtlesim.turtle import STEP_PERIOD, Pen, Position, Turtle
 
 BACKGROUND: Colour = (69, 86, 255)
 MAX_TURTLES = 100
@@ -16,17 +16,17 @@ _MAX_VALUE = 1e9
 
 
 class TurtleError(Error):
-    """An operation on the turtles is not possible; the message says why."""
+    """What was requested of a turtle is not possible; the error message says why."""
 
 
 class StepResult(NamedTuple):
-    """The result of a step for one turtle.
+    """What a step has done to one turtle.
 
     Attributes:
         name: the turtle's name.
-        turtle: a copy of the turtle.
-        colour: the colour below the turtle before it draws its line.
-        requested: the position that the turtle would have without walls; None if it did not hit a wall.
+        turtle: a copy of the turtle after the step.
+        colour: the colour below the turtle, without the line that it draws in this step.
+        requested: the position that the turtle would have reached without walls; None if it has not hit a wall.
     """
 
     name: str
@@ -39,8 +39,8 @@ class World:
     """Turtles on a canvas.
 
     Attributes:
-        turtles: turtles by name, in the order in which they were spawned.
-        canvas: their drawing.
+        turtles: the turtles by name, in the order in which they were spawned.
+        canvas: the turtles' drawing.
     """
 
     def __init__(self) -> None:
@@ -49,14 +49,14 @@ class World:
         self._last_number = 0
 
     def spawn(self, name: str, x: float, y: float, theta: float) -> str:
-        """Add a turtle and return its name.
+        """Add a turtle, and return its name.
 
         Args:
-            name: the turtle's name; if empty, the next unused one of turtle1, turtle2, ...
+            name: the turtle's name; if empty, the next unused name among turtle1, turtle2, ...
             x, y, theta: the turtle's pose in units and radians.
 
         Raises:
-            TurtleError: a turtle has that name already, there are `MAX_TURTLES` turtles, or the pose is not valid.
+            TurtleError: a turtle already has the name, there are `MAX_TURTLES` turtles, or a number is out of range.
         """
         if len(self.turtles) >= MAX_TURTLES:
             raise TurtleError(f"There are {MAX_TURTLES} turtles already")
@@ -76,7 +76,7 @@ class World:
                 return name
 
     def kill(self, name: str) -> None:
-        """Remove a turtle; its drawing stays.
+        """Remove a turtle; what it has drawn stays.
 
         Raises:
             TurtleError: no turtle has this name.
@@ -85,12 +85,12 @@ class World:
             raise TurtleError(f"Tried to kill turtle [{name}], which does not exist")
 
     def reset(self) -> None:
-        """Start again with only turtle1, in the middle. The canvas is not cleared."""
+        """Replace all turtles by a new turtle1 in the middle. The canvas is not cleared."""
         self.turtles = {"turtle1": Turtle()}
         self._last_number = 1
 
     def command(self, name: str, forward: float, sideways: float, turning: float, now: float) -> None:
-        """See `Turtle.command`. Commands to a removed turtle have no effect.
+        """Set a turtle's speeds, see `Turtle.command`. Commands to a removed turtle have no effect.
 
         Raises:
             TurtleError: a speed is out of range.
@@ -100,7 +100,7 @@ class World:
             self.turtles[name].command(forward, sideways, turning, now)
 
     def set_pen(self, name: str, pen: Pen) -> None:
-        """Set a turtle's pen; a pen that is off leaves colour and width unchanged.
+        """Set a turtle's pen. A pen that is off leaves the colour and width unchanged.
 
         Raises:
             TurtleError: no turtle has this name.
@@ -109,10 +109,10 @@ class World:
         turtle.pen = turtle.pen._replace(off=True) if pen.off else pen
 
     def teleport_absolute(self, name: str, x: float, y: float, theta: float) -> None:
-        """See `Turtle.teleport_absolute`; draws a line.
+        """Move a turtle to a pose at once, drawing a line; see `Turtle.teleport_absolute`.
 
         Raises:
-            TurtleError: the pose is not valid, or no turtle has this name.
+            TurtleError: a number is out of range, or no turtle has this name.
         """
         check_range(x=x, y=y, theta=theta)
         turtle = self._get_turtle(name)
@@ -121,7 +121,7 @@ class World:
         self.canvas.draw_line(previous, turtle.position, turtle.pen)
 
     def teleport_relative(self, name: str, distance: float, angle: float) -> None:
-        """See `Turtle.teleport_relative`; draws a line.
+        """Move a turtle by a distance at once, drawing a line; see `Turtle.teleport_relative`.
 
         Raises:
             TurtleError: a number is out of range, or no turtle has this name.
@@ -138,13 +138,13 @@ class World:
         except KeyError:
             raise TurtleError(f"there is no turtle [{name}]") from None
 
-    def step(self, now: float, seconds: float = PERIOD) -> list[StepResult]:
-        """Move all turtles, see `Turtle.step`; return the result for each of them."""
+    def step(self, now: float, seconds: float = STEP_PERIOD) -> list[StepResult]:
+        """Move all turtles, see `Turtle.step`; return the result for each turtle."""
         results = []
         for name, turtle in self.turtles.items():
             previous = turtle.position
             requested = turtle.step(now, seconds)
-            # The colour comes first: a turtle does not see the line that it is drawing.
+            # The colour is read first: a turtle does not see the line that it is drawing.
             results.append(StepResult(name, replace(turtle), self.canvas.colour_at(turtle.position), requested))
             if turtle.position != previous:
                 self.canvas.draw_line(previous, turtle.position, turtle.pen)
@@ -152,7 +152,7 @@ class World:
 
 
 def check_range(**numbers: float) -> None:
-    """Check that all numbers are within the allowed range.
+    """Check that numbers, given by name, are within the allowed range.
 
     Raises:
         TurtleError: a number is out of range.

@@ -1,1 +1,1 @@
-"""Robot descriptions (URDF), and the nodes that publish a robot's joint states and the poses of its links."""
+"""Reads robot descriptions (URDF), and provides the nodes that publish a robot's joint states and its links' poses."""

@@ -1,4 +1,4 @@
-"""Reads a node's robot description, and its other parameters."""
+"""Reads the robot description and other parameters of the nodes that publish a robot's state."""
 
 from __future__ import annotations
 
@@ -14,7 +14,9 @@ DESCRIPTION_PARAMETER = "robot_description"
 
 
 def robot_description(node: Node) -> str:
-    """Return the value of the parameter robot_description, found in the node itself, its namespace, or one above.
+    """Return the robot description: the value of the nearest parameter robot_description.
+
+    The parameter is searched for in the node itself, then in its namespace, and then in the namespaces above.
 
     Raises:
         UrdfError: the parameter is not set, or is not a string.
@@ -32,8 +34,9 @@ def robot_description(node: Node) -> str:
 
 
 def make_parameter_getter(node: Node) -> Any:
-    """Return a function that takes a parameter's name and default, and returns its value from the node itself or its
-    namespace, or the default.
+    """Return a function that takes a parameter's name and default, and returns the parameter's value.
+
+    The function looks in the node itself, then in its namespace; if the parameter is not set, it returns the default.
     """
 
     def get(name: str, default: Any) -> Any:

@@ -1,5 +1,6 @@
-"""joint_state_publisher: publishes the positions of a robot's joints on joint_states
-(https://wiki.ros.org/joint_state_publisher).
+"""joint_state_publisher: publishes a robot's joint states on joint_states.
+
+See https://wiki.ros.org/joint_state_publisher.
 """
 
 from __future__ import annotations
@@ -19,11 +20,11 @@ _QUEUE_SIZE = 100
 
 
 class JointStatePublisher:
-    """Publishes the states of a robot's joints until the node shuts down.
+    """Publishes the states of a robot's joints, and updates them from other topics.
 
     Args:
         node: the node that publishes.
-        states: the states of the joints.
+        states: the joints' states.
     """
 
     def __init__(self, node: Node, states: JointStates) -> None:
@@ -43,18 +44,18 @@ class JointStatePublisher:
             self._states.apply(message.name, message.position, message.velocity, message.effort)
 
     def publish(self) -> None:
-        """Publish the states once."""
+        """Publish the joints' states once."""
         with self._lock:
             self._states.step()
             names, positions, velocities, efforts = self._states.message_fields()
         if not names:
-            return  # as in stock, a robot without movable joints has no states
+            return  # as in stock, nothing is published for a robot without movable joints
         message = JointState(name=names, position=positions, velocity=velocities, effort=efforts)
         message.header.stamp = self._node.now()
         self._publisher.publish(message)
 
     def run(self) -> None:
-        """Publish periodically until the node shuts down."""
+        """Publish the joints' states periodically until the node shuts down."""
         rate = self._node.rate(self._states.options.rate)
         while self._node.ok():
             self.publish()
@@ -62,7 +63,7 @@ class JointStatePublisher:
 
 
 def make_publisher(node: Node) -> JointStatePublisher:
-    """Create the publisher from a node's parameters.
+    """Create a publisher as described by a node's parameters, and log warnings about problems in them.
 
     Raises:
         UrdfError: the description or a parameter is invalid.
@@ -74,7 +75,7 @@ def make_publisher(node: Node) -> JointStatePublisher:
 
 
 def main(argv: list[str]) -> int:
-    """Run the program; return its exit code.
+    """Run joint_state_publisher; return its exit code.
 
     Args:
         argv: the command line, with the program's name.

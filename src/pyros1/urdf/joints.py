@@ -1,4 +1,4 @@
-"""The state of a joint_state_publisher: joints with their limits and positions, and which joint follows which. Pure."""
+"""A robot's joints as published by joint_state_publisher: limits, positions, and which joint follows which (pure)."""
 
 from __future__ import annotations
 
@@ -12,24 +12,24 @@ from pyros1.urdf.model import MOVING_TYPES, Joint, Mimic, Robot, UrdfError, limi
 
 MAX_SOURCE_TOPICS = 100
 SLIDERS_TOPIC = "sliders"
-"""Private topic of the node joint_state_publisher, on which a web page sets the positions of joints."""
+"""Private topic of joint_state_publisher, on which a web page sets the positions of joints."""
 
 
 @dataclass(frozen=True)
 class Options:
-    """Options for publishing joints; the names are those of stock's parameters.
+    """Options for publishing joints, named like stock's parameters.
 
     Attributes:
         rate: messages per second.
-        source_list: topics from which states of joints are taken.
+        source_list: topics from which joint states are taken.
         zeros: joint -> initial position in radians or metres.
-        dependent_joints: joint -> the joint that it follows.
-        use_mimic_tags: whether joints follow other joints as described by mimic tags.
-        use_smallest_joint_limits: whether a safety_controller's limits apply.
-        publish_default_positions, publish_default_velocities, publish_default_efforts: whether such values are
+        dependent_joints: joint -> how it follows another joint.
+        use_mimic_tags: whether joints follow other joints as the description's mimic tags say.
+        use_smallest_joint_limits: whether the limits in safety_controller tags also apply.
+        publish_default_positions, publish_default_velocities, publish_default_efforts: whether default values are
             published before a source provides any.
-        delta: distance by which free joints move before each message, back and forth between their limits; 0 if they
-            do not move.
+        delta: distance, in radians or metres, by which free joints move before each message, back and forth between
+            their limits; 0 if they do not move.
     """
 
     rate: float = 10.0
@@ -45,10 +45,10 @@ class Options:
 
 
 def read_options(get: Callable[[str, Any], Any]) -> Options:
-    """Read options from parameters.
+    """Read the options from parameters.
 
     Args:
-        get: returns the value of a parameter, given its name and default.
+        get: takes a parameter's name and default, and returns its value.
 
     Raises:
         UrdfError: a value has the wrong type; the message names the parameter.
@@ -88,13 +88,13 @@ def read_options(get: Callable[[str, Any], Any]) -> Options:
 
 @dataclass
 class FreeJoint:
-    """A joint that does not follow another joint.
+    """The state of a joint that does not follow another joint.
 
     Attributes:
-        joint: the joint.
-        lower, upper: its limits, in radians or metres. For a continuous joint, half a turn in each direction.
-        zero: its initial and centre position.
-        position, velocity, effort: current values; None for values that are not available.
+        joint: the joint's description.
+        lower, upper: the limits in radians or metres; for a continuous joint, half a turn in each direction.
+        zero: the initial position, at which the joint counts as centred, in radians or metres.
+        position, velocity, effort: the current values; None for values that are not known.
     """
 
     joint: Joint
@@ -107,7 +107,9 @@ class FreeJoint:
     _moves_back: bool = False
 
     def step(self, distance: float) -> None:
-        """Move by ``distance`` in the current direction; at a limit, stop and reverse the direction."""
+        """Move by ``distance`` in the current direction; if this exceeds a limit, stop there and reverse the
+        direction.
+        """
         position = (self.zero if self.position is None else self.position) + (
             -distance if self._moves_back else distance
         )
@@ -118,17 +120,17 @@ class FreeJoint:
 
 
 class JointStates:
-    """The states of a robot's joints.
+    """The states of all movable joints of a robot.
 
     Args:
-        robot: the robot.
+        robot: the robot's description.
         options: how the states are published.
 
     Attributes:
-        names: names of all joints that have a position, in the order of the description.
-        joint_types: types of these joints, by name.
+        names: names of the movable joints, in the order of the description.
+        joint_types: name of a movable joint -> its type.
         free_joints: the joints that do not follow another joint, by name.
-        followers: joint -> how it follows another joint, which is always free.
+        followers: joint -> how it follows a free joint, directly or by way of other joints.
         warnings: problems that do not prevent publishing.
     """
 
@@ -160,8 +162,9 @@ class JointStates:
         velocities: Sequence[float] = (),
         efforts: Sequence[float] = (),
     ) -> None:
-        """Apply a message from a source. Unknown joints, joints that follow other joints, infinite numbers and NaNs are
-        ignored.
+        """Apply the values in a message from a source.
+
+        Unknown joints, joints that follow other joints, and non-finite numbers are ignored.
         """
         for index, name in enumerate(names):
             joint = self.free_joints.get(name)
@@ -175,17 +178,18 @@ class JointStates:
                 joint.effort = efforts[index]
 
     def step(self) -> None:
-        """Move the joints by the option ``delta``."""
+        """Move the free joints by the option ``delta``."""
         if self.options.delta:
             for joint in self.free_joints.values():
                 joint.step(self.options.delta)
 
     def message_fields(self) -> tuple[list[str], list[float], list[float], list[float]]:
-        """Return the names, positions, velocities and efforts of the joints. Each of the last three lists is empty if
-        no joint has such a value.
+        """Return the names, positions, velocities and efforts of all movable joints.
+
+        The positions, velocities or efforts are empty if no joint has such a value.
         """
         free = self.free_joints.values()
-        # As in stock, there are always positions if there are followers.
+        # As in stock, positions are always published if there are followers.
         has_positions = bool(self.followers) or any(each.position is not None for each in free)
         positions = [self._position(name) for name in self.names] if has_positions else []
         has_velocities = any(each.velocity is not None for each in free)
@@ -222,27 +226,27 @@ class JointStates:
         return free_joint
 
 
-def joint_limits(joint: Joint, smallest: bool = True) -> tuple[float, float]:
+def joint_limits(joint: Joint, uses_soft_limits: bool = True) -> tuple[float, float]:
     """Return a joint's range, in radians or metres.
 
     Args:
         joint: a joint whose type is in `MOVING_TYPES`.
-        smallest: whether the limits of a safety_controller apply as well.
+        uses_soft_limits: whether the limits of the joint's safety_controller also apply.
     """
     if joint.type == "continuous" or joint.limit is None:
         return -pi, pi
     limit = joint.limit
     lower, upper = limit.lower, limit.upper
-    if smallest:
+    if uses_soft_limits:
         lower = lower if limit.soft_lower is None else max(lower, limit.soft_lower)
         upper = upper if limit.soft_upper is None else min(upper, limit.soft_upper)
     return lower, max(lower, upper)
 
 
 def _resolve_followers(leaders: Mapping[str, Mimic], warnings: list[str]) -> dict[str, Mimic]:
-    """Return how each following joint follows a free joint, directly or by way of other joints.
+    """Return how each follower follows a free joint, even if it does so by way of other joints.
 
-    If joints follow each other in a cycle, one of them becomes free, and a warning is added to ``warnings``.
+    If joints follow each other in a cycle, one of them becomes free, and a warning is appended to ``warnings``.
     """
     resolved: dict[str, Mimic] = {}
     free: set[str] = set()

@@ -1,4 +1,4 @@
-"""Computes the poses of a robot's links from the positions of its joints. Pure."""
+"""Computes the poses of a robot's links from the positions of its joints (pure)."""
 
 from __future__ import annotations
 
@@ -11,17 +11,16 @@ from pyros1.tf.rotation import IDENTITY, Transform, chain_normalized
 from pyros1.urdf.model import MOVING_TYPES, Joint, Robot, UrdfError
 
 FIXED_TYPES = frozenset({"fixed", "planar"})
-"""Types of joints whose child link is published with a fixed pose, as in stock; of planar joints, only the origin is
-known.
+"""Types of joints whose child is published with a fixed pose, as in stock. Of a planar joint, only the origin is known.
 """
 
 
 class Edge(NamedTuple):
-    """The connection between a moving link and its parent.
+    """The connection between a link that moves and its parent.
 
     Attributes:
         joint: the joint between the two links.
-        pose_at: returns the child's pose in the parent for a position of the joint, in radians or metres.
+        pose_at: takes the joint's position in radians or metres; returns the child's pose in the parent.
     """
 
     joint: Joint
@@ -32,12 +31,12 @@ class Kinematics:
     """The tree of a robot's links.
 
     Args:
-        robot: the robot.
+        robot: the robot's description.
 
     Attributes:
         root: name of the link at the top of the tree.
-        fixed: joint and pose of each link that does not move.
-        moving: the links that move, by the names of their joints.
+        fixed: the joint and the pose of each link that does not move.
+        moving: name of a joint that moves -> the connection between its links.
 
     Raises:
         UrdfError: the links do not form a tree.
@@ -52,10 +51,10 @@ class Kinematics:
         self.moving = {
             joint.name: Edge(joint, make_pose_function(joint)) for joint in joints if joint.type in MOVING_TYPES
         }
-        self._ordered_followers = _ordered_followers(robot)
+        self._ordered_followers = _order_followers(robot)
 
     def add_followers(self, positions: dict[str, float]) -> None:
-        """Add the positions of joints that mimic other joints to ``positions``. Existing positions are not changed.
+        """Add the positions of joints that mimic other joints to ``positions``, unless they are already there.
 
         Args:
             positions: joint -> position in radians or metres.
@@ -66,11 +65,11 @@ class Kinematics:
                 positions[name] = position * multiplier + offset
 
     def transforms(self, positions: Mapping[str, float]) -> dict[str, tuple[str, Transform]]:
-        """Return the poses of links: child -> (parent, transform).
+        """Return the poses of links in their parents: child -> (parent, transform).
 
         Args:
-            positions: joint -> position in radians or metres. The result does not contain moving links whose joint is
-                neither included nor follows an included joint.
+            positions: joint -> position in radians or metres. Links are omitted from the result if their joint's
+                position is neither given nor follows from another joint's.
         """
         all_positions = dict(positions)
         self.add_followers(all_positions)
@@ -82,7 +81,7 @@ class Kinematics:
 
 
 def make_pose_function(joint: Joint) -> Callable[[float], Transform]:
-    """Return a function that returns the child's pose in the parent for a position of the joint.
+    """Return a function that takes a joint's position, and returns the child's pose in the parent.
 
     Args:
         joint: a joint whose type is in `MOVING_TYPES`.
@@ -94,7 +93,7 @@ def make_pose_function(joint: Joint) -> Callable[[float], Transform]:
         return lambda position: (x + dx * position, y + dy * position, z + dz * position, qx, qy, qz, qw)
     if not (ax or ay or az):
         return lambda position: (x, y, z, qx, qy, qz, qw)
-    # The product of the origin's rotation and the axis, as quaternions: the coefficient of the sine.
+    # The product of the origin's rotation and the axis, as quaternions: the coefficients of the sine.
     sx = qw * ax + qy * az - qz * ay
     sy = qw * ay + qz * ax - qx * az
     sz = qw * az + qx * ay - qy * ax
@@ -134,8 +133,8 @@ def _find_root(robot: Robot) -> str:
     return roots[0]
 
 
-def _ordered_followers(robot: Robot) -> list[tuple[str, str, float, float]]:
-    """Return (joint, leader, multiplier, offset) of the joints that mimic other joints, leaders first."""
+def _order_followers(robot: Robot) -> list[tuple[str, str, float, float]]:
+    """Return (joint, leader, multiplier, offset) of each joint that mimics another joint, leaders before followers."""
     ordered: dict[str, tuple[str, str, float, float]] = {}
     for joint in robot.joints.values():
         path = []

@@ -1,4 +1,4 @@
-"""The content of a robot description, as far as it concerns moving links: https://wiki.ros.org/urdf/XML. Pure."""
+"""What a robot description (https://wiki.ros.org/urdf/XML) says about links and joints and how they move (pure)."""
 
 from __future__ import annotations
 
@@ -16,8 +16,9 @@ MAX_WARNINGS = 50
 
 
 class UrdfError(Error):
-    """A robot description, or a parameter of its publishers, is invalid; the message says which part, and often how to
-    fix it.
+    """A robot description or a related parameter is invalid.
+
+    The error message says which part is invalid, and often how to fix it.
     """
 
 
@@ -27,7 +28,7 @@ class Limit:
 
     Attributes:
         lower, upper: the limits.
-        soft_lower, soft_upper: the limits of its safety_controller; None if it has none.
+        soft_lower, soft_upper: the limits of the joint's safety_controller; None if it specifies none.
     """
 
     lower: float = 0.0
@@ -38,7 +39,9 @@ class Limit:
 
 @dataclass(frozen=True)
 class Mimic:
-    """How a joint follows another one: its position is ``multiplier`` times that of ``joint``, plus ``offset``."""
+    """How a joint follows another joint: its position is the position of ``joint``, times ``multiplier``, plus
+    ``offset``.
+    """
 
     joint: str
     multiplier: float = 1.0
@@ -47,16 +50,16 @@ class Mimic:
 
 @dataclass(frozen=True)
 class Joint:
-    """A joint.
+    """A joint, which connects two links.
 
     Attributes:
-        name: its name.
+        name: the joint's name.
         type: one of `JOINT_TYPES`.
-        parent, child: the links that it connects.
+        parent, child: the names of the links that the joint connects.
         origin: the child's pose in the parent at position 0.
         axis: unit vector in the child's frame; (0, 0, 0) for a joint that cannot move.
-        limit: its range; None if no range is specified.
-        mimic: the joint that it follows; None if it does not follow another joint.
+        limit: the joint's range; None if no range is specified.
+        mimic: how the joint follows another joint; None if it does not.
     """
 
     name: str
@@ -71,13 +74,13 @@ class Joint:
 
 @dataclass(frozen=True)
 class Robot:
-    """A robot.
+    """A robot, as described by its links and joints.
 
     Attributes:
-        name: its name.
-        links: names of its links, in the order of the description.
-        joints: its joints by name, in the order of the description.
-        warnings: problems that do not prevent the robot's use.
+        name: the robot's name.
+        links: names of the links, in the order of the description.
+        joints: the joints by name, in the order of the description.
+        warnings: problems in the description that do not prevent its use.
     """
 
     name: str
@@ -87,6 +90,6 @@ class Robot:
 
 
 def limit_warnings(warnings: list[str]) -> list[str]:
-    """Return at most `MAX_WARNINGS` of the warnings, followed by the number of any others."""
+    """Return the first `MAX_WARNINGS` warnings; if there are more, add a line with the number of the others."""
     num_more = len(warnings) - MAX_WARNINGS
     return [*warnings[:MAX_WARNINGS], f"and {num_more} more like these"] if num_more > 0 else warnings

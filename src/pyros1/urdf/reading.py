@@ -1,7 +1,7 @@
-"""Reads robot descriptions (URDF). Pure.
+"""Reads robot descriptions in the URDF format (pure).
 
-Nothing outside the text is accessed, and XML entities are refused (by defusedxml). Elements that do not affect the
-poses of links, such as visual and transmission, are ignored.
+Descriptions are untrusted: nothing outside the text is accessed, and defusedxml rejects XML entities. Elements that do
+not affect the poses of links, such as visual and transmission, are ignored.
 """
 
 from __future__ import annotations
@@ -15,13 +15,13 @@ from pyros1.ground.terminal_text import one_line
 from pyros1.tf.rotation import IDENTITY, Transform, Vector, from_angles
 from pyros1.urdf.model import JOINT_TYPES, MOVING_TYPES, Joint, Limit, Mimic, Robot, UrdfError, limit_warnings
 
-MAX_LENGTH = 64 << 20
-"""Maximum length of a description in characters."""
+MAX_DESCRIPTION_LENGTH = 64 << 20
+"""Maximum number of characters in a description."""
 MAX_JOINTS = 100_000
 _MAX_HINT_NAMES = 1_000
-"""Maximum number of names with which an unknown name is compared, to suggest the intended one."""
+"""Maximum number of names with which an unknown name is compared, to suggest what was meant."""
 _MAX_HINTS = 5
-"""Maximum number of unknown names that are compared if they only cause warnings."""
+"""Maximum number of unknown names for which a name is suggested, if they only cause warnings."""
 _XACRO_NAMESPACE = "{http://www.ros.org/wiki/xacro}"
 
 
@@ -29,7 +29,7 @@ def read_robot(text: str) -> Robot:
     """Read a robot description.
 
     Args:
-        text: the value of the parameter robot_description.
+        text: the URDF: the value of the parameter robot_description.
 
     Raises:
         UrdfError: the text is not URDF, or an element is invalid.
@@ -67,8 +67,8 @@ def _parse(text: str) -> Element:
     from defusedxml.common import DefusedXmlException  # type: ignore[import-untyped] # noqa: PLC0415 - not for --help
     from defusedxml.ElementTree import fromstring  # type: ignore[import-untyped] # noqa: PLC0415
 
-    if len(text) > MAX_LENGTH:
-        raise UrdfError(f"the description has {len(text)} characters, more than {MAX_LENGTH}")
+    if len(text) > MAX_DESCRIPTION_LENGTH:
+        raise UrdfError(f"the description has {len(text)} characters, more than {MAX_DESCRIPTION_LENGTH}")
     try:
         root: Element = fromstring(text)
     except (ParseError, DefusedXmlException, ValueError, LookupError) as error:

@@ -1,5 +1,6 @@
-"""robot_state_publisher: publishes the poses of a robot's links, computed from the positions of its joints
-(https://wiki.ros.org/robot_state_publisher).
+"""robot_state_publisher: publishes the poses of a robot's links, computed from the positions of its joints.
+
+See https://wiki.ros.org/robot_state_publisher.
 """
 
 from __future__ import annotations
@@ -25,24 +26,25 @@ from pyros1.urdf.reading import read_robot
 from pyros1.urdf.tf_encoder import TransformBatch
 
 _QUEUE_SIZE = 100
-_LEAD_TIME = 500_000_000
+_LEAD_TIME_NS = 500_000_000
 """Nanoseconds by which poses of fixed links on /tf are dated ahead, so that they are valid until the next message."""
-_MAX_AGE = 30.0
+_OLD_MESSAGE_AGE = 30.0
 """Age in seconds above which a message is reported as old."""
 _MAX_UNKNOWN_NAMES = 1_000
-"""Maximum number of names in a message in addition to the robot's joints."""
+"""Maximum number of names in a message beyond those of the robot's joints."""
 _MAX_JOINT_SETS = 32
-"""Maximum number of different sets of joints for which the layout of the published message is cached."""
+"""Maximum number of different sets of joints whose encoders are cached."""
 
 
 @dataclass(frozen=True)
 class Settings:
-    """The node's parameters.
+    """The parameters of robot_state_publisher.
 
     Attributes:
-        publish_frequency: maximum number of messages per second for a joint; values below 1 count as 1.
-        ignore_timestamp: whether every message is used, even one that is older than the last or follows it too soon.
-        use_tf_static: whether fixed links are published once, on /tf_static; otherwise repeatedly, on /tf.
+        publish_frequency: maximum number of messages per second with the same joint; values below 1 count as 1.
+        ignore_timestamp: whether every message is used, even if its stamp is earlier than the last one's, or too soon
+            after.
+        use_tf_static: whether fixed links are published only once, on /tf_static; otherwise, repeatedly, on /tf.
         prefix: prefix of frame names; empty for none.
     """
 
@@ -54,12 +56,12 @@ class Settings:
 
 @dataclass(frozen=True)
 class _JointSet:
-    """What is cached for JointState messages with the same joints.
+    """What is cached for JointState messages with the same names of joints.
 
     Attributes:
-        batch: encoder of the message to publish.
-        joints: names of the joints whose links are in that message, in its order.
-        unknown: name of a joint that is not in the description; empty if all joints are.
+        batch: the encoder for the message with the links' poses.
+        joints: names of the joints of these links, in the encoder's order.
+        unknown: one of the names that is not in the description; empty if all are.
     """
 
     batch: TransformBatch
@@ -68,11 +70,11 @@ class _JointSet:
 
 
 class RobotStatePublisher:
-    """Publishes the poses of a robot's links until the node shuts down.
+    """Publishes the poses of a robot's links whenever joint states arrive, until the node shuts down.
 
     Args:
-        node: the node, which subscribes to joint_states.
-        kinematics: the kinematics of the robot.
+        node: the node that subscribes to joint_states and publishes on /tf and /tf_static.
+        kinematics: computes the links' poses.
         settings: the node's parameters.
     """
 
@@ -82,8 +84,8 @@ class RobotStatePublisher:
         self._settings = settings
         self._min_interval = int(1e9 / max(settings.publish_frequency, 1.0))
         self._max_joints = len(kinematics.moving) + len(kinematics.fixed) + _MAX_UNKNOWN_NAMES
-        self._published_stamps: dict[str, int] = {}  # joint -> stamp of the last message used, in nanoseconds
-        self._last_time = 0
+        self._published_stamps: dict[str, int] = {}  # joint -> stamp in nanoseconds of the last message used
+        self._last_received_at = 0
         self._joint_sets: dict[tuple[str, ...], _JointSet] = {}
         self._lock = threading.Lock()
         tf_type = topic_type(TFMessage)
@@ -99,7 +101,8 @@ class RobotStatePublisher:
                 static_publisher.publish(self._fixed_message(0))
             else:
                 node.timer(
-                    self._min_interval / 1e9, lambda event: self._tf_publisher.publish(self._fixed_message(_LEAD_TIME))
+                    self._min_interval / 1e9,
+                    lambda event: self._tf_publisher.publish(self._fixed_message(_LEAD_TIME_NS)),
                 )
         node.subscribe("joint_states", JointState, self._receive, queue_size=_QUEUE_SIZE)
 
@@ -118,11 +121,11 @@ class RobotStatePublisher:
             self._report_invalid(names, positions)
             return
         now, stamp_ns = self._node.now().to_nsec(), stamp.to_nsec()
-        if now < self._last_time:
+        if now < self._last_received_at:
             self._node.log.warn("Moved backwards in time, re-publishing joint transforms!")
             self._published_stamps.clear()
-        self._last_time = now
-        if now - stamp_ns > _MAX_AGE * 1e9:
+        self._last_received_at = now
+        if now - stamp_ns > _OLD_MESSAGE_AGE * 1e9:
             self._node.log.warn("Received JointState is %f seconds old.", (now - stamp_ns) / 1e9, throttle=30)
         published_stamps = self._published_stamps
         last_stamp = min(map(published_stamps.get, names, [0] * len(names)), default=0)
@@ -142,7 +145,7 @@ class RobotStatePublisher:
         if joint_positions:
             self._tf_publisher.publish(AnyMsg(joint_set.batch.encode(stamp.secs, stamp.nsecs, joint_positions)))
         published_stamps.update(dict.fromkeys(names, stamp_ns))
-        if len(published_stamps) > 2 * self._max_joints:  # a sender keeps inventing names
+        if len(published_stamps) > 2 * self._max_joints:  # some node keeps sending new names
             self._published_stamps = {}
 
     def _report_invalid(self, names: Sequence[str], positions: Sequence[float]) -> None:
@@ -176,7 +179,7 @@ class RobotStatePublisher:
 
 
 def frame_name(prefix: str, link: str) -> str:
-    """Return the frame name of a link.
+    """Return the name of a link's frame.
 
     Args:
         prefix: the parameter tf_prefix.
@@ -207,7 +210,7 @@ def _constant_pose(pose: Transform) -> Callable[[float], Transform]:
 
 
 def main(argv: list[str]) -> int:
-    """Run the program; return its exit code.
+    """Run robot_state_publisher; return its exit code.
 
     Args:
         argv: the command line, with the program's name.

@@ -1,6 +1,6 @@
-"""Encodes transforms as tf2_msgs/TFMessage, many times per second. Pure.
+"""Encodes transforms as tf2_msgs/TFMessage, fast enough for many messages per second (pure).
 
-Encoding a message with a hundred joints takes a fifth of the time needed with message objects: the frame names are
+For a hundred joints, this takes a fifth of the time that encoding message objects would take: the frame names are
 always the same, so only times and numbers are written.
 """
 
@@ -14,15 +14,15 @@ from pyros1.tf.rotation import Transform
 _STAMP = struct.Struct("<II")
 _NUMBERS = struct.Struct("<7d")
 _SEQ_SIZE = 4
-"""Size in bytes of the part of a header before the stamp: the sequence number, which is always 0."""
+"""Size in bytes of what precedes the stamp in a header: the sequence number, which is always 0."""
 
 
 class TransformBatch:
-    """A message with the poses of some links.
+    """A message with the poses of several links, encoded repeatedly with different stamps and positions.
 
     Args:
-        edges: for each link, its parent's frame, its own frame, and a function that returns its pose in the parent for
-            a position of the joint.
+        edges: for each link, its parent's frame, its own frame, and a function that takes the joint's position and
+            returns the link's pose in the parent.
     """
 
     def __init__(self, edges: Iterable[tuple[str, str, Callable[[float], Transform]]]) -> None:
@@ -40,11 +40,11 @@ class TransformBatch:
         return len(self._fields)
 
     def encode(self, secs: int, nsecs: int, positions: Sequence[float]) -> bytes:
-        """Encode the message.
+        """Return the encoded message.
 
         Args:
-            secs, nsecs: the stamp of all transforms.
-            positions: the positions of the joints in radians or metres, in the order of the edges.
+            secs, nsecs: the stamp for all transforms.
+            positions: the joints' positions in radians or metres, in the order of the edges.
         """
         body = self._body
         pack_stamp, pack_numbers = _STAMP.pack_into, _NUMBERS.pack_into

@@ -1,1 +1,1 @@
-"""The running robot in a browser: a server for the page and its views."""
+"""Shows the running robot in a browser: the web server, its page, and the data that the page displays."""

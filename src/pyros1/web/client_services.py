@@ -1,4 +1,4 @@
-"""Services that rosbridge clients provide, through the server's node."""
+"""Services that rosbridge clients provide: the server's node advertises them, and passes on their calls."""
 
 from __future__ import annotations
 
@@ -17,11 +17,12 @@ Handler = Callable[[Any], Message]
 
 
 class ClientServices:
-    """The services, by full name. If several clients provide the same one, the last to advertise it gets the calls.
+    """The services that clients provide. If several clients provide the same service, the one that advertised it last
+    gets the calls.
 
-    A client that reconnects thus regains its service, although the server may notice only seconds later that the old
-    connection is dead. Callers do not notice the change. While the master is slow to respond for one service, clients
-    can advertise and unadvertise other services.
+    A client that reconnects thus regains its service at once, although the server may notice only seconds later that
+    the old connection is dead. Callers do not notice when another client takes over a service. While the master is slow
+    to respond to a request about one service, clients can still advertise and unadvertise others.
 
     Args:
         node: returns the server's node.
@@ -29,17 +30,17 @@ class ClientServices:
 
     def __init__(self, node: Callable[[], Node]) -> None:
         self._node = node
-        self._lock = threading.Lock()  # guards the table of locks
-        self._locks: WeakValueDictionary[str, threading.Lock] = WeakValueDictionary()  # of the services being changed
+        self._lock = threading.Lock()  # guards `_locks`
+        self._locks: WeakValueDictionary[str, threading.Lock] = WeakValueDictionary()  # per service being changed
         self._services: dict[str, _Service] = {}
 
     def provide(self, name: str, cls: type[Service], handler: Handler) -> Callable[[], None]:
-        """Provide a service.
+        """Provide a service on behalf of a client.
 
         Args:
             name: the service's full name.
-            cls: the service's type.
-            handler: called with each request, in threads of the node; returns the response.
+            cls: the service type's class.
+            handler: called with each request, in one of the node's threads; returns the response.
 
         Returns:
             A function that stops providing the service, unless another client has taken it over.
@@ -60,12 +61,12 @@ class ClientServices:
         return lambda: self._stop_providing(name, handler)
 
     def _lock_of(self, name: str) -> threading.Lock:
-        """Return the lock of a service, which exists as long as a thread holds it or waits for it."""
+        """Return a service's lock, which exists as long as a thread holds it or waits for it."""
         with self._lock:
             return self._locks.setdefault(name, threading.Lock())
 
     def _is_registered(self, name: str, service: _Service) -> bool:
-        """Return whether the service is registered for the server's node; another node may have taken it over."""
+        """Return whether a service is still registered for the server's node; another node may have taken it over."""
         try:
             return Graph(self._node().master).service_uri(name) == service.server.uri
         except MasterUnreachableError:

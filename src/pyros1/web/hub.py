@@ -1,6 +1,6 @@
 """One subscription per topic, shared by all views of all pages.
 
-A message arrives in a thread of the node, undecoded; a listener that needs its fields decodes it.
+Messages arrive undecoded, in the node's threads; a listener that needs a message's fields decodes it.
 """
 
 from __future__ import annotations
@@ -23,42 +23,42 @@ from pyros1.observe.decoder import Decoder
 from pyros1.web.server.threads import ThreadPool
 
 _MAX_LATCHED = 100
-"""Maximum number of publishers of a topic whose latched messages are kept."""
-MAX_BYTES = 32 << 20
-"""Maximum bytes of a publisher's messages queued for slow listeners, and of a topic's stored latched messages; one
-message of any size is always kept."""
+"""Maximum number of publishers per topic whose latched messages are kept."""
+MAX_KEPT_BYTES = 32 << 20
+"""Maximum total size in bytes of the messages from one publisher that are queued for slow listeners, and of the latched
+messages kept per topic. At least one message is kept, whatever its size."""
 _LINK_GRACE_PERIOD = 1.0
-"""Seconds after the arrival of a message for which its link may not be listed yet: within a process, the message
-arrives first."""
-_MAX_CONCURRENT = 16
-"""Maximum number of concurrent attempts to subscribe; further ones wait."""
+"""Seconds after a message's arrival during which its connection may not be listed yet, if publisher and subscriber are
+in the same process."""
+_MAX_CONCURRENT_SUBSCRIBES = 16
+"""Maximum number of concurrent attempts to subscribe; further attempts wait."""
 _numpy_view = numpy_view(np)
 Listener = Callable[["Arrival"], object]
-"""Called with each message, in a thread of the node. It must be quick and must not raise."""
+"""Called with each message, in one of the node's threads. It must return quickly, and must not raise an error."""
 
 
 class Arrival:
     """A received message.
 
     Attributes:
-        raw: the undecoded message and the header of its connection.
-        time: time of reception in seconds of the node's clock.
-        at: time of reception in seconds of `time.monotonic`.
+        raw: the undecoded message, with the header of its connection.
+        time: time of reception in seconds, by the node's clock.
+        arrived_at: time of reception in seconds, as returned by `time.monotonic`.
     """
 
-    __slots__ = ("_arrays", "_decoder", "_message", "at", "raw", "time")
+    __slots__ = ("_arrays", "_decoder", "_message", "arrived_at", "raw", "time")
 
-    def __init__(self, raw: AnyMsg, time: float, at: float, decoder: Decoder) -> None:
+    def __init__(self, raw: AnyMsg, time: float, arrived_at: float, decoder: Decoder) -> None:
         self.raw = raw
         self.time = time
-        self.at = at
+        self.arrived_at = arrived_at
         self._decoder = decoder
         self._message: Message | None = None
         self._arrays: Message | None = None
 
     @property
     def message_class(self) -> type[Message]:
-        """The class of the message.
+        """The class of the message, made from the definition that the publisher sent.
 
         Raises:
             MessageError: the publisher sent no usable definition.
@@ -88,7 +88,7 @@ class Arrival:
 
     @property
     def arrays(self) -> Message:
-        """The decoded message with numbers in numpy arrays, which need no more memory than the raw bytes.
+        """The decoded message, with arrays of numbers as numpy arrays, which need no more memory than the raw bytes.
 
         Raises:
             MessageError: see `checked_message`.
@@ -106,9 +106,10 @@ class Arrival:
 
 @lru_cache(1_000)
 def _has_installed_fields(cls: type[Message]) -> bool:
-    """Return whether a class has all fields of the class of the same name that is installed here.
+    """Return whether a received class has all fields of the class of the same name that is installed here.
 
-    Checksums cannot show this: they are the same for a message and an array of such messages.
+    Comparing checksums is not enough: they are the same whether a field contains a message or an array of such
+    messages.
     """
     classes = (cls, load_message(cls._type))
     fields, installed = (dict(zip(each.__slots__, each._slot_types, strict=True)) for each in classes)
@@ -121,14 +122,15 @@ def _has_installed_fields(cls: type[Message]) -> bool:
 
 
 class Hub:
-    """The shared subscriptions.
+    """The subscriptions that all views share.
 
     Subscribing may block as long as the master is unreachable, so it is done in other threads.
 
     Args:
-        subscribe: subscribes to the undecoded messages of a topic, and returns a subscriber; may raise Error.
-        now: returns the time of the node's clock in seconds.
-        start: runs a function that may block.
+        subscribe: subscribes a callback to the undecoded messages on a topic, and returns the subscriber; may raise
+            Error.
+        now: returns the time of the node's clock, in seconds.
+        submit: runs a function that may block; None to run it in a pool of threads.
         wait_for_publishers: waits briefly until the registered publishers of a topic are connected; called with the
             topic and the subscriber.
     """
@@ -137,21 +139,23 @@ class Hub:
         self,
         subscribe: Callable[[str, Callable[[AnyMsg], object]], Any],
         now: Callable[[], float],
-        start: Callable[[Callable[[], None]], object] | None = None,
+        submit: Callable[[Callable[[], None]], object] | None = None,
         wait_for_publishers: Callable[[str, Any], object] = lambda topic, subscriber: None,
     ) -> None:
         self._subscribe = subscribe
         self._wait_for_publishers = wait_for_publishers
         self._now = now
-        self._threads = ThreadPool(_MAX_CONCURRENT, "web: subscribes")
-        self._submit = start or self._threads.submit
+        self._threads = ThreadPool(_MAX_CONCURRENT_SUBSCRIBES, "web: subscribes")
+        self._submit = submit or self._threads.submit
         self._lock = threading.Lock()
         self._feeds: dict[str, _Feed] = {}
 
     def listen(
         self, topic: str, listener: Listener, on_ready: Callable[[], object] | None = None
     ) -> Callable[[], None]:
-        """Call a listener with each message of a topic from now on.
+        """Call a listener with each message on a topic from now on.
+
+        If latched messages are available, the listener is called with them immediately, in this thread.
 
         Args:
             topic: the topic's full name.
@@ -159,10 +163,8 @@ class Hub:
             on_ready: called once, from any thread, when the subscription exists and its publishers are connected, or
                 when subscribing has failed.
 
-        If a latched message is available, the listener is called with it immediately, in this thread.
-
         Returns:
-            A function that removes the listener. While it runs, the listener may still be called once.
+            A function that removes the listener. While this function runs, the listener may still be called once.
         """
         with self._lock:
             existing_feed = self._feeds.get(topic)
@@ -206,7 +208,7 @@ class Hub:
 
 
 class _LateListener:
-    """Passes the latched messages to a listener before the messages that arrive in another thread meanwhile.
+    """Passes latched messages to a listener first; messages that arrive meanwhile in other threads have to wait.
 
     Args:
         listener: the listener.
@@ -226,7 +228,7 @@ class _LateListener:
         self._listener(arrival)
 
     def catch_up(self) -> None:
-        """Call the listener with all queued messages; later ones are passed on immediately."""
+        """Call the listener with all queued messages; later messages are passed on immediately."""
         while True:
             with self._lock:
                 if not self._queue:
@@ -252,7 +254,7 @@ class _Feed:
         self._ready_callbacks: list[Callable[[], object]] = []
 
     def set_subscriber(self, subscriber: Any) -> bool:
-        """Store the subscriber, or close it if there are no listeners any more; return whether there are any."""
+        """Store the subscriber and return True; if there are no more listeners, close it and return False."""
         with self._lock:
             if not self._ended:
                 self._subscriber = subscriber
@@ -270,7 +272,7 @@ class _Feed:
         on_ready()
 
     def set_ready(self) -> None:
-        """Record that the subscription exists or has failed."""
+        """Record that the subscription exists or has failed, and call the functions that wait for this."""
         with self._lock:
             self._is_ready = True
             callbacks, self._ready_callbacks = self._ready_callbacks, []
@@ -287,13 +289,15 @@ class _Feed:
         self.set_ready()
 
     def _limit_queue(self) -> None:
-        """Reduce the length of the subscriber's queue if messages are large."""
-        max_messages = MAX_BYTES // max(1, self._largest_size)
+        """Shorten the subscriber's queue if messages are large."""
+        max_messages = MAX_KEPT_BYTES // max(1, self._largest_size)
         if self._subscriber is not None and max_messages < self._subscriber.queue_size:
             self._subscriber.set_queue_size(max(1, max_messages))
 
     def add_listener(self, listener: Listener) -> tuple[object, _LateListener | None]:
-        """Add a listener; return its token, and an object that passes it the latched messages, if there are any."""
+        """Add a listener. Return a token for `remove_listener`, and an object that passes latched messages to the
+        listener if there are any.
+        """
         token = object()
         with self._lock:
             if self._latched and self._subscriber is not None:
@@ -304,7 +308,7 @@ class _Feed:
                     name: arrival
                     for name, arrival in self._latched.items()  # each connection has its own header
                     if any(header is arrival.raw._connection_header for header in headers)
-                    or (name not in publishers and arrival.at > grace_period_start)
+                    or (name not in publishers and arrival.arrived_at > grace_period_start)
                 }
             late_listener = _LateListener(listener, self._latched.values()) if self._latched else None
             self._listeners[token] = late_listener or listener
@@ -312,7 +316,7 @@ class _Feed:
             return token, late_listener
 
     def remove_listener(self, token: object) -> bool:
-        """Remove a listener; return whether it was the last one."""
+        """Remove a listener by its token; return whether it was the last one."""
         with self._lock:
             was_listening = self._listeners.pop(token, None) is not None
             self._listeners_snapshot = None
@@ -337,5 +341,5 @@ class _Feed:
         self._latched.pop(publisher, None)
         self._latched[publisher] = arrival
         size = sum(len(latched.raw._buff) for latched in self._latched.values())
-        while len(self._latched) > _MAX_LATCHED or (size > MAX_BYTES and len(self._latched) > 1):
+        while len(self._latched) > _MAX_LATCHED or (size > MAX_KEPT_BYTES and len(self._latched) > 1):
             size -= len(self._latched.pop(next(iter(self._latched))).raw._buff)

@@ -1,4 +1,4 @@
-"""Links to the page, and the file by which other commands find a running server."""
+"""Links to the page, and the file in which other commands find the link to a running server."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ _LOCK_POLL_PERIOD = 0.05
 
 
 def panel_link(link: str, panel: str, settings: Mapping[str, Any]) -> str:
-    """Return the link to a panel.
+    """Return a link that opens the page with a panel.
 
     Args:
         link: the page's link, with its token.
         panel: the panel's name; empty for the first panel.
-        settings: settings of the panel; see its module in ``page/panels``.
+        settings: the panel's settings, which its module in ``page/panels`` describes.
     """
     if not settings:
         return f"{link}#{panel}" if panel else link
@@ -33,11 +33,11 @@ def panel_link(link: str, panel: str, settings: Mapping[str, Any]) -> str:
 
 
 def layout_link(link: str, name: str, tree: Mapping[str, Any]) -> str:
-    """Return the link to a layout.
+    """Return a link that opens the page with a layout of panels.
 
     Args:
         link: the page's link, with its token.
-        name: name of the layout.
+        name: the layout's name.
         tree: ``{"panel": ..., "settings": {...}}``, or ``{"split": "row" or "column", "sizes": [...], "parts": [...]}``
             of such trees.
     """
@@ -46,15 +46,16 @@ def layout_link(link: str, name: str, tree: Mapping[str, Any]) -> str:
 
 
 def link_file(home: Path, master_uri: str) -> Path:
-    """Return the path of the file that describes the server of a master, in the ROS home folder."""
+    """Return the path of the file, in the ROS home folder, with the link to the server that shows a master's system."""
     uri = master_uri.rstrip("/")
     return home / "pyros1" / f"web-{sha256(uri.encode()).hexdigest()[:16]}.json"
 
 
 @contextlib.contextmanager
 def link_published(file: Path, link: str) -> Iterator[None]:
-    """Publish a server's link in a file while the server runs. Only the server's user can read the file, as it contains
-    the token.
+    """Publish a server's link in a file while the server runs.
+
+    Only the user who runs the server can read the file, since the link contains the token.
     """
     with contextlib.suppress(OSError):  # other commands start their own servers then
         file.parent.mkdir(parents=True, exist_ok=True)
@@ -72,17 +73,17 @@ def link_published(file: Path, link: str) -> Iterator[None]:
 
 @contextlib.contextmanager
 def startup_lock(file: Path) -> Iterator[Callable[[], None]]:
-    """Let one program at a time check for a server and start its own, so that concurrent programs share one server.
+    """Let only one program at a time look for a server and start its own, so that concurrent programs share one server.
 
     Args:
         file: the path from `link_file`.
 
     Yields:
-        A function that releases the lock early; leaving the context does so as well. After a long wait, the program
-        continues without the lock.
+        A function that releases the lock early; otherwise, leaving the context releases it. After a long wait, the
+        program continues without the lock.
     """
     with contextlib.ExitStack() as stack:
-        with contextlib.suppress(OSError, ImportError):  # a folder that is not writable; Windows
+        with contextlib.suppress(OSError, ImportError):  # the folder is not writable; on Windows, there is no fcntl
             import fcntl  # noqa: PLC0415 - Unix only
 
             file.parent.mkdir(parents=True, exist_ok=True)
@@ -99,7 +100,7 @@ def startup_lock(file: Path) -> Iterator[Callable[[], None]]:
 
 
 def running_link(file: Path) -> str | None:
-    """Return the link in the file if the server still responds, else None."""
+    """Return the link from a server's file, or None if the server does not respond."""
     try:
         link = json.loads(file.read_text(encoding="utf-8")[:_MAX_BYTES])["link"]
         base = link.partition("?")[0]

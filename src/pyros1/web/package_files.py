@@ -1,4 +1,4 @@
-"""Reads files of ROS packages by URI: meshes and textures of robots. Nothing outside packages can be accessed."""
+"""Reads files from ROS packages by URI, for robots' meshes and textures. Files outside packages cannot be read."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ MAX_SIZE = 64 << 20
 """Maximum size of a file in bytes."""
 _MAX_URI_LENGTH = 2_000
 _INDEX_MAX_AGE = 10.0
-"""Seconds for which a package that is missing from an index is assumed not to exist."""
+"""Seconds for which a package that is missing from the index is assumed not to exist."""
 _SAFE_OPEN_FLAGS = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)  # Windows has neither
 
 
@@ -26,11 +26,11 @@ class FileError(Error):
 
 
 class PackageFiles:
-    """The files of the ROS packages.
+    """Access to the files in ROS packages.
 
     Args:
-        make_index: creates an index of the packages. When a package is not found, this is called again, since the
-            package may be new; but not too often, since it takes a while.
+        make_index: creates an index of the packages. It is called again when a package is not found, since the package
+            may be new, but not too often, since it takes a while.
         max_size: maximum size of a file in bytes.
         clock: returns the time in seconds.
     """
@@ -52,8 +52,8 @@ class PackageFiles:
         """Return a file's bytes.
 
         Args:
-            uri: ``package://NAME/PATH``, or ``file:///PATH`` of a file in a package that is found by its name. The path
-                must not contain ``..``, nor lead out of the package through a symbolic link.
+            uri: ``package://NAME/PATH``, or ``file:///PATH`` for a file in a package that is found by its name. The
+                path must not contain ``..``, nor lead out of the package through a symbolic link.
 
         Raises:
             FileError: the file does not exist, or may not be read.
@@ -71,13 +71,13 @@ class PackageFiles:
         path = os.path.realpath(os.path.join(os.sep, *parts))
         try:
             folder, name = enclosing_package(Path(path))
-        except (OSError, RuntimeError):  # the latter for circular links
+        except (OSError, RuntimeError):  # RuntimeError: circular links
             raise FileError(f"{uri} cannot be resolved") from None
         try:
             package_folder = os.path.realpath(self._find_package_folder(name))
         except FileError:
             package_folder = ""
-        # A package that another one of the same name shadows counts as missing, like a folder outside packages.
+        # A package that is shadowed by another package of the same name is treated like a folder outside packages.
         if not package_folder or os.path.realpath(folder) != package_folder:
             raise FileError(f"{uri} is not in a package that is found here")
         return path
@@ -100,7 +100,8 @@ class PackageFiles:
 
     def _read_file(self, uri: str, path: str) -> bytes:
         try:
-            # Links were resolved before: a link created meanwhile is not followed. Opening a pipe does not block.
+            # Links have been resolved: a link created since then is not followed. With these flags, opening a pipe does
+            # not block.
             with open(path, "rb", opener=lambda name, flags: os.open(name, flags | _SAFE_OPEN_FLAGS)) as file:
                 file_status = os.fstat(file.fileno())
                 if not stat.S_ISREG(file_status.st_mode):

@@ -1,4 +1,4 @@
-"""The parameters that pages may see."""
+"""Access to the parameters that pages may see."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _HIDDEN = object()
 
 
 class Parameters:
-    """Access to the parameters, where a namespace contains only those that pages may see.
+    """Access to parameters for pages: they see a namespace without the parameters that are hidden from them.
 
     Args:
         master: the master with the parameters.
@@ -52,7 +52,7 @@ class Parameters:
         return value
 
     def has(self, name: str) -> bool:
-        """Return whether a visible parameter is set; a namespace is set if a parameter in it is."""
+        """Return whether a parameter is set that pages may see; a namespace is set if it contains such a parameter."""
         name = _full_name(name)
         if not self._access.topics:
             return self._master.has_param(name)
@@ -62,8 +62,8 @@ class Parameters:
             return False
 
     def names(self) -> list[str]:
-        """Return the full names of all parameters that pages may see, sorted."""
-        return self._access.visible(sorted(self._master.get_param_names()))
+        """Return the sorted full names of all parameters that pages may see."""
+        return self._access.visible_names(sorted(self._master.get_param_names()))
 
     def set(self, name: str, value: Any) -> None:
         """Set a parameter, or replace all parameters in a namespace.
@@ -98,7 +98,7 @@ class Parameters:
         return value if self._access.may_see(name or "/") else _HIDDEN
 
     def _check_all_visible(self, name: str, value: Any = _HIDDEN) -> None:
-        """Check that pages may see all parameters in a value; without a value, all in the current value."""
+        """Check that pages may see all parameters in a value; by default, in the value that is set now."""
         if not self._access.topics:
             return
         if value is _HIDDEN:

@@ -1,4 +1,4 @@
-"""The topics on which pages publish."""
+"""Publishes messages from pages, with one publisher per topic."""
 
 from __future__ import annotations
 
@@ -14,14 +14,15 @@ from pyros1.node import Node
 from pyros1.web.server.wire import RequestError
 
 _CONNECT_TIMEOUT = 2.0
-"""Seconds to wait for subscribers to connect before the first message of a topic."""
+"""Seconds to wait for subscribers to connect before the first message on a topic."""
 IDLE_TIMEOUT, LATCHED_IDLE_TIMEOUT = 120.0, 3600.0
-"""Seconds without messages after which a publisher is closed. Latched messages are kept for later subscribers."""
+"""Seconds without messages after which a publisher is closed. Latched messages are kept longer, for later
+subscribers."""
 MAX_PUBLISHERS = 100
 """Maximum number of topics published at the same time; beyond that, the least recently used publisher is closed."""
 
 
-class _Key(NamedTuple):
+class _PublisherKey(NamedTuple):
     topic: str
     type: str
     md5sum: str
@@ -29,38 +30,38 @@ class _Key(NamedTuple):
 
 
 class Publishing:
-    """The publishers of all pages.
+    """The publishers that all pages share.
 
     Args:
         node: returns the server's node.
-        find: returns the message class of a type, or raises MessageError.
+        find_class: returns the message class with a type's name, or raises MessageError.
         clock: returns the time in seconds.
     """
 
     def __init__(
         self,
         node: Callable[[], Node],
-        find: Callable[[str], type[Message]] = load_message,
+        find_class: Callable[[str], type[Message]] = load_message,
         clock: Callable[[], float] = monotonic,
     ) -> None:
         self._node = node
-        self._find_class = find
+        self._find_class = find_class
         self._clock = clock
         self._lock = threading.Lock()
-        # The publishers and the times of their last use; the least recently used one is first.
-        self._publishers: dict[_Key, tuple[Any, float]] = {}
+        # The publishers and the times of their last use, the least recently used publisher first.
+        self._publishers: dict[_PublisherKey, tuple[Any, float]] = {}
 
     def publish(self, topic: str, type_name: str, value: Any, latch: bool = False) -> int:
         """Publish a message.
 
         Args:
             topic: the topic's full name.
-            type_name: the type, for example ``std_msgs/Float64``.
+            type_name: the message type's name, for example ``std_msgs/Float64``.
             value: the message as JSON; missing fields get default values.
-            latch: whether later subscribers also receive it.
+            latch: whether later subscribers also receive the message.
 
         Returns:
-            The number of subscribers to which it was sent.
+            The number of subscribers to which the message was sent.
 
         Raises:
             MessageError: the type does not exist, or a value does not fit its field.
@@ -76,7 +77,7 @@ class Publishing:
         return connections
 
     def advertise(self, topic: str, type_name: str) -> None:
-        """Let subscribers connect before the first message, which they would otherwise miss.
+        """Create the publisher in advance, so that subscribers connect to it in time to receive the first message.
 
         Raises:
             MessageError: the type does not exist.
@@ -85,7 +86,7 @@ class Publishing:
         self._get_publisher(self._node(), topic, self._find_class(type_name), False)
 
     def _get_publisher(self, node: Node, topic: str, cls: type[Message], latch: bool) -> Any:
-        key = _Key(topic, cls._type, cls._md5sum, latch)
+        key = _PublisherKey(topic, cls._type, cls._md5sum, latch)
         with self._lock:
             existing, _ = self._publishers.pop(key, (None, 0.0))
             if existing is not None:
@@ -105,14 +106,14 @@ class Publishing:
         with self._lock:
             existing, _ = self._publishers.setdefault(key, (publisher, self._clock()))
         if existing is not publisher:
-            publisher.unregister()  # another page was faster
+            publisher.unregister()  # another page has created one meanwhile
             return existing
         # Wait for all subscribers: otherwise only the fastest subscriber would receive the first message.
         publisher.wait_for_subscribers(len(Graph(node.master).state().subscribers.get(topic, ())), _CONNECT_TIMEOUT)
         return publisher
 
     def unadvertise(self, topic: str) -> None:
-        """Stop publishing on a topic."""
+        """Close the publishers on a topic."""
         with self._lock:
             removed = [self._publishers.pop(key) for key in list(self._publishers) if key.topic == topic]
         _unregister_all(removed)
@@ -136,11 +137,11 @@ class Publishing:
 
 
 def _check_type(node: Node, topic: str, type_name: str) -> None:
-    """Reject a type that differs from that of the topic's other nodes: registering it would affect all of them."""
+    """Reject a type if other nodes use another type for the topic: registering it would affect all of them."""
     graph = Graph(node.master)
     state = graph.state()
-    others = {*state.publishers.get(topic, ()), *state.subscribers.get(topic, ())} - {node.name}
-    existing = graph.topic_types().get(topic, "") if others else ""
+    other_nodes = {*state.publishers.get(topic, ()), *state.subscribers.get(topic, ())} - {node.name}
+    existing = graph.topic_types().get(topic, "") if other_nodes else ""
     if existing not in ("", "*", type_name):
         raise RequestError(f"{topic} has the type {existing}, so no subscriber would accept a {type_name}")
 

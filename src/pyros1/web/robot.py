@@ -1,4 +1,4 @@
-"""Access to the robot for the views: the server's node, requests to the master, messages, and the log."""
+"""The views' access to the robot: the server's node, the master, messages, and the log."""
 
 from __future__ import annotations
 
@@ -29,27 +29,27 @@ from pyros1.web.transforms.console import Console
 from pyros1.web.types import Types
 
 RETRY_DELAY = 1.0
-"""Seconds between checks for a master."""
+"""Seconds between attempts to find a master."""
 _MAX_TOPICS_AGE = 0.5
 """Seconds for which the master's list of topics is cached."""
 _SMALL_QUEUE, _MEDIUM_QUEUE, _LARGE_QUEUE = 10, 100, 2_000
-"""Maximum number of messages queued for slow views: of images and clouds, of unknown types, and of other types."""
+"""Maximum number of messages queued for slow views: images and clouds; messages of unknown types; all others."""
 _CONNECT_TIMEOUT = 0.5
-"""Maximum number of seconds to wait until existing publishers are connected."""
+"""Maximum number of seconds to wait for existing publishers to connect."""
 _CALLER_ID = "/pyros1_web"
 
 
 class Robot:
-    """The robot. Waits until a master is running; if the master is lost, continues when it is back.
+    """Access to the robot. There may be no master yet; if the master is lost, access resumes when it is back.
 
     Args:
         master_uri: URI of the master.
         access: the access rules for pages.
-        make_node: creates the server's node; raises MasterUnreachableError immediately if no master responds.
+        make_node: creates the server's node; raises MasterUnreachableError, without waiting, if no master responds.
 
     Attributes:
-        movers: topic -> the view that publishes joint states on it; only one view may do so at a time.
-        on_killed: called from any thread when another program has shut down the server's node.
+        joint_publishers: topic -> the view that publishes joint states on it; only one view may do so at a time.
+        on_killed: called, from any thread, when another program has shut down the server's node.
     """
 
     def __init__(self, master_uri: str, access: Access, make_node: Callable[[], Node]) -> None:
@@ -63,7 +63,7 @@ class Robot:
         self.world = World(self.listen)
         self.files = PackageFiles()
         self.bags = Library(BagFolders(access.bags, access.granted), access.may_see)
-        self.movers: dict[str, object] = {}
+        self.joint_publishers: dict[str, object] = {}
         self.problem = "looking for the master"
         self.on_killed: Callable[[], object] = lambda: None
         self._make_node = make_node
@@ -77,7 +77,7 @@ class Robot:
         self._thread = threading.Thread(target=self._search_for_master, name="web: search for the master", daemon=True)
 
     def start(self) -> None:
-        """Start looking for the master, in a thread."""
+        """Start a thread that looks for the master and then creates the server's node."""
         self._thread.start()
 
     @property
@@ -92,7 +92,7 @@ class Robot:
         return self._node
 
     def wait(self, timeout: float | None = None) -> bool:
-        """Wait for the server's node; return whether it exists.
+        """Wait until the server's node exists; return whether it does.
 
         Args:
             timeout: maximum number of seconds to wait; None for no limit.
@@ -100,7 +100,7 @@ class Robot:
         return self._node_found.wait(timeout)
 
     def listen(self, topic: str, listener: Any, on_ready: Callable[[], object] | None = None) -> Callable[[], None]:
-        """See `Hub.listen`.
+        """Call a listener with each message on a topic; see `Hub.listen`.
 
         Raises:
             RequestError: there is no master yet, or pages may not see the topic.
@@ -108,13 +108,13 @@ class Robot:
         self.check_running()
         try:
             name = self.full_name(topic)
-        except InvalidNameError:  # another node's topic, which delivers no messages
+        except InvalidNameError:  # another node may have advertised such a name; no messages arrive from it
             name = FullName(topic)
         self.check_visible(name)
         return self._hub.listen(name, listener, on_ready)
 
     def full_name(self, name: str) -> FullName:
-        """Return the full form of a name from a client, with the server's remappings applied once.
+        """Return the full form of a name that a client sent, with the server's remappings applied once.
 
         Raises:
             InvalidNameError: the name is invalid.
@@ -125,12 +125,12 @@ class Robot:
     def type_of(self, topic: str, expected_type: str = "") -> str:
         """Return the type of a topic; ``*`` if it is unknown.
 
-        The cached type is used only if it is known and as expected: otherwise, a topic that another client has just
-        advertised would seem to have no type.
+        The cached type is used only if it is known and the expected one. Otherwise, the master is asked again: another
+        client may just have advertised the topic.
 
         Args:
             topic: the topic's full name.
-            expected_type: the expected type; empty for any.
+            expected_type: the expected type; empty if any type will do.
 
         Raises:
             MasterUnreachableError: the master does not respond.
@@ -161,13 +161,13 @@ class Robot:
         """Check that pages may see a topic, service or parameter.
 
         Raises:
-            RequestError: pages may not see it.
+            RequestError: pages may not see the name.
         """
         if not self.access.may_see(name):
             raise RequestError(f"{name} is not among those that this server shows (--topics)")
 
     def clean_up(self) -> None:
-        """Close publishers that have not been used for a while. To be called periodically."""
+        """Close publishers that have not been used for a while. Must be called periodically."""
         self.publishing.clean_up()
 
     def close(self) -> None:
@@ -175,11 +175,11 @@ class Robot:
         self._closed.set()
         self.master.close()
         if self._node is not None:
-            self._node.shutdown()  # first, since threads may be waiting in it
+            self._node.shutdown()  # first, since other threads may be waiting for it
         if self._thread.is_alive():
             self._thread.join(5)
         if self._node is not None:
-            self._node.shutdown()  # it may have been created meanwhile
+            self._node.shutdown()  # in case it was created meanwhile
         self.bags.close()
         self._hub.close()
         self.publishing.close()
@@ -237,7 +237,7 @@ class Robot:
 
 
 class _CachedGraph(Graph):
-    """Caches the list of topics briefly, since many curves may look for their topics."""
+    """Caches the list of topics briefly, since many plotted curves may look up their topics at once."""
 
     def __init__(self, master: MasterClient) -> None:
         super().__init__(master)

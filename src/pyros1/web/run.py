@@ -16,17 +16,17 @@ _SHUTDOWN_TIMEOUT = 10.0
 
 
 def run_server(robot: Robot, access: Access, host: str, port: int, on_started: Callable[[int], object]) -> bool:
-    """Run until SIGINT or SIGTERM (in the main thread only), or until the server's node is requested to shut down.
+    """Run the server until SIGINT or SIGTERM (in the main thread only), or until its node is requested to shut down.
 
     Args:
         robot: the robot; it is started here, and closed at the end.
         access: the access rules.
-        host: name or address of the network interface.
+        host: host name or address of the network interface on which the server listens.
         port: the port; 0 for any free port.
-        on_started: called with the port as soon as pages can connect.
+        on_started: called with the port number as soon as pages can connect.
 
     Returns:
-        Whether the node was requested to shut down.
+        Whether the server's node was requested to shut down.
 
     Raises:
         OSError: the port is not available.
@@ -58,7 +58,7 @@ async def _serve(robot: Robot, access: Access, host: str, port: int, on_started:
         robot.start()
         on_started(next(iter(server.sockets)).getsockname()[1])
         await exit_requested.wait()
-        # Before the pages are closed: closing the robot ends everything that they wait for.
+        # Close the robot before the pages, to end everything that they wait for.
         with contextlib.suppress(asyncio.TimeoutError):
             await asyncio.wait_for(asyncio.to_thread(robot.close), _SHUTDOWN_TIMEOUT)
     return was_killed

@@ -1,4 +1,4 @@
-"""The service calls of a connection; they may take long, and are cancelled when the connection ends."""
+"""Service calls on behalf of a page or client; they may take long, and are cancelled when its connection ends."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from pyros1.node import Node
 from pyros1.web.server.wire import RequestError
 
 MAX_CONCURRENT_CALLS = 16
-"""Maximum number of concurrent service calls of a connection."""
+"""Maximum number of concurrent service calls per connection."""
 
 
 class ServiceExchanges:
-    """The service calls of one connection."""
+    """The running service calls of one page or client."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
@@ -26,7 +26,7 @@ class ServiceExchanges:
         Args:
             node: the calling node.
             name: the service's full name.
-            service_class: the service's type.
+            service_class: the service type's class.
             request: the request.
             timeout: maximum number of seconds to wait for the response.
 
@@ -46,7 +46,7 @@ class ServiceExchanges:
                     self._active_clients.discard(client)
 
     def close(self) -> None:
-        """Cancel all calls."""
+        """Cancel all running calls, and reject further ones."""
         with self._lock:
             self._closed = True
             clients = list(self._active_clients)

@@ -1,6 +1,6 @@
 """The ROS system as reported by the master and the nodes: nodes, topics, services, connections and traffic.
 
-No subscriptions are needed for this: nodes count what they send over each connection (``getBusStats``,
+Measuring the traffic needs no subscriptions: nodes count what they send over each connection (``getBusStats``,
 https://wiki.ros.org/ROS/Slave_API).
 """
 
@@ -21,9 +21,9 @@ from pyros1.ground.terminal_text import untrusted
 from pyros1.web.transforms.rates import Rate, Track
 
 NODE_TIMEOUT = 1.0
-"""Timeout of requests to a node in seconds."""
-_MAX_CONNECTIONS = 100_000
-"""Maximum number of a node's connections for one topic of which the traffic is counted."""
+"""Timeout in seconds for requests to a node."""
+_MAX_COUNTED_CONNECTIONS = 100_000
+"""Maximum number of connections per node and topic whose traffic is counted."""
 
 
 _LENGTH_PREFIX_SIZE = 4
@@ -34,7 +34,7 @@ class Flow(NamedTuple):
     """The number of messages that a node has sent over a connection, and their total size in bytes.
 
     Attributes:
-        connection_id: the node's id of the connection.
+        connection_id: the id that the node has given to the connection.
     """
 
     topic: str
@@ -50,7 +50,7 @@ class _NodeReport(NamedTuple):
 
 
 class System:
-    """Describes the system repeatedly.
+    """Describes the system for pages; rates are computed from changes between descriptions.
 
     Args:
         graph: sends requests to the master.
@@ -71,16 +71,16 @@ class System:
         """Return a description of the system as JSON.
 
         Args:
-            max_age: maximum age in seconds of a description that is reused.
+            max_age: the latest description is returned again if it is not older than this, in seconds.
 
         Returns:
             - nodes: name -> URI; silent: names of nodes that do not respond
-            - topics: name -> type, publishers, subscribers, and hz and bytes per second, which are null while
-              unknown, and missing if no node counts them
+            - topics: name -> type, publishers, subscribers, and the rates hz (messages per second) and bytes (per
+              second), which are null while unknown, and missing if no publisher reports its traffic
             - services: name -> nodes
             - edges: topic, publisher, subscriber, messages per second or null
-            - missing: topic, publisher, subscriber, for connections that should exist, but were missing at the
-              last two checks, as new nodes need a moment
+            - missing: topic, publisher, subscriber of each connection that should exist, but was missing in the last
+              two descriptions; a single time does not count, as new nodes need a moment to connect
 
         Raises:
             MasterUnreachableError: the master does not respond.
@@ -113,9 +113,9 @@ class System:
         reported = actual_edges({name: report.connections for name, report in reports.items()}, self._uris)
         edges = _edges_with_rates(reports, reported, rates)
         topics = {*state.publishers, *state.subscribers}
-        absent = [edge for edge in expected_edges(state) if is_missing_edge(edge, reported)]
-        missing = [list(edge) for edge in absent if edge in self._missing_edges]
-        self._missing_edges = set(absent)
+        currently_missing = [edge for edge in expected_edges(state) if is_missing_edge(edge, reported)]
+        missing = [list(edge) for edge in currently_missing if edge in self._missing_edges]
+        self._missing_edges = set(currently_missing)
         return {
             "nodes": {name: self._uris.get(name, "") for name in nodes},
             "silent": unreachable,
@@ -159,17 +159,17 @@ def _bus_stats(node: NodeApi) -> Any:
     try:
         return node.bus_stats()
     except Error:
-        return None  # roslisp, rosserial and others do not support it
+        return None  # roslisp, rosserial and others do not support getBusStats
 
 
 def flows(stats: Any) -> list[Flow]:
-    """Return the publications in the result of ``getBusStats``, without malformed ones."""
+    """Return the traffic of a node's publications from the result of ``getBusStats``; malformed entries are ignored."""
     result: list[Flow] = []
     publications = stats[0] if isinstance(stats, list) and stats else None
     for entry in publications if isinstance(publications, list) else ():
         match entry:
             case [str(topic), _, list(connections)]:
-                for connection in connections[:_MAX_CONNECTIONS]:
+                for connection in connections[:_MAX_COUNTED_CONNECTIONS]:
                     match connection:
                         case [connection_id, int() | float() as size, int() | float() as count, *_] if (
                             isfinite(size) and isfinite(count)  # numbers too large for XML-RPC are sent as floats
@@ -180,7 +180,7 @@ def flows(stats: Any) -> list[Flow]:
 
 
 _Tracks = dict[tuple[str, Any], Track]
-"""Topic and id of a connection -> its counts."""
+"""(Topic, connection id) -> counts of what was sent over the connection."""
 
 
 def _update_tracks(previous: _Tracks, report: _NodeReport) -> _Tracks:
@@ -195,7 +195,7 @@ def _update_tracks(previous: _Tracks, report: _NodeReport) -> _Tracks:
 
 
 def _rates(tracks: _Tracks) -> dict[str, dict[Any, Rate | None]]:
-    """Return topic -> connection -> rate; None while it is unknown."""
+    """Return topic -> connection id -> rate; None while the rate is unknown."""
     rates: dict[str, dict[Any, Rate | None]] = {}
     for (topic, connection_id), track in tracks.items():
         rates.setdefault(topic, {})[connection_id] = track.rate()
@@ -206,7 +206,7 @@ _Rates = dict[str, dict[str, dict[Any, "Rate | None"]]]
 
 
 def _topic_traffic(topic: str, rates: _Rates) -> dict[str, float | None]:
-    """Return the traffic of a topic. One connection of each publisher counts, since all carry the same messages."""
+    """Return a topic's traffic: the sum of each publisher's fastest connection, as all carry the same messages."""
     publisher_rates = [node_rates[topic].values() for node_rates in rates.values() if node_rates.get(topic)]
     if not publisher_rates:
         return {}
@@ -239,7 +239,7 @@ def _edges_with_rates(
 def _match_rates(
     connections: list[Connection], rate_by_id: Mapping[Any, Rate | None]
 ) -> Iterable[tuple[Connection, Rate | None]]:
-    """Return the connections of a topic with their rates. Some nodes use different ids in the two tables."""
+    """Return a topic's connections with their rates. Some nodes report different ids for connections and rates."""
     if {str(connection.id) for connection in connections} == {str(connection_id) for connection_id in rate_by_id}:
         rate_by_id_text = {str(connection_id): rate for connection_id, rate in rate_by_id.items()}
         return [(connection, rate_by_id_text[str(connection.id)]) for connection in connections]

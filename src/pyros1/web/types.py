@@ -1,4 +1,4 @@
-"""Finds message classes, including those of types that are not installed here, whose publishers send definitions."""
+"""Finds message classes, also for types that are not installed here: their publishers send definitions."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ if TYPE_CHECKING:
 
 _MESSAGE_TIMEOUT = 2.0
 _PACKAGES_MAX_AGE = 5.0
-"""Seconds for which a list of packages is cached."""
-_MAX_LEARNED = 1_000
+"""Seconds for which the list of packages is cached."""
+_MAX_LEARNED_CLASSES = 1_000
 
 
 class Types:
-    """Finds message classes.
+    """Finds message classes, and keeps those learned from publishers.
 
     Args:
         listen: see `pyros1.web.robot.Robot.listen`.
@@ -42,7 +42,7 @@ class Types:
         self._packages_listed_at = float("-inf")
 
     def packages(self) -> list[str]:
-        """Return the names of the installed packages with definitions; they are cached for a few seconds."""
+        """Return the names of the installed packages that define messages; the list is cached for a few seconds."""
         with self._lock:  # listing takes a while, and pages request this at each keystroke
             if monotonic() - self._packages_listed_at >= _PACKAGES_MAX_AGE:
                 self._packages = generated.finder().library.packages()
@@ -50,7 +50,7 @@ class Types:
             return self._packages
 
     def find(self, name: str) -> type[Message]:
-        """Return the class of a type that is installed or was learned.
+        """Return the class of a message type that is installed or was learned by `find_on`.
 
         Raises:
             UnknownTypeError: the type is neither installed nor learned.
@@ -60,10 +60,10 @@ class Types:
         return load_message(name) if learned is None else learned
 
     def find_on(self, topic: str, name: str) -> type[Message]:
-        """Return the class of a type; learn it from a message of a topic if it is not installed.
+        """Return the class of a message type; if it is not installed, learn it from a message on a topic.
 
-        It is learned each time, since another publisher may have another definition. If no message arrives soon, the
-        last learned definition is used.
+        The class is learned anew each time, since another publisher may have another definition. If no message arrives
+        soon, the last learned class is returned.
 
         Raises:
             UnknownTypeError: the type is not installed, and no message has arrived, now or before.
@@ -88,7 +88,7 @@ class Types:
                 unsubscribe()
         if cls._type == name:
             self._learned_classes.pop(name, None)
-            while len(self._learned_classes) >= _MAX_LEARNED:
+            while len(self._learned_classes) >= _MAX_LEARNED_CLASSES:
                 del self._learned_classes[next(iter(self._learned_classes))]
             self._learned_classes[name] = cls
         return cls

@@ -58,13 +58,13 @@ def test_without_folders_nothing_is_seen(bags: Path) -> None:
     assert bag_folders.listing("")["folders"] == []
     for text in (str(bags), "/", "."):
         with pytest.raises(RequestError, match="--bags"):
-            bag_folders.folder(text)
+            bag_folders.find_folder(text)
 
 
 @pytest.mark.parametrize("path", ["../secret.bag", "inner/../../secret.bag", "inner/../../../etc/passwd"])
 def test_dots_do_not_lead_out(bags: Path, path: str) -> None:
     with pytest.raises(RequestError, match="outside"):
-        BagFolders([str(bags)]).file(f"{bags}/{path}")
+        BagFolders([str(bags)]).find_file(f"{bags}/{path}")
 
 
 def test_links_that_lead_out_are_neither_shown_nor_followed(bags: Path, tmp_path: Path) -> None:
@@ -77,23 +77,23 @@ def test_links_that_lead_out_are_neither_shown_nor_followed(bags: Path, tmp_path
     assert [each["name"] for each in listing["folders"]] == ["inner"]
     for name in ("link.bag", "way_out/secret.bag"):
         with pytest.raises(RequestError, match="outside"):
-            bag_folders.file(str(bags / name))
+            bag_folders.find_file(str(bags / name))
     with pytest.raises(RequestError, match="outside"):
-        bag_folders.folder(str(bags / "way_out"))
-    assert bag_folders.file(str(bags / "within.bag")) == bags / "a.bag"
+        bag_folders.find_folder(str(bags / "way_out"))
+    assert bag_folders.find_file(str(bags / "within.bag")) == bags / "a.bag"
 
 
 def test_a_folder_with_a_similar_name_is_outside(bags: Path, tmp_path: Path) -> None:
     (tmp_path / "bags2").mkdir()
     with pytest.raises(RequestError, match="outside"):
-        BagFolders([str(bags)]).folder(str(tmp_path / "bags2"))
+        BagFolders([str(bags)]).find_folder(str(tmp_path / "bags2"))
 
 
 def test_a_file_of_the_command_line_may_be_anywhere(bags: Path, tmp_path: Path) -> None:
     bag_folders = BagFolders([str(tmp_path / "secret.bag")])
-    assert bag_folders.file(str(tmp_path / "secret.bag")) == tmp_path / "secret.bag"
+    assert bag_folders.find_file(str(tmp_path / "secret.bag")) == tmp_path / "secret.bag"
     with pytest.raises(RequestError, match="outside"):
-        bag_folders.file(str(bags / "a.bag"))
+        bag_folders.find_file(str(bags / "a.bag"))
 
 
 def test_only_files_are_opened(bags: Path) -> None:
@@ -106,7 +106,7 @@ def test_only_files_are_opened(bags: Path) -> None:
         ("a\0b", "path|file"),
     ):
         with pytest.raises(RequestError, match=words):
-            bag_folders.file(str(bags / name))
+            bag_folders.find_file(str(bags / name))
     assert "pipe.bag" not in [each["name"] for each in bag_folders.listing("")["files"]]
 
 
@@ -117,12 +117,12 @@ def test_files_that_the_user_names_later(bags: Path, tmp_path: Path) -> None:
     other.write_bytes(b"x")
     for path in (secret, other):
         with pytest.raises(RequestError, match="outside"):
-            bag_folders.file(str(path))
+            bag_folders.find_file(str(path))
     granted.add([str(secret)])
     granted.add([str(other)])
-    assert [bag_folders.file(str(path)) for path in (secret, other)] == [secret, other]
+    assert [bag_folders.find_file(str(path)) for path in (secret, other)] == [secret, other]
     with pytest.raises(RequestError, match="outside"):
-        bag_folders.folder(str(tmp_path))  # nothing is recorded there
+        bag_folders.find_folder(str(tmp_path))  # nothing is recorded there
     granted.clear()
     with pytest.raises(RequestError, match="outside"):
-        bag_folders.file(str(secret))
+        bag_folders.find_file(str(secret))

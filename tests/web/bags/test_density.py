@@ -77,7 +77,7 @@ def test_chunks_within_a_column_are_not_read() -> None:
 
 
 def test_too_many_messages_are_spread(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(density, "MAX_EXACT", 10)
+    monkeypatch.setattr(density, "MAX_EXACT_MESSAGES", 10)
     chunks: Chunks = [{0: list(range(0, 1_000, 10))}]
     looked: list[int] = []
     whole, exact = made(chunks).histogram(0, 1_000, 10, [0], asked(chunks, looked))
@@ -88,7 +88,7 @@ def test_too_many_messages_are_spread(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_of_several_the_small_chunks_are_read(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(density, "MAX_EXACT", 10)
+    monkeypatch.setattr(density, "MAX_EXACT_MESSAGES", 10)
     chunks: Chunks = [{0: list(range(100))}, {1: [5, 95]}]
     looked: list[int] = []
     counts, exact = made(chunks).histogram(0, 100, 10, [0, 1], asked(chunks, looked))

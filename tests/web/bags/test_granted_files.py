@@ -30,7 +30,7 @@ def test_a_bag_that_is_added_again_is_in_the_list_once(tmp_path: Path) -> None:
 
 
 def test_the_list_is_bounded_and_keeps_the_newest(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(granted_module, "MAX_BYTES", 2000)
+    monkeypatch.setattr(granted_module, "MAX_LIST_SIZE", 2000)
     file = tmp_path / "list"
     granted = GrantedFiles(file)
     for number in range(200):
@@ -104,7 +104,7 @@ def test_a_list_that_is_not_to_be_trusted(
     granted = GrantedFiles(file)
     assert bag not in granted
     with pytest.raises(RequestError, match="outside"):
-        BagFolders([], granted).file(str(bag))
+        BagFolders([], granted).find_file(str(bag))
     with pytest.raises(OSError, match=said) as error:
         granted.add([str(bag)])
     assert error.value.filename == str(file)

@@ -61,7 +61,7 @@ def test_calls(busy: Robot, name: str, args: dict[str, Any]) -> None:
         json.loads(wire.result(1, found))
 
 
-@pytest.mark.parametrize("name", sorted(views.NAMES))
+@pytest.mark.parametrize("name", sorted(views.VIEW_NAMES))
 @_quick
 @given(first=_ARGS, second=_ARGS)
 def test_views(busy: Robot, name: str, first: dict[str, Any], second: dict[str, Any]) -> None:

@@ -208,9 +208,9 @@ def test_parameters_that_are_equal_but_not_the_same() -> None:
 
 def test_the_number_of_watched_parameters_is_bounded() -> None:
     one = viewer()
-    names = [f"/p{number}" for number in range(machine.MAX_WATCHED + 5)]
+    names = [f"/p{number}" for number in range(machine.MAX_WATCHED_PARAMETERS + 5)]
     told, warning = read(one.watch(names, ParameterValues({})))
-    assert len(told["parameters"]) == machine.MAX_WATCHED
+    assert len(told["parameters"]) == machine.MAX_WATCHED_PARAMETERS
     assert "at most" in warning["message"]
 
 

@@ -90,7 +90,7 @@ def test_messages_of_several_channels_are_in_the_order_in_which_they_came() -> N
     one, two = outbox.open(), outbox.open()
     for number, ticket in enumerate((one, one, two, one)):
         outbox.put(QueuedMessage(ticket, 0, b"", None, float(number)))
-    assert [(each.ticket, each.at) for each in outbox.take(10**6)] == [(one, 0), (one, 1), (two, 2), (one, 3)]
+    assert [(each.ticket, each.arrived_at) for each in outbox.take(10**6)] == [(one, 0), (one, 1), (two, 2), (one, 3)]
 
 
 def test_a_channel_that_is_closed_is_forgotten() -> None:

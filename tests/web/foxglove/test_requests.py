@@ -62,7 +62,7 @@ def test_each_binary_frame() -> None:
         (text("getParameters", parameterNames=[3]), "strings"),
         (text("getParameters", parameterNames=[], id=3), "id must be a string"),
         (text("fetchAsset", uri=3, requestId=1), "uri must be a string"),
-        ("x" * (requests.MAX_TEXT + 1), "at most"),
+        ("x" * (requests.MAX_TEXT_LENGTH + 1), "at most"),
         (b"", "without an opcode"),
         (b"\x09", "unknown binary frame 09"),
         (b"\x01\x00", "cut off"),

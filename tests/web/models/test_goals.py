@@ -21,7 +21,13 @@ def test_goals_are_collected() -> None:
     goals.add_result(SimpleNamespace(status=status("a", state=3, text="good"), result="r"))
     newest, oldest = goals.all()
     assert (newest.id, newest.stamp, newest.status) == ("b", 2.0, 1)
-    assert (oldest.status, oldest.text, oldest.feedback, oldest.feedbacks, oldest.result) == (3, "good", "f", 1, "r")
+    assert (oldest.status, oldest.text, oldest.feedback, oldest.num_feedbacks, oldest.result) == (
+        3,
+        "good",
+        "f",
+        1,
+        "r",
+    )
 
 
 def test_goals_that_their_server_does_not_know_any_more_are_lost() -> None:

@@ -37,10 +37,10 @@ def test_long_lists_are_cut() -> None:
 
 
 def test_topics_on_which_a_node_takes_positions() -> None:
-    assert joints.sources("/ns/jsp", {"source_list": ["more", "/all", 5, "not legal!"]}) == [
+    assert joints.position_topics("/ns/jsp", {"source_list": ["more", "/all", 5, "not legal!"]}) == [
         *("/ns/jsp/sliders", "/ns/more", "/all"),
     ]
-    assert joints.sources("/jsp", {"source_list": "x"}) == joints.sources("/jsp", 5) == ["/jsp/sliders"]
+    assert joints.position_topics("/jsp", {"source_list": "x"}) == joints.position_topics("/jsp", 5) == ["/jsp/sliders"]
 
 
 def test_parameters_with_another_meaning() -> None:
@@ -53,5 +53,5 @@ def test_parameters_with_another_meaning() -> None:
 )
 def test_positions_are_numbers(value: object) -> None:
     with pytest.raises(RequestError):
-        joints.positions(value)
-    assert joints.positions({"a": 1}) == {"a": 1}
+        joints.check_positions(value)
+    assert joints.check_positions({"a": 1}) == {"a": 1}

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from pyros1.launch.running.control import Report, Status
-from pyros1.web.models.launches import MAX_PROCESSES, cpu_times, describe, describe_exit, log_files, tail
+from pyros1.web.models.launches import MAX_PROCESSES, cpu_times, describe, describe_exit, last_lines, log_files
 
 
 def test_a_launch_is_described() -> None:
@@ -67,10 +67,10 @@ def test_only_logs_in_the_folder_of_logs_are_read(tmp_path: Path) -> None:
 def test_the_end_of_a_long_log(tmp_path: Path) -> None:
     log = tmp_path / "a.log"
     log.write_bytes(b"".join(b"line %d \xff\n" % number for number in range(100_000)))
-    lines = tail(log).split("\n")
+    lines = last_lines(log).split("\n")
     assert lines[-1] == "line 99999 \N{REPLACEMENT CHARACTER}"
     assert len(lines) == 200
     log.write_text("x" * 100_000)
-    assert len(tail(log)) == 32_000
+    assert len(last_lines(log)) == 32_000
     log.write_text("")
-    assert tail(log) == ""
+    assert last_lines(log) == ""

@@ -97,7 +97,7 @@ def test_any_operations(robot: Robot, frames: list[dict[str, Any]]) -> None:
     try:
         done = client.handle(map(json.dumps, frames))
         while not done:
-            client.subscribing.abandon()
+            client.pending_subscriptions.abandon()
             done = client.handle(())
         told, _ = client.take(monotonic())
         assert all(isinstance(frame, (str, bytes)) for frame in told)

@@ -39,7 +39,7 @@ def made(*requests: Subscribe) -> tuple[Outbox, TopicQueue, list[None]]:
 
 def times(outbox: Outbox, now: float) -> tuple[list[float], float | None]:
     _, found, again = outbox.take(now)
-    return [each.at for _, each in found], again
+    return [each.arrived_at for _, each in found], again
 
 
 def test_all_messages_in_order() -> None:
@@ -84,7 +84,7 @@ def test_many_topics_with_large_messages() -> None:
         for number in range(10):
             outbox.put(flow, arrival(number, MAX_BYTES // 4))
     assert sum(flow.size for flow in flows) <= MAX_TOTAL_BYTES + len(flows) * MAX_BYTES // 4
-    assert all(flow.messages[-1].at == 9 for flow in flows)
+    assert all(flow.messages[-1].arrived_at == 9 for flow in flows)
 
 
 def test_throttle() -> None:

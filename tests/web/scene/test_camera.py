@@ -7,7 +7,7 @@ import math
 import pytest
 
 from pyros1.msgs.sensor_msgs.msg import CameraInfo, RegionOfInterest
-from pyros1.web.scene.camera import Camera, info_topic, pinhole
+from pyros1.web.scene.camera import Camera, camera_info_topic, pinhole
 from pyros1.web.scene.shape import ShapeError
 
 K = [525.0, 0.0, 319.5, 0.0, 520.0, 239.5, 0.0, 0.0, 1.0]
@@ -70,6 +70,6 @@ def test_pictures_of_another_size() -> None:
 
 
 def test_where_the_camera_info_of_a_topic_is() -> None:
-    assert info_topic("/camera/image_raw") == "/camera/camera_info"
-    assert info_topic("/image") == "/camera_info"
-    assert info_topic("/camera/image_raw/compressed", compressed=True) == "/camera/camera_info"
+    assert camera_info_topic("/camera/image_raw") == "/camera/camera_info"
+    assert camera_info_topic("/image") == "/camera_info"
+    assert camera_info_topic("/camera/image_raw/compressed", compressed=True) == "/camera/camera_info"

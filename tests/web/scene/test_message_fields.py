@@ -16,7 +16,7 @@ from pyros1.msgs.std_msgs.msg import ColorRGBA
 from pyros1.msgs.visualization_msgs.msg import Marker
 from pyros1.web.scene.markers import Markers
 from pyros1.web.scene.shape import ShapeError
-from pyros1.web.scene.shapes import SHAPES
+from pyros1.web.scene.shapes import SHAPE_FUNCTIONS
 
 pytestmark = pytest.mark.once
 
@@ -60,7 +60,7 @@ def drawn(message: Any) -> Any:
     """Return what a page gets of a message; an error is something else, too."""
     if not isinstance(message, Marker):
         try:
-            return SHAPES[message._type](message)
+            return SHAPE_FUNCTIONS[message._type](message)
         except ShapeError as error:
             return str(error)
     known = Markers()

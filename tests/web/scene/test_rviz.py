@@ -9,7 +9,7 @@ import random
 import pytest
 import yaml
 
-from pyros1.web.scene.rviz.file import MAX_BYTES, RvizFile, RvizFileError, read_rviz
+from pyros1.web.scene.rviz.file import MAX_FILE_SIZE, RvizFile, RvizFileError, read_rviz
 
 pytestmark = pytest.mark.once
 
@@ -147,7 +147,7 @@ def test_views_of_other_kinds() -> None:
         ("a: &a [&b [*a]]", "is not YAML: "),
         ("a: " + "[" * 5000, "is not YAML: "),
         ("\x00", "is not YAML: "),
-        ("#" * (MAX_BYTES + 1), "is longer than "),
+        ("#" * (MAX_FILE_SIZE + 1), "is longer than "),
     ],
 )
 def test_files_that_are_not_rvizs(text: str, why: str) -> None:

@@ -23,7 +23,7 @@ from pyros1.msgs.geometry_msgs.msg import (
 from pyros1.msgs.nav_msgs.msg import GridCells, OccupancyGrid, Path
 from pyros1.msgs.sensor_msgs.msg import JointState, LaserScan, Range, Temperature
 from pyros1.web.scene import shapes
-from pyros1.web.scene.shapes import SHAPES, ShapeError
+from pyros1.web.scene.shapes import SHAPE_FUNCTIONS, ShapeError
 
 
 def test_a_scan_with_holes() -> None:
@@ -92,12 +92,12 @@ def test_any_path(poses: list[tuple[float, ...]]) -> None:
     assert len(numbers) == 7 * facts["count"] and np.isfinite(numbers).all()
 
 
-@pytest.mark.parametrize("kind", sorted(SHAPES))
+@pytest.mark.parametrize("kind", sorted(SHAPE_FUNCTIONS))
 def test_default_messages_of_every_type(kind: str) -> None:
     from pyros1.msgs import load_message
 
     try:
-        facts, blob = SHAPES[kind](load_message(kind)())
+        facts, blob = SHAPE_FUNCTIONS[kind](load_message(kind)())
     except ShapeError:
         assert kind == "sensor_msgs/PointCloud2"  # without fields
     else:
@@ -145,7 +145,7 @@ def test_numbers_with_units() -> None:
     wrench.wrench.force.z, wrench.wrench.torque.x = 2.0, float("nan")
     facts, _ = shapes.wrench(wrench)
     assert (facts["straight"], facts["around"], facts["units"]) == ([0, 0, 2.0], [None, 0, 0], ["N", "N m"])
-    facts, _ = SHAPES["sensor_msgs/Temperature"](Temperature(temperature=21.5))
+    facts, _ = SHAPE_FUNCTIONS["sensor_msgs/Temperature"](Temperature(temperature=21.5))
     assert (facts["value"], facts["unit"]) == (21.5, "\u00b0C")
 
 
@@ -158,9 +158,9 @@ def test_of_too_many_cells_some_are_left_out(monkeypatch: pytest.MonkeyPatch) ->
 
 def test_efforts_that_are_known() -> None:
     message = JointState(name=["a", "b", "c", "without"], effort=[1.5, math.nan, -2.0])
-    assert SHAPES["sensor_msgs/JointState"](message) == (
+    assert SHAPE_FUNCTIONS["sensor_msgs/JointState"](message) == (
         {"kind": "efforts", "names": ["a", "c"], "efforts": [1.5, -2]},
         b"",
     )
     many = JointState(name=["j"] * 1500, effort=[1.0] * 1500)
-    assert len(SHAPES["sensor_msgs/JointState"](many)[0]["names"]) == 1000
+    assert len(SHAPE_FUNCTIONS["sensor_msgs/JointState"](many)[0]["names"]) == 1000

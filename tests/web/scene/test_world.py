@@ -11,7 +11,7 @@ import pytest
 from pyros1 import Time
 from pyros1.msgs.geometry_msgs.msg import TransformStamped
 from pyros1.web.scene import world as module
-from pyros1.web.scene.world import IDENTITY, World
+from pyros1.web.scene.world import IDENTITY_POSE, World
 from pyros1.web.server.wire import RequestError
 
 
@@ -70,7 +70,7 @@ def test_poses(topics: Topics, world: World) -> None:
     pose = world.pose("map", "laser")
     assert pose is not None
     assert pose[:3] == pytest.approx([2.0, 1.0, 0.0])
-    assert world.pose("/map", "/map") == IDENTITY
+    assert world.pose("/map", "/map") == IDENTITY_POSE
     assert world.pose("map", "elsewhere") is None
     assert len(heard) == 2
     end()

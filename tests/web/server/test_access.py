@@ -81,4 +81,7 @@ def test_too_many_parts_of_a_query_are_refused() -> None:
 def test_topics() -> None:
     assert Access().may_see("/anything")
     access = Access(topics=("/camera/*", "/tf"))
-    assert access.visible(["/camera/image", "/camera", "/tf", "/tf_static", "/secret"]) == ["/camera/image", "/tf"]
+    assert access.visible_names(["/camera/image", "/camera", "/tf", "/tf_static", "/secret"]) == [
+        "/camera/image",
+        "/tf",
+    ]

@@ -48,7 +48,7 @@ class Counter(View):
 @pytest.fixture
 def session(monkeypatch: pytest.MonkeyPatch) -> Session:
     Counter.made = []
-    monkeypatch.setattr(views, "NAMES", frozenset({"counter"}))
+    monkeypatch.setattr(views, "VIEW_NAMES", frozenset({"counter"}))
     monkeypatch.setattr(views, "view_class", lambda name: Counter)
     return Session(None, lambda: None)  # type: ignore[arg-type]  # these views need no robot
 

@@ -94,7 +94,7 @@ def test_lanes_take_turns() -> None:
 
 
 def test_threads_without_work_end_and_others_are_made() -> None:
-    threads = ThreadPool(5, "idle test", idle=0.01)
+    threads = ThreadPool(5, "idle test", idle_timeout=0.01)
 
     def count() -> int:
         return sum(thread.name.startswith("idle test") for thread in threading.enumerate())

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 
-from pyros1.web.server.waiting import Pending, wait_for_event, wait_until_done
+from pyros1.web.server.waiting import PendingOperations, wait_for_event, wait_until_done
 
 
 def test_the_event_or_the_time_ends_it() -> None:
@@ -42,7 +42,7 @@ def test_a_cancellation_counts_whenever_it_comes() -> None:
 
 def test_it_is_over_when_all_is_done() -> None:
     woken: list[bool] = []
-    pending = Pending(lambda: woken.append(bool(pending)))
+    pending = PendingOperations(lambda: woken.append(bool(pending)))
     assert not pending
     one, two = pending.begin(), pending.begin()
     two()
@@ -53,7 +53,7 @@ def test_it_is_over_when_all_is_done() -> None:
 
 
 def test_what_was_given_up_is_waited_for_no_longer() -> None:
-    pending = Pending(lambda: None)
+    pending = PendingOperations(lambda: None)
     late = pending.begin()
     pending.abandon()
     assert not pending
@@ -65,7 +65,7 @@ def test_what_was_given_up_is_waited_for_no_longer() -> None:
 def test_waiting_for_the_end_has_an_end() -> None:
     async def main() -> None:
         event = asyncio.Event()
-        pending = Pending(event.set)
+        pending = PendingOperations(event.set)
         await wait_until_done(pending, event, 100)
         done = pending.begin()
         asyncio.get_running_loop().call_later(0.01, done)

@@ -53,7 +53,7 @@ def test_requests(text: str, request_: wire.Request) -> None:
         '{"open": "x", "stream": 1, "args": []}',
         "[" * 100_000,
         '{"call": "x", "id": 1, "args": ' + '{"a":' * 5000 + "1" + "}" * 5000 + "}",
-        " " * (wire.MAX_REQUEST + 1),
+        " " * (wire.MAX_REQUEST_LENGTH + 1),
     ],
 )
 def test_what_is_no_request_is_refused(text: str | bytes) -> None:

@@ -44,7 +44,7 @@ def test_the_rate_of_pictures_is_that_of_now(robot: Robot, monkeypatch: pytest.M
         for number in range(50):
             now = start + number / 10
             raw = SimpleNamespace(_buff=b"", _connection_header={"type": "sensor_msgs/Image"})
-            arrived[0](SimpleNamespace(raw=raw, checked_message=message, at=now))
+            arrived[0](SimpleNamespace(raw=raw, checked_message=message, arrived_at=now))
         push = view.poll()
         assert push is not None
         rates.append(round(push.data["hz"], 6))
@@ -64,7 +64,7 @@ def test_a_page_of_an_earlier_run_gets_the_whole_log(watch: Callable[..., Any], 
     for text in ("one", "two"):
         robot.console.add(Log(name="/node", level=2, msg=text))
     run = watch("console", after=0, run="").until(lambda data: len(data["entries"]) == 2)["run"]
-    assert run == robot.console.run
+    assert run == robot.console.run_id
     data = watch("console", after=1, run=run).until(lambda data: data["entries"])
     assert [entry.text for entry in data["entries"]] == ["two"]
     data = watch("console", after=1, run="of yesterday").until(lambda data: data["entries"])

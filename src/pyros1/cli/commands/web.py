@@ -267,11 +267,11 @@ def _scene_settings(invocation: Invocation, options: Any, args: list[str]) -> di
     default_file = os.path.expanduser(DEFAULT_RVIZ_FILE) if options.program == "rviz" else ""
     settings: dict[str, Any] = {}
     if file := given_file or (default_file if os.path.isfile(default_file) else ""):
-        from pyros1.web.scene.rviz.file import MAX_BYTES, RvizFileError, read_rviz  # noqa: PLC0415
+        from pyros1.web.scene.rviz.file import MAX_FILE_SIZE, RvizFileError, read_rviz  # noqa: PLC0415
 
         try:
             with open(file, "rb") as stream:
-                text = stream.read(MAX_BYTES + 1).decode(errors="replace")
+                text = stream.read(MAX_FILE_SIZE + 1).decode(errors="replace")
             settings, notes = read_rviz(text, invocation.resolve)
             lines = [f"{one_line(file)}: {note}" for note in notes]
         except OSError as error:

@@ -1,1 +1,1 @@
-"""Bags on a page: access to files, their contents, playback and recording."""
+"""Bags on a page: finding and reading bag files, playing and recording."""

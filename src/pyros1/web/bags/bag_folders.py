@@ -1,4 +1,4 @@
-"""The folders whose bags pages may see. Paths are resolved first, so that no symbolic link can lead out of them."""
+"""The folders whose bags pages may see. Paths are resolved first: no symbolic link can lead out of these folders."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ from typing import Any
 from pyros1.ground.terminal_text import untrusted
 from pyros1.web.server.wire import RequestError
 
-SUFFIXES = (".bag", ".bag.active")
-_MAX_SCANNED = 20_000
-"""Maximum number of inspected entries per folder."""
-_MAX_LISTED = 2_000
+BAG_SUFFIXES = (".bag", ".bag.active")
+_MAX_SCANNED_ENTRIES = 20_000
+"""Maximum number of entries inspected per folder."""
+_MAX_LISTED_ENTRIES = 2_000
 
 
 class BagFolders:
     """The folders and files that pages may see.
 
     Args:
-        roots: paths of folders and single files; missing ones are ignored.
-        also_allowed: further allowed files; more may be added later.
+        roots: paths of folders and of single files; paths that do not exist are ignored.
+        also_allowed: further files that pages may see; files may be added to it later.
     """
 
     def __init__(self, roots: Iterable[str], also_allowed: Container[Path] = ()) -> None:
@@ -32,8 +32,8 @@ class BagFolders:
         self.folders = list(dict.fromkeys(path for path in paths if path.is_dir()))
         self._files = {path for path in paths if path.is_file()}
 
-    def file(self, raw_path: str) -> Path:
-        """Return the path of a bag.
+    def find_file(self, raw_path: str) -> Path:
+        """Return the resolved path of a bag that pages may see.
 
         Raises:
             RequestError: the file does not exist, or pages may not see it.
@@ -52,8 +52,8 @@ class BagFolders:
             raise RequestError(f"{_for_display(raw_path)} is not a file")
         return path
 
-    def folder(self, raw_path: str) -> Path:
-        """Return the path of a folder.
+    def find_folder(self, raw_path: str) -> Path:
+        """Return the resolved path of a folder that pages may see.
 
         Raises:
             RequestError: the folder does not exist, or pages may not see it.
@@ -69,39 +69,43 @@ class BagFolders:
         """Return the contents of a folder, for a page.
 
         Args:
-            raw_path: the folder's path; if it is empty, the contents of the only folder are returned, or a list of the
-                folders if there are several.
+            raw_path: the folder's path; if it is empty, the contents of the only visible folder are returned, or a list
+                of the visible folders if there are several.
 
         Returns:
             ``{"folder", "up", "folders": [{"name", "path"}], "files": [{"name", "path", "size", "time"}], "more",
-            "writable"}``. ``up`` is the path of the parent folder, or null for the topmost folder; ``more``: whether
-            entries are omitted because there are too many. Names that are not UTF-8 are always omitted.
+            "writable"}``. ``up`` is the path of the parent folder, or null for the topmost folder; ``more`` says
+            whether entries are omitted because there are too many. Names that are not UTF-8 are always omitted.
 
         Raises:
-            RequestError: see `folder`.
+            RequestError: see `find_folder`.
         """
         if not raw_path:
             if len(self.folders) != 1:
                 roots = [{"name": str(path), "path": str(path)} for path in self.folders]
                 return {"folder": "", "up": None, "folders": roots, "files": [], "more": False, "writable": False}
             raw_path = str(self.folders[0])
-        folder = self.folder(raw_path)
+        folder = self.find_folder(raw_path)
         folders: list[dict[str, Any]] = []
         files: list[dict[str, Any]] = []
         try:
             with os.scandir(folder) as entries:
-                scanned = list(islice(entries, _MAX_SCANNED + 1))
+                scanned = list(islice(entries, _MAX_SCANNED_ENTRIES + 1))
         except OSError as error:
             raise RequestError(f"{_for_display(raw_path)}: {error.strerror}") from None
-        for entry in sorted(scanned[:_MAX_SCANNED], key=lambda entry: entry.name.lower()):
+        for entry in sorted(scanned[:_MAX_SCANNED_ENTRIES], key=lambda entry: entry.name.lower()):
             self._add_entry(entry, folders, files)
-        has_more = len(scanned) > _MAX_SCANNED or len(folders) > _MAX_LISTED or len(files) > _MAX_LISTED
-        up = str(folder.parent) if self._is_inside(folder.parent) else "" if len(self.folders) > 1 else None
+        has_more = (
+            len(scanned) > _MAX_SCANNED_ENTRIES
+            or len(folders) > _MAX_LISTED_ENTRIES
+            or len(files) > _MAX_LISTED_ENTRIES
+        )
+        parent_path = str(folder.parent) if self._is_inside(folder.parent) else "" if len(self.folders) > 1 else None
         return {
             "folder": str(folder),
-            "up": up,
-            "folders": folders[:_MAX_LISTED],
-            "files": files[:_MAX_LISTED],
+            "up": parent_path,
+            "folders": folders[:_MAX_LISTED_ENTRIES],
+            "files": files[:_MAX_LISTED_ENTRIES],
             "more": has_more,
             "writable": os.access(folder, os.W_OK | os.X_OK),
         }
@@ -114,13 +118,13 @@ class BagFolders:
                 return
             if entry.is_dir():
                 folders.append({"name": entry.name, "path": entry.path})
-            elif entry.name.endswith(SUFFIXES) and entry.is_file():
+            elif entry.name.endswith(BAG_SUFFIXES) and entry.is_file():
                 file_status = entry.stat()
                 files.append(
                     {"name": entry.name, "path": entry.path, "size": file_status.st_size, "time": file_status.st_mtime}
                 )
         except OSError:
-            return  # it was deleted, or cannot be accessed
+            return  # the entry was deleted, or cannot be accessed
 
     def _is_inside(self, path: Path) -> bool:
         return any(path == folder or folder in path.parents for folder in self.folders)

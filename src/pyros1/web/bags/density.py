@@ -1,8 +1,8 @@
-"""Counts a bag's messages per column of a timeline, from the index of its chunks (pure).
+"""Counts a bag's messages per column of a timeline, using the bag's index of chunks (pure).
 
-The index contains the start and end of each chunk, and its number of messages per topic. That is good enough if a chunk
-covers one or two columns: no message is displayed more than one column away. For longer chunks, the exact times of
-their messages are requested if there are few; otherwise the messages are spread evenly.
+The index contains each chunk's start, end, and number of messages per topic. That is enough for a chunk that covers one
+or two columns: no message is displayed more than one column away from its own. For a longer chunk, the exact times of
+its messages are requested if there are few of them; otherwise, the messages are spread evenly.
 """
 
 from __future__ import annotations
@@ -13,18 +13,18 @@ from collections.abc import Callable, Iterable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-MAX_EXACT = 500_000
+MAX_EXACT_MESSAGES = 500_000
 """Maximum number of messages whose exact times are requested per histogram."""
 ReadTimes = Callable[[int], Iterable[tuple[int, "NDArray[np.int64]"]]]
-"""Takes a chunk's number; returns, for each row, its number and the times of its messages in nanoseconds."""
+"""Takes a chunk's number; returns, for each row, the row's number and the times of its messages in nanoseconds."""
 
 
 class Density:
     """The distribution of a bag's messages over time.
 
     Args:
-        chunks: the first and last time of each chunk in nanoseconds, and its numbers of messages, as pairs of row and
-        number.
+        chunks: for each chunk, its first and last time in nanoseconds, and pairs of a row and the row's number of
+            messages.
     """
 
     def __init__(self, chunks: Iterable[tuple[int, int, Iterable[tuple[int, int]]]]) -> None:
@@ -51,19 +51,20 @@ class Density:
         """Return the number of messages in each column.
 
         Args:
-            begin: the time at the left edge, in nanoseconds.
+            begin: the time at the left edge of the timeline, in nanoseconds.
             end: the time at the right edge, later than `begin`.
             columns: number of columns.
-            rows: the rows to count.
+            rows: the rows whose messages are counted.
             read_times: returns the exact times of a chunk's messages.
             max_chunks: maximum number of chunks for which `read_times` is called.
 
         Returns:
-            An array of shape (rows, columns), and whether all messages are counted at most one column away from their
+            An array of shape (rows, columns), and whether every message is counted at most one column away from its
             own.
         """
         grid = np.zeros((len(rows), columns + 1), np.float64)
-        grid_row = np.full(int(max(self._rows, default=0)) + 2, -1, np.int64)  # the last entry is for row -1: no row
+        # The last entry is for row -1, which means no row.
+        grid_row = np.full(int(max(self._rows, default=0)) + 2, -1, np.int64)
         for index, row in enumerate(rows):
             if 0 <= row < len(grid_row) - 1:
                 grid_row[row] = index
@@ -87,9 +88,9 @@ class Density:
         return totals.astype(np.float32), len(exact_chunks) == len(wide_chunks)
 
     def _select_exact_chunks(self, wide_chunks: NDArray[np.int64]) -> NDArray[np.int64]:
-        """Return the chunks whose exact times are requested: the smallest ones, as many as `MAX_EXACT` allows."""
+        """Return the chunks whose exact times are requested: the smallest, up to `MAX_EXACT_MESSAGES` in total."""
         order = wide_chunks[np.argsort(self._totals[wide_chunks], kind="stable")]
-        return order[np.cumsum(self._totals[order]) <= MAX_EXACT]
+        return order[np.cumsum(self._totals[order]) <= MAX_EXACT_MESSAGES]
 
     def _spread_evenly(
         self,
@@ -99,14 +100,16 @@ class Density:
         last: NDArray[np.int64],
         entries: NDArray[np.int64],
     ) -> None:
-        """Spread each entry's messages evenly over its columns: add them in its first, subtract them after its last."""
+        """Spread each entry's messages evenly over its columns: add them at the first, and subtract them after the
+        last.
+        """
         columns = grid.shape[1] - 1
         starts, ends = first[self._chunks[entries]], last[self._chunks[entries]]
-        per_column = self._counts[entries] / (ends - starts + 1)
-        flat = grid.reshape(-1)
+        messages_per_column = self._counts[entries] / (ends - starts + 1)
+        flat_grid = grid.reshape(-1)
         left, right = np.maximum(starts, 0), np.minimum(ends, columns - 1) + 1
-        flat += np.bincount(grid_rows * (columns + 1) + left, per_column, flat.size)
-        flat -= np.bincount(grid_rows * (columns + 1) + right, per_column, flat.size)
+        flat_grid += np.bincount(grid_rows * (columns + 1) + left, messages_per_column, flat_grid.size)
+        flat_grid -= np.bincount(grid_rows * (columns + 1) + right, messages_per_column, flat_grid.size)
         np.cumsum(grid, axis=1, out=grid)
         np.round(grid, 6, out=grid)
         np.maximum(grid, 0, out=grid)

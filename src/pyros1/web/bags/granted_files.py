@@ -1,7 +1,7 @@
-"""Bags that the user of a running server has named in a terminal: pages may open them wherever they are stored.
+"""Bags that the user who runs the server has named in a terminal: pages may open them wherever they are stored.
 
-The command in the terminal writes their paths into a file next to the file with the server's link (see
-`pyros1.web.links`). Only that user can read and write this list. Access to a bag thus depends on the user's rights on
+The command in the terminal writes the bags' paths into a file next to the file with the server's link (see
+`pyros1.web.links`). Only that user can read or write this file. Access to a bag thus depends on the user's rights on
 this machine, not on the token, which other people may have.
 """
 
@@ -16,28 +16,28 @@ import tempfile
 from collections.abc import Iterable
 from pathlib import Path
 
-MAX_BYTES = 1 << 20
+MAX_LIST_SIZE = 1 << 20
 """Maximum size of the list in bytes; beyond that, the oldest paths are dropped."""
 _GROUP_OR_OTHERS = 0o077
 """Permission bits of the file's group and of all other users."""
 
 
 class GrantedFiles:
-    """The list of bags that pages may open wherever they are stored.
+    """The list of bags that pages may open wherever they are stored, kept in a file.
 
     Args:
-        file: path of the file that contains the list, with one path per line, as JSON.
+        file: path of the file, which contains one path per line as a JSON string.
     """
 
     def __init__(self, file: Path) -> None:
         self._file = file
 
     def add(self, paths: Iterable[str]) -> None:
-        """Add bags to the list. Only one program may do so at a time.
+        """Add bags to the list. Only one program at a time may call this.
 
         Raises:
-            OSError: the file cannot be written; or it exists, but cannot be trusted, since it is a link, belongs to
-                another user, or other users may read or write it.
+            OSError: the file cannot be written, or too many bags are added at once; or the file exists, but cannot be
+                trusted, since it is a link, belongs to another user, or other users may read or write it.
         """
         new_lines = dict.fromkeys(json.dumps(os.path.realpath(path)) for path in paths)
         self._file.parent.mkdir(parents=True, exist_ok=True)
@@ -46,7 +46,7 @@ class GrantedFiles:
         except FileNotFoundError:
             existing = []
         lines = [*(line for line in dict.fromkeys(existing) if line not in new_lines), *new_lines]
-        bytes_left, first = MAX_BYTES, len(lines)
+        bytes_left, first = MAX_LIST_SIZE, len(lines)
         while first and (bytes_left := bytes_left - len(lines[first - 1]) - 1) >= 0:
             first -= 1
         if len(lines) - first < len(new_lines):
@@ -54,7 +54,7 @@ class GrantedFiles:
         self._replace_file("".join(f"{line}\n" for line in lines[first:]))
 
     def __contains__(self, path: object) -> bool:
-        """Return whether a path is in the list; symbolic links in it must have been resolved."""
+        """Return whether the list contains a path, in which symbolic links must have been resolved."""
         try:
             return json.dumps(str(path)) in self._read_lines()
         except (OSError, ValueError):
@@ -66,10 +66,11 @@ class GrantedFiles:
             self._file.unlink()
 
     def _read_lines(self) -> list[str]:
-        """Return the lines of the file. Raises OSError, including when the file cannot be trusted."""
+        """Return the file's lines. Raises OSError if the file cannot be read, or cannot be trusted."""
         if self._file.is_symlink():
             raise self._permission_error("is a symbolic link")
-        flags = os.O_RDONLY | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)  # opening a pipe would block
+        # With O_NONBLOCK, opening a pipe does not block.
+        flags = os.O_RDONLY | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)
         with open(os.open(self._file, flags), "rb") as file:
             file_status = os.fstat(file.fileno())
             if not stat.S_ISREG(file_status.st_mode):
@@ -81,17 +82,16 @@ class GrantedFiles:
                     raise self._permission_error(
                         f"can be read or written by other users (mode {stat.S_IMODE(file_status.st_mode):o})"
                     )
-            text = file.read(MAX_BYTES).decode("ascii", errors="replace")
+            text = file.read(MAX_LIST_SIZE).decode("ascii", errors="replace")
         return [line for line in text.split("\n")[:-1] if line and line.isascii()]  # the last line may be cut off
 
     def _permission_error(self, reason: str) -> OSError:
         return PermissionError(errno.EPERM, f"the list of bags {reason}: remove it", str(self._file))
 
     def _replace_file(self, text: str) -> None:
-        """Replace the file atomically, since the server may read it at any time."""
-        descriptor, temporary = tempfile.mkstemp(
-            prefix=f"{self._file.name}.", dir=self._file.parent
-        )  # accessible to this user only
+        """Replace the file's contents atomically, since the server may read it at any time."""
+        # The temporary file is accessible to this user only.
+        descriptor, temporary = tempfile.mkstemp(prefix=f"{self._file.name}.", dir=self._file.parent)
         try:
             with open(descriptor, "w", encoding="ascii") as file:
                 file.write(text)

@@ -1,4 +1,4 @@
-"""The open bags, which pages share, and the current recording."""
+"""The open bags, which all pages share, and the current recording."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ if TYPE_CHECKING:
     from pyros1.web.bags.open_bag import OpenBag
     from pyros1.web.bags.recording import Recording
 
-MAX_OPEN = 16
+MAX_OPEN_BAGS = 16
 """Maximum number of bags open at the same time."""
-MAX_JOBS = 3
-"""Maximum number of bags read completely at the same time, for plots; further requests wait."""
+MAX_COMPLETE_READS = 3
+"""Maximum number of bags that are read completely at the same time, for plots; further plots wait."""
 
 
 _FileKey = tuple[Path, int, int]
-"""Path, device and inode of a file: while a bag is open, another file may replace it at its path."""
+"""A file's path, device and inode: while a bag is open, another file may replace it at the same path."""
 
 
 class _Entry:
@@ -33,32 +33,32 @@ class _Entry:
 
 
 class Library:
-    """Keeps track of the open bags and of the recording.
+    """Keeps track of open bags and of the recording.
 
     Args:
         bag_folders: the folders that pages may see.
         may_see: returns whether pages may see a topic.
 
     Attributes:
-        jobs: semaphore that a thread acquires while it reads a whole bag.
-        recording: the current or the last recording; None if there was none.
+        read_slots: semaphore that a thread must hold while it reads a whole bag.
+        recording: the current or last recording; None if there was none.
     """
 
     def __init__(self, bag_folders: BagFolders, may_see: Callable[[str], bool]) -> None:
         self.bag_folders = bag_folders
-        self.jobs = threading.BoundedSemaphore(MAX_JOBS)
+        self.read_slots = threading.BoundedSemaphore(MAX_COMPLETE_READS)
         self.recording: Recording | None = None
         self._may_see = may_see
         self._lock = threading.Lock()
         self._entries: dict[_FileKey, _Entry] = {}
 
     def open(self, raw_path: str, progress: Callable[[int], object]) -> OpenBag:
-        """Open a bag, or return it if it is already open. Call `release` once for each call.
+        """Open a bag, or return it if it is already open. Each call must be matched by one call of `release`.
 
         Args:
             raw_path: the bag's path, as sent by the page.
-            progress: called with the number of bytes read, while a bag without an index is scanned; may raise an error
-                to stop the scan.
+            progress: called with the number of bytes read so far while a bag without an index is scanned; may raise an
+                error to stop the scan.
 
         Raises:
             RequestError: pages may not see the bag, or too many bags are open.
@@ -68,8 +68,8 @@ class Library:
         with self._lock:
             entry = self._entries.get(key)
             if entry is None:
-                if len(self._entries) >= MAX_OPEN:
-                    raise RequestError(f"{MAX_OPEN} bags are open: close one of them first")
+                if len(self._entries) >= MAX_OPEN_BAGS:
+                    raise RequestError(f"{MAX_OPEN_BAGS} bags are open: close one of them first")
                 entry = self._entries[key] = _Entry()
             entry.num_users += 1
         try:
@@ -84,7 +84,7 @@ class Library:
             raise
 
     def borrow(self, raw_path: str) -> OpenBag:
-        """Return a bag that is already open; it stays open at least until `release` is called.
+        """Return a bag that is already open, and keep it open until `release` is called.
 
         Raises:
             RequestError: the bag is not open.
@@ -99,7 +99,7 @@ class Library:
             return entry.bag
 
     def release(self, bag: OpenBag) -> None:
-        """Release a bag; it is closed when everything that opened or borrowed it has released it."""
+        """Release an opened or borrowed bag. It is closed when it has been released as often as opened and borrowed."""
         with self._lock:
             key = next((key for key, entry in self._entries.items() if entry.bag is bag), None)
         if key is not None:
@@ -115,7 +115,7 @@ class Library:
             RequestError: a recording is running.
         """
         with self._lock:
-            if self.recording is not None and self.recording.running:
+            if self.recording is not None and self.recording.is_running:
                 raise RequestError("a recording is running: stop it first")
             self.recording = begin()
 
@@ -130,10 +130,10 @@ class Library:
                 entry.bag.close()
 
     def _file_key(self, raw_path: str) -> _FileKey:
-        path = self.bag_folders.file(raw_path)
+        path = self.bag_folders.find_file(raw_path)
         try:
             file_status = path.stat()
-        except OSError as error:  # it was just deleted
+        except OSError as error:  # the file was just deleted
             raise RequestError(f"{untrusted(str(path))}: {error.strerror}") from None
         return path, file_status.st_dev, file_status.st_ino
 

@@ -1,4 +1,4 @@
-"""An open bag: one reader, shared by all pages."""
+"""An open bag, with one reader that all pages share."""
 
 from __future__ import annotations
 
@@ -25,26 +25,26 @@ from pyros1.web.bags.density import Density
 from pyros1.web.server.wire import RequestError
 
 MAX_TOPICS = 5_000
-"""Maximum number of topics of a bag that are displayed."""
-IMAGES = ("sensor_msgs/Image", "sensor_msgs/CompressedImage")
+"""Maximum number of topics displayed per bag."""
+IMAGE_TYPES = ("sensor_msgs/Image", "sensor_msgs/CompressedImage")
 _MAX_CACHED_BYTES = 64 << 20
 """Maximum size of the cached chunks in bytes, so that small movements of the cursor need no reading."""
 _MAX_CACHED_TIMES = 4_000_000
-"""Maximum number of cached message times, 8 bytes each."""
+"""Maximum number of cached message times, of 8 bytes each."""
 _MAX_DISPLAYED_DAMAGES = 5
 _MAX_CHUNKS_READ = 200
-"""Maximum number of chunks whose index is read per call, which takes up to 0.3 s."""
+"""Maximum number of chunks whose index is read for one histogram, which takes up to 0.3 s."""
 _MAX_CHUNKS_UNPACKED = 20
-"""The same for bags without an index, whose chunks must be decompressed."""
+"""Like `_MAX_CHUNKS_READ`, but for bags without an index, whose chunks must be decompressed."""
 
 
 @dataclass(frozen=True)
 class BagTopic:
-    """A topic of a bag.
+    """A topic in a bag.
 
     Attributes:
-        name: the name as recorded.
-        type: the type of the messages.
+        name: the topic's name as recorded.
+        type: the messages' type.
         count: number of messages.
         publishers: number of recorded connections, usually one per publisher.
     """
@@ -56,13 +56,13 @@ class BagTopic:
 
 
 class OpenBag:
-    """An open bag.
+    """An open bag, as pages see it.
 
     Args:
         path: path of the file.
-        may_see: returns whether pages may see a topic; called with its name, with a leading slash.
-        progress: called with the number of bytes read, while a bag without an index is scanned; it may raise an error
-            to stop the scan.
+        may_see: returns whether pages may see a topic; called with the topic's name, with a leading slash.
+        progress: called with the number of bytes read so far while a bag without an index is scanned; may raise an
+            error to stop the scan.
 
     Attributes:
         bag: the bag's thread-safe reader.
@@ -152,7 +152,7 @@ class OpenBag:
                     "type": untrusted(topic.type),
                     "count": topic.count,
                     "publishers": topic.publishers,
-                    "image": topic.type in IMAGES,
+                    "image": topic.type in IMAGE_TYPES,
                 }
                 for topic in topics
             ],
@@ -165,24 +165,32 @@ class OpenBag:
         return [topic.name for name in names if (topic := self.topic(name)) is not None]
 
     def topic(self, name: str) -> BagTopic | None:
-        """Return a topic by its name, with or without the leading slash; None if there is none."""
+        """Return the topic with a name, in which the leading slash may be missing or superfluous; None if there is
+        none.
+        """
         other_form = name[1:] if name.startswith("/") else f"/{name}"
         return self.topics.get(name) or self.topics.get(other_form)
 
     def histogram(self, begin: float, end: float, columns: int, topics: list[str]) -> tuple[NDArray[np.float32], bool]:
-        """Count the messages per column; see `Density.histogram`. Times are in seconds since the bag's start."""
+        """Return the numbers of messages per column; see `Density.histogram`. Times are in seconds since the start."""
         first = self.nanoseconds(begin)
         last = max(first + columns, self.nanoseconds(end))
         rows = [self._row_by_topic[name] for name in topics]
         max_chunks = _MAX_CHUNKS_UNPACKED if self.bag.reader.scanned else _MAX_CHUNKS_READ
         return self._density.histogram(first, last, columns, rows, self._chunk_times, max_chunks)
 
-    def at(self, time: float, topics: Collection[str]) -> dict[str, BagMessage]:
-        """Return the last message of each topic at or before a time in seconds since the bag's start."""
+    def messages_at(self, time: float, topics: Collection[str]) -> dict[str, BagMessage]:
+        """Return topic -> its last message at or before a time in seconds since the bag's start."""
         return self.bag.at(Time.from_nsec(max(0, self.nanoseconds(time))), topics) if topics else {}
 
     def adjacent_time(self, time: float, topics: Collection[str], forward: bool) -> float | None:
-        """Return the time of the message after or before a time, on any of some topics; None if there is none."""
+        """Return the time of the next or the previous message on any of the topics; None if there is no such message.
+
+        Args:
+            time: the time from which to search; like the result, in seconds since the bag's start.
+            topics: the recorded names of the topics.
+            forward: whether to search for the next message instead of the previous one.
+        """
         nanoseconds = self.nanoseconds(time)
         ids = self.bag.reader.ids(topics)
         if forward:
@@ -195,7 +203,9 @@ class OpenBag:
         return max((self.seconds(message.time.to_nsec()) for message in previous.values()), default=None)
 
     def find_topic(self, text: str) -> tuple[str, str, str] | None:
-        """Split ``/topic/field`` into topic, type and field path; also find topics recorded without a leading slash."""
+        """Split ``/topic/field`` into the topic's recorded name, its type, and the field path; None if there is no
+        topic.
+        """
         parts = text.split("/")
         for size in range(len(parts), 0, -1):
             topic = self.topic("/".join(parts[:size]))
@@ -223,7 +233,7 @@ class OpenBag:
         return dict(sorted(topics.items()))
 
     def _chunk_times(self, number: int) -> Iterable[tuple[int, NDArray[np.int64]]]:
-        """Return the times of a chunk's messages by row, from its index; see `Density.histogram`."""
+        """Return a chunk's row numbers, each with the times of its messages; see `ReadTimes`."""
         with self._lock:
             times_by_row = self._cached_times.get(number)
             if times_by_row is not None:
@@ -254,7 +264,7 @@ class OpenBag:
 
 
 class _CachingReader(BagReader):
-    """Caches the most recently read chunks, up to a number of bytes."""
+    """Caches the most recently used chunks, up to `_MAX_CACHED_BYTES`."""
 
     def __init__(self, *args: Any, **options: Any) -> None:
         self._cache: OrderedDict[int, tuple[bytes, Messages]] = OrderedDict()

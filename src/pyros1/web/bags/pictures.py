@@ -1,4 +1,4 @@
-"""Thumbnails of recorded images."""
+"""Makes thumbnails of recorded images."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from pyros1.bag.export.extras import import_extra
 from pyros1.ground.errors import Error, MessageError
 from pyros1.web.transforms.picture_size import MAX_PIXELS
 
-_QUALITY = 80
+_JPEG_QUALITY = 80
 
 
 def thumbnail(message: Any, height: int) -> tuple[bytes, int, int]:
-    """Return an image as a small JPEG file, and its original width and height.
+    """Return a thumbnail of an image as a JPEG file, and the image's original width and height.
 
     Args:
         message: a sensor_msgs/Image or sensor_msgs/CompressedImage.
@@ -32,9 +32,9 @@ def thumbnail(message: Any, height: int) -> tuple[bytes, int, int]:
     original_size = getattr(image, "original_size", image.size)
     factor = min(1.0, height / image.size[1])
     size = max(1, round(image.size[0] * factor)), max(1, round(image.size[1] * factor))
-    small = image.resize(size) if size != image.size else image
+    scaled = image.resize(size) if size != image.size else image
     file = BytesIO()
-    (small if small.mode in ("L", "RGB") else small.convert("RGB")).save(file, "JPEG", quality=_QUALITY)
+    (scaled if scaled.mode in ("L", "RGB") else scaled.convert("RGB")).save(file, "JPEG", quality=_JPEG_QUALITY)
     return file.getvalue(), original_size[0], original_size[1]
 
 

@@ -1,4 +1,4 @@
-"""Publishes the messages of a bag in the running ROS system; each seek creates a new player."""
+"""Plays a bag in the running ROS system. Each jump to another time creates a new player."""
 
 from __future__ import annotations
 
@@ -22,16 +22,16 @@ _MIN_LOOP_SECONDS = 0.1
 """Minimum duration of a loop iteration in seconds, however short the bag is."""
 _MAX_UNPLAYABLE = 20
 CLOCK_RATE = 100.0
-"""Number of messages per second on /clock."""
+"""Messages per second on /clock."""
 
 
 @dataclass(frozen=True)
 class PlaybackSettings:
-    """The settings of a playback.
+    """How a page plays a bag.
 
     Attributes:
         rate: the speed factor; 2 plays twice as fast as recorded.
-        loop: whether to start again at the end.
+        loop: whether to start again from the beginning when the end is reached.
         paused: whether playback is paused.
         clock: whether to publish /clock.
         topics: the topics to publish.
@@ -48,11 +48,11 @@ class Playback:
     """Plays a bag in a thread.
 
     Args:
-        node: the publishing node, which is not closed here.
+        node: the node that publishes; it is not shut down here.
         bag: the bag, which must stay open until `close` returns.
         settings: the initial settings.
         start: where to start, in seconds since the bag's start.
-        on_change: called from the thread after each change to `status`.
+        on_change: called from the thread after each change to the result of `status`.
     """
 
     def __init__(
@@ -65,9 +65,9 @@ class Playback:
         self._on_change = on_change
         self._lock = threading.Lock()
         self._control: Control | None = None
-        self._restart_requested = False  # whether to play again from self._time
+        self._restart_requested = False  # whether playing must restart, at self._time
         self._closed = False
-        self._resume_event = threading.Event()  # ends the wait at the end of the bag
+        self._resume_event = threading.Event()  # wakes the thread that waits at the end of the bag
         self._state = "paused" if settings.paused else "running"
         self._problem = ""
         self._num_dropped = 0
@@ -76,22 +76,22 @@ class Playback:
         self._thread.start()
 
     def change(self, settings: PlaybackSettings, start: float | None) -> None:
-        """Change the settings; continue from `start`, or from the current time if it is None."""
+        """Change the settings, and continue from `start` (seconds since the bag's start); None for the current time."""
         with self._lock:
-            old, self._settings = self._settings, settings
+            old_settings, self._settings = self._settings, settings
             if start is not None:
                 self._time = start
-            if start is not None or replace(old, paused=settings.paused, loop=settings.loop) != settings:
+            if start is not None or replace(old_settings, paused=settings.paused, loop=settings.loop) != settings:
                 self._restart_requested = True
                 if self._control is not None:
                     self._control.end()
             elif self._control is not None:
                 self._control.set_paused(settings.paused)
-            if self._restart_requested or old.paused != settings.paused:
+            if self._restart_requested or old_settings.paused != settings.paused:
                 self._resume_event.set()
 
     def status(self) -> dict[str, Any]:
-        """Return the state of playback for a page; the time is in seconds since the bag's start."""
+        """Return the playback's state for a page; its time is in seconds since the bag's start."""
         with self._lock:
             unplayable = dict(list(self._unplayable.items())[:_MAX_UNPLAYABLE])
             return {
@@ -103,7 +103,7 @@ class Playback:
             }
 
     def close(self) -> None:
-        """Stop, and wait for the thread to end."""
+        """Stop playing, and wait for the thread to end."""
         with self._lock:
             self._closed = True
             if self._control is not None:
@@ -120,7 +120,7 @@ class Playback:
                 player = self._play(player)
             except (Error, OSError) as error:
                 player, problem = None, str(error)
-            except Exception as error:  # noqa: BLE001 - a bug, which the page should report
+            except Exception as error:  # noqa: BLE001 - a bug, which the page should display
                 player, problem = None, f"internal server error: {error!r:.500}"
             with self._lock:
                 self._problem = problem
@@ -138,12 +138,15 @@ class Playback:
             self._resume_event.wait()  # ends on a change, or on `close`
             with self._lock:
                 if not self._restart_requested and not self._closed:
-                    self._time = 0.0  # resuming at the end means starting again
+                    self._time = 0.0  # resuming at the end of the bag means starting again
         if player is not None:
             player.close()
 
     def _play(self, previous: Player | None) -> Player:
-        """Play until the end of the bag or a change. The previous player is closed as soon as the new one is ready."""
+        """Play until the end of the bag or a change; return the player.
+
+        The previous player is closed as soon as the new player exists.
+        """
         with self._lock:
             settings, start, self._restart_requested = self._settings, self._time, False
             control = self._control = Control(settings.paused)

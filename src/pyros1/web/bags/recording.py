@@ -1,4 +1,4 @@
-"""A recording started by a page. It continues without the page, until a page stops it or the server exits."""
+"""A recording started by a page. It continues when the page is closed, until a page stops it or the server exits."""
 
 from __future__ import annotations
 
@@ -32,15 +32,15 @@ class Recording:
     """A recording that runs in a thread.
 
     Args:
-        node: the subscribing node, which is not closed here.
+        node: the node that subscribes; it is not shut down here.
         folder: the folder in which the file is created.
-        prefix: the beginning of the file's name, before the date; may be empty.
-        topics: full names of the topics; None for all, including those that appear later.
+        prefix: the beginning of the file's name, in front of the date; may be empty.
+        topics: full names of the topics; None for all topics, including those that appear later.
         compression: one of `COMPRESSIONS`.
         may_see: returns whether a topic may be recorded.
 
     Attributes:
-        running: whether the recording is running.
+        is_running: whether the recording is running.
 
     Raises:
         RequestError: the name or the compression is invalid, or the file cannot be created.
@@ -61,7 +61,7 @@ class Recording:
             )
         if compression not in COMPRESSIONS:
             raise RequestError(f"the compression must be one of {', '.join(COMPRESSIONS)}")
-        self.running = True
+        self.is_running = True
         self._may_see = may_see
         self._warning = ""
         self._path = ""
@@ -90,22 +90,22 @@ class Recording:
         self._thread.join()
 
     def status(self) -> dict[str, Any]:
-        """Return the state of the recording for a page.
+        """Return the recording's state for a page.
 
-        Rates are averages since an earlier call, at least a second ago; null if there is none.
+        Rates are averages since an earlier call, at least a second ago; they are null if there was none.
         """
         with self._lock:
             now = monotonic()
             elapsed = now - self._measured_at
-            if elapsed >= _POLL_PERIOD or not self.running:
+            if elapsed >= _POLL_PERIOD or not self.is_running:
                 self._measured_at, self._topic_rows = now, self._make_topic_rows(elapsed)
             elif len(self._topic_rows) < len(self._recorder.topics):
                 self._topic_rows = self._make_topic_rows(0.0)
             error = self._recorder.error
             return {
-                "running": self.running,
+                "running": self.is_running,
                 "path": untrusted(self._path),
-                "seconds": round(now - self._started_at if self.running else self._duration, 1),
+                "seconds": round(now - self._started_at if self.is_running else self._duration, 1),
                 "bytes": self._recorder.size,
                 "messages": sum(topic.written for topic in list(self._recorder.topics.values())),
                 "topics": self._topic_rows[:_MAX_TOPICS],
@@ -121,7 +121,7 @@ class Recording:
             if elapsed:
                 self._last_counts[topic.name] = (topic.messages, topic.bytes)
             messages, size = previous or (0, 0)
-            has_rate = self.running and elapsed and previous is not None
+            has_rate = self.is_running and elapsed and previous is not None
             rows.append(
                 {
                     "name": topic.name,
@@ -142,7 +142,7 @@ class Recording:
                         self._recorder.subscribe(name)
                 self._stop_event.wait(_POLL_PERIOD)
         except NodeShutdownError:
-            pass  # the server exits
+            pass  # the server is exiting
         except Error as error:
             self._warning = str(error)
         for topic in list(self._recorder.topics.values()):
@@ -150,7 +150,7 @@ class Recording:
                 topic.subscriber.unregister()
         self._recorder.close()
         self._duration = monotonic() - self._started_at
-        self.running = False
+        self.is_running = False
 
     def _on_opened(self, path: str) -> None:
         self._path = path
@@ -161,7 +161,7 @@ class Recording:
 
 @dataclass(frozen=True)
 class _FileNamesInFolder(FileNames):
-    """Generates file names in a folder."""
+    """Generates names of files in a given folder."""
 
     folder: Path = Path()
 

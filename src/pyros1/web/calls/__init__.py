@@ -1,8 +1,8 @@
-"""Calls: single requests from a page. Each is a function in a module of this package that takes the robot and the
-arguments.
+"""Calls: single requests from a page, such as ``topics.publish``. Each call is a function in a module of this package.
 
-A call is named ``MODULE.FUNCTION``, such as ``topics.publish``. A read-only server refuses the functions in a
-module's ``CHANGES``. Those in `LONG_CALLS` may take long; they also take the page's `ServiceExchanges`.
+The function takes the robot and the call's arguments, which its docstring lists after "Args". A module's ``CALLS``
+contains its functions by the second part of the call's name. A read-only server refuses those in the module's
+``CHANGES``. Calls in `LONG_CALLS` may take long; their functions also take the page's `ServiceExchanges`.
 """
 
 from __future__ import annotations
@@ -35,17 +35,17 @@ _MODULES = frozenset(
     )
 )
 LONG_CALLS = frozenset({"services.call", "guide.check"})
-"""Calls that may take as long as a service or a test."""
+"""Calls that may take long, as they wait for a service or a test."""
 
 
 def run(robot: Robot, name: str, args: Mapping[str, Any], exchanges: ServiceExchanges | None = None) -> Any:
-    """Run a call and return its result, as a value for JSON.
+    """Run a call from a page, and return its result, which can be written as JSON.
 
     Args:
         robot: the robot that the call concerns.
         name: name of the call.
         args: the call's arguments.
-        exchanges: the service calls of the page, which end with its connection.
+        exchanges: the page's service calls, which are cancelled when its connection ends.
 
     Raises:
         RequestError: the call does not exist, is not allowed, or has invalid arguments.

@@ -1,4 +1,4 @@
-"""Calls about actions (https://wiki.ros.org/actionlib)."""
+"""Calls that send and cancel the goals of actions (https://wiki.ros.org/actionlib)."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _goal_numbers = count(1)
 
 
 def form(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the form of an action's goals; see `pyros1.web.models.forms.form`. Args: action."""
+    """Return the form for an action's goals; see `pyros1.web.models.forms.form`. Args: action."""
     name = string_arg(args, "action")
     robot.check_visible(f"{name}/goal")
     action_goal = robot.types.find_on(f"{name}/goal", _goal_type(robot, name))
@@ -26,7 +26,7 @@ def form(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def send(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
-    """Send a goal. Args: action, value: the goal. Returns its id, and the number of servers that received the goal."""
+    """Send a goal; return its id, and the number of servers to which it was sent. Args: action, value (the goal)."""
     name = string_arg(args, "action")
     robot.check_visible(f"{name}/goal")
     now = robot.node.now()
@@ -42,7 +42,7 @@ def send(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def cancel(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
-    """Request servers to cancel a goal; return the number of servers. Args: action, id (empty for all goals)."""
+    """Request the action's servers to cancel a goal; return their number. Args: action, id (empty for all goals)."""
     topic = f"{string_arg(args, 'action')}/cancel"
     robot.check_visible(topic)
     servers = robot.publishing.publish(topic, "actionlib_msgs/GoalID", {"id": string_arg(args, "id")})

@@ -1,4 +1,4 @@
-"""Calls about bags."""
+"""Calls that list, step through and record bags."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pyros1.web.server.wire import RequestError
 from pyros1.web.views.view import number_arg, string_arg
 
 _MAX_TOPICS = 5_000
-_MAX_SECONDS = 4.29e9  # the sum of two such times in nanoseconds fits into 64 bits
+_MAX_SECONDS = 4.29e9  # the sum of two such times in nanoseconds fits in 64 bits
 
 
 def files(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
@@ -19,7 +19,10 @@ def files(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def step(robot: Robot, args: Mapping[str, Any]) -> float | None:
-    """Return the time of an adjacent message. Args: path, time, topics, forward. Times as in `BagCursorView`."""
+    """Return the time of the next or previous message on any of the topics. Args: path, time, topics, forward.
+
+    Times are in seconds since the bag's start.
+    """
     from pyros1.web.views.bag.file import topics_arg  # noqa: PLC0415 - rarely needed
 
     bag = robot.bags.borrow(string_arg(args, "path"))
@@ -33,7 +36,7 @@ def step(robot: Robot, args: Mapping[str, Any]) -> float | None:
 
 
 def record(robot: Robot, args: Mapping[str, Any]) -> None:
-    """Start recording. Args: folder, prefix, compression, topics: their names, or null for all."""
+    """Start recording. Args: folder, prefix, compression, topics (their names, or null for all)."""
     from pyros1.web.bags.recording import Recording  # noqa: PLC0415
     from pyros1.web.views.bag.file import topics_arg  # noqa: PLC0415
 
@@ -42,7 +45,7 @@ def record(robot: Robot, args: Mapping[str, Any]) -> None:
         raise RequestError("choose a topic to record")
     for name in selected or ():
         robot.check_visible(name)
-    folder = robot.bags.bag_folders.folder(string_arg(args, "folder"))
+    folder = robot.bags.bag_folders.find_folder(string_arg(args, "folder"))
     prefix, compression = string_arg(args, "prefix", ""), string_arg(args, "compression", "none")
     node = robot.node
     robot.bags.record(lambda: Recording(node, folder, prefix, selected, compression, robot.access.may_see))

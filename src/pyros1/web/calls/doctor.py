@@ -1,4 +1,4 @@
-"""Calls that return the findings of ``pyros1 wtf`` about one topic or node. Only the involved nodes are queried."""
+"""Calls that return what ``pyros1 wtf`` finds about one topic or node. Only the nodes involved are queried."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ from pyros1.web.views.view import string_arg
 
 _MAX_ITEMS = 100
 _MAX_NODES = 200
-"""Maximum number of nodes that are queried."""
+"""Maximum number of nodes queried."""
 _GLOBAL_KINDS = frozenset({"no-clock", "unused-clock"})
 """Kinds of findings that do not mention a topic, but may be the reason why no messages arrive."""
 _NAME_PATTERN = re.compile(r"/[A-Za-z0-9_/]*[A-Za-z0-9_]")
 
 
 def topic(robot: Robot, args: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """Return the problems of a topic, its publishers and subscribers, in the form of `Finding.as_json`. Args: topic."""
+    """Return the problems with a topic, its publishers and its subscribers, as from `Finding.as_json`. Args: topic."""
     name = string_arg(args, "topic")
     robot.check_visible(name)
     state = robot.graph.state()
@@ -34,7 +34,7 @@ def topic(robot: Robot, args: Mapping[str, Any]) -> list[dict[str, Any]]:
 
 
 def node(robot: Robot, args: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """Return the problems of a node, its topics and services, in the form of `Finding.as_json`. Args: node.
+    """Return the problems with a node, its topics and its services, as from `Finding.as_json`. Args: node.
 
     Raises:
         RequestError: the node does not exist.
@@ -44,7 +44,7 @@ def node(robot: Robot, args: Mapping[str, Any]) -> list[dict[str, Any]]:
     if name not in state.nodes():
         raise RequestError(f"there is no node {name}")
     node_state = state.of_node(name)
-    topics = robot.access.visible([*node_state.publications, *node_state.subscriptions])
+    topics = robot.access.visible_names([*node_state.publications, *node_state.subscriptions])
     peers = [peer for topic in topics for peer in (*state.publishers.get(topic, ()), *state.subscribers.get(topic, ()))]
     return _find_problems(robot, name, [name, *peers])
 
@@ -59,7 +59,7 @@ def _find_problems(robot: Robot, name: str, nodes: Iterable[str]) -> list[dict[s
 
 
 def findings_about(findings: Iterable[Finding], name: str) -> list[Finding]:
-    """Return the findings that mention a topic or node, with only those items that mention it."""
+    """Return the findings about a topic or node. If only some of a finding's items mention it, only these are kept."""
     selected = []
     for finding in findings:
         items = finding.items
@@ -72,7 +72,7 @@ def findings_about(findings: Iterable[Finding], name: str) -> list[Finding]:
 
 
 def without_hidden(findings: Iterable[Finding], hidden: Collection[str]) -> list[Finding]:
-    """Remove the findings, and the items of findings, that mention names which pages may not see; return the others."""
+    """Return the findings without those that mention hidden names, and without items that mention hidden names."""
     visible = []
     for finding in findings:
         items = tuple(item for item in finding.items if _names_in(item).isdisjoint(hidden))

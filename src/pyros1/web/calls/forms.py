@@ -1,4 +1,4 @@
-"""Calls about forms: the same message as fields and as YAML text."""
+"""Calls that convert a message between the fields of a form and YAML text."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def yaml(robot: Robot, args: Mapping[str, Any]) -> str:
 
 
 def parse_yaml(robot: Robot, args: Mapping[str, Any]) -> Any:
-    """Return a message in YAML text as a value for the form. Args: type, part ("request" of a service's type), yaml."""
+    """Convert a message from YAML text to a form's value. Args: type, part ("request" for a service's type), yaml."""
     cls = _message_class(robot, args)
     message = from_yaml(cls, load_yaml(string_arg(args, "yaml")))
     from_json(cls, message, robot.node.now())  # raises an error if a value does not fit its field
@@ -40,4 +40,4 @@ def _message_class(robot: Robot, args: Mapping[str, Any]) -> type[Message]:
 
 CALLS: dict[str, Callable[[Robot, Mapping[str, Any]], Any]] = {"yaml": yaml, "value": parse_yaml}
 CHANGES: frozenset[str] = frozenset()
-"""These calls change nothing: other calls use the value."""
+"""Empty: these calls only convert messages; other calls send them."""

@@ -1,4 +1,4 @@
-"""Calls for the guide, the same one that ``pyros1 guide`` displays in a terminal."""
+"""Calls that return the guide, as ``pyros1 guide`` displays it in a terminal, and check its exercises."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def _blocks(page: text.GuideStep | text.GuidePage) -> list[dict[str, Any]]:
 
 
 def steps(robot: Robot, args: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """Return the steps of the guide: number, name, title, heading and blocks (see `pyros1.guide.text.Block`)."""
+    """Return the guide's steps: number, name, title, heading and blocks (see `pyros1.guide.text.Block`)."""
     return [
         {
             "number": step.number,
@@ -40,8 +40,8 @@ def check(robot: Robot, args: Mapping[str, Any], exchanges: ServiceExchanges) ->
     """Check the exercise of a step, as ``pyros1 guide check`` does. Args: step (its number).
 
     Returns:
-        What is missing (empty if the exercise is done), and the folder that was checked, which is the server's current
-        folder.
+        ``missing``: what is still missing (empty if the exercise is done); ``folder``: the folder that was checked,
+        which is the server's working directory.
 
     Raises:
         RequestError: the step does not exist, or the pages of this server may see only some topics.

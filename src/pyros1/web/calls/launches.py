@@ -1,4 +1,4 @@
-"""Calls about launches."""
+"""Calls that control running launches and describe their processes."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ _VERBS = ("stop", "start", "restart")
 _MAX_TEXT_LENGTH = 20_000
 
 
-def find(robot: Robot, args: Mapping[str, Any]) -> Launch:
-    """Return a launch; the caller must close it. Args: launch: name of the parameter that it has set.
+def connect_to_launch(robot: Robot, args: Mapping[str, Any]) -> Launch:
+    """Return a connection to a launch; the caller must close it. Args: launch (the name of the parameter it has set).
 
     Raises:
         RequestError: no launch with this name is registered.
@@ -32,11 +32,11 @@ def find(robot: Robot, args: Mapping[str, Any]) -> Launch:
 
 
 def control(robot: Robot, args: Mapping[str, Any]) -> None:
-    """Tell a launch to stop, start or restart a process. Args: launch, process: its label, verb."""
+    """Tell a launch to stop, start or restart a process. Args: launch, process (its label), verb."""
     verb = string_arg(args, "verb")
     if verb not in _VERBS:
         raise RequestError(f"the verb must be one of {', '.join(_VERBS)}")
-    launch = find(robot, args)
+    launch = connect_to_launch(robot, args)
     try:
         launch.request(verb, string_arg(args, "process"))
     finally:
@@ -44,8 +44,8 @@ def control(robot: Robot, args: Mapping[str, Any]) -> None:
 
 
 def info(robot: Robot, args: Mapping[str, Any]) -> dict[str, str]:
-    """Return the command line and the folder of a process. Args: launch, process: its label."""
-    launch = find(robot, args)
+    """Return the command line and working directory of a process. Args: launch, process (its label)."""
+    launch = connect_to_launch(robot, args)
     try:
         process_info = launch.info(string_arg(args, "process"))
     finally:
@@ -59,7 +59,7 @@ def info(robot: Robot, args: Mapping[str, Any]) -> dict[str, str]:
 
 
 def forget(robot: Robot, args: Mapping[str, Any]) -> None:
-    """Delete the parameter of a launch that was killed. Args: launch: name of the parameter."""
+    """Delete the parameter that a launch left behind when it was killed. Args: launch (the parameter's name)."""
     param = string_arg(args, "launch")
     if param not in launch_uris(robot.master):
         return

@@ -1,4 +1,4 @@
-"""Calls about nodes."""
+"""Calls that describe nodes, shut them down, and set their log levels."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ _TIMEOUT = 3.0
 
 
 def info(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
-    """Return information about a node. Args: node."""
+    """Return a node's topics, services, process id and connections. Args: node."""
     name = string_arg(args, "node")
     uri = _find_uri(robot, name)
     registered = robot.graph.state().of_node(name)
     details: dict[str, Any] = {
         "name": name,
         "uri": uri,
-        "publishes": robot.access.visible(registered.publications),
-        "subscribes": robot.access.visible(registered.subscriptions),
-        "services": robot.access.visible(registered.services),
+        "publishes": robot.access.visible_names(registered.publications),
+        "subscribes": robot.access.visible_names(registered.subscriptions),
+        "services": robot.access.visible_names(registered.services),
     }
     node = robot.graph.node_api(uri, _TIMEOUT)
     try:
@@ -61,7 +61,7 @@ def loggers(robot: Robot, args: Mapping[str, Any]) -> list[list[str]]:
 
 
 def set_level(robot: Robot, args: Mapping[str, Any]) -> None:
-    """Set the level of a logger. Args: node, logger, level: debug, info, warn, error or fatal."""
+    """Set the level of a node's logger. Args: node, logger, level (debug, info, warn, error or fatal)."""
     level = string_arg(args, "level")
     if level not in ("debug", "info", "warn", "error", "fatal"):
         raise RequestError(f"unknown level {level[:50]!r}")

@@ -1,4 +1,4 @@
-"""Information for the page itself."""
+"""The call that returns information for the page itself."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pyros1.web.robot import Robot
 
 
 def about(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
-    """Return information about the server and its master. Pages call this repeatedly."""
+    """Return the server's version, its master, any trouble, and whether it is read-only. Pages call this repeatedly."""
     return {
         "version": pyros1.__version__,
         "master": robot.master_uri,

@@ -1,4 +1,4 @@
-"""Calls about parameters."""
+"""Calls that read, set and delete parameters."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from typing import Any
 from pyros1.values import load_yaml
 from pyros1.web.models.params import editable_yaml, flatten
 from pyros1.web.robot import Robot
-from pyros1.web.server.wire import MAX_REQUEST, RequestError
+from pyros1.web.server.wire import MAX_REQUEST_LENGTH, RequestError
 from pyros1.web.views.view import string_arg
 
 
 def tree(robot: Robot, args: Mapping[str, Any]) -> Any:
-    """Return all parameters that pages may see, as a flat object: full name -> value."""
+    """Return all parameters that pages may see, in one flat object: full name -> value."""
     value_by_name = {name: _to_json(value) for name, value in flatten(robot.parameters.get("/"))}
     return {name: value for name, value in sorted(value_by_name.items()) if name}
 
@@ -23,7 +23,7 @@ def get(robot: Robot, args: Mapping[str, Any]) -> str:
     """Return a parameter, or the visible part of a namespace, as YAML text. Args: name."""
     name = string_arg(args, "name")
     yaml = editable_yaml(robot.parameters.get(name))
-    if len(yaml) > MAX_REQUEST:
+    if len(yaml) > MAX_REQUEST_LENGTH:
         raise RequestError(f"{name} is too long to display: {len(yaml)} characters")
     return yaml
 

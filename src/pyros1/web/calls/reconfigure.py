@@ -1,4 +1,4 @@
-"""Calls about dynamic_reconfigure parameters."""
+"""Calls that change dynamic_reconfigure parameters."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _TIMEOUT = 5.0
 
 
 def update(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
-    """Change parameters. Args: node, values: name -> value, types: name -> type. Returns the node's new values."""
+    """Change parameters; return the node's new values. Args: node, values (name -> value), types (name -> type)."""
     new_values, types = args.get("values"), args.get("types")
     if not isinstance(new_values, dict) or not isinstance(types, dict) or "groups" in new_values:
         raise RequestError("values and types must be objects with the parameters' names as keys")
@@ -34,10 +34,9 @@ def update(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def turn(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
-    """Turn groups on and off.
+    """Turn groups of parameters on and off; return the node's new values.
 
-    Args: node, groups (all groups, as objects with name, state, id and parent, since C++ nodes need all of them).
-    Returns the node's new values.
+    Args: node, groups (all groups, since C++ nodes need them; objects with name, state, id and parent).
     """
     config = Config()
     try:

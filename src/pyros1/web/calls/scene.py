@@ -1,4 +1,4 @@
-"""Calls of the 3D panel."""
+"""The 3D panel's call, which converts rviz files."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from pyros1.web.views.view import string_arg
 
 
 def rviz(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the contents of an rviz file: ``settings`` of the panel, and ``notes``, lines for the user. Args: text."""
+    """Convert an rviz file to the panel's ``settings``, and ``notes``: lines for the user. Args: text (the file's)."""
     rviz_file = read_rviz(string_arg(args, "text"), lambda name: canonicalize_name(SEP + name))
     return {"settings": rviz_file.settings, "notes": rviz_file.notes}
 

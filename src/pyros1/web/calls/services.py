@@ -1,4 +1,4 @@
-"""Calls about services."""
+"""Calls that find the types of services, and call services."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _MAX_TYPES = 50
 
 
 def form(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a service's type, and the forms of its request and response. Args: service."""
+    """Return a service's type, and the forms for its request and response. Args: service."""
     type_name = _probe_type(robot, string_arg(args, "service"))
     cls = load_service(type_name)
     return {
@@ -44,14 +44,14 @@ def types(robot: Robot, args: Mapping[str, Any]) -> dict[str, str]:
 
 
 def call(robot: Robot, args: Mapping[str, Any], exchanges: ServiceExchanges) -> dict[str, Any]:
-    """Call a service. Args: service, value, timeout (s). Returns the response as a tree, and the duration."""
+    """Call a service; return the response as a tree, and the duration. Args: service, value, timeout (in seconds)."""
     name = string_arg(args, "service")
     robot.check_visible(name)
     cls = load_service(_probe_type(robot, name))
     request = from_json(cls._request_class, args.get("value"), robot.node.now())
-    start = monotonic()
+    started_at = monotonic()
     response = exchanges.call(robot.node, name, cls, request, number_arg(args, "timeout", 0.1, _MAX_CALL_SECONDS, 10.0))
-    return {"value": tree(response), "seconds": monotonic() - start}
+    return {"value": tree(response), "seconds": monotonic() - started_at}
 
 
 def _probe_type(robot: Robot, name: str) -> str:

@@ -1,4 +1,4 @@
-"""Calls about topics."""
+"""Calls that publish messages, and complete the names of types and fields."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from pyros1.web.robot import Robot
 from pyros1.web.server.wire import RequestError
 from pyros1.web.views.view import string_arg
 
-_MAX_FIELDS = 200
+_MAX_COMPLETIONS = 200
 
 
 def form(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the form of a type; see `pyros1.web.models.forms.form`. Args: type, or topic."""
+    """Return the form for a message type; see `pyros1.web.models.forms.form`. Args: type, or a topic that has it."""
     name = args.get("type")
     if isinstance(name, str):
         return form_of(robot.types.find(name))
@@ -31,7 +31,7 @@ def form(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def publish(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
-    """Publish a message. Args: topic, type, value, latch. Returns the number of subscribers."""
+    """Publish a message; return the number of subscribers. Args: topic, type, value, latch."""
     topic = string_arg(args, "topic")
     robot.check_visible(topic)
     subscribers = robot.publishing.publish(topic, string_arg(args, "type"), args.get("value"), bool(args.get("latch")))
@@ -46,9 +46,9 @@ def advertise(robot: Robot, args: Mapping[str, Any]) -> None:
 
 
 def types(robot: Robot, args: Mapping[str, Any]) -> list[str]:
-    """Return completions for a text field: names of installed types. Args: begin (the current text).
+    """Return completions for a text field that takes a message type: names of installed types. Args: begin (the text).
 
-    If the text contains no slash, the packages that have messages are returned, with a slash.
+    If the text contains no slash, the names of packages that define messages are returned, each followed by a slash.
     """
     begin = string_arg(args, "begin", "")
     package, slash, _ = begin.partition("/")
@@ -58,11 +58,11 @@ def types(robot: Robot, args: Mapping[str, Any]) -> list[str]:
         names = [
             f"{package}/{full_name.rpartition('/')[2]}" for full_name in generated.finder().library.messages(package)
         ]
-    return sorted(name for name in names if name.startswith(begin))[:_MAX_FIELDS]
+    return sorted(name for name in names if name.startswith(begin))[:_MAX_COMPLETIONS]
 
 
 def fields(robot: Robot, args: Mapping[str, Any]) -> list[str]:
-    """Return completions for a text field: paths of numeric fields. Args: begin (the current text)."""
+    """Return completions for a text field that takes the path of a numeric field in a topic. Args: begin (the text)."""
     begin = string_arg(args, "begin", "")
     paths: list[str] = []
     for topic, type_name in sorted(robot.graph.topic_types().items()):
@@ -72,9 +72,9 @@ def fields(robot: Robot, args: Mapping[str, Any]) -> list[str]:
             paths += [path for path in numeric_paths(load_message(type_name), topic) if path.startswith(begin)]
         except MessageError:
             continue  # a type that is not installed, or no type at all
-        if len(paths) >= _MAX_FIELDS:
+        if len(paths) >= _MAX_COMPLETIONS:
             break
-    return paths[:_MAX_FIELDS]
+    return paths[:_MAX_COMPLETIONS]
 
 
 CALLS: dict[str, Callable[[Robot, Mapping[str, Any]], Any]] = {

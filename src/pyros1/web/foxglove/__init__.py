@@ -1,10 +1,10 @@
-"""The Foxglove WebSocket protocol, version 1, on the port of the page: for Foxglove, Lichtblick and other viewers.
+"""Serves Foxglove, Lichtblick and other viewers on the page's port, using the Foxglove WebSocket protocol, version 1.
 
-https://github.com/foxglove/ws-protocol/blob/main/docs/spec.md. `requests` and `frames` define the protocol, `machine`
-keeps one viewer's state (all pure), `catalogue` has the channels and services for all viewers,
-`connection` runs a machine.
+The protocol is described in https://github.com/foxglove/ws-protocol/blob/main/docs/spec.md. `requests` parses frames
+from viewers, `frames` creates frames for them, and `machine` keeps one viewer's state (all pure). `catalogue` keeps the
+channels and services offered to all viewers, and `connection` drives a machine over a WebSocket.
 """
 
 PROTOCOLS = ("foxglove.websocket.v1", "foxglove.sdk.v1")
-"""The supported WebSocket subprotocols, the preferred one first: servers of Foxglove's SDK use the second name for
-the same frames, and their clients may offer no other."""
+"""The supported WebSocket subprotocols, the preferred one first. Foxglove's SDK uses the second name for the same
+frames, and some viewers support only that name."""

@@ -1,7 +1,7 @@
 """The channels and services offered to all viewers: those that the master lists, with their definitions.
 
-Only the master is polled, which puts no load on the robot's nodes. A node is queried once for what the master does not
-know: the type of a service, and the definition of a message type that is not installed here.
+Only the master is polled, so there is no load on the robot's nodes. A node is queried only once, for what the master
+does not know: a service's type, or the definition of a message type that is not installed here.
 """
 
 from __future__ import annotations
@@ -20,19 +20,19 @@ from pyros1.graph import Graph, SystemState, probe_service
 from pyros1.ground.errors import Error, MessageError
 from pyros1.ground.terminal_text import untrusted
 from pyros1.msgs import DefinitionCache, load_message, load_service
-from pyros1.web.foxglove.offers import ANY, Channel, Nodes, Offers, Service, Table
+from pyros1.web.foxglove.offers import ANY_CHECKSUM, Channel, Nodes, Offers, Service, Table
 from pyros1.web.server.wire import RequestError
 
 _NODE_TIMEOUT = 1.0
-"""Timeout of a request to a node, in seconds."""
-_MAX_QUERIES = 64
+"""Timeout in seconds for a request to a node."""
+_MAX_CONCURRENT_QUERIES = 64
 """Maximum number of concurrent requests to nodes."""
 _RETRY_DELAY = 10.0
 """Seconds after which a failed request to a node is repeated."""
 _MAX_STALE_IDS = 10_000
 _MAX_NEW_HEADERS = 1_000
 _MAX_PUBLISHERS = 50
-"""Maximum number of publishers of a topic whose definitions are kept."""
+"""Maximum number of publishers per topic whose definitions are kept."""
 
 
 class _Definition(NamedTuple):
@@ -47,7 +47,7 @@ class _TopicReply(NamedTuple):
 
 
 class Catalogue:
-    """The channels and services that the robot offers.
+    """Keeps the offers to viewers up to date: the channels and services that the master lists.
 
     Args:
         graph: sends requests to the master.
@@ -65,13 +65,14 @@ class Catalogue:
         self._offers = Offers()
         self._ids: dict[Hashable, int] = {}
         self._next_ids = count(1)
-        # topic -> publisher -> definition that is not the installed one; the first publisher still registered decides.
+        # topic -> publisher -> its definition, where it differs from the installed one. The definition of the first
+        # publisher that is still registered is offered.
         self._topic_definitions: dict[str, dict[str, _Definition]] = {}
         self._unusable_definitions: dict[str, tuple[str, str]] = {}  # topic -> (publisher, problem)
         self._service_types: dict[str, tuple[list[str], str]] = {}  # service -> (its nodes, its type)
         self._pending_queries: dict[str, Callable[[], _TopicReply | str]] = {}
         self._retry_at: dict[str, float] = {}
-        self._master_problem = ""  # of the last request to the master
+        self._master_problem = ""  # why the last request to the master failed
         self._new_headers: deque[tuple[str, dict[str, str]]] = deque(maxlen=_MAX_NEW_HEADERS)
         self._problems: dict[str, str] = {}
 
@@ -79,15 +80,14 @@ class Catalogue:
         """Return the current offers.
 
         Args:
-            max_age: maximum age in seconds of results that are reused. With 0, this waits for a request that another
-                thread has sent.
+            max_age: the latest result is returned if it is not older than this, in seconds. With 0, the master is
+                always asked, after waiting for a request that another thread has sent.
 
         Raises:
             RequestError: the master does not respond.
         """
-        if self._lock.acquire(
-            blocking=max_age <= 0
-        ):  # while one thread asks the master, the others use the last result
+        # While one thread asks the master, the others return the latest result.
+        if self._lock.acquire(blocking=max_age <= 0):
             try:
                 if self._new_headers or self._clock() - self._refreshed_at >= max_age:
                     self._refresh()
@@ -98,10 +98,10 @@ class Catalogue:
         return self._offers
 
     def query_nodes(self) -> None:
-        """Query nodes for missing definitions; this takes about a second if nodes do not respond."""
+        """Query nodes for missing definitions and service types. This takes about a second if nodes do not respond."""
         with self._query_lock:
             with self._lock:
-                queries = dict(islice(self._pending_queries.items(), _MAX_QUERIES))
+                queries = dict(islice(self._pending_queries.items(), _MAX_CONCURRENT_QUERIES))
             replies = run_concurrently(queries, _NODE_TIMEOUT)
             with self._lock:
                 for name, reply in replies.items():
@@ -117,14 +117,16 @@ class Catalogue:
                 self._refresh()
 
     def add_header(self, channel: Channel, header: Mapping[str, str]) -> None:
-        """Process a publisher's header whose definition differs from the channel's. Thread-safe."""
+        """Store a publisher's header whose definition differs from the channel's; the next refresh uses it.
+        Thread-safe.
+        """
         self._new_headers.append((channel.topic, dict(header)))
 
     def _apply_header(self, topic: str, header: Mapping[str, str]) -> None:
         publisher = header.get("callerid", "")
         try:
             definition = _checked_definition(
-                header.get("type", ""), header.get("md5sum", ANY), header.get("message_definition", "")
+                header.get("type", ""), header.get("md5sum", ANY_CHECKSUM), header.get("message_definition", "")
             )
         except MessageError as error:
             problem = f"{topic}: the definition of {untrusted(publisher) or 'a publisher'} is unusable: {error}"
@@ -138,7 +140,7 @@ class Catalogue:
             definitions[publisher] = definition
 
     def _forget_unregistered(self, nodes: Nodes) -> None:
-        """Remove the definitions of publishers that are gone: their successors may have different ones."""
+        """Remove the definitions of publishers that are gone: the publishers that replace them may have others."""
         for topic, definitions in list(self._topic_definitions.items()):
             publishers = nodes.publishers.get(topic)
             if publishers:
@@ -153,7 +155,7 @@ class Catalogue:
                 del self._unusable_definitions[topic]
 
     def _definition_problems(self) -> dict[str, str]:
-        """Return a description for each topic whose publishers have different or unusable definitions."""
+        """Return topic -> problem for topics whose publishers have different or unusable definitions."""
         problems: dict[str, str] = {}
         for topic, definitions in self._topic_definitions.items():
             first = next(iter(definitions.values()))
@@ -248,7 +250,7 @@ class Catalogue:
         return self._ids[key]
 
     def _new_queries(self, channels: Mapping[str, Channel], nodes: Nodes) -> dict[str, Callable[[], _TopicReply | str]]:
-        """Return the requests to send to nodes, by topic or service."""
+        """Return the requests that must be sent to nodes, by topic or service."""
         now = self._clock()
         queries: dict[str, Callable[[], _TopicReply | str]] = {}
         for topic, publishers in nodes.publishers.items():
@@ -279,7 +281,7 @@ class Catalogue:
 
 
 def _checked_definition(type_name: str, md5sum: str, text: str) -> _Definition:
-    """Return a publisher's definition after checking it.
+    """Return a publisher's definition after checking that viewers can use it.
 
     Raises:
         MessageError: viewers cannot use the definition.

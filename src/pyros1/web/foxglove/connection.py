@@ -1,5 +1,6 @@
-"""Drives a `Machine` over a WebSocket: this module reads requests, and runs tasks that send messages, send the time
-and look for new topics and services.
+"""Drives a `Machine` over a WebSocket.
+
+This module reads requests, and runs tasks that send messages and the time, and look for new topics and services.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ from pyros1.web.foxglove.offers import Channel
 from pyros1.web.foxglove.outbox import Outbox, QueuedMessage
 from pyros1.web.foxglove.shared import ViewerContext
 from pyros1.web.hub import Arrival
-from pyros1.web.server.waiting import MAX_PENDING_SECONDS, Pending, wait_for_event, wait_until_done
+from pyros1.web.server.waiting import MAX_PENDING_SECONDS, PendingOperations, wait_for_event, wait_until_done
 from pyros1.web.service_exchanges import ServiceExchanges
 
 _POLL_PERIOD = 1.0
@@ -33,17 +34,17 @@ _POLL_PERIOD = 1.0
 _TIME_PERIOD = 0.02
 """Seconds between frames with simulated time."""
 _BATCH_BYTES = 64 << 10
-"""Number of bytes of messages that are fetched from the outbox at a time."""
+"""Size in bytes of the messages that are taken from the outbox at a time."""
 _MAX_JOBS = 100
-"""Maximum number of a viewer's pending service calls and file requests."""
+"""Maximum number of pending jobs (service calls and file requests) per viewer."""
 _MAX_CONCURRENT_JOBS = 4
-"""Maximum number of these calls and requests that are processed concurrently."""
+"""Maximum number of jobs per viewer that run concurrently."""
 _MAX_UNSENT_BYTES = 1 << 20
 """Maximum number of bytes that the operating system buffers for a slow connection. Buffered messages become stale, as
-newer ones cannot overtake them."""
-_MAX_MISMATCHED = 1_000
+they can no longer be replaced by newer messages."""
+_MAX_MISMATCHED_PUBLISHERS = 1_000
 REPORT_PERIOD = 2.0
-"""Seconds after which a publisher whose definition differs from its channel's is reported again."""
+"""Seconds after which the catalogue is told again about a publisher whose definition differs from its channel's."""
 
 
 class Viewer:
@@ -52,36 +53,41 @@ class Viewer:
     Args:
         connection: the viewer's WebSocket.
         shared: the state shared by all viewers.
-        pushes: runs short tasks, such as publishing.
-        calls: runs tasks that depend on the master.
-        services: runs service calls.
+        short_task_threads: run short tasks, such as publishing.
+        long_task_threads: run tasks that wait for the master.
+        service_threads: run service calls.
     """
 
     def __init__(
-        self, connection: ServerConnection, shared: ViewerContext, pushes: Executor, calls: Executor, services: Executor
+        self,
+        connection: ServerConnection,
+        shared: ViewerContext,
+        short_task_threads: Executor,
+        long_task_threads: Executor,
+        service_threads: Executor,
     ) -> None:
         self._connection = connection
         self._shared = shared
         self._robot = shared.robot
-        self._short_task_threads = pushes
-        self._long_task_threads = calls
-        self._service_threads = services
+        self._short_task_threads = short_task_threads
+        self._long_task_threads = long_task_threads
+        self._service_threads = service_threads
         self._exchanges = ServiceExchanges()
         self._loop = asyncio.get_running_loop()
         self._machine = Machine(self._robot.access.read_only)
         self._machine_lock = asyncio.Lock()  # guards the machine and its actions
         self._outbox = Outbox()
-        self._subscriptions: dict[int, int] = {}  # ticket of the outbox -> subscription
+        self._subscriptions: dict[int, int] = {}  # the outbox's ticket -> the viewer's id of the subscription
         self._unsubscribers: dict[int, Callable[[], None]] = {}  # by subscription
         self._publishers = viewer_actions.Publishers(shared)
         self._jobs: set[asyncio.Task[None]] = set()
         self._job_slots = asyncio.Semaphore(_MAX_CONCURRENT_JOBS)
         self._may_resume = asyncio.Event()
-        self._subscribing = Pending(lambda: self._call_soon(self._may_resume.set))
+        self._pending_subscriptions = PendingOperations(lambda: self._call_soon(self._may_resume.set))
         self._messages_available = asyncio.Event()
         self._wake_scheduled = False
         self._offers_may_have_changed = asyncio.Event()
-        self._mismatched_publishers: dict[tuple[int, str, str], float] = {}  # -> when they were last reported
+        self._mismatched_publishers: dict[tuple[int, str, str], float] = {}  # values: when they were last reported
         self._announced_simulated_time = False
 
     async def run(self) -> None:
@@ -89,7 +95,7 @@ class Viewer:
         self._limit_send_buffer()
         tasks: list[asyncio.Task[None]] = []
         try:
-            await self._run_long(self._robot.wait, _POLL_PERIOD)
+            await self._run_long_task(self._robot.wait, _POLL_PERIOD)
             await self._send_hello()
             tasks = [
                 asyncio.create_task(each) for each in (self._push_offers(), self._send_messages(), self._send_time())
@@ -105,7 +111,7 @@ class Viewer:
                 task.cancel()
             await asyncio.gather(*tasks, *self._jobs, return_exceptions=True)
             async with self._machine_lock:
-                await self._run_short(self._clean_up)
+                await self._run_short_task(self._clean_up)
 
     def _limit_send_buffer(self) -> None:
         option = getattr(socket, "TCP_NOTSENT_LOWAT", None)
@@ -147,10 +153,10 @@ class Viewer:
                         frames.message(subscription, each.time, each.payload)
                         for each in messages
                         if (subscription := self._subscriptions.get(each.ticket))
-                        is not None  # it may have ended meanwhile
+                        is not None  # the subscription may have ended meanwhile
                     ]
                     if len(outgoing) > 1 and self._connection.state is State.OPEN:
-                        # Small messages are sent together: sending each one would cost ten times as much.
+                        # Small messages are sent together: sending each separately would cost ten times as much.
                         self._connection.transport.write(b"".join(map(frames.websocket_frame, outgoing[:-1])))
                     for last in outgoing[-1:]:
                         await self._connection.send(last)  # waits while the viewer is slow
@@ -170,7 +176,7 @@ class Viewer:
                 await asyncio.sleep(_TIME_PERIOD if self._announced_simulated_time else _POLL_PERIOD)
 
     async def _push_offers(self) -> None:
-        """Keep the viewer informed about topics and services."""
+        """Keep the viewer informed about the available topics and services."""
         with contextlib.suppress(ConnectionClosed):
             while True:
                 self._offers_may_have_changed.clear()
@@ -182,19 +188,19 @@ class Viewer:
                 await wait_for_event(self._offers_may_have_changed, _POLL_PERIOD)
 
     async def _push_offers_once(self) -> bool:
-        """Send the viewer what has changed; return whether to check again immediately."""
+        """Tell the viewer what has changed; return whether to check again immediately."""
         _ = self._robot.node
         if self._uses_simulated_time() != self._announced_simulated_time:
             await self._send_hello()  # the master was started after the viewer
         catalogue = self._shared.catalogue
-        offers = await self._run_long(catalogue.current_offers, _POLL_PERIOD * 0.8)
+        offers = await self._run_long_task(catalogue.current_offers, _POLL_PERIOD * 0.8)
         async with self._machine_lock:
             await self._perform_all(*self._machine.offer(offers))
         if offers.has_pending_queries:
-            await self._run_long(catalogue.query_nodes)
+            await self._run_long_task(catalogue.query_nodes)
             return True
         if self._machine.watches_parameters:
-            values = await self._run_long(self._shared.parameters, _POLL_PERIOD * 0.8)
+            values = await self._run_long_task(self._shared.parameters, _POLL_PERIOD * 0.8)
             await self._send(self._machine.parameters(values))
         return False
 
@@ -202,8 +208,8 @@ class Viewer:
 
     async def _perform_all(self, actions: list[Action], response: list[Frame]) -> None:
         for action in actions:
-            if self._subscribing and not isinstance(action, machine.Listen):
-                await wait_until_done(self._subscribing, self._may_resume, MAX_PENDING_SECONDS)
+            if self._pending_subscriptions and not isinstance(action, machine.Listen):
+                await wait_until_done(self._pending_subscriptions, self._may_resume, MAX_PENDING_SECONDS)
             try:
                 await self._send(await self._perform(action))
             except Error as error:
@@ -211,19 +217,19 @@ class Viewer:
         await self._send(response)
 
     async def _perform(self, action: Action) -> list[Frame]:
-        """Perform an action of the machine; return the frames of the response."""
+        """Perform an action that the machine requests; return the response's frames."""
         match action:
             case machine.Listen(subscription, channel):
                 await self._listen(subscription, channel)
             case machine.StopListening(subscription):
-                await self._run_short(self._unsubscribers[subscription])
+                await self._run_short_task(self._unsubscribers[subscription])
                 del self._unsubscribers[subscription]
             case machine.Advertise(channel):
-                await self._run_short(self._publishers.advertise, channel)
+                await self._run_short_task(self._publishers.advertise, channel)
             case machine.Publish(channel, payload):
-                await self._run_short(self._publishers.publish, channel, payload)
+                await self._run_short_task(self._publishers.publish, channel, payload)
             case machine.Unadvertise(channel):
-                await self._run_short(self._publishers.unadvertise, channel)
+                await self._run_short_task(self._publishers.unadvertise, channel)
             case machine.Call():
                 if len(self._jobs) >= _MAX_JOBS:
                     return [frames.service_failure(action.service.id, action.call, "too many calls at once")]
@@ -235,15 +241,16 @@ class Viewer:
                     return [frames.asset_failure(action.id, "too many files at once")]
                 self._start_job(self._run_job(self._long_task_threads, viewer_actions.fetch, action))
             case requests.GetParameters():
-                return list(await self._run_long(viewer_actions.get_parameters, self._shared, action))
+                return list(await self._run_long_task(viewer_actions.get_parameters, self._shared, action))
             case requests.SetParameters():
-                return list(await self._run_long(viewer_actions.set_parameters, self._shared, action))
+                return list(await self._run_long_task(viewer_actions.set_parameters, self._shared, action))
             case requests.WatchParameters(names):
-                return self._machine.watch(names, await self._run_long(self._shared.parameters, 0.0))
+                return self._machine.watch(names, await self._run_long_task(self._shared.parameters, 0.0))
         return []
 
     async def _listen(self, subscription: int, channel: Channel) -> None:
-        accepted_header: dict[str, str] | None = None  # the last accepted header; each connection has its own
+        # The last accepted header; each connection has its own header object.
+        accepted_header: dict[str, str] | None = None
         latched_by: str | None = None
 
         def on_arrival(arrival: Arrival) -> None:
@@ -251,12 +258,14 @@ class Viewer:
             header = arrival.raw._connection_header or {}
             if header is not accepted_header:
                 if not channel.carries(header):
-                    self._report_mismatch(channel, header, arrival.at)
+                    self._report_mismatch(channel, header, arrival.arrived_at)
                     return
                 accepted_header = header
                 latched_by = header.get("callerid", "") if header.get("latching") == "1" else None
             self._outbox.put(
-                QueuedMessage(ticket, frames.nanoseconds(arrival.time), arrival.raw._buff, latched_by, arrival.at)
+                QueuedMessage(
+                    ticket, frames.nanoseconds(arrival.time), arrival.raw._buff, latched_by, arrival.arrived_at
+                )
             )
             self._wake()
 
@@ -267,9 +276,9 @@ class Viewer:
 
         ticket = self._outbox.open()
         self._subscriptions[ticket] = subscription
-        done = self._subscribing.begin()
+        done = self._pending_subscriptions.begin()
         try:
-            stop_listening = await self._run_short(self._robot.listen, channel.topic, on_arrival, done)
+            stop_listening = await self._run_short_task(self._robot.listen, channel.topic, on_arrival, done)
         except Error:
             done()
             self._outbox.close(ticket)
@@ -278,11 +287,11 @@ class Viewer:
         self._unsubscribers[subscription] = unsubscribe
 
     def _report_mismatch(self, channel: Channel, header: dict[str, str], now: float) -> None:
-        """Process a publisher's header that does not match the channel; called for each message of this publisher."""
+        """Tell the catalogue about a header that does not match the channel. Called for each such message."""
         mismatch = (channel.id, header.get("callerid", ""), header.get("md5sum", ""))
         last_time = self._mismatched_publishers.get(mismatch, now - REPORT_PERIOD)
         if now >= last_time + REPORT_PERIOD and (
-            mismatch in self._mismatched_publishers or len(self._mismatched_publishers) < _MAX_MISMATCHED
+            mismatch in self._mismatched_publishers or len(self._mismatched_publishers) < _MAX_MISMATCHED_PUBLISHERS
         ):
             self._mismatched_publishers[mismatch] = now
             self._shared.catalogue.add_header(channel, header)
@@ -299,10 +308,10 @@ class Viewer:
                 frame = await self._loop.run_in_executor(threads, function, self._shared, action)
                 await self._connection.send(frame)
 
-    async def _run_short(self, function: Callable[..., Any], *args: Any) -> Any:
+    async def _run_short_task(self, function: Callable[..., Any], *args: Any) -> Any:
         return await self._loop.run_in_executor(self._short_task_threads, function, *args)
 
-    async def _run_long(self, function: Callable[..., Any], *args: Any) -> Any:
+    async def _run_long_task(self, function: Callable[..., Any], *args: Any) -> Any:
         return await self._loop.run_in_executor(self._long_task_threads, function, *args)
 
     def _wake(self) -> None:
@@ -316,7 +325,10 @@ class Viewer:
 
 
 def _status_id(action: Action) -> str | None:
-    """Return an id for an action's problem, so that a viewer that publishes often is not notified each time."""
+    """Return the id for the status that reports an action's problem; None for no id.
+
+    When a viewer publishes often, a new status with the same id replaces the last one.
+    """
     match action:
         case machine.Advertise(channel) | machine.Publish(channel):
             return f"publish {channel.id}"

@@ -1,4 +1,4 @@
-"""Frames sent to viewers. Pure."""
+"""Creates the frames sent to viewers (pure)."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from pyros1.web.foxglove.offers import Channel, Nodes, Service
 
 Frame = str | bytes
 ENCODINGS = ("ros1", "json")
-"""Encodings of messages and requests that viewers may send."""
+"""Encodings that viewers may use for messages and service requests."""
 _MESSAGE_HEADER = struct.Struct("<BIQ")
 _MAX_TIME = (1 << 64) - 1
 
 
 class Level(IntEnum):
-    """The severity of a status."""
+    """The severity of a status message."""
 
     INFO = 0
     WARNING = 1
@@ -26,7 +26,7 @@ class Level(IntEnum):
 
 
 def server_info(name: str, capabilities: Sequence[str], session: str, metadata: Mapping[str, str]) -> Frame:
-    """Return the first frame, which describes the server."""
+    """Return the first frame for a viewer, which describes the server."""
     return _dumps(
         {
             "op": "serverInfo",
@@ -40,7 +40,7 @@ def server_info(name: str, capabilities: Sequence[str], session: str, metadata: 
 
 
 def status(level: Level, text: str, id: str | None = None) -> Frame:
-    """Return a frame with a message for the user; it replaces an earlier one with the same id."""
+    """Return the frame that shows a status message to the user, in place of any earlier one with the same id."""
     return _dumps({"op": "status", "level": int(level), "message": text, **({} if id is None else {"id": id})})
 
 
@@ -105,10 +105,10 @@ def unadvertise_services(ids: Iterable[int]) -> Frame:
 
 
 def message(subscription: int, time: int, payload: bytes) -> bytes:
-    """Return the frame with a message.
+    """Return the frame that delivers a message on a topic.
 
     Args:
-        subscription: the viewer's id of the subscription.
+        subscription: the id that the viewer has given to the subscription.
         time: time of reception in nanoseconds.
         payload: the serialized message.
     """
@@ -116,7 +116,7 @@ def message(subscription: int, time: int, payload: bytes) -> bytes:
 
 
 def websocket_frame(frame: bytes) -> bytes:
-    """Return a WebSocket frame with a binary payload (RFC 6455, 5.2), as servers send it: unfragmented and unmasked."""
+    """Wrap a binary frame in a WebSocket frame (RFC 6455, 5.2), as servers send it: unfragmented and unmasked."""
     length = len(frame)
     if length < 126:
         return bytes((0x82, length)) + frame
@@ -126,24 +126,33 @@ def websocket_frame(frame: bytes) -> bytes:
 
 
 def time(now: int) -> Frame:
-    """Return the frame with the time in nanoseconds."""
+    """Return the frame that tells viewers the time.
+
+    Args:
+        now: the time in nanoseconds.
+    """
     return struct.pack("<BQ", 2, now)
 
 
 def nanoseconds(seconds: float) -> int:
-    """Convert a time in seconds to nanoseconds, as used in frames."""
+    """Convert a time in seconds to the nanoseconds used in frames, within their range."""
     return min(max(0, int(seconds * 1e9)), _MAX_TIME)
 
 
 def parameter_values(parameters: Sequence[Mapping[str, Any]], id: str | None = None) -> Frame:
-    """Return the frame with parameters; see `pyros1.web.foxglove.parameters.entry`."""
+    """Return the frame with the values of parameters.
+
+    Args:
+        parameters: the parameters; see `pyros1.web.foxglove.parameters.entry`.
+        id: the id of the request; None if the viewer did not request the values.
+    """
     return _dumps(
         {"op": "parameterValues", "parameters": list(parameters), **({} if id is None else {"id": id})},
     )
 
 
 def service_response(service: int, call: int, encoding: str, payload: bytes) -> Frame:
-    """Return the frame with a service's response."""
+    """Return the frame with the response to a service call."""
     name = encoding.encode()
     return struct.pack("<BIII", 3, service, call, len(name)) + name + payload
 
@@ -154,23 +163,24 @@ def service_failure(service: int, call: int, text: str) -> Frame:
 
 
 def asset(request: int, data: bytes) -> Frame:
-    """Return the frame with a file."""
+    """Return the frame with the contents of a requested file."""
     return struct.pack("<BIBI", 4, request, 0, 0) + data
 
 
 def asset_failure(request: int, text: str) -> Frame:
-    """Return the frame that says why a file cannot be sent."""
+    """Return the frame that says why a requested file cannot be sent."""
     reason = text.encode(errors="replace")
     return struct.pack("<BIBI", 4, request, 1, len(reason)) + reason
 
 
 def graph_update(previous: Nodes, current: Nodes) -> Frame | None:
-    """Return the frame with the changes to the graph; None if nothing has changed."""
+    """Return the frame with what has changed in the graph of nodes; None if nothing has."""
     published, subscribed, services = (
         [(name, list(nodes)) for name, nodes in new.items() if old.get(name) != nodes]
         for old, new in zip(previous, current, strict=True)
     )
-    # A topic that lost all its publishers but has subscribers is not removed: its list becomes empty.
+    # A topic that has lost all its publishers but still has subscribers is not removed: its list of publishers is sent
+    # empty.
     topics = {*current[0], *current[1]}
     for changed, old, new in ((published, previous[0], current[0]), (subscribed, previous[1], current[1])):
         changed += [(name, []) for name in old if name not in new and name in topics]

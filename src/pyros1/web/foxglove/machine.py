@@ -1,4 +1,4 @@
-"""The state of one viewer: what it was sent and what it requested (pure: no sockets, threads or clocks)."""
+"""Keeps one viewer's state: what it was sent, and what it has requested (pure: no sockets, threads or clocks)."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from pyros1.web.foxglove.requests import ClientChannel, FrameError
 
 MAX_SUBSCRIPTIONS = 2_000
 MAX_CLIENT_CHANNELS = 200
-MAX_WATCHED = 10_000
+MAX_WATCHED_PARAMETERS = 10_000
 """Maximum number of parameters that a viewer can watch."""
 _MAX_PROBLEMS = 100
-_MAX_PER_FRAME = 200
+_MAX_ITEMS_PER_FRAME = 200
 """Maximum number of channels or services per frame, since their definitions are long."""
 _READ_ONLY_MESSAGE = "this server is read-only (--read-only)"
 
 
 @dataclass(frozen=True)
 class Listen:
-    """Start a subscription."""
+    """Start to send a channel's messages to the viewer."""
 
     subscription: int
     channel: Channel
@@ -33,28 +33,28 @@ class Listen:
 
 @dataclass(frozen=True)
 class StopListening:
-    """End a subscription."""
+    """Stop sending the messages of a subscription to the viewer."""
 
     subscription: int
 
 
 @dataclass(frozen=True)
 class Advertise:
-    """Start publishing."""
+    """Start publishing on a topic for the viewer."""
 
     channel: ClientChannel
 
 
 @dataclass(frozen=True)
 class Unadvertise:
-    """Stop publishing."""
+    """Stop publishing on a topic for the viewer."""
 
     channel: ClientChannel
 
 
 @dataclass(frozen=True)
 class Publish:
-    """Publish a message."""
+    """Publish a message from the viewer."""
 
     channel: ClientChannel
     payload: bytes
@@ -62,7 +62,7 @@ class Publish:
 
 @dataclass(frozen=True)
 class Call:
-    """Call a service."""
+    """Call a service for the viewer."""
 
     service: Service
     call: int
@@ -82,8 +82,9 @@ Action = (
     | requests.WatchParameters
     | requests.FetchAsset
 )
-"""Actions to perform for a viewer; requests that need no state are passed on unchanged."""
+"""What the machine wants done for the viewer. Requests that do not depend on its state are passed on unchanged."""
 Result = tuple[list[Action], list[Frame]]
+"""The actions to perform, and the frames to send."""
 
 
 class Machine:
@@ -98,7 +99,7 @@ class Machine:
         self._offers = Offers()
         self._channels: dict[int, Channel] = {}
         self._services: dict[int, Service] = {}
-        self._subscriptions: dict[int, int] = {}  # the viewer's id of the subscription -> channel
+        self._subscriptions: dict[int, int] = {}  # the viewer's id of the subscription -> the channel's id
         self._client_channels: dict[int, ClientChannel] = {}
         self._watched_values: dict[str, Any] = {}  # parameter -> value as last sent
         self._sent_graph: Nodes | None = None  # the graph as last sent; None if it is not watched
@@ -107,12 +108,12 @@ class Machine:
     # Connecting -------------------------------------------------------------------------------------------------------
 
     def hello(self, name: str, session: str, simulated: bool) -> list[Frame]:
-        """Return the first frames.
+        """Return the frames to send first: the description of the server, and an empty list of channels.
 
         Args:
-            name: name of the server.
+            name: the server's name.
             session: an id that is unique to each run of the server.
-            simulated: whether time is simulated. With wall time, viewers use their own clock.
+            simulated: whether time is simulated, so that it must be sent. With wall time, viewers use their own clock.
         """
         capabilities = ["parameters", "parametersSubscribe", "connectionGraph", "assets"]
         if not self._read_only:
@@ -157,7 +158,7 @@ class Machine:
         return [] if frame is None else [frame]
 
     def problems(self, problems: Mapping[str, str]) -> list[Frame]:
-        """Process the current problems, given by id; return frames for the new and the resolved ones."""
+        """Process the current problems, by id; return frames that report new problems and remove resolved ones."""
         current = dict(islice(problems.items(), _MAX_PROBLEMS))
         resolved = [name for name in self._sent_problems if name not in current]
         updates = [
@@ -174,7 +175,7 @@ class Machine:
         return bool(self._watched_values)
 
     def parameters(self, values: ParameterValues) -> list[Frame]:
-        """Process the current parameters; return frames with those that have changed."""
+        """Process the current parameters; return frames with the watched parameters that have changed."""
         changed: dict[str, Any] = {}
         for name, old in self._watched_values.items():
             new = values.get(name)
@@ -189,31 +190,31 @@ class Machine:
         """Start reporting changes to parameters.
 
         Args:
-            names: names of the parameters; empty for all.
-            values: the current values.
+            names: names of the parameters; empty for all existing parameters.
+            values: the parameters' current values.
 
         Returns:
-            Frames with the current values of parameters that were not watched yet.
+            Frames with the current values of those parameters that were not being watched yet.
         """
         unwatched = [name for name in (tuple(names) or values.flat) if name not in self._watched_values]
-        capacity = MAX_WATCHED - len(self._watched_values)
+        capacity = MAX_WATCHED_PARAMETERS - len(self._watched_values)
         new = {name: values.get(name) for name in unwatched[:capacity]}
         self._watched_values.update(new)
         response: list[Frame] = []
         if new:
             response.append(frames.parameter_values([parameters.entry(*each) for each in new.items()]))
         if len(unwatched) > capacity:
-            response.append(frames.status(Level.WARNING, f"at most {MAX_WATCHED} parameters can be watched"))
+            response.append(frames.status(Level.WARNING, f"at most {MAX_WATCHED_PARAMETERS} parameters can be watched"))
         return response
 
     def remove_subscription(self, subscription: int) -> None:
-        """Remove a subscription that could not be established."""
+        """Remove a subscription that could not be started."""
         self._subscriptions.pop(subscription, None)
 
     # Requests from the viewer -----------------------------------------------------------------------------------------
 
     def handle(self, frame: str | bytes) -> Result:
-        """Process a frame; return the actions to perform and the frames of the response."""
+        """Process a frame from the viewer; return the actions to perform, and the response's frames."""
         try:
             return self._handle(requests.parse(frame))
         except FrameError as error:
@@ -244,8 +245,8 @@ class Machine:
                 return [Unadvertise(channel) for channel in removed if channel is not None], []
             case requests.SetParameters() if self._read_only:
                 names = tuple(each.name for each in request.parameters)
-                reread: list[Action] = [requests.GetParameters(names, request.id)] if names else []
-                return reread, [frames.status(Level.ERROR, _READ_ONLY_MESSAGE)]
+                read_again: list[Action] = [requests.GetParameters(names, request.id)] if names else []
+                return read_again, [frames.status(Level.ERROR, _READ_ONLY_MESSAGE)]
             case requests.UnwatchParameters(watched):
                 for name in watched or tuple(self._watched_values):
                     self._watched_values.pop(name, None)
@@ -321,14 +322,14 @@ class Machine:
 
 
 def _is_same(first: Any, second: Any) -> bool:
-    """Return whether parameter values have the same type and value; NaN is the same as NaN."""
+    """Return whether two parameter values have the same type and value; NaN counts as equal to NaN."""
     if isinstance(first, (float, list, dict)):
         return repr(first) == repr(second)
     return type(first) is type(second) and bool(first == second)
 
 
 def _batches(items: list[Any]) -> Iterable[list[Any]]:
-    return (items[start : start + _MAX_PER_FRAME] for start in range(0, len(items), _MAX_PER_FRAME))
+    return (items[start : start + _MAX_ITEMS_PER_FRAME] for start in range(0, len(items), _MAX_ITEMS_PER_FRAME))
 
 
 def _warnings(problems: list[str]) -> list[Frame]:

@@ -1,4 +1,4 @@
-"""The topics and services that are offered to viewers (pure)."""
+"""Describes the topics and services that are offered to viewers (pure)."""
 
 from __future__ import annotations
 
@@ -8,18 +8,18 @@ from typing import NamedTuple
 
 Table = Mapping[str, list[str]]
 """Name of a topic or service -> the names of its nodes."""
-ANY = "*"
-"""Stands for a checksum that is not known; it matches every other one."""
+ANY_CHECKSUM = "*"
+"""Stands for an unknown checksum; it matches any checksum."""
 
 
 @dataclass(frozen=True)
 class Channel:
-    """A topic with a type.
+    """A topic as offered to viewers, with one definition of its type.
 
     Attributes:
         id: a number that is never reused for another topic, type or definition.
         type: the message type, ``package/Type``.
-        schema: the definition of this type and of all types that it uses.
+        schema: the definitions of the type and of all types that it uses.
         md5sum: the type's checksum; ``*`` if the publisher did not send one.
     """
 
@@ -30,19 +30,19 @@ class Channel:
     md5sum: str
 
     def carries(self, header: Mapping[str, str]) -> bool:
-        """Return whether messages with a connection header are of this channel's type."""
-        md5sum = header.get("md5sum", ANY)
-        return md5sum == self.md5sum or ANY in (md5sum, self.md5sum)
+        """Return whether a publisher with this connection header sends messages of the channel's type."""
+        md5sum = header.get("md5sum", ANY_CHECKSUM)
+        return md5sum == self.md5sum or ANY_CHECKSUM in (md5sum, self.md5sum)
 
 
 @dataclass(frozen=True)
 class Service:
-    """A service.
+    """A service as offered to viewers.
 
     Attributes:
         id: a number that is never reused for another name or type.
         type: the service type, ``package/Type``.
-        request, response: the definitions of both messages and of all types that they use.
+        request, response: the definitions of the request and the response, each with those of all types that it uses.
     """
 
     id: int
@@ -53,7 +53,7 @@ class Service:
 
 
 class Nodes(NamedTuple):
-    """The publishers and subscribers of topics, and the providers of services."""
+    """The nodes that publish and subscribe to topics, and provide services."""
 
     publishers: Table
     subscribers: Table
@@ -65,14 +65,14 @@ NO_NODES = Nodes({}, {}, {})
 
 @dataclass(frozen=True)
 class Offers:
-    """The channels and services on offer.
+    """Everything that is offered to viewers.
 
     Attributes:
-        channels: by topic.
-        services: by name.
+        channels: topic -> channel.
+        services: name -> service.
         nodes: the nodes of each topic and service.
-        problems: descriptions of the problems of topics and services, by id.
-        has_pending_queries: whether definitions are still to be requested from nodes.
+        problems: id -> description of a problem with a topic or service.
+        has_pending_queries: whether some definitions have yet to be requested from nodes.
     """
 
     channels: Mapping[str, Channel] = field(default_factory=dict)

@@ -1,4 +1,4 @@
-"""Messages queued for a viewer: bounded in bytes; the oldest of a channel are dropped first."""
+"""Queues messages for a viewer, in bounded memory; each channel's oldest messages are dropped first."""
 
 from __future__ import annotations
 
@@ -8,34 +8,35 @@ from operator import attrgetter
 from typing import NamedTuple
 
 MAX_CHANNEL_BYTES = 1 << 20
-"""Maximum bytes queued for a subscription in addition to its newest message. This limits the lag of a viewer."""
+"""Maximum number of bytes queued per subscription in addition to its newest message. This limits a viewer's lag."""
 MAX_BYTES = 64 << 20
 """Maximum total number of bytes queued for a viewer."""
-_OVERHEAD = 256
+_MESSAGE_OVERHEAD = 256
 """Memory overhead of a queued message in bytes."""
 
 
 class QueuedMessage(NamedTuple):
-    """A queued message.
+    """A message in the queue of a subscription.
 
     Attributes:
         ticket: the ticket of the subscription; see `Outbox.open`.
         time: time of reception in nanoseconds.
         payload: the serialized message.
-        latched_by: name of the publisher of a latched message, which may never be sent again; the newest one is kept.
-        at: time of reception in seconds, by a monotonic clock.
+        latched_by: name of the publisher if the message is latched, else None. Each publisher's newest latched message
+            is kept, since it may never be published again.
+        arrived_at: time of reception in seconds, by a monotonic clock.
     """
 
     ticket: int
     time: int
     payload: bytes
     latched_by: str | None
-    at: float = 0.0
+    arrived_at: float = 0.0
 
     @property
     def size(self) -> int:
         """The message's size in memory, in bytes."""
-        return len(self.payload) + _OVERHEAD
+        return len(self.payload) + _MESSAGE_OVERHEAD
 
 
 class _Queue:
@@ -43,7 +44,7 @@ class _Queue:
 
     def __init__(self) -> None:
         self._messages: deque[QueuedMessage] = deque()
-        self._latched: dict[str, QueuedMessage] = {}  # by publisher; older than all in _messages
+        self._latched: dict[str, QueuedMessage] = {}  # by publisher; older than all messages in _messages
         self._newest_latched: dict[str, QueuedMessage] = {}  # by publisher
         self.size = 0
 
@@ -72,7 +73,10 @@ class _Queue:
         return message
 
     def drop(self) -> bool:
-        """Drop the oldest message that is neither the newest nor latched; return whether there was one."""
+        """Drop the oldest message that need not be kept; return False if there is none.
+
+        The newest message is kept, and so is the newest latched message of each publisher.
+        """
         while len(self._messages) > 1:
             message = self._messages.popleft()
             if message.latched_by is not None and self._newest_latched[message.latched_by] is message:
@@ -84,7 +88,7 @@ class _Queue:
 
 
 class Outbox:
-    """The messages queued for a viewer. Any thread may add messages.
+    """All messages queued for a viewer. Thread-safe.
 
     Attributes:
         dropped: number of messages that were dropped for lack of space.
@@ -95,7 +99,7 @@ class Outbox:
         self._max_channel_bytes = max_channel_bytes
         self._lock = threading.Lock()
         self._queues: dict[int, _Queue] = {}
-        self._ready: deque[int] = deque()  # each subscription with queued messages, once
+        self._ready: deque[int] = deque()  # the ticket of each subscription with queued messages
         self._last_ticket = 0
         self._size = 0
         self.dropped = 0
@@ -106,14 +110,14 @@ class Outbox:
         return self._size
 
     def open(self) -> int:
-        """Start accepting messages of a new subscription; return its ticket, which is never reused."""
+        """Add a subscription, and return its ticket, which is never reused."""
         with self._lock:
             self._last_ticket += 1
             self._queues[self._last_ticket] = _Queue()
             return self._last_ticket
 
     def close(self, ticket: int) -> None:
-        """Stop accepting messages of a subscription, and drop the queued ones."""
+        """Remove a subscription, and drop its queued messages. Messages that are put later are ignored."""
         with self._lock:
             queue = self._queues.pop(ticket, None)
             if queue:
@@ -121,7 +125,7 @@ class Outbox:
                 self._ready.remove(ticket)
 
     def put(self, message: QueuedMessage) -> None:
-        """Add a message; old ones are dropped if there is no space."""
+        """Add a message; older messages are dropped if there is no space."""
         with self._lock:
             queue = self._queues.get(message.ticket)
             if queue is None:
@@ -137,10 +141,11 @@ class Outbox:
                 self.dropped += 1
 
     def take(self, byte_limit: int) -> list[QueuedMessage]:
-        """Remove and return messages, alternating between subscriptions, in order of arrival.
+        """Remove the oldest messages of each subscription in turn, and return them in order of arrival.
 
         Args:
-            byte_limit: maximum number of bytes; at least one message is returned if one is queued.
+            byte_limit: size in bytes after which no more messages are removed; at least one message is returned if any
+                is queued.
         """
         messages: list[QueuedMessage] = []
         with self._lock:
@@ -158,7 +163,7 @@ class Outbox:
         return messages
 
     def _make_room(self, newest_ticket: int) -> bool:
-        """Drop a message of the largest subscription; return whether one could be dropped."""
+        """Drop a message of the subscription with the most queued bytes; return whether a message could be dropped."""
         largest_first = sorted(self._ready, key=lambda each: self._queues[each].size, reverse=True)
         for ticket in largest_first:
             queue = self._queues[ticket]
@@ -166,7 +171,7 @@ class Outbox:
             if queue.drop():
                 self._size -= previous_size - queue.size
                 return True
-        for ticket in largest_first:  # only messages that should be kept are left, but they are still too large
+        for ticket in largest_first:  # only messages that should be kept are left, but even these need too much space
             queue = self._queues[ticket]
             if ticket != newest_ticket or len(queue) > 1:
                 self._size -= queue.take().size
@@ -176,4 +181,4 @@ class Outbox:
         return False
 
 
-_arrival_time = attrgetter("at")
+_arrival_time = attrgetter("arrived_at")

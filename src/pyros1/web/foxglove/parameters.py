@@ -1,4 +1,4 @@
-"""Parameters in the form in which viewers see them (pure)."""
+"""Converts parameters to and from the form that viewers use (pure)."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from typing import Any
 from pyros1.web.foxglove.requests import FrameError, SetParameter
 
 MAX_VALUES = 100_000
-"""Maximum number of parameters that are sent to viewers."""
+"""Maximum number of parameters sent to viewers."""
 
 
 class ParameterValues:
@@ -42,13 +42,13 @@ class ParameterValues:
         *folders, leaf = name[1:].split("/")
         branch = self._tree
         for folder in folders:
-            if not isinstance(branch.get(folder), dict):  # a parent of this parameter may be a plain value itself
+            if not isinstance(branch.get(folder), dict):  # a name in the path may also have a plain value
                 branch[folder] = {}
             branch = branch[folder]
         branch[leaf] = value
 
     def get(self, name: str) -> Any:
-        """Return a parameter's value, the tree of a namespace, or None if there is neither."""
+        """Return a parameter's value, or a namespace's tree; None if there is neither with this name."""
         if name in self.flat:
             return self.flat[name]
         subtree: Any = self._tree
@@ -63,7 +63,8 @@ def entry(name: str, value: Any) -> dict[str, Any]:
     """Return a parameter in the form used in frames.
 
     Args:
-        value: its value; None if it is not set.
+        name: the parameter's full name.
+        value: the parameter's value; None if it is not set.
     """
     if value is None:
         return {"name": name}
@@ -78,7 +79,7 @@ def entry(name: str, value: Any) -> dict[str, Any]:
 
 
 def entries(values: ParameterValues, names: Iterable[str]) -> list[dict[str, Any]]:
-    """Return the parameters with these names, or all if there are no names, in the form used in frames."""
+    """Return the parameters with the given names, or all if none are given, in the form used in frames."""
     requested = list(dict.fromkeys(names))
     if not requested:
         return [entry(name, value) for name, value in values.flat.items()]
@@ -86,7 +87,7 @@ def entries(values: ParameterValues, names: Iterable[str]) -> list[dict[str, Any
 
 
 def value_to_set(parameter: SetParameter) -> Any:
-    """Return the value that a viewer wants to set.
+    """Return the value that a viewer wants to give to a parameter, converted to the type that it specified.
 
     Raises:
         FrameError: the value does not have the type that the viewer specified.
@@ -123,7 +124,7 @@ def _is_float(value: Any) -> bool:
 
 
 def _to_json_types(value: Any) -> Any:
-    """Return a value as JSON types."""
+    """Convert a value that may contain bytes, dates and non-finite floats to types that JSON supports."""
     if isinstance(value, dict):
         return {str(key): _to_json_types(child) for key, child in value.items()}
     if isinstance(value, (list, tuple)):

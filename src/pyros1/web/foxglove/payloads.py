@@ -1,4 +1,4 @@
-"""Messages in the encodings that viewers may use. Pure, except that definitions are looked up."""
+"""Converts messages to and from the encodings that viewers use (pure, except for finding definitions)."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from pyros1.web.foxglove.requests import ClientChannel, FrameError
 
 
 def type_name(channel: ClientChannel) -> str:
-    """Return the ROS 1 name of a viewer's type."""
+    """Return the ROS 1 name of the type of a viewer's channel; some viewers write ``package/msg/Type``."""
     return channel.type.replace("/msg/", "/", 1)
 
 
 def message_class(channel: ClientChannel) -> type[Message]:
-    """Return the message class of a viewer's channel, from the channel's definition if the type is not installed here.
+    """Return the message class of a viewer's channel, made from the channel's definition if the type is not installed.
 
     Raises:
         MessageError: there is no definition, or it is invalid.
@@ -45,10 +45,13 @@ def check_encoding(encoding: str) -> None:
 
 
 def decode(cls: type[Message], encoding: str, payload: bytes, now: Time) -> Message:
-    """Return the message in a payload.
+    """Return the message in a payload from a viewer.
 
     Args:
-        now: the time that ``now`` in JSON stands for.
+        cls: the message's class.
+        encoding: one of `ENCODINGS`.
+        payload: the encoded message.
+        now: the time that replaces the word ``now`` in JSON.
 
     Raises:
         MessageError: the payload is not a message of this class in this encoding.
@@ -75,7 +78,7 @@ def decode(cls: type[Message], encoding: str, payload: bytes, now: Time) -> Mess
 
 
 def encode(message: Message, encoding: str) -> bytes:
-    """Return a message's payload.
+    """Return a message as a payload for viewers, in one of the `ENCODINGS`.
 
     Raises:
         MessageError: a value does not fit its field.
@@ -86,7 +89,7 @@ def encode(message: Message, encoding: str) -> bytes:
 
 
 def _with_viewer_times(value: Any) -> Any:
-    """Return a value in which times have the field names that viewers use."""
+    """Return a value in which the fields of times have the names that viewers use: sec and nsec."""
     if isinstance(value, list):
         return [_with_viewer_times(each) for each in value]
     if not isinstance(value, dict):
@@ -97,7 +100,7 @@ def _with_viewer_times(value: Any) -> Any:
 
 
 def _with_ros_times(value: Any) -> Any:
-    """Return a value in which times have the field names of ROS 1; viewers write sec and nsec."""
+    """Return a value in which the fields of times have their ROS 1 names: secs and nsecs."""
     if isinstance(value, list):
         return [_with_ros_times(each) for each in value]
     if not isinstance(value, dict):

@@ -1,4 +1,4 @@
-"""Parses the requests of viewers (pure)."""
+"""Parses requests from viewers (pure)."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Any
 from pyros1.ground.errors import Error
 from pyros1.web.client_json import loads
 
-MAX_TEXT = 1 << 20
+MAX_TEXT_LENGTH = 1 << 20
 """Maximum number of characters in a text frame."""
 _MAX_ID = 1 << 32
 _MAX_QUOTED_LENGTH = 100
@@ -22,14 +22,14 @@ class FrameError(Error):
 
 @dataclass(frozen=True)
 class Subscribe:
-    """Send the messages of channels, given as pairs of the viewer's subscription id and the channel's id."""
+    """Send the messages of channels. Each pair is the viewer's id of the subscription, and the channel's id."""
 
     pairs: tuple[tuple[int, int], ...]
 
 
 @dataclass(frozen=True)
 class Unsubscribe:
-    """End subscriptions."""
+    """Stop sending the messages of subscriptions, given by the viewer's ids."""
 
     subscriptions: tuple[int, ...]
 
@@ -40,9 +40,9 @@ class ClientChannel:
 
     Attributes:
         id: the viewer's id of the channel.
-        topic: the name as written by the viewer.
+        topic: the topic's name as the viewer wrote it.
         encoding: encoding of the messages, for example ``ros1``.
-        type: the name of the message type.
+        type: the name of the message type as the viewer wrote it.
         schema: the type's definition; empty if the viewer did not send one.
     """
 
@@ -55,21 +55,21 @@ class ClientChannel:
 
 @dataclass(frozen=True)
 class ClientAdvertise:
-    """Publish on more topics."""
+    """The viewer will publish on further topics."""
 
     channels: tuple[ClientChannel, ...]
 
 
 @dataclass(frozen=True)
 class ClientUnadvertise:
-    """Stop publishing on some topics."""
+    """The viewer stops publishing on the channels with these ids."""
 
     channels: tuple[int, ...]
 
 
 @dataclass(frozen=True)
 class ClientMessage:
-    """Publish a message."""
+    """Publish a message on one of the viewer's channels."""
 
     channel: int
     payload: bytes
@@ -77,7 +77,7 @@ class ClientMessage:
 
 @dataclass(frozen=True)
 class CallService:
-    """Call a service."""
+    """Call a service; ``service`` and ``call`` are ids."""
 
     service: int
     call: int
@@ -87,7 +87,7 @@ class CallService:
 
 @dataclass(frozen=True)
 class GetParameters:
-    """Send the values of parameters; if there are no names, of all parameters."""
+    """Send the values of the named parameters; without names, of all parameters."""
 
     names: tuple[str, ...]
     id: str | None
@@ -98,7 +98,7 @@ class SetParameter:
     """A parameter's new value.
 
     Attributes:
-        value: the value as JSON, ``None`` if the parameter is to be deleted.
+        value: the value as JSON; ``None`` to delete the parameter.
         type: ``byte_array``, ``float64``, ``float64_array`` or empty.
     """
 
@@ -109,7 +109,7 @@ class SetParameter:
 
 @dataclass(frozen=True)
 class SetParameters:
-    """Set parameters."""
+    """Set or delete parameters; with an id, the new values are sent back."""
 
     parameters: tuple[SetParameter, ...]
     id: str | None
@@ -117,21 +117,21 @@ class SetParameters:
 
 @dataclass(frozen=True)
 class WatchParameters:
-    """Report changes to parameters; if there are no names, to all existing parameters."""
+    """Report changes to the named parameters; without names, to all parameters that exist now."""
 
     names: tuple[str, ...]
 
 
 @dataclass(frozen=True)
 class UnwatchParameters:
-    """Stop reporting changes to parameters; if there are no names, to all parameters."""
+    """Stop reporting changes to the named parameters; without names, to all parameters."""
 
     names: tuple[str, ...]
 
 
 @dataclass(frozen=True)
 class WatchGraph:
-    """Report the publishers, subscribers and service providers."""
+    """Report the publishers, subscribers and service providers, and changes to them."""
 
 
 @dataclass(frozen=True)
@@ -141,7 +141,7 @@ class UnwatchGraph:
 
 @dataclass(frozen=True)
 class FetchAsset:
-    """Send a file."""
+    """Send the file with a URI."""
 
     uri: str
     id: int
@@ -165,7 +165,7 @@ Request = (
 
 
 def parse(frame: str | bytes) -> Request:
-    """Return the request in a frame.
+    """Parse a frame from a viewer, and return the request in it.
 
     Raises:
         FrameError: the frame is not a valid request.
@@ -192,8 +192,8 @@ def _parse_bytes(frame: bytes) -> Request:
 
 
 def _parse_text(text: str) -> Request:
-    if len(text) > MAX_TEXT:
-        raise FrameError(f"a text frame must have at most {MAX_TEXT} characters")
+    if len(text) > MAX_TEXT_LENGTH:
+        raise FrameError(f"a text frame must have at most {MAX_TEXT_LENGTH} characters")
     try:
         request = loads(text)
     except ValueError:

@@ -1,4 +1,4 @@
-"""State shared by all viewers, so that many viewers put no more load on the master than one."""
+"""State that all viewers share, so that many viewers put no more load on the master than a single viewer."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from pyros1.web.robot import Robot
 
 
 class ViewerContext:
-    """State shared by all viewers.
+    """The state that all viewers of a robot share.
 
     Attributes:
         robot: the robot.
         catalogue: the robot's channels and services.
-        files: the files of the robot's packages.
+        files: the files in ROS packages.
         session: an id that is unique to this run of the server.
     """
 
@@ -32,11 +32,11 @@ class ViewerContext:
         self._fetched_at = float("-inf")
 
     def parameters(self, max_age: float) -> ParameterValues:
-        """Return the parameters.
+        """Return the parameters that viewers may see.
 
         Args:
-            max_age: maximum age in seconds of values that are reused; older values are reused only while another
-                thread queries the master. With 0, they are always requested.
+            max_age: the latest values are returned if they are not older than this, in seconds; older values are
+                returned only while another thread queries the master. With 0, the master is always queried.
 
         Raises:
             MasterUnreachableError: the master does not respond.

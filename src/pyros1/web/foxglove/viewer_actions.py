@@ -1,4 +1,4 @@
-"""A viewer's actions that run in threads: publishing, services, parameters, files. Each may take seconds."""
+"""Performs a viewer's actions that may take seconds, and so run in threads: publishing, services, parameters, files."""
 
 from __future__ import annotations
 
@@ -15,21 +15,22 @@ from pyros1.web.foxglove.shared import ViewerContext
 from pyros1.web.service_exchanges import ServiceExchanges
 
 _CONNECT_TIMEOUT = 0.5
-"""Seconds to wait for subscribers to connect before the first message of a viewer's channel."""
+"""Seconds to wait for subscribers to connect before the first message on a viewer's channel."""
 _CALL_TIMEOUT = 60.0
-"""Timeout of service calls in seconds."""
+"""Timeout in seconds for service calls."""
 
 
 class Publishers:
-    """The topics on which one viewer publishes. To be used by one thread at a time."""
+    """The publishers of one viewer. Not thread-safe."""
 
     def __init__(self, shared: ViewerContext) -> None:
         self._robot = shared.robot
         self._publishers: dict[int, tuple[type[Message], Any]] = {}
-        self._connect_deadlines: dict[int, float] = {}  # until when to wait for subscribers before the first message
+        # Channel -> until when its first message waits for subscribers.
+        self._connect_deadlines: dict[int, float] = {}
 
     def advertise(self, channel: ClientChannel) -> None:
-        """Start publishing.
+        """Start publishing on a viewer's channel.
 
         Raises:
             Error: the topic's name or type is invalid, or the server already publishes the topic with another type.
@@ -42,13 +43,13 @@ class Publishers:
         self._connect_deadlines[channel.id] = monotonic() + _CONNECT_TIMEOUT
 
     def publish(self, channel: ClientChannel, payload: bytes) -> None:
-        """Publish a message.
+        """Publish a message on a viewer's channel.
 
         Raises:
             Error: the payload is not a message of the channel's type, or the channel cannot be advertised.
         """
         if channel.id not in self._publishers:
-            self.advertise(channel)  # this failed before, but may work now
+            self.advertise(channel)  # an earlier attempt failed, but the next may succeed
         cls, publisher = self._publishers[channel.id]
         message = payloads.decode(cls, channel.encoding, payload, self._robot.node.now())
         deadline = self._connect_deadlines.pop(channel.id, None)
@@ -57,7 +58,7 @@ class Publishers:
         publisher.publish(message)
 
     def unadvertise(self, channel: ClientChannel) -> None:
-        """Stop publishing."""
+        """Stop publishing on a viewer's channel."""
         self._connect_deadlines.pop(channel.id, None)
         _, publisher = self._publishers.pop(channel.id, (None, None))
         if publisher is not None:
@@ -92,7 +93,7 @@ def fetch(shared: ViewerContext, request: requests.FetchAsset) -> Frame:
 
 
 def get_parameters(shared: ViewerContext, request: requests.GetParameters) -> list[Frame]:
-    """Return frames with parameters.
+    """Return the frame with the values of the requested parameters, in a list.
 
     Raises:
         MasterUnreachableError: the master does not respond.
@@ -101,7 +102,7 @@ def get_parameters(shared: ViewerContext, request: requests.GetParameters) -> li
 
 
 def set_parameters(shared: ViewerContext, request: requests.SetParameters) -> list[Frame]:
-    """Set parameters; return frames with the problems, and with the new values if the viewer requested them.
+    """Set parameters; return frames that report problems, and one with the new values if the viewer wants them.
 
     Raises:
         MasterUnreachableError: the master does not respond.

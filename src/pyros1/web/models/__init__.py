@@ -1,1 +1,1 @@
-"""Data for the tables of the page: forms of messages, parameters, goals (pure); publishing at a rate."""
+"""Prepares data for the page's panels: forms, parameters, goals, joints and launches; publishes at a rate."""

@@ -1,4 +1,4 @@
-"""Message definitions for the page's forms (pure except for finding definitions)."""
+"""Prepares forms in which messages are edited on the page (pure, except for finding definitions)."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _MAX_DEPTH = 12
 _MAX_SAFE_INTEGER = 1 << 53
 _INTEGER_TYPES = frozenset(f"{sign}int{bits}" for sign in ("", "u") for bits in (8, 16, 32, 64)) | {"byte", "char"}
 _COUNTER_FIELDS = frozenset({"id", "seq"})
-"""Fields that are counters, to which no constants belong."""
+"""Names of fields that count something, so no constants belong to them."""
 
 
 def form(cls: type[Message]) -> dict[str, Any]:
@@ -25,7 +25,8 @@ def form(cls: type[Message]) -> dict[str, Any]:
     Returns:
         - type: the type's name
         - text: the type's definition
-        - fields: a list of name, type, the nested fields or null, and the choices: a list of name and value
+        - fields: for each field, its name, its type, its nested fields or null, and its choices (pairs of name and
+          value) or null
         - default: a message with default values, as JSON; orientations have no rotation
     """
     return {"type": cls._type, "text": cls._full_text, "fields": _fields(cls, 0), "default": _default_value(cls)}
@@ -42,15 +43,15 @@ def _default_value(cls: type[Message]) -> dict[str, Any]:
 
 
 def numeric_paths(cls: type[Message], path: str, depth: int = 0) -> Iterator[str]:
-    """Yield the paths of the numeric fields of a message; for arrays, those of the first element."""
+    """Yield the paths of a message's numeric fields; in arrays, only those of the first element."""
     for name, field_type in zip(cls.__slots__, cls._slot_types, strict=True):
-        base, bracket, _ = field_type.partition("[")
+        base_type, bracket, _ = field_type.partition("[")
         field_path = f"{path}/{name}[0]" if bracket else f"{path}/{name}"
-        if "/" not in base:
-            if base != "string":
+        if "/" not in base_type:
+            if base_type != "string":
                 yield field_path
         elif depth < _MAX_DEPTH:
-            yield from numeric_paths(cls._classes[base], field_path, depth + 1)
+            yield from numeric_paths(cls._classes[base_type], field_path, depth + 1)
 
 
 def to_yaml(value: Mapping[str, Any]) -> str:
@@ -70,7 +71,7 @@ def to_yaml(value: Mapping[str, Any]) -> str:
 
 
 def from_yaml(cls: type[Message], value: Any) -> Any:
-    """Return a message as JSON in which every field has a value, from the partial message in a YAML text.
+    """Complete a message that was loaded from YAML text, so that every field has a value; return it as JSON.
 
     Raises:
         MessageError: a field does not exist, or the value is not a message.
@@ -107,7 +108,7 @@ def _to_json(value: Any) -> Any:
 
 
 def to_page_json(value: Any) -> Any:
-    """Return a value for a page, with integers that JavaScript would round and non-finite floats as strings."""
+    """Return a value for a page. Integers that JavaScript would round and non-finite floats become strings."""
     if isinstance(value, dict):
         return {name: to_page_json(child) for name, child in value.items()}
     if isinstance(value, list):
@@ -118,11 +119,12 @@ def to_page_json(value: Any) -> Any:
 
 
 def choices(cls: type[Message]) -> dict[str, list[list[Any]]]:
-    """Return the constants that are possible values of a message's fields, by field, as name and value.
+    """Return field name -> the constants that are possible values of the field, each as name and value.
 
-    A definition does not specify to which fields its constants belong. Constants that begin with a field's name belong
-    to it; others to the fields of their type or, if there are none and they are integers, to the integer fields: one
-    run of values to each, or all.
+    A definition does not specify which fields its constants belong to. Constants whose names begin with a field's name
+    are assigned to that field; others to the fields of the constants' type or, if there are none and the type is an
+    integer type, to all integer fields. If there are as many runs of values as such fields, each field gets one run;
+    otherwise, each gets all.
     """
     try:
         constants = parse_message(cls._type, cls._full_text.split("\n" + "=" * 10, 1)[0]).constants
@@ -156,7 +158,7 @@ def choices(cls: type[Message]) -> dict[str, list[list[Any]]]:
 
 
 def _runs(constants: list[Constant]) -> list[list[Constant]]:
-    """Split constants where their values start again, since there may be one run for each field, in order."""
+    """Split constants into runs of increasing values, since there may be one run per field, in the same order."""
     runs: list[list[Constant]] = []
     for constant in constants:
         previous = runs[-1][-1].value if runs else None

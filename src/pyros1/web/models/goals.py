@@ -1,4 +1,4 @@
-"""Goals of an action server, as reported on its topics (pure)."""
+"""Keeps track of an action server's goals, as reported on its topics (pure)."""
 
 from __future__ import annotations
 
@@ -6,27 +6,28 @@ from dataclasses import dataclass
 from typing import Any
 
 MAX_GOALS = 50
-"""Maximum number of goals that are kept; the oldest are dropped."""
-_ACTIVE = frozenset({0, 1, 6, 7})
-"""Statuses of active goals."""
+"""Maximum number of goals kept; the oldest are dropped."""
+_ACTIVE_STATUSES = frozenset({0, 1, 6, 7})
+"""Statuses of goals that are not finished."""
 LOST = 9
 """Status of a goal that its server no longer knows."""
 _MAX_MISSED = 2
-"""Number of consecutive status lists without a known goal after which the server is assumed to have restarted."""
+"""If this many consecutive status lists lack a known goal, the server is assumed to have restarted."""
 
 
 @dataclass
 class Goal:
-    """A goal.
+    """What is known about a goal.
 
     Attributes:
         id: the goal's id.
         stamp: when the goal was sent, in seconds.
-        status: a number of actionlib_msgs/GoalStatus.
+        status: one of the numbers defined in actionlib_msgs/GoalStatus, or `LOST`.
         text: the server's message about the status.
-        feedback, result: the newest messages; None for none.
-        feedbacks: number of feedback messages.
-        missed: number of the latest status lists without the goal; None if it has not been in one yet.
+        feedback, result: the contents of the latest message of each kind; None if there was none.
+        num_feedbacks: number of feedback messages received.
+        num_missed: number of consecutive status lists without the goal, up to the latest; None if none has contained
+            it.
     """
 
     id: str
@@ -34,13 +35,13 @@ class Goal:
     status: int = 0
     text: str = ""
     feedback: Any = None
-    feedbacks: int = 0
+    num_feedbacks: int = 0
     result: Any = None
-    missed: int | None = None
+    num_missed: int | None = None
 
 
 class Goals:
-    """Collects the messages of an action's topics."""
+    """The goals reported by the messages on an action's topics."""
 
     def __init__(self) -> None:
         self._goals: dict[str, Goal] = {}
@@ -48,22 +49,22 @@ class Goals:
     def add_statuses(self, array: Any) -> None:
         """Process an actionlib_msgs/GoalStatusArray."""
         for status in array.status_list[-MAX_GOALS:]:
-            self._update_goal(status).missed = 0
+            self._update_goal(status).num_missed = 0
         listed_ids = {status.goal_id.id for status in array.status_list}
         for goal in self._goals.values():
-            if goal.id not in listed_ids and goal.missed is not None:
-                goal.missed += 1
-                if goal.missed >= _MAX_MISSED and goal.status in _ACTIVE:
+            if goal.id not in listed_ids and goal.num_missed is not None:
+                goal.num_missed += 1
+                if goal.num_missed >= _MAX_MISSED and goal.status in _ACTIVE_STATUSES:
                     goal.status = LOST
 
     def add_feedback(self, message: Any) -> None:
-        """Process a message of the feedback topic."""
+        """Process a message from the feedback topic."""
         goal = self._update_goal(message.status)
         goal.feedback = message.feedback
-        goal.feedbacks += 1
+        goal.num_feedbacks += 1
 
     def add_result(self, message: Any) -> None:
-        """Process a message of the result topic."""
+        """Process a message from the result topic."""
         self._update_goal(message.status).result = message.result
 
     def all(self) -> list[Goal]:

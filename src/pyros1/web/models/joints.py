@@ -1,4 +1,4 @@
-"""Data displayed and sent by the joints panel (pure)."""
+"""Prepares and checks data for the joints panel (pure)."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from pyros1.urdf.model import UrdfError
 from pyros1.web.server.wire import RequestError
 
 MAX_JOINTS = 1_000
-"""Maximum number of joints that are displayed, and that one request may move."""
+"""Maximum number of joints displayed, and of joints that one request may move."""
 _MAX_SOURCES = 20
 
 
 def describe(states: JointStates) -> list[dict[str, Any]]:
-    """Return name, type, lower, upper and zero of the first `MAX_JOINTS` joints; of mimic joints, also ``follows``."""
+    """Return name, type, lower, upper and zero of the first `MAX_JOINTS` joints; for mimic joints, also ``follows``."""
     return [_joint(states, name) for name in states.names[:MAX_JOINTS]]
 
 
@@ -38,7 +38,7 @@ def _joint(states: JointStates, name: str) -> dict[str, Any]:
 
 
 def publisher_options(params: object) -> Options:
-    """Return the options of a node that publishes joints; the defaults if its parameters are not valid options."""
+    """Return the options of a node that publishes joints, or the defaults if its parameters are not valid options."""
     values = params if isinstance(params, Mapping) else {}
     try:
         return read_options(values.get)
@@ -46,8 +46,8 @@ def publisher_options(params: object) -> Options:
         return Options()
 
 
-def sources(node: str, params: object) -> list[str]:
-    """Return topics on which a node may accept positions, the best one first.
+def position_topics(node: str, params: object) -> list[str]:
+    """Return the topics on which a node that publishes joints may accept positions, the preferred topic first.
 
     Args:
         node: the node's full name.
@@ -60,18 +60,18 @@ def sources(node: str, params: object) -> list[str]:
     return [f"{node}/{SLIDERS_TOPIC}", *filter(is_legal_name, full_names)]
 
 
-def positions(value: object) -> dict[str, float]:
-    """Return the joint positions requested by a page.
+def check_positions(requested_positions: object) -> dict[str, float]:
+    """Check the joint positions requested by a page, and return them.
 
     Args:
-        value: an object: joint -> position in radians or metres.
+        requested_positions: an object that maps joints to positions in radians or metres.
 
     Raises:
         RequestError: the value is not an object of this form.
     """
-    if not isinstance(value, dict) or len(value) > MAX_JOINTS:
+    if not isinstance(requested_positions, dict) or len(requested_positions) > MAX_JOINTS:
         raise RequestError(f"positions must be an object with at most {MAX_JOINTS} joints")
-    for position in value.values():
+    for position in requested_positions.values():
         if isinstance(position, bool) or not isinstance(position, (int, float)) or not math.isfinite(position):
             raise RequestError("a position must be a number")
-    return value
+    return requested_positions

@@ -1,4 +1,4 @@
-"""Descriptions of launched processes for a page, and the last lines of their log files."""
+"""Describes launched processes for a page, and reads the last lines of their log files."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from typing import Any
 from pyros1.launch.running.control import Report, Status
 
 MAX_PROCESSES = 500
-"""Maximum number of processes of a launch that are sent to a page."""
+"""Maximum number of processes per launch that are sent to a page."""
 _MAX_TAIL_BYTES = 32_000
-_MAX_LINES = 200
-_SUFFIXES = (".log", "-stdout.log", "-stderr.log")
+_MAX_TAIL_LINES = 200
+_LOG_SUFFIXES = (".log", "-stdout.log", "-stderr.log")
 _EXIT_CODE_MEANINGS = {
     126: "the program cannot be executed",
     127: "a command was not found",
@@ -24,13 +24,13 @@ CpuSample = tuple[float, float]
 """A point in time, and the CPU time used until then, both in seconds."""
 
 
-def describe(report: Report, now: float, earlier: Mapping[tuple[str, int], CpuSample]) -> dict[str, Any]:
-    """Return the description of a launch for a page.
+def describe(report: Report, now: float, earlier_samples: Mapping[tuple[str, int], CpuSample]) -> dict[str, Any]:
+    """Return a launch's description for a page.
 
     Args:
-        report: the report of the launch.
+        report: the launch's own report.
         now: monotonic time in seconds.
-        earlier: earlier CPU times, by label and process id; see `cpu_times`.
+        earlier_samples: earlier CPU times, by label and process id; see `cpu_times`.
 
     Returns:
         ``{"title", "pid", "uptime", "expected", "refusal", "count", "processes": [{"label", "node", "state", "pid",
@@ -47,11 +47,11 @@ def describe(report: Report, now: float, earlier: Mapping[tuple[str, int], CpuSa
         "expected": report.expected,
         "refusal": report.refusal,
         "count": len(report.processes),
-        "processes": [_describe(entry, now, earlier) for entry in processes],
+        "processes": [_describe(entry, now, earlier_samples) for entry in processes],
     }
 
 
-def _describe(entry: Status, now: float, earlier: Mapping[tuple[str, int], CpuSample]) -> dict[str, Any]:
+def _describe(entry: Status, now: float, earlier_samples: Mapping[tuple[str, int], CpuSample]) -> dict[str, Any]:
     is_running = entry.state in ("running", "stopping")
     return {
         "label": entry.label,
@@ -60,7 +60,7 @@ def _describe(entry: Status, now: float, earlier: Mapping[tuple[str, int], CpuSa
         "pid": entry.pid if is_running and entry.pid > 0 else None,
         "starts": entry.starts,
         "uptime": _none_if_unknown(entry.uptime),
-        "cpu": _cpu_percentage(entry, now, earlier.get((entry.label, entry.pid))),
+        "cpu": _cpu_percentage(entry, now, earlier_samples.get((entry.label, entry.pid))),
         "memory": _none_if_unknown(entry.memory),
         "machine": entry.machine,
         "exit": "" if is_running or entry.exit_code is None else describe_exit(entry.exit_code),
@@ -71,14 +71,14 @@ def _describe(entry: Status, now: float, earlier: Mapping[tuple[str, int], CpuSa
 
 
 def cpu_times(report: Report, now: float) -> dict[tuple[str, int], CpuSample]:
-    """Return the CPU times of the processes of a launch, by label and process id."""
+    """Return the CPU times of a launch's processes, by label and process id."""
     return {(entry.label, entry.pid): (now, entry.cpu) for entry in report.processes if entry.cpu >= 0}
 
 
-def _cpu_percentage(entry: Status, now: float, earlier: CpuSample | None) -> float | None:
-    if earlier is None or entry.cpu < 0 or now <= earlier[0]:
+def _cpu_percentage(entry: Status, now: float, earlier_sample: CpuSample | None) -> float | None:
+    if earlier_sample is None or entry.cpu < 0 or now <= earlier_sample[0]:
         return None
-    return max(0.0, round(100 * (entry.cpu - earlier[1]) / (now - earlier[0]), 1))
+    return max(0.0, round(100 * (entry.cpu - earlier_sample[1]) / (now - earlier_sample[0]), 1))
 
 
 def _none_if_unknown(value: float) -> float | None:
@@ -86,10 +86,10 @@ def _none_if_unknown(value: float) -> float | None:
 
 
 def describe_exit(code: int) -> str:
-    """Return a description of an exit code.
+    """Return an exit code's description for a page.
 
     Args:
-        code: the exit code; negative for a signal.
+        code: the exit code; the negative number of the signal if one killed the process.
     """
     if code < 0:
         try:
@@ -103,21 +103,21 @@ def describe_exit(code: int) -> str:
 
 
 def log_files(base: str, folder: Path) -> list[Path]:
-    """Return the existing log files of a process.
+    """Return a process's existing log files.
 
-    The path is sent by the launch, and any program that reaches the master can claim to be a launch, so only files in
-    one folder are returned.
+    The path is sent by the launch, and any program that can reach the master can claim to be a launch, so only files
+    inside the folder of log files are returned.
 
     Args:
-        base: the path of the files without ``.log``.
+        base: the files' path without suffixes such as ``.log``.
         folder: the folder of log files in this environment.
     """
     log_folder = folder.resolve()
-    paths = [Path(base + suffix).resolve() for suffix in _SUFFIXES]
+    paths = [Path(base + suffix).resolve() for suffix in _LOG_SUFFIXES]
     return [path for path in paths if path.is_relative_to(log_folder) and path.is_file()]
 
 
-def tail(path: Path) -> str:
+def last_lines(path: Path) -> str:
     """Return the last lines of a text file.
 
     Raises:
@@ -130,4 +130,4 @@ def tail(path: Path) -> str:
     text = data.decode(errors="replace")
     if size > len(data):
         text = text.partition("\n")[2] or text
-    return "\n".join(text.splitlines()[-_MAX_LINES:])
+    return "\n".join(text.splitlines()[-_MAX_TAIL_LINES:])

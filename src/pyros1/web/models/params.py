@@ -1,4 +1,4 @@
-"""Parameters as displayed on a page (pure)."""
+"""Prepares parameters for display and editing on a page (pure)."""
 
 from __future__ import annotations
 
@@ -11,24 +11,24 @@ from pyros1.values import YamlError, load_yaml
 from pyros1.values.writing import dump
 
 MAX_PARAMETERS = 20_000
-"""Maximum number of parameters that are displayed."""
-_MAX_TEXT = 300
-"""Maximum number of displayed characters of a value; the whole value is requested when it is edited."""
+"""Maximum number of parameters displayed."""
+_MAX_TEXT_LENGTH = 300
+"""Maximum number of characters displayed per value; the whole value is requested when the user edits it."""
 _MAX_ITEMS = 60
 _NON_FINITE_NUMBERS = {"nan": ".nan", "inf": ".inf", "-inf": "-.inf"}
 _KIND_BY_TYPE = {str: "text", bool: "bool", int: "int", float: "double", list: "list", tuple: "list", dict: "dict"}
 
 
 class ValueSummary(NamedTuple):
-    """The kind of a parameter's value, the beginning of the value as text, and whether it was cut off."""
+    """A parameter's value as displayed: its kind, the beginning of its text, and whether there is more."""
 
     kind: str
     text: str
-    more: bool
+    is_cut_off: bool
 
 
 def flatten(tree: Any) -> Iterator[tuple[str, Any]]:
-    """Yield the full names and values in a tree of parameters; an empty dictionary is a value."""
+    """Yield the full name and value of each parameter in a tree; an empty dictionary counts as a value."""
     pending: list[tuple[str, Any]] = [("", tree)]
     while pending:
         name, value = pending.pop()
@@ -39,10 +39,10 @@ def flatten(tree: Any) -> Iterator[tuple[str, Any]]:
 
 
 def summarize(value: Any) -> ValueSummary:
-    """Return the summary of a value."""
+    """Return the summary of a parameter's value."""
     kind = _KIND_BY_TYPE.get(value.__class__, "null" if value is None else "other")
     if isinstance(value, str):
-        return ValueSummary(kind, value[:_MAX_TEXT], len(value) > _MAX_TEXT)
+        return ValueSummary(kind, value[:_MAX_TEXT_LENGTH], len(value) > _MAX_TEXT_LENGTH)
     if isinstance(value, float):
         return ValueSummary(kind, str(value) if math.isfinite(value) else _NON_FINITE_NUMBERS[str(value)], False)
     if isinstance(value, (bool, int)):
@@ -53,11 +53,11 @@ def summarize(value: Any) -> ValueSummary:
     except YamlError:
         text = str(value)
     text = " ".join(text.split())
-    return ValueSummary(kind, text[:_MAX_TEXT], is_cut or len(text) > _MAX_TEXT)
+    return ValueSummary(kind, text[:_MAX_TEXT_LENGTH], is_cut or len(text) > _MAX_TEXT_LENGTH)
 
 
 class Changes:
-    """Tracks changes to the parameters between updates."""
+    """Finds what has changed in the parameters since a page's last update."""
 
     def __init__(self) -> None:
         self._known_summaries: dict[str, ValueSummary] | None = None
@@ -71,13 +71,14 @@ class Changes:
             may_see: returns whether a parameter of this name may be displayed.
 
         Returns:
-            ``all``: whether ``set`` has all parameters; ``set``: name -> `ValueSummary`; ``gone``: removed names;
-            ``more``: number of parameters that are omitted because there are too many. None if nothing has changed.
+            ``all``: whether ``set`` contains all parameters, not only the changed ones; ``set``: name ->
+            `ValueSummary`; ``gone``: names that were removed; ``more``: number of parameters that are omitted because
+            there are too many. None if nothing has changed.
         """
-        raw = repr(tree)  # unlike ==, this distinguishes 1, 1.0 and true
-        if self._known_summaries is not None and raw == self._last_repr:
+        tree_repr = repr(tree)  # unlike ==, this distinguishes 1, 1.0 and true
+        if self._known_summaries is not None and tree_repr == self._last_repr:
             return None
-        self._last_repr = raw
+        self._last_repr = tree_repr
         visible = [(name, value) for name, value in flatten(tree) if may_see(name)]
         current = {name: summarize(value) for name, value in sorted(visible[:MAX_PARAMETERS], key=lambda pair: pair[0])}
         previous, self._known_summaries = self._known_summaries, current
@@ -90,7 +91,7 @@ class Changes:
 
 
 def editable_yaml(value: Any) -> str:
-    """Return the YAML of a value for editing, with flat lists in brackets and multi-line strings as blocks.
+    """Return a value as YAML text for editing, with flat lists in brackets and multi-line strings as blocks.
 
     Raises:
         YamlError: see `pyros1.values.dump_yaml`.
@@ -111,7 +112,7 @@ def editable_yaml(value: Any) -> str:
 
 
 def _block_scalar(value: str) -> str:
-    """Return a multi-line string as a YAML block; this is not possible for all strings."""
+    """Return a multi-line string as a YAML block scalar, which does not preserve every string."""
     chomping_indicator = (
         "-" if not value.endswith("\n") else "+" if value.endswith("\n\n") or not value.strip("\n") else ""
     )

@@ -1,4 +1,4 @@
-"""Publishes repeatedly in a thread until it is closed."""
+"""Publishes a message repeatedly, in a thread."""
 
 from __future__ import annotations
 
@@ -10,16 +10,17 @@ from pyros1.ground.errors import Error
 
 
 class RepeatedPublisher:
-    """Calls a function at a rate. Calls that would be too late are skipped.
+    """Calls a function at a given rate until it is closed. Calls that would be late are skipped.
 
     Args:
-        publish: publishes, and returns the number of subscribers; it may raise `Error`, and is called again anyway.
-        hz: calls per second, more than 0.
+        publish: publishes a message, and returns the number of subscribers; if it raises `Error`, it is called again
+            all the same.
+        hz: calls per second; must be more than 0.
 
     Attributes:
         sent: number of successful calls.
         subscribers: the result of the last successful call.
-        problem: why the last call failed; empty if it did not.
+        problem: why the last call failed; empty if it succeeded.
     """
 
     def __init__(self, publish: Callable[[], int], hz: float) -> None:
@@ -28,25 +29,25 @@ class RepeatedPublisher:
         self.sent = 0
         self.subscribers = 0
         self.problem = ""
-        self._ended = threading.Event()
-        self._changed = threading.Event()
+        self._end_event = threading.Event()
+        self._change_event = threading.Event()
         self._thread = threading.Thread(target=self._run, name="web: repeated publisher", daemon=True)
         self._thread.start()
 
     def change(self, publish: Callable[[], int], hz: float) -> None:
-        """Continue with another function and rate, without delay."""
+        """Continue at once with another function and rate."""
         self.publish, self.hz = publish, hz
-        self._changed.set()
+        self._change_event.set()
 
     def close(self) -> None:
         """Stop after the current call, and wait for it for up to 5 seconds."""
-        self._ended.set()
-        self._changed.set()
+        self._end_event.set()
+        self._change_event.set()
         self._thread.join(5)
 
     def _run(self) -> None:
         next_time = monotonic()
-        while not self._ended.is_set():
+        while not self._end_event.is_set():
             try:
                 self.subscribers = self.publish()
                 self.sent += 1
@@ -54,6 +55,6 @@ class RepeatedPublisher:
             except Error as error:
                 self.problem = str(error)
             next_time = max(next_time + 1 / self.hz, monotonic())
-            if self._changed.wait(max(0.0, next_time - monotonic())):
-                self._changed.clear()
+            if self._change_event.wait(max(0.0, next_time - monotonic())):
+                self._change_event.clear()
                 next_time = monotonic()

@@ -1,1 +1,1 @@
-"""A server for rosbridge v2 with rosapi, for programs that use roslibjs or roslibpy."""
+"""Serves programs that use roslibjs or roslibpy: implements rosbridge v2 and rosapi."""

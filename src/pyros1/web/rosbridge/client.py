@@ -1,7 +1,7 @@
-"""One client: handles its frames and creates the frames for it. No sockets here.
+"""Handles the frames from one client, and creates the frames for it, without using sockets.
 
-`handle` may be called by only one thread at a time, and so may `take`. Operations are performed in the order of their
-frames; an operation that follows subscriptions waits until they are established.
+Only one thread at a time may call `handle`, and only one at a time may call `take`. Operations are performed in the
+order of their frames; an operation that follows subscriptions waits until these are established.
 """
 
 from __future__ import annotations
@@ -22,41 +22,41 @@ from pyros1.web.rosbridge.outbox import Frame, Outbox, TopicQueue
 from pyros1.web.rosbridge.provided_services import ProvidedServices
 from pyros1.web.rosbridge.publishers import Publishers
 from pyros1.web.rosbridge.service_caller import ServiceCaller
-from pyros1.web.server.waiting import Pending
+from pyros1.web.server.waiting import PendingOperations
 from pyros1.web.service_exchanges import MAX_CONCURRENT_CALLS
 
 MAX_TOPICS = 500
 MAX_CALLS = 500
-"""Maximum number of running and queued calls."""
+"""Maximum number of a client's service calls, running and queued."""
 
 
 class Client:
-    """A client of the bridge.
+    """One rosbridge client.
 
     Args:
         robot: the robot, with the access rules for clients.
-        start: runs a function in another thread.
+        run_in_thread: starts a function in another thread.
         wake: called, from any thread, when `take` may return something.
         resume: called, from any thread, when `handle` may continue.
 
     Attributes:
-        subscribing: the subscriptions in progress.
+        pending_subscriptions: the subscriptions in progress.
         outbox: the outgoing frames and messages.
     """
 
     def __init__(
         self,
         robot: Robot,
-        start: Callable[[Callable[[], object]], object],
+        run_in_thread: Callable[[Callable[[], object]], object],
         wake: Callable[[], object],
         resume: Callable[[], object] = lambda: None,
     ) -> None:
         self._robot = robot
-        self._start = start
+        self._run_in_thread = run_in_thread
         self.outbox = Outbox(wake)
-        self.subscribing = Pending(resume)
+        self.pending_subscriptions = PendingOperations(resume)
         self._frames_to_handle: deque[str | bytes] = deque()
-        self._deferred_operation: tuple[Id, Action] | None = None  # an operation that waits for subscriptions
+        self._deferred_operation: tuple[Id, Action] | None = None  # waits for subscriptions
         self._decoder = FrameDecoder()
         self._status_level = LEVELS.index("error")
         self._queues: dict[str, TopicQueue] = {}
@@ -69,10 +69,11 @@ class Client:
         self._num_messages = 0
 
     def handle(self, received: Iterable[str | bytes]) -> bool:
-        """Handle frames in order. Errors are reported to the client.
+        """Handle frames from the client in order. Errors are reported to the client.
 
         Returns:
-            Whether all frames were handled. If not, call it again, without frames, as soon as `subscribing` is done.
+            Whether all frames have been handled. If not, call this again without new frames as soon as `resume` is
+            called.
         """
         self._frames_to_handle.extend(received)
         while self._deferred_operation is not None or self._frames_to_handle:
@@ -81,13 +82,13 @@ class Client:
         return True
 
     def _handle_next(self) -> bool:
-        """Handle one operation; return False if it must wait."""
+        """Handle the deferred operation or the next frame; return False if its operation must wait."""
         id: Id = None
         try:
             operation = self._deferred_operation or self._decoder.decode(self._frames_to_handle.popleft())
             if operation is not None:
                 id, action = operation
-                if self.subscribing and not isinstance(action, operations.Subscribe):
+                if self.pending_subscriptions and not isinstance(action, operations.Subscribe):
                     self._deferred_operation = operation
                     return False
                 self._deferred_operation = None
@@ -151,9 +152,9 @@ class Client:
             raise BridgeError(f"a client can subscribe to a topic at most {MAX_TOPICS} times")
         queue.add_subscription(request)
         unsubscribe_previous, queue.last_arrival = queue.unsubscribe, None
-        done = self.subscribing.begin()
+        done = self.pending_subscriptions.begin()
         try:
-            # Listen again for each subscription, since later ones must receive latched messages as well.
+            # Listen anew for each subscription, so that latched messages are also delivered to later subscriptions.
             queue.unsubscribe = self._robot.listen(topic, lambda arrival: self.outbox.put(queue, arrival), done)
         except Error:
             done()
@@ -184,14 +185,14 @@ class Client:
         self._start_calls()
 
     def _start_calls(self) -> None:
-        """Start as many queued calls as possible; none if the client does not read its responses."""
+        """Start as many queued calls as possible, but none while the client does not read its responses."""
         while not self.outbox.is_full():
             with self._calls_lock:
                 if not self._queued_calls or self._num_running_calls >= MAX_CONCURRENT_CALLS:
                     return
                 self._num_running_calls += 1
                 id, call = self._queued_calls.popleft()
-            self._start(partial(self._run_call, id, call))
+            self._run_in_thread(partial(self._run_call, id, call))
 
     def _run_call(self, id: Id, call: operations.CallService) -> None:
         try:
@@ -203,13 +204,14 @@ class Client:
         self._start_calls()
 
     def take(self, now: float) -> tuple[Iterator[Frame], float | None]:
-        """Return the frames that are due, and when to call this again. The frames are created lazily.
+        """Return the frames that are due, which are created lazily, and the time of the next call.
 
         Args:
             now: monotonic time in seconds.
 
         Returns:
-            The frames, and the time of the next call; None if no call is needed before `wake`.
+            The frames, and the monotonic time at which to call this again; None if it need not be called before `wake`
+            is.
         """
         ready_frames, arrivals, next_time = self.outbox.take(now)
         self._start_calls()
@@ -221,7 +223,7 @@ class Client:
                     yield from self._message_frames(queue, arrival)
                     queue.problem = ""
                 except Error as error:
-                    if str(error) != queue.problem:  # report a problem only once
+                    if str(error) != queue.problem:  # report each problem only once
                         queue.problem = str(error)
                         self._send_status("error", f"{queue.name}: {error}")
 

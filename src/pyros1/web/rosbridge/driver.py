@@ -1,4 +1,4 @@
-"""Drives each `Client` over its WebSocket: one task reads, one handles what was read, one sends."""
+"""Drives each `Client` over its WebSocket, with three tasks: one reads frames, one handles them, and one sends."""
 
 from __future__ import annotations
 
@@ -21,44 +21,45 @@ from pyros1.web.server.threads import ThreadPool
 from pyros1.web.server.waiting import MAX_PENDING_SECONDS, wait_for_event, wait_until_done
 
 _MAX_READ_AHEAD = 1 << 20
-"""Maximum number of bytes of frames that are read ahead; one frame of any size is always read."""
+"""Maximum total size in bytes of the frames that are read ahead; at least one frame is read, whatever its size."""
 _FRAME_OVERHEAD = 1_000
 """Memory overhead of a frame in bytes."""
 _LARGE_INPUT_BYTES = 1 << 20
-"""Size in bytes above which frames are decoded for one client at a time, since decoding them needs much more memory."""
+"""Size in bytes above which a client's frames are decoded only when no other client's are, since decoding needs much
+more memory than the frames."""
 _MAX_LARGE_INPUTS = 1
 _BATCH_FRAMES = 64
 """Number of frames created at a time."""
 _POLL_PERIOD = 0.02
-"""Seconds between checks for whether the client has read its responses."""
+"""Seconds between checks of whether the client has read its responses."""
 _START_TIMEOUT = 10.0
-"""Seconds for which a client waits for the server's node before it receives an error."""
+"""Seconds for which a client's first frames wait for the server's node before they cause an error."""
 _MAX_THREADS = 32
-"""Maximum number of threads for operations and messages of all clients."""
+"""Maximum number of threads that handle the operations and messages of all clients."""
 
 
 class Bridge:
-    """Serves all clients.
+    """Serves all rosbridge clients.
 
     Args:
         robot: the robot, with the access rules for clients.
-        calls: runs the clients' service calls, which may take long.
+        call_threads: run the clients' service calls, which may take long.
     """
 
-    def __init__(self, robot: Robot, calls: ThreadPool) -> None:
+    def __init__(self, robot: Robot, call_threads: ThreadPool) -> None:
         self._robot = robot
         self._threads = ThreadPool(_MAX_THREADS, "web: clients")
-        self._calls = calls
+        self._call_threads = call_threads
         self._large_input_slots = asyncio.Semaphore(_MAX_LARGE_INPUTS)
 
     async def serve(self, connection: ServerConnection) -> None:
         """Serve a client until it disconnects."""
         await _Driver(
-            connection, self._robot, self._threads.queue(), self._calls.queue(), self._large_input_slots
+            connection, self._robot, self._threads.queue(), self._call_threads.queue(), self._large_input_slots
         ).run()
 
     def close(self) -> None:
-        """Stop starting new tasks."""
+        """Cancel tasks that have not started, and accept no more."""
         self._threads.shutdown(wait=False, cancel_futures=True)
 
 
@@ -68,7 +69,7 @@ class _Driver:
         connection: ServerConnection,
         robot: Robot,
         threads: Executor,
-        calls: Executor,
+        call_threads: Executor,
         large_input_slots: asyncio.Semaphore,
     ) -> None:
         self._connection = connection
@@ -84,7 +85,7 @@ class _Driver:
         self._input_ready = asyncio.Event()  # frames were received, or the connection has ended
         self._input_drained = asyncio.Event()
         self._may_resume = asyncio.Event()
-        self._client = Client(robot, calls.submit, self._wake, self._resume)
+        self._client = Client(robot, call_threads.submit, self._wake, self._resume)
 
     async def run(self) -> None:
         """Serve the client until it disconnects."""
@@ -92,7 +93,7 @@ class _Driver:
         try:
             finished, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_EXCEPTION)
             for task in finished:
-                task.result()  # raises if the task failed; the connection ends in any case
+                task.result()  # raises the error if the task failed; the connection ends in any case
         finally:
             for task in tasks:
                 task.cancel()
@@ -114,11 +115,11 @@ class _Driver:
 
     async def _handle(self) -> None:
         deadline = monotonic() + _START_TIMEOUT
+        # A client's first frames must not be lost while the server's node starts.
         while not (self._robot.wait(0.0) or self._disconnected) and monotonic() < deadline:
-            await asyncio.sleep(
-                _POLL_PERIOD
-            )  # so that a client's first frames are not lost while the server's node starts
-        while self._input or not self._disconnected:  # programs may publish just before they exit
+            await asyncio.sleep(_POLL_PERIOD)
+        # Frames are handled even after the client has disconnected: programs may publish just before they exit.
+        while self._input or not self._disconnected:
             self._input_ready.clear()
             if not self._input:
                 await self._input_ready.wait()
@@ -126,14 +127,13 @@ class _Driver:
             size, self._input_size = self._input_size, 0
             self._input_drained.set()
             async with self._large_input_slots if size > _LARGE_INPUT_BYTES else contextlib.nullcontext():
-                done = await self._run_in_thread(self._client.handle, frames)
+                is_done = await self._run_in_thread(self._client.handle, frames)
                 del frames
-            while not done:
-                await wait_until_done(self._client.subscribing, self._may_resume, MAX_PENDING_SECONDS)
-                done = await self._run_in_thread(self._client.handle, ())
-            while (
-                self._client.outbox.is_full() and not self._disconnected
-            ):  # the client sends requests faster than it reads responses
+            while not is_done:
+                await wait_until_done(self._client.pending_subscriptions, self._may_resume, MAX_PENDING_SECONDS)
+                is_done = await self._run_in_thread(self._client.handle, ())
+            # Wait while the client sends requests faster than it reads responses.
+            while self._client.outbox.is_full() and not self._disconnected:
                 await asyncio.sleep(_POLL_PERIOD)
 
     def _resume(self) -> None:

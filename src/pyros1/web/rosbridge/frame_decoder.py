@@ -1,4 +1,4 @@
-"""Decodes a client's frames into operations: joins fragments and decodes PNG pictures (pure, bounded memory)."""
+"""Decodes a client's frames into operations, joining fragments and unpacking pictures (pure, bounded memory)."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from pyros1.web.rosbridge import picture
 from pyros1.web.rosbridge.operations import Action, BridgeError, Id, Part, parse
 
 MAX_FRAME = 10_000_000
-"""Maximum size in bytes of a frame, of a reassembled frame, and of the contents of a picture."""
+"""Maximum size in bytes of a frame, also after joining its fragments or extracting it from a picture."""
 MAX_PARTS = 10_000
 _MAX_PARTIAL_FRAMES = 32
-"""Maximum number of frames being reassembled at the same time; the oldest one is dropped for a new one."""
+"""Maximum number of frames whose fragments are being collected; if another frame begins, the oldest is dropped."""
 _MAX_NESTING = 3
-"""Maximum nesting: a picture may be sent in fragments; deeper nesting has no use."""
+"""Maximum nesting of frames: the fragments of a picture that contains an operation. Deeper nesting has no use."""
 
 
 class FrameDecoder:
@@ -25,7 +25,7 @@ class FrameDecoder:
         self._partial_frames: dict[tuple[str, Id], _PartialFrame] = {}
 
     def decode(self, frame: str | bytes) -> tuple[Id, Action] | None:
-        """Return the operation that a frame completes, with its id; None if fragments are still missing.
+        """Return the id and the operation that a frame contains or completes; None if fragments are still missing.
 
         Raises:
             BridgeError: the frame is not a valid operation.

@@ -1,4 +1,4 @@
-"""Frames sent to clients. Pure."""
+"""Creates the frames sent to clients (pure)."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ def to_json(value: Any) -> str:
     try:
         return _encode(value)
     except ValueError:
-        return _encode(_finite(value))
+        return _encode(_replace_non_finite(value))
 
 
-def _finite(value: Any) -> Any:
+def _replace_non_finite(value: Any) -> Any:
     if isinstance(value, float):
         return value if math.isfinite(value) else None
     if isinstance(value, dict):
-        return {name: _finite(child) for name, child in value.items()}
+        return {name: _replace_non_finite(child) for name, child in value.items()}
     if isinstance(value, list):
-        return [_finite(child) for child in value]
+        return [_replace_non_finite(child) for child in value]
     return value
 
 
@@ -41,7 +41,7 @@ def to_cbor(value: Any) -> bytes:
 
 
 def tagged(tag: int, data: bytes) -> Any:
-    """Return bytes with a CBOR tag.
+    """Return bytes with a CBOR tag, to be encoded by `to_cbor`.
 
     Raises:
         BridgeError: cbor2 is not installed.
@@ -63,12 +63,12 @@ def status(level: str, message: str, id: Id = None) -> str:
 
 
 def response(service: str, id: Id, values: Any, result: bool) -> dict[str, Any]:
-    """Return the response to a call, to be encoded."""
+    """Return the response to a client's service call, before it is encoded."""
     return {"op": "service_response", **_id_field(id), "service": service, "values": values, "result": result}
 
 
 def call(service: str, id: str, args: Any) -> str:
-    """Return the frame that calls a service of the client."""
+    """Return the frame that calls a service which the client provides."""
     return to_json({"op": "call_service", "id": id, "service": service, "args": args})
 
 
@@ -77,13 +77,13 @@ def _id_field(id: Id) -> dict[str, Any]:
 
 
 def packed(frame: str, compression: str, fragment_size: int | None, id: str) -> Iterator[str]:
-    """Yield a frame in the form that the client has requested, perhaps in several fragments.
+    """Yield a frame in the form that the client has requested: as it is, as a picture, or in fragments.
 
     Args:
         frame: a JSON document.
-        compression: ``png``, or any other value for none.
-        fragment_size: maximum number of characters in each fragment; None for no fragments.
-        id: the fragments' id, if there are several.
+        compression: ``png`` for a picture; any other value for none.
+        fragment_size: maximum number of characters per fragment; None to send the frame in one piece.
+        id: the id for the fragments.
 
     Raises:
         BridgeError: Pillow is not installed.

@@ -1,4 +1,4 @@
-"""The operations that clients request: JSON objects with an ``op``, checked and typed (pure).
+"""Parses the operations that clients request: JSON objects with a field ``op`` (pure).
 
 See https://github.com/RobotWebTools/rosbridge_suite/blob/ros1/ROSBRIDGE_PROTOCOL.md.
 """
@@ -15,7 +15,7 @@ Id = str | int | None
 COMPRESSIONS = ("none", "png", "cbor", "cbor-raw")
 LEVELS = ("none", "error", "warning", "info")
 MAX_CALL_SECONDS = 600.0
-"""Maximum timeout of calls in seconds."""
+"""Maximum timeout in seconds for service calls."""
 _MAX_NAME_LENGTH = 1000
 _MIN_FRAGMENT_SIZE = 16
 _MAX_NUMBER = 1 << 31
@@ -25,7 +25,7 @@ class BridgeError(Error):
     """A frame is not a valid operation, or the operation failed. The client receives the error message.
 
     Attributes:
-        id: the operation's id.
+        id: the operation's id; None if it is unknown.
     """
 
     def __init__(self, message: str, id: Id = None) -> None:
@@ -45,14 +45,14 @@ class Advertise:
 
 @dataclass(frozen=True)
 class Unadvertise:
-    """The client, or the part of it with this id, stops publishing."""
+    """The client stops publishing on a topic, or only the part of the client that has the operation's id stops."""
 
     topic: str
 
 
 @dataclass(frozen=True)
 class Publish:
-    """Publish a message, as JSON; ``latch`` is ignored if the client has advertised the topic."""
+    """Publish a message, given as JSON. ``latch`` has no effect if the client has already advertised the topic."""
 
     topic: str
     message: Any
@@ -61,10 +61,10 @@ class Publish:
 
 @dataclass(frozen=True)
 class Subscribe:
-    """Send the messages of a topic to the client.
+    """Send the messages on a topic to the client.
 
     Attributes:
-        type: the expected type; empty for any.
+        type: the expected message type; empty if any type will do.
         throttle: minimum number of seconds between two messages.
         queue_length: maximum number of queued messages; 0 for the default.
         fragment_size: maximum number of characters in a frame; None for no limit.
@@ -81,7 +81,7 @@ class Subscribe:
 
 @dataclass(frozen=True)
 class Unsubscribe:
-    """End the subscription with this id, or all subscriptions of the topic."""
+    """End the client's subscription to a topic that has the id ``key``; None for all its subscriptions to the topic."""
 
     topic: str
     key: Id
@@ -89,7 +89,7 @@ class Unsubscribe:
 
 @dataclass(frozen=True)
 class CallService:
-    """Call a service; the timeout is in seconds."""
+    """Call a service. The timeout is in seconds."""
 
     service: str
     args: Any
@@ -100,7 +100,7 @@ class CallService:
 
 @dataclass(frozen=True)
 class AdvertiseService:
-    """The client provides a service."""
+    """The client starts to provide a service."""
 
     service: str
     type: str
@@ -115,7 +115,7 @@ class UnadvertiseService:
 
 @dataclass(frozen=True)
 class ServiceResponse:
-    """The client responds to a call to a service that it provides."""
+    """The client responds to a call to a service that it provides; ``result`` is whether the call succeeded."""
 
     service: str
     values: Any
@@ -124,7 +124,7 @@ class ServiceResponse:
 
 @dataclass(frozen=True)
 class SetLevel:
-    """Set the least severe level of the status messages that the client receives."""
+    """Set the lowest severity of the status messages that the client wants to receive."""
 
     level: str
 
@@ -154,10 +154,10 @@ Action = (
 
 
 def parse(frame: object) -> tuple[Id, Action | Part]:
-    """Return the id of an operation, and the operation.
+    """Check a frame, and return the id of its operation, and the operation.
 
     Args:
-        frame: a JSON value.
+        frame: the frame as a JSON value.
 
     Raises:
         BridgeError: the frame is not a valid operation.

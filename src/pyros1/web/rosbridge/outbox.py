@@ -1,4 +1,4 @@
-"""The outgoing data of a client (pure, bounded, thread-safe). A slow client gets the newest messages."""
+"""Queues the data sent to a client (pure, bounded, thread-safe). For a slow client, old messages are dropped."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ if TYPE_CHECKING:
 
 Frame = str | bytes
 MAX_MESSAGES = 1000
-"""Maximum number of queued messages of a topic."""
+"""Maximum number of messages queued per topic."""
 MAX_BYTES = 4 << 20
-"""Maximum size in bytes of a topic's queued messages; one message of any size may be queued."""
+"""Maximum size in bytes of the messages queued per topic; one message is always queued, whatever its size."""
 MAX_TOTAL_BYTES = 32 << 20
 """Like `MAX_BYTES`, but for all topics together."""
 MAX_FRAME_BYTES = 1 << 20
-"""Size in bytes of queued responses above which nothing more is read from the client."""
-_BATCH_SIZE = 1 << 20
-"""Number of bytes of messages that `take` returns at a time."""
+"""Size in bytes of queued responses above which no more requests are read from the client."""
+_BATCH_BYTES = 1 << 20
+"""Size in bytes of the messages that one call of `take` returns."""
 
 
 class TopicQueue:
@@ -30,9 +30,10 @@ class TopicQueue:
 
     Attributes:
         name: the topic's name as sent by the client.
-        compression, fragment_size: the form of frames that the client requested.
+        requests: the client's subscriptions to the topic, by id.
+        compression, fragment_size: the form of frames that the client has requested.
         unsubscribe: ends the subscription.
-        problem: the problem with the last message; empty if there was none.
+        problem: why the last message could not be sent; empty if it could.
     """
 
     def __init__(self, name: str) -> None:
@@ -50,13 +51,17 @@ class TopicQueue:
         self.next_time = float("-inf")
 
     def add_subscription(self, request: Subscribe) -> None:
-        """Add a subscription. The highest rate, longest queue, smallest frames and last compression apply."""
+        """Add a subscription.
+
+        Of all subscriptions, the highest rate, the longest queue and the smallest frames apply, and the last
+        compression.
+        """
         self.requests.pop(request.key, None)
         self.requests[request.key] = request
         self._merge_settings()
 
     def remove_subscription(self, key: Id) -> None:
-        """Remove a subscription, or all subscriptions."""
+        """Remove the subscription with an id, or all subscriptions if it is None."""
         if key is None:
             self.requests.clear()
         else:
@@ -75,7 +80,7 @@ class TopicQueue:
         self.compression = requests[-1].compression
 
     def due_time(self) -> float | None:
-        """Return when the next message may be sent; None if none is queued."""
+        """Return the monotonic time from which the next message may be sent; None if no message is queued."""
         return self.next_time if self.messages else None
 
     def pop(self) -> Arrival:
@@ -86,10 +91,10 @@ class TopicQueue:
 
 
 class Outbox:
-    """All queued data of one client.
+    """All data queued for one client.
 
     Args:
-        wake: called, from any thread, when something new is queued.
+        wake: called, from any thread, when something has been queued.
     """
 
     def __init__(self, wake: Callable[[], object]) -> None:
@@ -100,7 +105,7 @@ class Outbox:
         self._queues: list[TopicQueue] = []
 
     def enqueue(self, frame: Frame) -> None:
-        """Add a response. Responses are never dropped; `is_full` tells when to accept no more requests."""
+        """Add a response. Responses are never dropped: while `is_full`, no more requests should be accepted."""
         with self._lock:
             self._frames.append(frame)
             self._frames_size += len(frame)
@@ -125,10 +130,10 @@ class Outbox:
             self._queues = [each for each in self._queues if each is not queue]
 
     def put(self, queue: TopicQueue, arrival: Arrival) -> None:
-        """Add a message; the oldest ones are dropped if there is no space."""
+        """Add a message to a topic's queue; its oldest messages are dropped if there is no space."""
         with self._lock:
             if arrival is queue.last_arrival:
-                return  # while the client subscribes again, a message arrives twice
+                return  # while a client subscribes to the topic again, each message arrives twice
             queue.last_arrival = arrival
             queue.messages.append(arrival)
             queue.size += len(arrival.raw._buff)
@@ -142,30 +147,31 @@ class Outbox:
         return sum(each.size for each in self._queues)
 
     def take(self, now: float) -> tuple[list[Frame], list[tuple[TopicQueue, Arrival]], float | None]:
-        """Remove and return the data that is due.
+        """Remove the data that is due, and return it.
 
         Args:
             now: monotonic time in seconds.
 
         Returns:
-            Responses; messages, in order of arrival; and the time of the next call, or None for the next `wake`.
+            The responses; the messages, in order of arrival; and when to call this again, or None if not before the
+            next `wake`.
         """
         with self._lock:
             ready_frames, self._frames, self._frames_size = list(self._frames), deque(), 0
             due_queues = [queue for queue in self._queues if (time := queue.due_time()) is not None and time <= now]
             arrivals: list[tuple[TopicQueue, Arrival]] = []
             size = 0
-            while due_queues and size < _BATCH_SIZE:
+            while due_queues and size < _BATCH_BYTES:
                 for queue in due_queues:
                     arrival = queue.pop()
                     size += len(arrival.raw._buff)
                     arrivals.append((queue, arrival))
                     queue.next_time = now + queue.throttle
-                    if size >= _BATCH_SIZE:
+                    if size >= _BATCH_BYTES:
                         break
                 due_queues = [queue for queue in due_queues if queue.messages and not queue.throttle]
-            if arrivals:  # queues that were served last come first next time
+            if arrivals:  # queues that were not served now come first next time
                 self._queues.sort(key=lambda queue: queue.next_time)
             next_time = min((time for queue in self._queues if (time := queue.due_time()) is not None), default=None)
-        arrivals.sort(key=lambda queue_and_arrival: queue_and_arrival[1].at)
+        arrivals.sort(key=lambda queue_and_arrival: queue_and_arrival[1].arrived_at)
         return ready_frames, arrivals, next_time

@@ -1,7 +1,7 @@
-"""Encodes frames as PNG pictures, which some networks and browsers handle faster than text (pure).
+"""Converts frames to and from PNG pictures, which some networks and browsers handle faster than text (pure).
 
-The bytes of the frame are the red, green and blue values of the pixels, row by row; the rest is filled with newlines,
-which JSON ignores.
+A frame's bytes become the red, green and blue values of the pixels, row by row; the remaining values are filled with
+newlines, which JSON ignores.
 """
 
 from __future__ import annotations
@@ -16,11 +16,11 @@ from typing import Any
 from pyros1.web.rosbridge.operations import BridgeError
 
 _COMPRESSION_LEVEL = 1
-"""Compression level: higher levels take several times as long and save only a few percent."""
+"""PNG compression level: higher levels take several times as long, and save only a few percent."""
 
 
 def pack(text: str) -> str:
-    """Return an ASCII string as a picture, in base64.
+    """Return a picture that contains an ASCII string, in base64.
 
     Raises:
         BridgeError: Pillow is not installed.
@@ -36,11 +36,11 @@ def pack(text: str) -> str:
 
 
 def unpack(data: str, limit: int) -> bytes:
-    """Return the string in a picture, in UTF-8.
+    """Return the UTF-8 string that a picture contains.
 
     Args:
         data: the picture, in base64.
-        limit: maximum size of the string in bytes. A picture that claims to have more is not decoded.
+        limit: maximum size of the string in bytes. A picture whose header announces more is not decoded.
 
     Raises:
         BridgeError: the data is not a picture of this form, or Pillow is not installed.

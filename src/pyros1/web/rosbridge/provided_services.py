@@ -1,4 +1,4 @@
-"""Services that a client provides: calls are sent to it as frames, and wait for responses in threads of the node."""
+"""Services that a client provides. Calls are sent to the client, and threads of the node wait for the responses."""
 
 from __future__ import annotations
 
@@ -23,21 +23,21 @@ class ProvidedServices:
     """The services that one client provides.
 
     Args:
-        robot: the robot for which they are provided.
+        robot: the robot in whose system the services are provided.
         outbox: the client's outbox.
     """
 
     def __init__(self, robot: Robot, outbox: Outbox) -> None:
         self._robot = robot
         self._outbox = outbox
-        self._unadvertisers: dict[str, Callable[[], None]] = {}  # by the client's name of the service
+        self._unadvertisers: dict[str, Callable[[], None]] = {}  # by the service's name as sent by the client
         self._lock = threading.Lock()
         self._pending_calls: dict[str, _PendingCall] = {}
         self._call_numbers = count(1)
         self._closed = False
 
     def advertise(self, name: str, type_name: str) -> None:
-        """Provide a service, in place of any other client that provides it.
+        """Let the client provide a service, in place of any other client that provides the service.
 
         Raises:
             BridgeError: the client provides too many services.
@@ -56,7 +56,7 @@ class ProvidedServices:
         """Stop providing a service.
 
         Raises:
-            BridgeError: the client does not provide it.
+            BridgeError: the client does not provide the service.
         """
         unadvertise_service = self._unadvertisers.pop(name, None)
         if unadvertise_service is None:
@@ -65,7 +65,7 @@ class ProvidedServices:
         self._cancel_calls(name)
 
     def pass_response(self, id: Id, response: ServiceResponse) -> None:
-        """Pass a response to the call that waits for it.
+        """Pass a response from the client to the call that waits for it.
 
         Raises:
             BridgeError: no call waits for this response.
@@ -114,7 +114,7 @@ class ProvidedServices:
             raise ServiceRefusal(reason[:1000])
         try:
             message = from_args(cls, response.values, self._robot.node.now())
-            cls._encode(message)  # a later encoding error would not reveal its cause
+            cls._encode(message)  # an encoding error that occurs later would not reveal its cause
             return message
         except MessageError as error:
             raise ServiceRefusal(f"the client that provides {name} sent an invalid response: {error}"[:1000]) from None

@@ -1,4 +1,4 @@
-"""The topics on which a client publishes."""
+"""Publishes messages from a client."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from pyros1.web.rosbridge.values import from_client
 MAX_TOPICS = 500
 _MAX_QUEUE_SIZE = 1000
 _CONNECT_TIMEOUT = 0.5
-"""Seconds to wait for subscribers to connect before the first message of a topic."""
+"""Seconds to wait for subscribers to connect before the first message on a topic."""
 
 
 @dataclass
@@ -25,10 +25,10 @@ class _Topic:
 
 
 class Publishers:
-    """The publishers of one client, by the topic names that it sent.
+    """The publishers of one client. Topics are identified by the names that the client has sent.
 
     Args:
-        robot: the robot whose topics they publish on.
+        robot: the robot on whose topics the client publishes.
     """
 
     def __init__(self, robot: Robot) -> None:
@@ -37,7 +37,9 @@ class Publishers:
         self._never_published: set[str] = set()
 
     def advertise(self, request: Advertise, id: Id = None) -> None:
-        """Start publishing on a topic. Several parts of a client may do so, each with an id; the last options apply.
+        """Start publishing on a topic.
+
+        Several parts of a client may advertise the same topic, each with its own id; the last options apply.
 
         Raises:
             Error: the type does not exist, the topic has another type, or there are too many topics.
@@ -69,12 +71,13 @@ class Publishers:
             return
         entry.ids.add(id)
         previous, entry.publisher, entry.request = entry.publisher, publisher, request
-        previous.unregister()  # the subscribers of the node's topic stay connected
+        previous.unregister()  # the new publisher keeps the topic's subscribers connected
 
     def unadvertise(self, name: str, id: Id = None) -> bool:
-        """Stop publishing on a topic; with an id, only that part of the client stops.
+        """Stop publishing on a topic.
 
-        The topic is removed when no part of the client publishes on it any more.
+        With an id, only the part of the client with this id stops; the publisher is closed when no part publishes on
+        the topic any more.
 
         Returns:
             Whether the client was publishing on the topic.
@@ -90,7 +93,7 @@ class Publishers:
         return True
 
     def publish(self, request: Publish) -> None:
-        """Publish a message, given as a JSON object. A topic with a known type need not be advertised.
+        """Publish a message, given as a JSON object. The client need not advertise a topic whose type is known.
 
         Raises:
             Error: the topic's type is unknown, or a value does not fit its field.

@@ -1,4 +1,4 @@
-"""Calls services for a client."""
+"""Calls services for clients, including those of rosapi."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from pyros1.web.service_exchanges import ServiceExchanges
 
 _PROBE_TIMEOUT = 2.0
 MAX_CHARACTERS = 64 << 20
-"""Maximum number of characters or bytes in a response."""
-_MAX_TYPES = 1000
+"""Maximum number of characters (of JSON) or bytes (of CBOR) in a response."""
+_MAX_CACHED_TYPES = 1000
 
 
 class ServiceCaller:
@@ -33,7 +33,7 @@ class ServiceCaller:
         self._types: dict[tuple[str, str], str] = {}
 
     def call(self, id: Id, call: CallService) -> list[Frame]:
-        """Call a service and return the frames with the response or the error. This may take long."""
+        """Call a service, and return the frames with the response or the error. This may take long."""
         try:
             values, result = self._call_service(call), True
         except Error as error:
@@ -51,7 +51,7 @@ class ServiceCaller:
             return [frames.to_json(frames.response(call.service, id, str(error), False))]
 
     def close(self) -> None:
-        """End all calls."""
+        """Cancel all running calls."""
         self._exchanges.close()
 
     def _call_service(self, call: CallService) -> Any:
@@ -65,7 +65,7 @@ class ServiceCaller:
         try:
             response = self._exchange(name, self._find_type(*key), call)
         except ServiceError:
-            self._types.pop(key, None)  # perhaps another node provides it now
+            self._types.pop(key, None)  # perhaps another node provides the service now, with another type
             raise
         return (for_cbor if call.compression.startswith("cbor") else for_json)(response)
 
@@ -87,7 +87,7 @@ class ServiceCaller:
             type_name = probe_service(name, uri, self._robot.node.name, _PROBE_TIMEOUT).get("type", "")
             if not type_name:
                 raise BridgeError(f"the provider of {name} does not report its type")
-            if len(self._types) >= _MAX_TYPES:
+            if len(self._types) >= _MAX_CACHED_TYPES:
                 self._types.clear()
             self._types[name, uri] = type_name
         return type_name

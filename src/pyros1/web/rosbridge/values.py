@@ -1,7 +1,7 @@
 """Converts messages to and from the forms that clients use (pure).
 
-In JSON, ``uint8[]`` and ``char[]`` are base64, and NaN and infinity are null. In CBOR, arrays of numbers
-are the bytes of the message, with tags that specify their type
+In JSON, ``uint8[]`` and ``char[]`` are base64 strings, and NaN and infinity are null. In CBOR, an array of numbers is
+the array's bytes from the message, with a tag that specifies the type of the numbers
 (https://datatracker.ietf.org/doc/html/draft-ietf-cbor-array-tags-00).
 """
 
@@ -39,12 +39,12 @@ _CBOR_TAGS = {
 """CBOR tags of arrays of little-endian numbers."""
 _TIME_TYPES = ("time", "duration")
 _HEADER_TYPES = ("std_msgs/Header", "roslib/Header")
-_Convert = Callable[[Any], Any]
+_Converter = Callable[[Any], Any]
 _numpy_view = numpy_view(np)
 
 
 def decode(cls: type[Message], data: bytes) -> Message:
-    """Return a message whose arrays of numbers are numpy arrays.
+    """Decode a message; its arrays of numbers become numpy arrays.
 
     Raises:
         MessageError: the bytes are not a message of this class.
@@ -54,12 +54,12 @@ def decode(cls: type[Message], data: bytes) -> Message:
 
 
 def for_json(message: Message) -> dict[str, Any]:
-    """Return a message as a JSON value; its numbers may be NaN or infinite."""
+    """Return a message as a JSON value, in which numbers may still be NaN or infinite."""
     return _to_dict(message, _json_array)
 
 
 def for_cbor(message: Message) -> dict[str, Any]:
-    """Return a message as a value for CBOR.
+    """Return a message as a value to be encoded as CBOR.
 
     Raises:
         BridgeError: cbor2 is not installed.
@@ -76,23 +76,23 @@ def _to_dict(message: Message, convert_array: Callable[[Any, str], Any]) -> dict
 
 
 @lru_cache(2000)
-def _converters(cls: type[Message], convert_array: Callable[[Any, str], Any]) -> list[tuple[str, _Convert | None]]:
+def _converters(cls: type[Message], convert_array: Callable[[Any, str], Any]) -> list[tuple[str, _Converter | None]]:
     return [
         (name, _converter(cls, field_type, convert_array))
         for name, field_type in zip(cls.__slots__, cls._slot_types, strict=True)
     ]
 
 
-def _converter(cls: type[Message], field_type: str, convert_array: Callable[[Any, str], Any]) -> _Convert | None:
-    base, bracket, _ = field_type.partition("[")
-    if base in cls._classes:
-        convert_element: _Convert = lambda value: _to_dict(value, convert_array)  # noqa: E731 - it needs no name
-    elif base in _TIME_TYPES:
+def _converter(cls: type[Message], field_type: str, convert_array: Callable[[Any, str], Any]) -> _Converter | None:
+    base_type, bracket, _ = field_type.partition("[")
+    if base_type in cls._classes:
+        convert_element: _Converter = lambda value: _to_dict(value, convert_array)  # noqa: E731 - it needs no name
+    elif base_type in _TIME_TYPES:
         convert_element = _time_to_dict
     elif not bracket:
         return None
     else:
-        return list if base == "string" else lambda value: convert_array(value, base)
+        return list if base_type == "string" else lambda value: convert_array(value, base_type)
     return (lambda values: [convert_element(value) for value in values]) if bracket else convert_element
 
 
@@ -100,27 +100,27 @@ def _time_to_dict(value: Any) -> dict[str, int]:
     return {"secs": value.secs, "nsecs": value.nsecs}
 
 
-def _json_array(value: Any, base: str) -> Any:
-    if base in _BYTE_TYPES:
+def _json_array(value: Any, base_type: str) -> Any:
+    if base_type in _BYTE_TYPES:
         return base64.b64encode(value.data if isinstance(value, np.ndarray) else bytes(value)).decode("ascii")
     return value.tolist() if isinstance(value, np.ndarray) else list(value)
 
 
-def _cbor_array(value: Any, base: str) -> Any:
-    if base in _BYTE_TYPES:
+def _cbor_array(value: Any, base_type: str) -> Any:
+    if base_type in _BYTE_TYPES:
         return bytes(value)
-    if base not in _CBOR_TAGS:
+    if base_type not in _CBOR_TAGS:
         return [bool(each) for each in value]
-    array = np.asarray(value, _numpy_type(base))
-    return tagged(_CBOR_TAGS[base], array.tobytes())
+    array = np.asarray(value, _numpy_type(base_type))
+    return tagged(_CBOR_TAGS[base_type], array.tobytes())
 
 
-def _numpy_type(base: str) -> str:
-    return "int8" if base == "byte" else np.dtype(base).newbyteorder("<").str
+def _numpy_type(base_type: str) -> str:
+    return "int8" if base_type == "byte" else np.dtype(base_type).newbyteorder("<").str
 
 
 def from_client(cls: type[Message], value: Any, now: Time) -> Message:
-    """Return a message sent by a client.
+    """Return the message that a client has sent as JSON.
 
     As in rosbridge_suite, each header in the client's message, at any depth, gets the current time unless the client
     has set a valid time.
@@ -141,9 +141,10 @@ def from_client(cls: type[Message], value: Any, now: Time) -> Message:
 
 
 def from_args(cls: type[Message], args: Any, now: Time) -> Message:
-    """Return a request or response from an object, or from a list of the values of its first fields in order.
+    """Return a service request or response that a client has sent as an object, or as a list of the values of its first
+    fields.
 
-    As in rosbridge_suite, other values are treated as an empty object, and surplus values of a list are ignored.
+    As in rosbridge_suite, any other value is treated as an empty object, and surplus values in a list are ignored.
 
     Raises:
         MessageError: a value does not fit its field.
@@ -158,7 +159,7 @@ def from_args(cls: type[Message], args: Any, now: Time) -> Message:
 
 
 def _prepare(cls: type[Message], value: Any, now: Time) -> Any:
-    """Return a JSON object in the form that `from_json` expects."""
+    """Convert a JSON object from a client to the form that `from_json` expects."""
     if not isinstance(value, dict):
         return value
     types = dict(zip(cls.__slots__, cls._slot_types, strict=True))
@@ -169,16 +170,16 @@ def _prepare(cls: type[Message], value: Any, now: Time) -> Any:
 
 
 def _prepare_field(cls: type[Message], field_type: str, value: Any, now: Time) -> Any:
-    base, bracket, _ = field_type.partition("[")
-    if bracket and isinstance(value, list) and (base in _TIME_TYPES or base in cls._classes or None in value):
-        return [_prepare_field(cls, base, each, now) for each in value]
-    if bracket and base in _BYTE_TYPES and isinstance(value, str):
+    base_type, bracket, _ = field_type.partition("[")
+    if bracket and isinstance(value, list) and (base_type in _TIME_TYPES or base_type in cls._classes or None in value):
+        return [_prepare_field(cls, base_type, each, now) for each in value]
+    if bracket and base_type in _BYTE_TYPES and isinstance(value, str):
         return _decode_base64(value)
-    if base in _FLOAT_TYPES:  # clients receive null for NaN
+    if base_type in _FLOAT_TYPES:  # clients receive null for NaN
         return math.nan if value is None else value
-    if base in _TIME_TYPES and not bracket:
-        return value if base == "time" and value == "now" else _time_fields(value)
-    nested = cls._classes.get(base)
+    if base_type in _TIME_TYPES and not bracket:
+        return value if base_type == "time" and value == "now" else _time_fields(value)
+    nested = cls._classes.get(base_type)
     if nested is None or bracket:
         return value
     return _prepare(nested, {} if value is None else value, now)

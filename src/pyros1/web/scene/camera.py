@@ -1,4 +1,4 @@
-"""Camera models from sensor_msgs/CameraInfo (https://wiki.ros.org/image_pipeline/CameraInfo) (pure)."""
+"""Reads camera models from sensor_msgs/CameraInfo, see https://wiki.ros.org/image_pipeline/CameraInfo (pure)."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 from pyros1.web.scene.shape import ShapeError
 
 _MIN_FOCAL_LENGTH, _MAX_FOCAL_LENGTH = 1e-6, 1e12
-"""Range in pixels; a camera with values outside this range is not calibrated."""
+"""Range of focal lengths in pixels; a camera with a focal length outside this range is not calibrated."""
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,7 @@ class Camera:
     height: int
 
     def resized(self, width: int, height: int) -> Camera:
-        """Return the same camera with an image of another size."""
+        """Return the same camera for an image that is scaled to another size."""
         if (width, height) == (self.width, self.height):
             return self
         scale_x, scale_y = width / (self.width or width), height / (self.height or height)
@@ -41,9 +41,9 @@ class Camera:
 
 
 def pinhole(info: Any) -> Camera:
-    """Return the camera that a sensor_msgs/CameraInfo describes: from P, or from K if there is no P.
+    """Return the camera that a sensor_msgs/CameraInfo describes: by its matrix P, or by K if it has no P.
 
-    P is for rectified images. The region of interest and the binning in the message are taken into account.
+    P is for rectified images. The message's region of interest and binning are taken into account.
 
     Raises:
         ShapeError: the message does not describe a camera.
@@ -60,12 +60,12 @@ def pinhole(info: Any) -> Camera:
     return Camera(fx / scale_x, fy / scale_y, *centre, *offset, width // scale_x, height // scale_y)
 
 
-def info_topic(topic: str, compressed: bool = False) -> str:
-    """Return the CameraInfo topic that belongs to an image topic, in the same namespace, as in image_transport.
+def camera_info_topic(topic: str, compressed: bool = False) -> str:
+    """Return the CameraInfo topic that belongs to an image topic: as in image_transport, in the same namespace.
 
     Args:
         topic: the full name of the image topic.
-        compressed: whether the last part of the name is that of a compressed transport.
+        compressed: whether the last part of the topic's name is the name of a compressed transport.
     """
     base = topic.rpartition("/")[0] if compressed else topic
     return f"{base.rpartition('/')[0]}/camera_info"

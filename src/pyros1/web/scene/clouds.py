@@ -1,4 +1,4 @@
-"""Converts point clouds to blocks of numbers that a page passes directly to its graphics card (pure)."""
+"""Converts point clouds to blocks of numbers that a page can pass directly to its graphics card (pure)."""
 
 from __future__ import annotations
 
@@ -11,19 +11,19 @@ from numpy.typing import NDArray
 from pyros1.web.scene.shape import Shape, ShapeError
 
 MAX_POINTS = 1_500_000
-"""Maximum number of points of a cloud that are sent."""
+"""Maximum number of points sent per cloud."""
 _NUMPY_TYPES = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 8: "f8"}
-"""Datatype in a sensor_msgs/PointField -> its name in numpy."""
+"""Datatype in a sensor_msgs/PointField -> numpy's name for it."""
 _PACKED_COLOUR_FIELDS = ("rgb", "rgba")
 _XYZ = ("x", "y", "z")
 RED_GREEN_BLUE = "r, g, b"
-"""Colour points by their three fields r, g and b, which are from 0 to 1 (RGBF32 in rviz)."""
+"""Colour points by their fields r, g and b, with values from 0 to 1 (RGBF32 in rviz)."""
 MONO = "rgb as grey"
-"""Colour points by the brightness of their "rgb" or "rgba" (MONO8 in rviz)."""
+"""Colour points grey, with the brightness of their "rgb" or "rgba" (MONO8 in rviz)."""
 _COMPUTED_COLOURS = (RED_GREEN_BLUE, MONO)
 _PREFERRED_COLOUR_FIELDS = (*_PACKED_COLOUR_FIELDS, RED_GREEN_BLUE, "intensity")
 Bounds = tuple[float, float]
-"""The minimum and maximum of the colour scale."""
+"""The values at the lower and the upper end of the colour scale."""
 _Floats = NDArray[np.float32]
 
 
@@ -34,29 +34,30 @@ def point_cloud2(
     with_indices: bool = False,
     bounds: Bounds | None = None,
 ) -> Shape:
-    """Return the shape of a sensor_msgs/PointCloud2.
+    """Return the shape for a sensor_msgs/PointCloud2.
 
     Args:
         cloud: the message.
-        colour_field: the field that colours the points, `RED_GREEN_BLUE` or `MONO`; if empty, the first existing one
-            of "rgb", "intensity" and "z".
-        max_points: maximum number of points that are sent; of larger clouds, every second, third ... point is sent.
-        with_indices: whether to send the points' indices in the message and their values as well.
-        bounds: the values at both ends of the colour scale; None for their minimum and maximum.
+        colour_field: what colours the points: the name of a field, `RED_GREEN_BLUE` or `MONO`; if the cloud lacks it,
+            the first available of "rgb", "rgba", `RED_GREEN_BLUE`, "intensity" and "z".
+        max_points: maximum number of points sent; of a larger cloud, only every second, third ... point is sent.
+        with_indices: whether to also send the points' indices in the message, and their values.
+        bounds: the values at the two ends of the colour scale; None for the points' minimum and maximum.
 
     Returns:
-        "count", "every" (one in this many points is sent), "fields" (the possible values of `colour_field`), "by" (the
-        one used), and "colour":
+        A description, and a block of numbers. The description contains "count", "every" (one in this many points is
+        sent), "fields" (the possible values of `colour_field`), "by" (the value that was used), and "colour":
 
-        - "rgb": four bytes per point: blue, green, red, unused; "rgba": the last is the alpha value
-        - "value": one byte per point, from "least" (0) to "most" (255)
+        - "rgb": four bytes per point: blue, green, red, unused; "rgba": the same, but the last byte is alpha
+        - "value": one byte per point: 0 for the value "least", 255 for "most"
         - "x", "y", "z": no data, since the page knows the positions
 
-        with the positions as float32 x, y, z, followed by the colours. Points without a position are omitted. With
-        "numbers", the colours are preceded by the points' indices as uint32 and, for "value", their values as float32.
+        The block contains the positions as float32 x, y, z, and then the colours. Points without a position are
+        omitted. If the description contains "numbers", the points' indices as uint32 precede the colours, and for
+        "value" also their values as float32.
 
     Raises:
-        ShapeError: the sizes in the message are inconsistent, or it lacks x, y or z.
+        ShapeError: the sizes in the message are inconsistent, or the cloud lacks x, y or z.
     """
     points = _read_points(cloud)
     fields = _colour_choices(list(points.dtype.names or ()))
@@ -71,7 +72,7 @@ def point_cloud2(
     colours = _colour_values(colour_field, points.dtype.names or (), lambda name: points[name]).copy()
     indices = np.arange(len(points), dtype=np.uint32) * np.uint32(stride) if with_indices else None
     with np.errstate(all="ignore"):
-        all_finite = np.isfinite(positions.sum())  # most clouds; checking each point takes five times as long
+        all_finite = np.isfinite(positions.sum())  # true of most clouds; checking each point takes five times as long
     if not all_finite:
         valid = np.isfinite(positions).all(axis=1)
         positions, colours = positions[valid], colours[valid]
@@ -87,7 +88,7 @@ def point_cloud(
     with_indices: bool = False,
     bounds: Bounds | None = None,
 ) -> Shape:
-    """Return the shape of a sensor_msgs/PointCloud, like `point_cloud2`. Its channels count as fields."""
+    """Return the shape for a sensor_msgs/PointCloud; see `point_cloud2`. The cloud's channels count as fields."""
     stride = -(-len(cloud.points) // max_points) or 1
     channels = {
         "intensity" if cloud_channel.name == "intensities" else cloud_channel.name: cloud_channel.values  # as in rviz
@@ -121,7 +122,7 @@ def _read_points(cloud: Any) -> NDArray[Any]:
     if not {"x", "y", "z"} <= {*names}:
         raise ShapeError(f"the cloud lacks x, y or z; it has {', '.join(names) or 'no fields'}"[:300])
     if row_step < width * step and len(cloud.data) >= width * height * step:
-        row_step = width * step  # many publishers leave row_step at 0; rviz ignores it
+        row_step = width * step  # many publishers leave row_step at 0, since rviz ignores it
     if (
         step < 1
         or row_step < width * step
@@ -153,13 +154,13 @@ def _read_points(cloud: Any) -> NDArray[Any]:
 
 
 def _colour_choices(fields: list[str]) -> list[str]:
-    """Return the possible ways to colour a cloud with these fields."""
+    """Return the possible values of `colour_field` for a cloud with these fields."""
     combined = [RED_GREEN_BLUE] if {"r", "g", "b"} <= {*fields} else []
     return [*fields, *combined, *([MONO] if {*_PACKED_COLOUR_FIELDS} & {*fields} else [])]
 
 
 def _colour_values(colour_field: str, fields: Sequence[str], column: Callable[[str], NDArray[Any]]) -> NDArray[Any]:
-    """Return the values of a field, or packed colours from one or three fields."""
+    """Return the values of a field; for `RED_GREEN_BLUE` and `MONO`, packed colours computed from other fields."""
     if colour_field in fields:
         return column(colour_field)
     if colour_field == RED_GREEN_BLUE:
@@ -174,7 +175,7 @@ def _colour_values(colour_field: str, fields: Sequence[str], column: Callable[[s
 
 
 def _as_integers(values: NDArray[Any]) -> NDArray[np.uint32]:
-    """Return four-byte values as integers with the same bits."""
+    """Reinterpret the bits of four-byte values as integers."""
     order = ">" if values.dtype.byteorder == ">" else "<"
     return np.ascontiguousarray(values).view(f"{order}u4").astype("<u4", copy=False)
 

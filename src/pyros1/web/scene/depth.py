@@ -1,4 +1,4 @@
-"""Converts depth images to point clouds (pure; needs Pillow for compressed images)."""
+"""Converts depth images to point clouds (pure; compressed images need Pillow)."""
 
 from __future__ import annotations
 
@@ -16,21 +16,21 @@ from pyros1.web.scene.camera import Camera
 from pyros1.web.scene.shape import Shape, ShapeError
 from pyros1.web.transforms.picture_size import MAX_PIXELS
 
-_COMPRESSED = "sensor_msgs/CompressedImage"
+_COMPRESSED_TYPE = "sensor_msgs/CompressedImage"
 
 
 def depths(message: Any) -> NDArray[np.float32]:
-    """Return the depth of each pixel of an image in metres; 0, NaN or infinity where it is unknown.
+    """Return the depth at each pixel of an image, in metres; 0, NaN or infinity where the depth is unknown.
 
     Args:
-        message: a sensor_msgs/Image in integer millimetres (16UC1) or metres (32FC1); or a sensor_msgs/CompressedImage
-            of compressed_depth_image_transport that contains a PNG file.
+        message: a sensor_msgs/Image in integer millimetres (16UC1) or in metres (32FC1); or a
+            sensor_msgs/CompressedImage from compressed_depth_image_transport that contains a PNG file.
 
     Raises:
         ShapeError: the message is not a depth image in one of these forms, or is damaged.
     """
     try:
-        if message._type == _COMPRESSED:
+        if message._type == _COMPRESSED_TYPE:
             image = decode_depth(message.format, bytes(message.data), MAX_PIXELS)
         else:
             image = pixels(message)
@@ -45,13 +45,13 @@ def depths(message: Any) -> NDArray[np.float32]:
 
 
 def colours(message: Any) -> NDArray[np.uint8]:
-    """Return the colour of each pixel of an image as blue, green, red and 0.
+    """Return the colour of each pixel of an image, as the four bytes blue, green, red and 0.
 
     Raises:
         ShapeError: the image cannot be read.
     """
     try:
-        if message._type == _COMPRESSED:
+        if message._type == _COMPRESSED_TYPE:
             image = to_8_bits(decode(bytes(message.data), MAX_PIXELS))
         else:
             image = to_8_bits(pixels(message))
@@ -71,14 +71,16 @@ def depth_cloud(
     max_points: int,
     with_indices: bool = False,
 ) -> Shape:
-    """Return a cloud in the camera's frame, like `pyros1.web.scene.clouds.point_cloud2`.
+    """Return the shape for the points seen in a depth image, in the camera's frame; see
+    `pyros1.web.scene.clouds.point_cloud2`.
 
     Args:
         depth: see `depths`.
         camera: the depth camera.
-        picture: colours from the same viewpoint; see `colours`. With None, points are coloured by depth.
-        max_points: approximate maximum of points; of more, only every second, third ... row and column is used.
-        with_indices: whether to send the points' indices in the image as well, counted row by row.
+        picture: the colours seen from the same viewpoint; see `colours`. None to colour the points by depth.
+        max_points: approximate maximum number of points; if there are more, only every second, third ... row and column
+            is used.
+        with_indices: whether to also send the points' indices in the image, counted row by row.
     """
     height, width = depth.shape
     camera = camera.resized(width, height)
@@ -86,25 +88,25 @@ def depth_cloud(
         measured = (depth > 0) & (depth < np.inf)
         step = max(1, math.ceil(math.sqrt(np.count_nonzero(measured) / max_points)))
         z, measured = depth[::step, ::step], measured[::step, ::step]
-        across, down = np.arange(0, width, step), np.arange(0, height, step)
+        columns, rows = np.arange(0, width, step), np.arange(0, height, step)
         distances = z[measured]
         positions = np.empty((len(distances), 3), np.float32)
-        positions[:, 0] = (z * ((across - camera.cx) / camera.fx).astype(np.float32))[measured] + camera.tx
-        positions[:, 1] = (z * ((down - camera.cy) / camera.fy).astype(np.float32)[:, None])[measured] + camera.ty
+        positions[:, 0] = (z * ((columns - camera.cx) / camera.fx).astype(np.float32))[measured] + camera.tx
+        positions[:, 1] = (z * ((rows - camera.cy) / camera.fy).astype(np.float32)[:, None])[measured] + camera.ty
         positions[:, 2] = distances
         valid = np.isfinite(positions).all(axis=1)
-    if not valid.all():  # absurd depths or camera parameters
+    if not valid.all():  # some depths or camera parameters are absurd
         measured[measured] = valid
         distances, positions = distances[valid], positions[valid]
     description: dict[str, Any] = {"kind": "cloud", "count": len(distances), "every": step * step, "fields": ["z"]}
     blob = positions.tobytes()
     if with_indices:
         description["numbers"] = True
-        blob += (down[:, None] * width + across)[measured].astype(np.uint32).tobytes()
+        blob += (rows[:, None] * width + columns)[measured].astype(np.uint32).tobytes()
     if picture is not None:
         picture_height, picture_width = picture.shape[:2]
-        packed_pixels = picture.view(np.uint32)[:, :, 0]  # one number per pixel
-        sampled = packed_pixels[np.ix_(down * picture_height // height, across * picture_width // width)][measured]
+        packed_pixels = picture.view(np.uint32)[:, :, 0]  # one integer per pixel
+        sampled = packed_pixels[np.ix_(rows * picture_height // height, columns * picture_width // width)][measured]
         return {**description, "by": "rgb", "colour": "rgb", "least": 0.0, "most": 1.0}, blob + sampled.tobytes()
     nearest, farthest = (float(distances.min()), float(distances.max())) if len(distances) else (0.0, 1.0)
     return {**description, "by": "z", "colour": "z", "least": nearest, "most": farthest}, blob

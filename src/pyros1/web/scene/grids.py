@@ -1,4 +1,4 @@
-"""Occupancy grids, and updates of parts of them (map_msgs/OccupancyGridUpdate) (pure)."""
+"""Keeps occupancy grids, and applies updates to parts of them (pure)."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 from pyros1.web.scene.shape import Shape, ShapeError
 from pyros1.web.scene.shapes import occupancy_grid
 
-UPDATES = "_updates"
-"""Suffix that is appended to a grid's topic to get the topic of its updates."""
+UPDATES_SUFFIX = "_updates"
+"""Suffix that turns a grid's topic into the topic of its updates."""
 
 
 class Grid:
-    """A grid, with the part of it that has not been sent yet."""
+    """A grid, which keeps track of the part that has changed since it was last sent to the page."""
 
     def __init__(self) -> None:
         self._description: dict[str, Any] = {}
@@ -25,7 +25,7 @@ class Grid:
         self.message: Any = None
 
     def put(self, message: Any) -> None:
-        """Process a nav_msgs/OccupancyGrid.
+        """Replace the grid by a nav_msgs/OccupancyGrid.
 
         Raises:
             ShapeError: the grid cannot be drawn.
@@ -37,38 +37,40 @@ class Grid:
         self.resend()
 
     def update(self, message: Any) -> None:
-        """Process a map_msgs/OccupancyGridUpdate; it is ignored if there is no grid.
+        """Apply a map_msgs/OccupancyGridUpdate; it is ignored if there is no grid.
 
         Raises:
-            ShapeError: the update does not fit into the grid.
+            ShapeError: the update extends beyond the grid, or has the wrong number of cells.
         """
         if self._cells is None:
             return
         height, width = self._cells.shape
-        left, low, right, high = message.x, message.y, message.x + message.width, message.y + message.height
-        if min(left, low) < 0 or right > width or high > height:
+        left, bottom, right, top = message.x, message.y, message.x + message.width, message.y + message.height
+        if min(left, bottom) < 0 or right > width or top > height:
             raise ShapeError(
-                f"an update of {message.width} x {message.height} cells at ({left}, {low}) exceeds the map"
+                f"an update of {message.width} x {message.height} cells at ({left}, {bottom}) exceeds the map"
             )
         if len(message.data) != message.width * message.height:
             raise ShapeError(f"an update of {message.width} x {message.height} cells has {len(message.data)} values")
-        self._cells[low:high, left:right] = np.asarray(message.data, np.int8).reshape(message.height, message.width)
+        self._cells[bottom:top, left:right] = np.asarray(message.data, np.int8).reshape(message.height, message.width)
         if self._changed_area is not None:
             previous = self._changed_area
-            left, low, right, high = (
+            left, bottom, right, top = (
                 min(left, previous[0]),
-                min(low, previous[1]),
+                min(bottom, previous[1]),
                 max(right, previous[2]),
-                max(high, previous[3]),
+                max(top, previous[3]),
             )
-        self._changed_area = (left, low, right, high)
+        self._changed_area = (left, bottom, right, top)
 
     def resend(self) -> None:
-        """Let `take` return the whole grid next time."""
+        """Make the next call of `take` return the whole grid."""
         self._send_all, self._changed_area = True, None
 
     def take(self) -> Shape | None:
-        """Return the grid if it is new, else the changed part with its "x" and "y" in cells; None if unchanged."""
+        """Return what the page needs next: the whole grid, or a "patch" with the changed part; None if it needs
+        nothing.
+        """
         if self._cells is None:
             return None
         changed, send_all = self._changed_area, self._send_all
@@ -77,6 +79,6 @@ class Grid:
             return {**self._description}, self._cells.tobytes()
         if changed is None:
             return None
-        left, low, right, high = changed
-        description = {"kind": "patch", "x": left, "y": low, "width": right - left, "height": high - low}
-        return description, self._cells[low:high, left:right].tobytes()
+        left, bottom, right, top = changed
+        description = {"kind": "patch", "x": left, "y": bottom, "width": right - left, "height": top - bottom}
+        return description, self._cells[bottom:top, left:right].tobytes()

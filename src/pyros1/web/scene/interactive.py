@@ -1,7 +1,7 @@
-"""The current interactive markers of a topic's servers (https://wiki.ros.org/interactive_markers) (pure).
+"""Keeps the current interactive markers of the servers on a topic (pure).
 
 A server publishes all its markers, latched, on ``TOPIC/update_full``, and changes on ``TOPIC/update``. The sequence
-numbers of these messages show which messages belong together.
+numbers in these messages show which of them belong together. See https://wiki.ros.org/interactive_markers.
 """
 
 from __future__ import annotations
@@ -12,41 +12,42 @@ from pyros1.web.scene.markers import as_json
 from pyros1.web.scene.shape import MAX_MAGNITUDE
 
 MAX_MARKERS = 1_000
-"""Maximum number of interactive markers of a topic; further ones are ignored."""
+"""Maximum number of interactive markers per topic; further markers are ignored."""
 MAX_POINTS = 500_000
-"""Maximum total number of points and colours in a topic's markers; markers beyond that are ignored as well."""
+"""Maximum total number of points and colours in a topic's markers; a marker that would exceed this is ignored."""
 MAX_CONTROLS = 200
-MAX_ENTRIES = 500
+MAX_MENU_ENTRIES = 500
 _MAX_SERVERS = 20
 _SERVER_TIMEOUT = 10.0
-"""Seconds without a keep-alive message (sent twice a second) after which a server is assumed to be gone."""
+"""Seconds without messages after which a server is assumed to be gone: servers send a keep-alive twice a second."""
 _UPDATE = 1
 _POSE_FIELDS = ("pose", "frame")
 
-Key = tuple[str, str]
-"""Names of a server and a marker."""
+MarkerKey = tuple[str, str]
+"""A server's name, and a marker's name."""
 
 
 class InteractiveMarkers:
-    """The interactive markers of a topic, with their changes since a given version."""
+    """The interactive markers on a topic, and how they have changed since any earlier version."""
 
     def __init__(self) -> None:
-        self._markers: dict[Key, tuple[int, dict[str, Any]]] = {}  # (version in which it was added, marker)
-        self._num_points: dict[Key, int] = {}
-        self._moved: dict[Key, int] = {}  # version in which it was moved
-        self._removed: dict[Key, int] = {}  # version in which it was removed
+        # Values: (version in which the marker was added or changed, marker).
+        self._markers: dict[MarkerKey, tuple[int, dict[str, Any]]] = {}
+        self._num_points: dict[MarkerKey, int] = {}
+        self._moved: dict[MarkerKey, int] = {}  # version in which the marker was last moved
+        self._removed: dict[MarkerKey, int] = {}  # version in which the marker was removed
         self._servers: dict[str, tuple[int, float]] = {}  # (newest sequence number, time of the last message)
         self._version = 0
 
     def init(self, message: Any, now: float) -> None:
-        """Process a visualization_msgs/InteractiveMarkerInit; ``now`` is the time of its arrival in seconds."""
+        """Process a visualization_msgs/InteractiveMarkerInit; ``now`` is its time of arrival in seconds."""
         server = message.server_id
         if server not in self._servers and len(self._servers) >= _MAX_SERVERS:
             return
         previous = self._servers.get(server)
         if previous is not None and previous[0] == message.seq_num and any(key[0] == server for key in self._markers):
             self._servers[server] = (previous[0], now)
-            return  # the message was repeated, nothing has changed
+            return  # a repeated message: nothing has changed
         self._version += 1
         self._servers[server] = (message.seq_num, now)
         names = {marker.name for marker in message.markers}
@@ -56,7 +57,10 @@ class InteractiveMarkers:
             self._put(server, marker)
 
     def update(self, message: Any, now: float) -> bool:
-        """Process a visualization_msgs/InteractiveMarkerUpdate; return False if an earlier update is missing."""
+        """Process a visualization_msgs/InteractiveMarkerUpdate; return False if an earlier message was missed.
+
+        ``now`` is its time of arrival in seconds.
+        """
         previous = self._servers.get(message.server_id)
         if previous is None:
             return False
@@ -84,7 +88,7 @@ class InteractiveMarkers:
         return True
 
     def remove_expired(self, now: float) -> None:
-        """Remove servers that are gone, with their markers."""
+        """Remove servers that seem to be gone, with their markers."""
         for server in [
             server for server, (_, received_at) in self._servers.items() if now > received_at + _SERVER_TIMEOUT
         ]:
@@ -97,11 +101,11 @@ class InteractiveMarkers:
         """Return the changes since a version.
 
         Args:
-            known_version: the version up to which all changes are known; 0 if nothing is known.
+            known_version: the version that the caller knows; 0 if it knows nothing.
 
         Returns:
-            The current version; new or changed markers; "server", "name", "frame" and "pose" of markers that have
-            only moved; servers and names of removed markers.
+            The current version; the new or changed markers; "server", "name", "frame" and "pose" of markers that have
+            only moved; and the server and name of each removed marker.
         """
         new = [marker for version, marker in self._markers.values() if version > known_version]
         moved = [
@@ -125,16 +129,15 @@ class InteractiveMarkers:
             version, previous = self._markers[key]
             if previous == description:
                 return
-            if (
-                previous | {name: description[name] for name in _POSE_FIELDS} == description
-            ):  # servers resend all markers when one moves
+            # A server may resend a whole marker of which only the pose has changed.
+            if previous | {name: description[name] for name in _POSE_FIELDS} == description:
                 self._markers[key], self._moved[key] = (version, description), self._version
                 return
         self._removed.pop(key, None)
         self._moved.pop(key, None)
         self._markers[key] = (self._version, description)
 
-    def _remove(self, key: Key) -> None:
+    def _remove(self, key: MarkerKey) -> None:
         if self._markers.pop(key, None) is not None:
             self._num_points.pop(key, None)
             self._moved.pop(key, None)
@@ -145,7 +148,7 @@ class InteractiveMarkers:
 
 
 def pose_of(pose: Any) -> list[float]:
-    """Return a pose as x, y, z in metres and a quaternion x, y, z, w, with 0 for non-finite values."""
+    """Return a pose as x, y, z in metres and a quaternion x, y, z, w, with 0 in place of non-finite values."""
     position, orientation = pose.position, pose.orientation
     return _finite_or_zero(
         position.x, position.y, position.z, orientation.x, orientation.y, orientation.z, orientation.w
@@ -161,12 +164,12 @@ def _to_json(marker: Any) -> dict[str, Any]:
         "name": marker.name,
         "description": marker.description[:1000],
         "frame": marker.header.frame_id.lstrip("/"),
-        "locked": not marker.header.stamp,  # a stamp of 0 means that it moves with its frame
+        "locked": not marker.header.stamp,  # a stamp of 0 means that the marker moves with its frame
         "pose": pose_of(marker.pose),
         "scale": marker.scale if 0 < marker.scale < MAX_MAGNITUDE else 1.0,
         "menu": [
             {"id": entry.id, "parent": entry.parent_id, "title": entry.title[:300]}
-            for entry in marker.menu_entries[:MAX_ENTRIES]
+            for entry in marker.menu_entries[:MAX_MENU_ENTRIES]
         ],
         "controls": [
             {

@@ -1,7 +1,7 @@
-"""The current markers of a topic (https://wiki.ros.org/rviz/DisplayTypes/Marker) (pure).
+"""Keeps the current markers on a topic (pure).
 
-Unlike other messages, markers accumulate: each has a namespace and an id, replaces an earlier marker with the
-same ones, and stays until it is deleted or its lifetime has passed.
+Unlike other messages, markers accumulate: a marker replaces the earlier marker with the same namespace and id, and
+stays until it is deleted or its lifetime has passed. See https://wiki.ros.org/rviz/DisplayTypes/Marker.
 """
 
 from __future__ import annotations
@@ -12,35 +12,35 @@ from typing import Any
 from pyros1.web.scene.shape import MAX_MAGNITUDE
 
 MAX_MARKERS = 20_000
-"""Maximum number of markers of a topic; the oldest are removed first."""
+"""Maximum number of markers per topic; beyond that, the oldest are removed."""
 MAX_POINTS = 200_000
 MAX_BYTES = 256 << 20
-"""Approximate maximum size of a topic's markers in bytes; beyond that, the oldest are removed, except for one."""
+"""Approximate maximum size in bytes of a topic's markers; beyond that, the oldest are removed, but never the newest."""
 _POINT_SIZE = 112
 """Approximate size of a point, or of a colour, in bytes."""
 _MARKER_OVERHEAD = 2_000
 """Approximate size of a marker without its points and strings, in bytes."""
 _ADD, _DELETE, _DELETE_ALL = 0, 2, 3
 _MIN_LIFETIME = 1e-4
-"""Minimum lifetime in seconds; as in rviz, a marker with a shorter one never expires."""
+"""Minimum lifetime in seconds; as in rviz, a marker with a shorter lifetime never expires."""
 _MAX_BACKWARD_STEP = 0.5
-"""Seconds; if the time jumps back by more than this, a bag or a simulation has restarted."""
+"""Seconds: if the time jumps back by more than this, a bag or a simulation has restarted."""
 
-Key = tuple[str, int]
+MarkerKey = tuple[str, int]
 
 
 class Markers:
-    """The markers of a topic, with their changes since a given version."""
+    """The markers on a topic, and how they have changed since any earlier version."""
 
     def __init__(self) -> None:
         # (version, marker, size in bytes, time when it was added, time when it expires)
-        self._markers: dict[Key, tuple[int, Any, int, float, float]] = {}
+        self._markers: dict[MarkerKey, tuple[int, Any, int, float, float]] = {}
         self._total_size = 0
         self._version = 0
-        self._removed: dict[Key, int] = {}
+        self._removed: dict[MarkerKey, int] = {}
 
     def add(self, markers: Any, now: float) -> None:
-        """Process visualization_msgs/Marker messages; ``now`` is the time in seconds when they were received."""
+        """Process visualization_msgs/Marker messages; ``now`` is their time of arrival in seconds."""
         for marker in markers:
             self._version += 1
             if marker.action == _DELETE_ALL:
@@ -55,11 +55,11 @@ class Markers:
         """Return the changes since a version.
 
         Args:
-            known_version: the version up to which all changes are known; 0 if nothing is known.
+            known_version: the version that the caller knows; 0 if it knows nothing.
             now: the time in seconds.
 
         Returns:
-            The current version, the new or changed markers, and the namespaces and ids of the removed ones.
+            The current version, the new or changed markers, and the namespace and id of each removed marker.
         """
         for key in [
             key for key, (*_, added_at, expires_at) in self._markers.items() if _has_expired(added_at, expires_at, now)
@@ -91,15 +91,15 @@ class Markers:
         )
         self._total_size += size
 
-    def _remove(self, key: Key) -> None:
+    def _remove(self, key: MarkerKey) -> None:
         if self._discard(key):
             self._removed.pop(key, None)
             if len(self._removed) >= MAX_MARKERS:
                 del self._removed[next(iter(self._removed))]
             self._removed[key] = self._version
 
-    def _discard(self, key: Key) -> bool:
-        """Remove a marker without recording it; return whether it existed."""
+    def _discard(self, key: MarkerKey) -> bool:
+        """Remove a marker without recording the removal; return whether the marker existed."""
         entry = self._markers.pop(key, None)
         if entry is not None:
             self._total_size -= entry[2]
@@ -112,12 +112,12 @@ def _estimate_size(marker: Any) -> int:
 
 
 def _has_expired(added_at: float, expires_at: float, now: float) -> bool:
-    """Return whether a marker has expired, including when the time has gone back to before it was added."""
+    """Return whether a marker has expired, or the time has jumped back to before the marker was added."""
     return expires_at < math.inf and not added_at - _MAX_BACKWARD_STEP < now < expires_at
 
 
 def as_json(marker: Any) -> dict[str, Any]:
-    """Return a marker as JSON."""
+    """Return a marker as JSON for a page."""
     position, orientation, size = marker.pose.position, marker.pose.orientation, marker.scale
     return {
         "ns": marker.ns,
@@ -140,7 +140,7 @@ def as_json(marker: Any) -> dict[str, Any]:
 
 
 def _is_finite(marker: Any) -> bool:
-    """Return whether all numbers are finite, as rviz requires, and positions and sizes are not too large to draw."""
+    """Return whether a marker's numbers are finite, as rviz requires, and its positions and size can be drawn."""
     positions = [marker.pose.position, marker.scale, *marker.points[:MAX_POINTS]]
     if not all(abs(position.x) + abs(position.y) + abs(position.z) < MAX_MAGNITUDE for position in positions):
         return False

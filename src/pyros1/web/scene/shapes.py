@@ -1,6 +1,6 @@
-"""Converts messages to shapes, which consist of a block of numbers and its description (pure).
+"""Converts messages to shapes: a description as JSON, and a block of numbers (pure).
 
-A shape is JSON and bytes. Positions are in metres in the frame of the message's header, angles in radians.
+Positions are in metres, in the frame of the message's header; angles are in radians.
 """
 
 from __future__ import annotations
@@ -19,14 +19,14 @@ MAX_POSES = 20_000
 MAX_CELLS = 64 << 20
 MAX_JOINTS = 1_000
 _UNKNOWN = -1
-"""Value of an unknown cell of a map."""
+"""Value of a map's unknown cells."""
 
 
 def laser_scan(scan: Any) -> Shape:
-    """Return the ranges, and then the intensities if there are any, as float32; as in rviz, missing intensities are 0.
+    """Return the shape for a scan: its ranges as float32, then any intensities. As in rviz, missing intensities are 0.
 
     Raises:
-        ShapeError: the scan's angles or bounds are not finite, so nothing can be drawn.
+        ShapeError: an angle in the message is not finite, or a range limit is NaN, so nothing can be drawn.
     """
     for name in ("angle_min", "angle_increment", "range_min", "range_max"):
         value = getattr(scan, name)
@@ -49,7 +49,7 @@ def laser_scan(scan: Any) -> Shape:
 
 
 def occupancy_grid(grid: Any) -> Shape:
-    """Return the cells as int8, row by row from the origin; as in rviz, missing cells are unknown.
+    """Return the shape for a map: its cells as int8, row by row from the origin. As in rviz, missing cells are unknown.
 
     Raises:
         ShapeError: there are too many cells, or the map's origin or resolution is not finite.
@@ -77,34 +77,34 @@ def occupancy_grid(grid: Any) -> Shape:
 
 
 def path(message: Any) -> Shape:
-    """Return the poses as float32: x, y, z, and a quaternion x, y, z, w."""
+    """Return the shape for a path: its poses as float32 x, y, z, and a quaternion x, y, z, w."""
     return _pose_shape("path", [each.pose for each in message.poses[:MAX_POSES]])
 
 
 def pose_array(message: Any) -> Shape:
-    """Return the poses like `path`, without those whose orientation is not finite; "odd" says how many."""
+    """Return the shape for several poses, like `path`; poses that are not finite are omitted, and counted in "odd"."""
     return _pose_shape("poses", message.poses[:MAX_POSES], needs_orientation=True)
 
 
 def pose_stamped(message: Any) -> Shape:
-    """Return the pose like `pose_array`."""
+    """Return the shape for a pose, like `pose_array`."""
     return _pose_shape("poses", [message.pose], needs_orientation=True)
 
 
 def pose_with_covariance(message: Any) -> Shape:
-    """Return the pose like `pose_array`, with the ellipsoid of its covariance; see `_ellipsoid`."""
+    """Return the shape for a pose, like `pose_array`, with the ellipsoid of its covariance; see `_ellipsoid`."""
     description, blob = _pose_shape("poses", [message.pose.pose], needs_orientation=True)
     return {**description, **_ellipsoid(message.pose.covariance)}, blob
 
 
 def point_stamped(message: Any) -> Shape:
-    """Return the point."""
+    """Return the shape for a point."""
     point = message.point
     return {"kind": "point", "point": [_none_if_not_finite(value) for value in (point.x, point.y, point.z)]}, b""
 
 
 def range_(message: Any) -> Shape:
-    """Return the length and the full angle of a cone.
+    """Return the shape for a measured range: the length of a cone, and its full angle.
 
     A fixed-distance ranger has the same minimum and maximum range; -inf means that an object was detected (REP 117).
     """
@@ -119,7 +119,7 @@ def range_(message: Any) -> Shape:
 
 
 def imu(message: Any) -> Shape:
-    """Return the orientation and the linear acceleration."""
+    """Return the shape for an IMU's data: the orientation and the linear acceleration."""
     orientation, acceleration = message.orientation, message.linear_acceleration
     description = {
         "kind": "imu",
@@ -132,13 +132,13 @@ def imu(message: Any) -> Shape:
 
 
 def polygon(message: Any) -> Shape:
-    """Return the corners as float32: x, y, z."""
+    """Return the shape for a polygon: its corners as float32 x, y, z."""
     corners = _finite_rows([(point.x, point.y, point.z) for point in message.polygon.points[:MAX_POSES]], 3)
     return {"kind": "polygon", "count": len(corners)}, corners.tobytes()
 
 
 def grid_cells(message: Any) -> Shape:
-    """Return the width and height of the cells, and their centres as float32: x, y, z."""
+    """Return the shape for a list of grid cells: their size, and their centres as float32 x, y, z."""
     centres = _finite_rows([(cell.x, cell.y, cell.z) for cell in message.cells[:MAX_POSES]], 3)
     description = {"kind": "cells", "count": len(centres), "more": len(message.cells) - len(centres)}
     return {
@@ -148,22 +148,22 @@ def grid_cells(message: Any) -> Shape:
 
 
 def wrench(message: Any) -> Shape:
-    """Return the force and the torque."""
+    """Return the shape for a force and a torque."""
     return _linear_and_angular(message.wrench.force, message.wrench.torque, "N", "N m")
 
 
 def twist(message: Any) -> Shape:
-    """Return the linear and the angular velocity."""
+    """Return the shape for a linear and an angular velocity."""
     return _linear_and_angular(message.twist.linear, message.twist.angular, "m/s", "rad/s")
 
 
 def accel(message: Any) -> Shape:
-    """Return the linear and the angular acceleration."""
+    """Return the shape for a linear and an angular acceleration."""
     return _linear_and_angular(message.accel.linear, message.accel.angular, "m/s\u00b2", "rad/s\u00b2")
 
 
 def joint_efforts(message: Any) -> Shape:
-    """Return the "names" and "efforts" (in newtons or newton metres) of the joints that have an effort."""
+    """Return the shape for joint states: "names" and "efforts" (N or N m) of the joints that have an effort."""
     pairs = [(name, _none_if_not_finite(value)) for name, value in zip(message.name, message.effort, strict=False)][
         :MAX_JOINTS
     ]
@@ -189,9 +189,9 @@ def _linear_and_angular(linear: Any, angular: Any, linear_unit: str, angular_uni
 def _scalar_shape(
     field: str, unit: str, min_value: float, max_value: float, warm: bool = False
 ) -> Callable[[Any], Shape]:
-    """Return a function that draws a message with one number as a point, coloured within rviz's bounds.
+    """Return a function that returns the shape for a message with one number: a point, coloured between rviz's bounds.
 
-    In rviz, red is the minimum or, for temperatures, the maximum.
+    In rviz, red is the colour of the minimum or, for temperatures (``warm``), of the maximum.
     """
 
     def shape(message: Any) -> Shape:
@@ -208,7 +208,7 @@ def _scalar_shape(
     return shape
 
 
-SHAPES: dict[str, Callable[[Any], Shape]] = {
+SHAPE_FUNCTIONS: dict[str, Callable[[Any], Shape]] = {
     "geometry_msgs/AccelStamped": accel,
     "geometry_msgs/PointStamped": point_stamped,
     "geometry_msgs/PolygonStamped": polygon,
@@ -232,20 +232,20 @@ SHAPES: dict[str, Callable[[Any], Shape]] = {
     "sensor_msgs/RelativeHumidity": _scalar_shape("relative_humidity", "", 0.0, 1.0),
     "sensor_msgs/Temperature": _scalar_shape("temperature", "\u00b0C", 0.0, 100.0, warm=True),
 }
-"""Types that can be drawn from their newest message alone."""
+"""Message type -> function that returns the shape for a message. For these types, only the newest message is drawn."""
 POSELESS_TYPES = frozenset({"sensor_msgs/JointState"})
-"""Types without a pose in the scene, since their headers usually have no frame."""
-CLOUDS: dict[str, Callable[[Any, str, int, bool, Bounds | None], Shape]] = {
+"""Types whose messages have no pose in the scene, since their headers usually have no frame."""
+CLOUD_FUNCTIONS: dict[str, Callable[[Any, str, int, bool, Bounds | None], Shape]] = {
     "sensor_msgs/PointCloud": point_cloud,
     "sensor_msgs/PointCloud2": point_cloud2,
 }
-"""Types whose points can be coloured by any field."""
+"""Message type -> function for clouds, whose points can be coloured by any field; see `point_cloud2`."""
 
 
 def _ellipsoid(covariance: Any) -> dict[str, Any]:
-    """Return the one-sigma ellipsoid of a position as "spread", its semi-axes as three vectors in metres.
+    """Return the one-sigma ellipsoid of a position as "spread" (its semi-axes, as three vectors in metres), and "turn".
 
-    "turn" is the standard deviation of yaw in radians. Empty if the covariance is unknown or invalid.
+    "turn" is the standard deviation of yaw in radians. If the covariance is unknown or invalid, the result is empty.
     """
     matrix = np.asarray(covariance, float).reshape(6, 6)
     if not (np.abs(matrix) < MAX_MAGNITUDE).all() or not matrix[:3, :3].any():
@@ -259,7 +259,7 @@ def _ellipsoid(covariance: Any) -> dict[str, Any]:
 
 
 def _finite_rows(rows: Sequence[tuple[float, ...]], size: int, num_required: int = 3) -> NDArray[np.float32]:
-    """Return rows of numbers as an array, omitting rows whose first ``num_required`` numbers are not all finite."""
+    """Return rows of ``size`` numbers as an array; rows whose first ``num_required`` are not all finite are omitted."""
     all_rows = np.array(rows, float).reshape(-1, size)
     valid = np.abs(all_rows) < MAX_MAGNITUDE
     numbers: NDArray[np.float32] = np.where(valid, all_rows, 0)[valid[:, :num_required].all(axis=1)].astype(np.float32)

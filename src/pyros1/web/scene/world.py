@@ -1,4 +1,4 @@
-"""The frames over time, for the scenes of all pages: one buffer, which is filled while a page displays a scene."""
+"""Keeps the coordinate frames over time, in one buffer for the scenes of all pages, while a page displays a scene."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ Listen = Callable[[str, Callable[[Arrival], object]], Callable[[], None]]
 Pose = list[float]
 """Position x, y, z in metres, and a quaternion x, y, z, w."""
 MAX_FRAMES = 5_000
-"""Maximum number of frames that are kept; new ones beyond that are ignored."""
+"""Maximum number of frames kept; further frames are ignored."""
 _MAX_STAMP_STEP_BACK = 5.0
-"""Seconds; if a publisher's stamps jump back by more than this, a bag or a simulation has restarted."""
+"""Seconds: if a publisher's stamps jump back by more than this, a bag or a simulation has restarted."""
 _MAX_CLOCK_STEP_BACK = 0.1
-"""The same limit for the node's clock, which follows a bag or a simulation that publishes the time."""
-IDENTITY: Pose = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]
+"""Like `_MAX_STAMP_STEP_BACK`, but for the node's clock, which a bag or a simulation may control."""
+IDENTITY_POSE: Pose = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]
 
 
 class World:
-    """The frames of a robot.
+    """The robot's frames, in a buffer that is filled as long as there are listeners.
 
     Args:
         listen: see `pyros1.web.robot.Robot.listen`.
@@ -43,13 +43,13 @@ class World:
         self.buffer = Buffer(warn=lambda text: None)
 
     def watch(self, listener: Callable[[], object]) -> Callable[[], None]:
-        """Fill the buffer, and call a listener after each change.
+        """Add a listener, and fill the buffer from now on.
 
         Args:
             listener: called after each change, in a thread of the node.
 
         Returns:
-            A function that removes the listener; without listeners, the buffer is no longer filled.
+            A function that removes the listener. When the last listener is removed, the buffer is no longer filled.
         """
         with self._lock:
             if not self._num_watchers:
@@ -82,19 +82,19 @@ class World:
         return unwatch
 
     def pose(self, fixed_frame: str, frame: str, stamp: Time | None = None) -> Pose | None:
-        """Return the pose of a frame.
+        """Return a frame's pose in another frame.
 
         Args:
             fixed_frame: the frame in which the pose is expressed.
             frame: the frame whose pose is returned.
-            stamp: the time; None, or a time for which the buffer has no data, stands for the latest time.
+            stamp: the time; None for the latest time, which is also used if the buffer has no data for the given time.
 
         Returns:
-            The pose; None if there is no connection between the frames, or a transform has non-finite numbers.
+            The pose; None if the frames are not connected, or a transform has non-finite numbers.
         """
         fixed_frame, frame = fixed_frame.lstrip("/"), frame.lstrip("/")
         if fixed_frame == frame:
-            return list(IDENTITY)
+            return list(IDENTITY_POSE)
         for time in (stamp, None) if stamp else (None,):
             try:
                 stamped_transform = self.buffer.lookup_transform(fixed_frame, frame, time)
@@ -112,7 +112,7 @@ class World:
         newest = self._newest_stamps.get(publisher, 0.0)
         previous, self._newest_time = self._newest_time, now
         if max(stamps) < newest - _MAX_STAMP_STEP_BACK or now < previous - _MAX_CLOCK_STEP_BACK:
-            self.buffer.clear()  # static transforms stay
+            self.buffer.clear()  # except for static transforms
             self._newest_stamps.clear()
         if len(self._newest_stamps) < MAX_FRAMES or publisher in self._newest_stamps:
             self._newest_stamps[publisher] = max(*stamps, self._newest_stamps.get(publisher, 0.0))
@@ -128,7 +128,7 @@ class World:
             message: Any = arrival.message
             self._store(message.transforms, arrival, static)
         except (MessageError, AttributeError, TypeError):
-            return  # not transforms, which the frames panel reports
+            return  # the message does not contain transforms; the frames panel reports this
         for listener in self._listeners:
             listener()
 

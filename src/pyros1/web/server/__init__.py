@@ -1,1 +1,1 @@
-"""The server: access control, files, sockets, the page's protocol, and threads for slow work."""
+"""The web server: access control, files, connections, the page's protocol, and threads for slow work."""

@@ -1,7 +1,7 @@
-"""Access control: machines, the token in the link, Host and Origin, visible topics, and permitted changes (pure).
+"""Decides who may connect (by machine, token, Host and Origin headers), and what pages may see and change (pure).
 
-A page of another site that is open in the same browser can send requests here, even under its own name by DNS
-rebinding. But it does not know the token, and cannot send one of this server's names as Host.
+A page from another site that is open in the same browser can send requests to this server, even under its own name, by
+DNS rebinding. But such a page does not know the token, and cannot send one of this server's names as Host.
 """
 
 from __future__ import annotations
@@ -40,16 +40,18 @@ class Access:
     """The access rules of one server.
 
     Attributes:
-        token: the token that links must contain; empty if none is needed.
-        names: names and addresses of the server, in addition to those of loopback.
-        any_address: whether every IP address is accepted, as for a server that listens on all interfaces.
+        token: the token that links must contain; empty if they need none.
+        names: the server's names and addresses, in addition to those of loopback.
+        any_address: whether every IP address is accepted as the server's, since the server listens on all interfaces.
         read_only: whether pages must not change anything.
-        origins: other sites whose pages may connect (with the token, if any), such as ``http://localhost:8000``.
-        topics: patterns such as ``/camera/*`` of topics, services and parameters that pages may see; empty for all.
-        allowlist: decides which machines may connect; None for all that can reach the interface.
+        origins: other sites whose pages may connect (with the token, if there is one), such as
+            ``http://localhost:8000``.
+        topics: patterns such as ``/camera/*`` for the topics, services and parameters that pages may see; empty for
+            all.
+        allowlist: decides which machines may connect; None for all machines that can reach the server.
         most_pages: maximum number of connected pages, programs and viewers.
-        bags: folders whose bags pages may see and into which they may record, and single bags.
-        granted: bags that are added later; see `pyros1.web.bags.granted_files`.
+        bags: folders whose bags pages may see, and into which they may record; also single bags that pages may see.
+        granted: bags that pages may also see, added while the server runs; see `pyros1.web.bags.granted_files`.
     """
 
     token: str = field(default_factory=lambda: secrets.token_urlsafe(16), repr=False)
@@ -72,9 +74,9 @@ class Access:
         return name in LOOPBACK or name in self.names or (self.any_address and _is_address(name))
 
     def is_own_page(self, origin: str | None, host: str | None) -> bool:
-        """Return whether an Origin header is that of the server's own page or of an allowed site.
+        """Return whether a request with these Origin and Host headers is from the server's own page or an allowed site.
 
-        Programs other than browsers do not send this header.
+        Programs other than browsers do not send an Origin header; their requests are treated as allowed.
         """
         if origin is None or origin.lower() in self.origins:
             return True
@@ -83,17 +85,18 @@ class Access:
 
     @property
     def allows_programs_from_anywhere(self) -> bool:
-        """Whether programs of other sites may connect: rosbridge clients, and viewers such as Foxglove.
+        """Whether programs from other sites may connect: rosbridge clients, and viewers such as Foxglove.
 
-        They are separate web applications (https://app.foxglove.dev, a Lichtblick on another port, ``file://`` in
-        their desktop versions), so their Origin is never that of this server. They may connect with the right token,
-        which only a person who has the link can have given to them. Without a token, such pages look like any others,
-        so the server admits only the allowed sites. The protocol of the server's own page is for that page only.
+        These are separate web applications (https://app.foxglove.dev, a Lichtblick on another port, ``file://`` in
+        their desktop versions), so their Origin is never this server's. They may connect with the right token, which
+        only a person who has the link can have given to them. On a server without a token, such pages cannot be told
+        from any other page, so only the allowed sites may connect. The protocol of the server's own page is for that
+        page only.
         """
         return bool(self.token)
 
     def token_problem(self, path: str) -> str:
-        """Return what is wrong with the token in a path's query, and what to do; empty if the token is correct."""
+        """Return what is wrong with the token in a request's path, and what to do; empty if the token is right."""
         try:
             token = parse_qs(urlsplit(path).query, max_num_fields=20).get("token", [""])[0]
         except ValueError:
@@ -106,8 +109,8 @@ class Access:
         """Return whether pages may see a topic, service or parameter."""
         return not self.topics or any(fnmatchcase(name, pattern) for pattern in self.topics)
 
-    def visible(self, names: Iterable[str]) -> list[str]:
-        """Return the names that pages may see."""
+    def visible_names(self, names: Iterable[str]) -> list[str]:
+        """Return those of the names that pages may see."""
         return [name for name in names if self.may_see(name)]
 
 

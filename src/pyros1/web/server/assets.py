@@ -1,4 +1,4 @@
-"""The files of the page. Only files that existed at the start are served, so that no path can lead anywhere else."""
+"""Serves the page's files. Only files that existed at the start are served, so that no path can lead to other files."""
 
 from __future__ import annotations
 
@@ -17,19 +17,19 @@ _CONTENT_TYPES = {
     ".LICENSE": "text/plain; charset=utf-8",
 }
 SECURITY_HEADERS = {
-    # Browsers run and fetch only the server's own files, whatever a message contains.
+    # With this, browsers run and fetch only the server's own files, whatever a message contains.
     "Content-Security-Policy": "default-src 'self'; img-src 'self' blob: data:; worker-src 'self' blob:; "
     "frame-ancestors 'none'; base-uri 'none'; form-action 'none'",
     "X-Content-Type-Options": "nosniff",
     "Referrer-Policy": "no-referrer",
     "Cache-Control": "no-cache",
 }
-"""The headers of every response."""
+"""Headers that are sent with every response."""
 
 
 @dataclass(frozen=True)
 class Asset:
-    """A file of the page."""
+    """A file that is part of the page; ``tag`` is its ETag."""
 
     body: bytes
     content_type: str
@@ -37,10 +37,13 @@ class Asset:
 
 
 class Assets:
-    """The files of the page.
+    """The page's files.
 
     Args:
-        folder: the folder with the files.
+        folder: the folder that contains the files.
+
+    Attributes:
+        panels: the names of the page's panels.
     """
 
     def __init__(self, folder: Path = PAGE_FOLDER) -> None:
@@ -51,13 +54,13 @@ class Assets:
         self.panels = [name for name in panels if not name.startswith("_")]
 
     def get(self, path: str) -> Asset | None:
-        """Return the file at a URL path; None if it does not exist."""
+        """Return the file at a URL's path; None if it does not exist or cannot be read."""
         file = self._paths.get(path)
         content_type = _CONTENT_TYPES.get(file.suffix) if file else None
         if file is None or content_type is None:
             return None
         try:
-            body = file.read_bytes()  # read each time, for developers of panels who reload the page
+            body = file.read_bytes()  # read each time, so that developers of panels can edit it and reload the page
         except OSError:
             return None
         return Asset(body, content_type, f'"{hashlib.sha256(body).hexdigest()[:20]}"')

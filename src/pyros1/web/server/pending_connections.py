@@ -1,4 +1,4 @@
-"""Limits the connections that are not admitted yet: any client can open them without a token and send nothing."""
+"""Limits the number of connections that are not admitted yet: anyone can open them, without a token."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ if TYPE_CHECKING:
     from pyros1.net.allowlist import Allowlist
 
 MAX_PENDING = 128
-"""Maximum number of pending connections. The oldest are dropped, since those of pages are admitted immediately."""
+"""Maximum number of pending connections; beyond that, the oldest are closed. Pages are admitted immediately."""
 
 ACK_TIMEOUT = 6_000
-"""Milliseconds within which a client must acknowledge sent data, or its connection ends. A ping would not detect this,
-as it is queued behind the other data."""
+"""Milliseconds within which a client must acknowledge sent data, or its connection is closed. A ping would not detect
+in time that a client is gone, as it is queued behind the unsent data."""
 
 
 class PendingConnections:
     """The connections that are not admitted yet.
 
     Args:
-        allowlist: decides which machines may connect; None for all.
-        max_pending: maximum number of pending connections; the oldest ones are closed.
+        allowlist: decides which machines may connect; None for all machines.
+        max_pending: maximum number of pending connections; beyond that, the oldest are closed.
     """
 
     def __init__(self, allowlist: Allowlist | None = None, max_pending: int = MAX_PENDING) -> None:
@@ -38,12 +38,12 @@ class PendingConnections:
         return _Connection(self, *args, **options)
 
     def add(self, connection: _Connection, transport: BaseTransport) -> None:
-        """Add a new connection, or close it, before anything is read, if its machine may not connect."""
+        """Add a new connection; if its machine may not connect, close it before anything is read."""
         peer, local = transport.get_extra_info("peername"), transport.get_extra_info("sockname")
         if self._allowlist is not None and not (peer and local and self._allowlist.admit_address(peer[0], local[0])):
             transport.abort()  # type: ignore[attr-defined]
             return
-        with contextlib.suppress(AttributeError, OSError):  # systems without this option keep the connection longer
+        with contextlib.suppress(AttributeError, OSError):  # systems without this option keep a dead connection longer
             transport.get_extra_info("socket").setsockopt(socket.IPPROTO_TCP, socket.TCP_USER_TIMEOUT, ACK_TIMEOUT)
         self._transports[connection] = transport
         while len(self._transports) > self._max_pending:

@@ -1,7 +1,7 @@
-"""The server: the page's files, and the WebSockets of pages, viewers and other programs, all on one port.
+"""Serves the page's files, and the WebSockets of pages, viewers and other programs, all on one port.
 
-See https://www.rfc-editor.org/rfc/rfc6455. Everything that can take time runs in threads, so that a slow page, node or
-master does not delay others.
+Everything that can take time runs in threads, so that a slow page, node or master does not delay others. WebSockets are
+described in https://www.rfc-editor.org/rfc/rfc6455.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ PROTOCOL = Subprotocol("pyros1.v1")
 SOCKET_PATH = "/ws"
 """Path of the page's WebSocket."""
 PACKAGE_FILE_PATH = "/package_file"
-"""Path of meshes and textures: ``/package_file?token=...&uri=package://NAME/PATH``."""
+"""Path for requests of meshes and textures: ``/package_file?token=...&uri=package://NAME/PATH``."""
 _CONTENT_TYPES = {
     "bmp": "image/bmp",
     "dae": "application/octet-stream",
@@ -63,29 +63,29 @@ _CONTENT_TYPES = {
     "tga": "application/octet-stream",
     "webp": "image/webp",
 }
-"""Content types of the package files served to pages, by suffix; browsers neither display nor run any as a page."""
+"""Suffix -> content type of the package files that are served. Browsers do not open any of these types as a page."""
 _ROSBRIDGE_PATHS = ("/", "/rosbridge")
 """WebSocket paths for rosbridge clients."""
-_MAX_CALLS = 16
-"""Maximum number of concurrent calls of a page; further ones wait."""
+_MAX_CONCURRENT_CALLS = 16
+"""Maximum number of concurrent calls per page; further calls wait."""
 _MAX_FINAL_REQUESTS = 64
-"""Maximum number of remaining requests that are handled after a page has disconnected."""
+"""Maximum number of a page's remaining requests that are handled after the page has disconnected."""
 _MAX_THREADS = 32
-"""Maximum number of threads for pushes, and of separate threads for calls, which may take long."""
+"""Maximum number of threads for pushes, and also of the separate threads for calls, which may take long."""
 _MAX_LOGGED_ERRORS = 100
 _CLEANUP_PERIOD = 10.0
-"""Seconds between cleanups of unused resources."""
+"""Seconds between cleanups of publishers that are no longer used."""
 _MAX_PORT_ATTEMPTS = 20
-"""Maximum number of attempts to find a port that is free at all addresses of a host."""
+"""Maximum number of attempts to find a port that is free at all of a host's addresses."""
 _COALESCE_DELAY = 0.003
-"""Seconds for which pushes that become due are collected, to handle them together."""
+"""Seconds for which due pushes are collected, so that they are handled together."""
 
 
 class WebServer:
-    """Serves the page and all WebSockets.
+    """Serves the page's files and all WebSockets.
 
     Args:
-        robot: the robot.
+        robot: the robot that pages show.
         access: the access rules.
     """
 
@@ -103,10 +103,10 @@ class WebServer:
 
     @contextlib.asynccontextmanager
     async def listen(self, host: str, port: int) -> AsyncIterator[Server]:
-        """Serve while the context lasts.
+        """Serve as long as the context is active.
 
         Args:
-            host: name or address of the network interface.
+            host: host name or address of the network interface on which to listen.
             port: the port; 0 for any free port.
 
         Raises:
@@ -115,9 +115,8 @@ class WebServer:
         logger = logging.getLogger("pyros1.web")
         logger.addHandler(logging.NullHandler())
         logger.propagate = False
-        logging.getLogger("asyncio").setLevel(
-            logging.ERROR
-        )  # asyncio warns about each frame sent to a closed connection
+        # Otherwise, asyncio would warn about each frame sent to a closed connection.
+        logging.getLogger("asyncio").setLevel(logging.ERROR)
         asyncio.get_running_loop().set_exception_handler(_LoopErrorLog())
         try:
             async with await self._start_listening(host, port) as server:
@@ -132,7 +131,7 @@ class WebServer:
             self._bridge.close()
 
     async def _start_listening(self, host: str, port: int) -> Server:
-        """Start listening; port 0 stands for one free port for all addresses of the host."""
+        """Start listening; port 0 stands for a port that is free at all of the host's addresses."""
         for remaining in range(_MAX_PORT_ATTEMPTS - 1, -1, -1):
             try:
                 server: Server = await serve(
@@ -143,11 +142,11 @@ class WebServer:
                     process_request=self._process_request,
                     select_subprotocol=_choose_protocol,
                     max_size=MAX_FRAME,
-                    max_queue=2,  # for frames of the largest size; small ones are read together
+                    max_queue=2,  # low, since frames may be large; several small frames are read together
                     compression=None,
                     server_header=None,
                     close_timeout=2,
-                    ping_interval=2,  # so that a page's periodic publishing ends soon after the page has vanished
+                    ping_interval=2,  # so that periodic publishing ends soon after its page has vanished
                     ping_timeout=4,
                     logger=logging.getLogger("pyros1.web"),
                 )
@@ -163,7 +162,7 @@ class WebServer:
             await asyncio.get_running_loop().run_in_executor(self._call_threads, self._robot.clean_up)
 
     async def _process_request(self, connection: ServerConnection, request: Request) -> Response | None:
-        """Return the response to an HTTP request; None accepts a WebSocket."""
+        """Return the response to an HTTP request; None to accept a WebSocket."""
         try:
             return await self._respond(request)
         except (ValueError, MultipleValuesError):  # from urlsplit, and from duplicate Host or Origin headers
@@ -186,7 +185,9 @@ class WebServer:
         return self._page_file(path, request.headers.get("If-None-Match"))
 
     def _admit(self, request: Request) -> Response | None:
-        """Return None to accept a WebSocket, or a refusal. See `Access.allows_programs_from_anywhere`."""
+        """Return the response that refuses a WebSocket, or None to accept it; see
+        `Access.allows_programs_from_anywhere`.
+        """
         origin, host = request.headers.get("Origin"), request.headers.get("Host")
         is_allowed_program = _is_from_program(request) and self._access.allows_programs_from_anywhere
         if not is_allowed_program and not self._access.is_own_page(origin, host):
@@ -228,7 +229,7 @@ class WebServer:
         self._pending_connections.remove(connection)
         self._num_pages += 1
         try:
-            # The tasks of each connection take turns with those of the others.
+            # Each connection's tasks take turns with the tasks of other connections.
             push_queue, call_queue, service_queue = (
                 threads.queue() for threads in (self._push_threads, self._call_threads, self._service_threads)
             )
@@ -243,7 +244,7 @@ class WebServer:
 
 
 class _Page:
-    """Drives a `Session`: one task reads, one checks for due pushes, and there is one task per push and per call."""
+    """Drives a `Session`: one task reads requests, one starts due pushes, and each push and call is a task."""
 
     def __init__(
         self,
@@ -262,8 +263,8 @@ class _Page:
         self._wake_scheduled = False
         self._session = Session(robot, self._wake)
         self._tasks: set[asyncio.Task[None]] = set()
-        self._call_slots = asyncio.Semaphore(_MAX_CALLS)
-        self._num_running_service_calls = 0  # no other request waits for these calls to finish
+        self._call_slots = asyncio.Semaphore(_MAX_CONCURRENT_CALLS)
+        self._num_running_service_calls = 0  # no other requests wait for these calls to finish
 
     async def run(self) -> None:
         self._start_task(self._push_due_streams)
@@ -350,7 +351,7 @@ class _Page:
 
 
 class _LoopErrorLog:
-    """Logs errors of the event loop, such as too many open files, in one line and without repeating them."""
+    """Logs errors in the event loop, such as too many open files: each in one line, and only once."""
 
     def __init__(self) -> None:
         self._logged: set[str] = set()
@@ -363,7 +364,7 @@ class _LoopErrorLog:
 
 
 async def _find_free_port(host: str) -> int:
-    """Return a port that is free at one address of a host, and so probably at the others; 0 if there is none."""
+    """Return a port that is free at one of a host's addresses, and so probably at the others; 0 if there is none."""
     getaddrinfo = asyncio.get_running_loop().getaddrinfo
     for family, socket_type, protocol, _, address in await getaddrinfo(host or None, None, type=socket.SOCK_STREAM):
         with contextlib.suppress(OSError), closing(socket.socket(family, socket_type, protocol)) as probe:
@@ -378,7 +379,7 @@ def _is_websocket_request(request: Request) -> bool:
 
 
 def _is_from_program(request: Request) -> bool:
-    """Return whether a request is from a rosbridge client or a viewer, which do not use the page's protocol."""
+    """Return whether a request is from a rosbridge client or a viewer, rather than from the server's own page."""
     offered = [
         name.strip() for header in request.headers.get_all("Sec-WebSocket-Protocol") for name in header.split(",")
     ]

@@ -1,4 +1,4 @@
-"""One page: its streams, each with at most one push in flight, and its calls. No sockets or clocks here."""
+"""Serves one page's streams, each with at most one push in flight, and its calls; uses no sockets or clocks."""
 
 from __future__ import annotations
 
@@ -16,48 +16,50 @@ from pyros1.web.views.view import View
 
 MAX_STREAMS = 200
 _RETRY_DELAY = 1.0
-"""Seconds after which the creation of a view that has failed is retried."""
+"""Seconds after which a failed attempt to create a view is repeated."""
 
 
 class _Stream:
-    """A stream of a view's data.
+    """A stream of a view's data to a page.
 
     Args:
-        make_view: creates the view from arguments; retried after an error, for example if there is no master.
-        args: the arguments of the view.
+        make_view: creates the view from its arguments; called again after an error, for example if there is no master.
+        args: the view's arguments.
     """
 
     def __init__(self, make_view: Callable[[Mapping[str, Any]], View], args: Mapping[str, Any]) -> None:
         self.make_view = make_view
         self.args = args
-        self.lock = threading.Lock()  # guards the view, which may be slow and must not delay others
+        self.lock = threading.Lock()  # guards the view, which may be slow and must not delay other streams
         self.view: View | None = None
         self.is_pushing = False
-        self.closed = False
-        self.acknowledged = True  # the page has displayed the last push
+        self.is_closed = False
+        self.is_acknowledged = True  # the page has displayed the last push
         self.has_update = True
         self.pushed_at = float("-inf")
         self.problem = ""
 
     def due_time(self) -> float | None:
-        """Return when the next push is due; None if not before an event."""
-        if self.is_pushing or self.closed:
+        """Return the monotonic time of the next push; None if it depends on an update, an acknowledgement or a push in
+        flight.
+        """
+        if self.is_pushing or self.is_closed:
             return None
         if self.view is None:
             return self.pushed_at + _RETRY_DELAY
-        if not self.acknowledged or not (self.has_update or self.view.polls_periodically):
+        if not self.is_acknowledged or not (self.has_update or self.view.polls_periodically):
             return None
         return self.pushed_at + self.view.period
 
 
 class Session:
-    """The server's state of a page.
+    """A page's streams and calls.
 
-    `due` is called in the thread of the server's loop. `handle`, `push`, `run_call` and `close` may block, and run in
-    other threads, concurrently for different streams.
+    `due` is called in the thread of the server's event loop. `handle`, `push`, `run_call` and `close` may block, and
+    run in other threads, concurrently for different streams.
 
     Args:
-        robot: the robot.
+        robot: the robot that the page shows.
         wake: called, from any thread, when a stream may be due.
     """
 
@@ -68,13 +70,14 @@ class Session:
         self._exchanges = ServiceExchanges()
 
     def due(self, now: float) -> tuple[list[int], float | None]:
-        """Return the streams for which to call `push` now, and when to call this again.
+        """Find the streams for which to call `push` now, and mark them as being pushed.
 
         Args:
             now: monotonic time in seconds.
 
         Returns:
-            The numbers of the streams, and the time of the next call; None if no call is needed before `wake`.
+            The numbers of the streams, and the monotonic time at which to call this again; None if not before `wake` is
+            called.
         """
         numbers: list[int] = []
         next_time: float | None = None
@@ -90,7 +93,7 @@ class Session:
         return numbers, next_time
 
     def push(self, number: int) -> str | bytes | None:
-        """Return the next frame of a stream that was due; None if its view has nothing new."""
+        """Return the next frame for a stream that `due` returned; None if its view has nothing new."""
         stream = self._streams.get(number)
         if stream is None:
             return None
@@ -102,7 +105,7 @@ class Session:
                 self._wake()
 
     def handle(self, request: wire.Open | wire.Change | wire.Next | wire.Close) -> list[str]:
-        """Handle a request about a stream; return the frames of the response."""
+        """Handle a request about a stream; return the response's frames."""
         try:
             match request:
                 case wire.Open(number, name, args):
@@ -111,7 +114,7 @@ class Session:
                     self._change_stream(number, args)
                 case wire.Next(number):
                     if (stream := self._streams.get(number)) is not None:
-                        stream.acknowledged = True
+                        stream.is_acknowledged = True
                         self._wake()
                 case wire.Close(number):
                     self._close_stream(number)
@@ -120,7 +123,7 @@ class Session:
         return []
 
     def run_call(self, call: wire.Call) -> str:
-        """Run a call; return the frame of the response."""
+        """Run a call; return the response's frame."""
         try:
             return wire.result(call.id, calls.run(self._robot, call.name, call.args, self._exchanges))
         except Error as error:
@@ -139,7 +142,7 @@ class Session:
             raise RequestError(f"stream {number} is already open")
         if len(self._streams) >= MAX_STREAMS:
             raise RequestError(f"a page can have at most {MAX_STREAMS} streams")
-        if name not in views.NAMES:
+        if name not in views.VIEW_NAMES:
             raise RequestError(f"unknown view {name[:100]!r}")
         view_class = views.view_class(name)
 
@@ -162,7 +165,7 @@ class Session:
         self._wake()
 
     def _next_frame(self, number: int, stream: _Stream) -> str | bytes | None:
-        if stream.closed:
+        if stream.is_closed:
             return None
         try:
             if stream.view is None:
@@ -175,7 +178,7 @@ class Session:
             problem = f"internal server error: {error!r:.500}"
         else:
             stream.problem = ""
-            stream.acknowledged = frame is None
+            stream.is_acknowledged = frame is None
             return frame
         if problem == stream.problem:
             return None
@@ -186,7 +189,7 @@ class Session:
         stream = self._streams.pop(number, None)
         if stream is None:
             return
-        stream.closed = True
+        stream.is_closed = True
         with stream.lock:
             if stream.view is not None:
                 stream.view.close()

@@ -1,4 +1,4 @@
-"""A thread pool for work that may take long. A pool from `concurrent.futures` would delay the exit of the program."""
+"""A thread pool for work that may take long. A pool from `concurrent.futures` would delay the program's exit."""
 
 from __future__ import annotations
 
@@ -20,20 +20,20 @@ class _Job(NamedTuple):
 
 
 class ThreadPool(Executor):
-    """A pool of threads, which are created on demand and end after they have been idle for a while.
+    """A pool of daemon threads, which are started on demand, and end when they have been idle for a while.
 
     Args:
         max_threads: maximum number of threads; further work is queued.
         name: the threads' name, to which a number is added.
-        idle: seconds without work after which a thread ends.
+        idle_timeout: seconds without work after which a thread ends.
     """
 
-    def __init__(self, max_threads: int, name: str, idle: float = _IDLE_TIMEOUT) -> None:
+    def __init__(self, max_threads: int, name: str, idle_timeout: float = _IDLE_TIMEOUT) -> None:
         self._max_threads = max_threads
         self._name = name
-        self._idle_timeout = idle
+        self._idle_timeout = idle_timeout
         self._changed = threading.Condition()
-        self._queues: dict[object, deque[_Job]] = {}  # queues that are not empty, in the order of their turns
+        self._queues: dict[object, deque[_Job]] = {}  # only queues with jobs, in the order of their turns
         self._num_queued = 0
         self._num_idle = 0
         self._threads: set[threading.Thread] = set()
@@ -41,18 +41,18 @@ class ThreadPool(Executor):
         self._ended = False
 
     def queue(self) -> Executor:
-        """Return an executor that uses the same threads, and whose work takes turns with that of other queues.
+        """Return an executor that uses the same threads, and whose jobs take turns with those of other queues.
 
-        A busy queue thus delays others by only one job at a time.
+        A busy queue thus delays the other queues by only one job at a time.
         """
         return _QueueExecutor(self)
 
     def submit(self, fn: Callable[..., _T], /, *args: Any, **kwargs: Any) -> Future[_T]:
-        """See `concurrent.futures.Executor.submit`."""
+        """Submit a job to the pool's own queue; see `concurrent.futures.Executor.submit`."""
         return self.submit_to(self, fn, *args, **kwargs)
 
     def submit_to(self, queue: object, fn: Callable[..., _T], /, *args: Any, **kwargs: Any) -> Future[_T]:
-        """Submit work to a queue.
+        """Submit a job to a queue; return the future of its result.
 
         Raises:
             RuntimeError: the pool has been shut down.
@@ -73,11 +73,11 @@ class ThreadPool(Executor):
         return future
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
-        """Stop accepting work, and end the threads when their work is done.
+        """Stop accepting jobs, and let the threads end when all accepted jobs are done.
 
         Args:
             wait: whether to wait until the threads have ended.
-            cancel_futures: whether to cancel work that has not started.
+            cancel_futures: whether to cancel jobs that have not been started.
         """
         with self._changed:
             self._ended = True
@@ -100,7 +100,7 @@ class ThreadPool(Executor):
                     job.future.set_result(job.function(*job.args, **job.kwargs))
                 except BaseException as error:  # noqa: BLE001 - passed on to the caller
                     job.future.set_exception(error)
-            del job  # keep no references while the thread waits
+            del job  # so that no objects are kept alive while the thread waits
 
     def _next_job(self) -> _Job | None:
         """Wait for a job and return it; None if the thread should end."""

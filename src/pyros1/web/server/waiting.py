@@ -1,4 +1,4 @@
-"""Waits in the server's event loop: for an event, and for a client's pending operations, each with a timeout."""
+"""Waits, with a timeout, in the server's event loop: for an event, or until a client's pending operations are done."""
 
 from __future__ import annotations
 
@@ -8,27 +8,27 @@ from collections.abc import Callable
 from time import monotonic
 
 MAX_PENDING_SECONDS = 3.0
-"""Seconds for which a client's next operation waits for its subscriptions, as the master may be unreachable."""
+"""Maximum number of seconds that an operation waits for the client's subscriptions: the master may be unreachable."""
 
 
-class Pending:
+class PendingOperations:
     """Operations in progress, such as subscriptions that are not registered yet.
 
     Args:
-        wake: called from any thread when no operation is in progress any more.
+        wake: called, from any thread, when no operation is in progress any more.
     """
 
     def __init__(self, wake: Callable[[], object]) -> None:
         self._wake = wake
         self._lock = threading.Lock()
-        self._tokens: set[object] = set()  # one for each operation in progress
+        self._tokens: set[object] = set()  # one per operation in progress
 
     def __bool__(self) -> bool:
         """Return whether an operation is in progress."""
         return bool(self._tokens)
 
     def begin(self) -> Callable[[], None]:
-        """Record that an operation is in progress; return the function to call when it is done."""
+        """Record that an operation has begun; return a function that must be called when the operation is done."""
         token = object()
         with self._lock:
             self._tokens.add(token)
@@ -43,16 +43,16 @@ class Pending:
         return done
 
     def abandon(self) -> None:
-        """Stop waiting for the operations in progress."""
+        """Forget the operations that are in progress."""
         with self._lock:
             self._tokens.clear()
 
 
 async def wait_for_event(event: asyncio.Event, seconds: float | None) -> None:
-    """Wait until an event is set, for a maximum number of seconds; None for no limit.
+    """Wait until an event is set, but at most for a number of seconds; None for no limit.
 
-    Before Python 3.12, `asyncio.wait_for` may swallow a cancellation that arrives together with the event, and a loop
-    around it then never ends (https://github.com/python/cpython/issues/86296).
+    Before Python 3.12, `asyncio.wait_for` may swallow a cancellation that arrives together with the event, so that a
+    loop around it never ends (https://github.com/python/cpython/issues/86296).
     """
     event_task = asyncio.ensure_future(event.wait())
     try:
@@ -61,13 +61,13 @@ async def wait_for_event(event: asyncio.Event, seconds: float | None) -> None:
         event_task.cancel()
 
 
-async def wait_until_done(pending: Pending, wake_event: asyncio.Event, seconds: float) -> None:
-    """Wait until no operation is pending; after a maximum number of seconds, abandon those that are left.
+async def wait_until_done(pending: PendingOperations, wake_event: asyncio.Event, seconds: float) -> None:
+    """Wait until no operation is pending; after a number of seconds, abandon the operations that still are.
 
     Args:
         pending: the operations in progress.
-        wake_event: set when the operations are done.
-        seconds: the maximum time to wait.
+        wake_event: the event that is set when the operations are done.
+        seconds: maximum number of seconds to wait.
     """
     deadline = monotonic() + seconds
     while True:

@@ -1,6 +1,6 @@
 """The protocol between a page and its server, over one WebSocket (pure).
 
-A page sends requests as JSON. A request is one of ::
+A page sends requests in JSON. A request is one of ::
 
     {"call": NAME, "id": N, "args": {...}}        make a single request
     {"open": VIEW, "stream": N, "args": {...}}    start a stream of a view's data
@@ -8,10 +8,11 @@ A page sends requests as JSON. A request is one of ::
     {"next": N}                                   the last push of stream N was displayed: send the next one
     {"close": N}                                  end stream N
 
-The server responds with ``{"id": N, "result": ...}`` or ``{"id": N, "error": TEXT}``, and pushes
-``{"stream": N, "data": ...}`` or ``{"stream": N, "error": TEXT}``. A stream has at most one push in flight, so a slow
-page gets fewer, newer pushes. A push with numbers or pictures is binary: the length of the header (4 bytes, little
-endian), the header ``{"stream": N, "data": ...}`` in JSON, spaces up to a multiple of 8 bytes, then the bytes.
+The server responds with ``{"id": N, "result": ...}`` or ``{"id": N, "error": TEXT}``, and pushes ``{"stream": N,
+"data": ...}`` or ``{"stream": N, "error": TEXT}``. A stream has at most one push in flight, so a slow page gets fewer
+pushes, each with the latest data. A push with numbers or pictures is binary: the header's length (4 bytes, little
+endian), the header ``{"stream": N, "data": ...}`` in JSON, spaces up to a multiple of 8 bytes, and then the bytes of
+the numbers or pictures.
 """
 
 from __future__ import annotations
@@ -24,14 +25,14 @@ from typing import Any
 from pyros1.ground.errors import Error
 from pyros1.web.client_json import loads
 
-MAX_REQUEST = 1 << 20
-"""Maximum number of characters of a request, which may contain a message to publish."""
-MAX_NUMBER = 1 << 31
+MAX_REQUEST_LENGTH = 1 << 20
+"""Maximum number of characters in a request, which may contain a message to publish."""
+MAX_ID = 1 << 31
 _ALIGNMENT = 8
 
 
 class RequestError(Error):
-    """A page's request is invalid or has failed. The message is displayed on the page."""
+    """A page's request is invalid or has failed. The error message is displayed on the page."""
 
 
 @dataclass(frozen=True)
@@ -45,7 +46,7 @@ class Call:
 
 @dataclass(frozen=True)
 class Open:
-    """Start a stream."""
+    """Start a stream of a view's data."""
 
     stream: int
     view: str
@@ -62,7 +63,7 @@ class Change:
 
 @dataclass(frozen=True)
 class Next:
-    """Send the next push of a stream."""
+    """Send the stream's next push, since the page has displayed the last one."""
 
     stream: int
 
@@ -79,11 +80,11 @@ Request = Call | Open | Change | Next | Close
 
 @dataclass(frozen=True)
 class Push:
-    """The current data of a view.
+    """A view's current data.
 
     Attributes:
         data: a JSON value.
-        blob: bytes that belong to it; None for a text frame.
+        blob: bytes that belong to the value; None for a text frame.
     """
 
     data: Any
@@ -91,15 +92,15 @@ class Push:
 
 
 def parse(text: str | bytes) -> Request:
-    """Return the request in a frame.
+    """Parse a frame from a page, and return the request in it.
 
     Raises:
         RequestError: the frame is not a valid request.
     """
     if not isinstance(text, str):
         raise RequestError("a request must be a text frame")
-    if len(text) > MAX_REQUEST:
-        raise RequestError(f"a request can have at most {MAX_REQUEST} characters")
+    if len(text) > MAX_REQUEST_LENGTH:
+        raise RequestError(f"a request can have at most {MAX_REQUEST_LENGTH} characters")
     try:
         value = loads(text)
     except ValueError:
@@ -124,23 +125,23 @@ def parse(text: str | bytes) -> Request:
 
 
 def _number(value: object) -> int:
-    if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value < MAX_NUMBER:
+    if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value < MAX_ID:
         raise RequestError("ids of calls and streams must be integers that are not negative")
     return value
 
 
 def result(call_id: int, value: Any) -> str:
-    """Return the frame with the result of a call."""
+    """Return the frame with a call's result."""
     return _dumps({"id": call_id, "result": value})
 
 
 def failure(call_id: int, text: str) -> str:
-    """Return the frame with the reason why a call failed."""
+    """Return the frame that says why a call failed."""
     return _dumps({"id": call_id, "error": text})
 
 
 def push(stream: int, update: Push) -> str | bytes:
-    """Return the frame of a push."""
+    """Return the frame that pushes a view's data to a page."""
     text = _dumps({"stream": stream, "data": update.data})
     if update.blob is None:
         return text
@@ -150,7 +151,7 @@ def push(stream: int, update: Push) -> str | bytes:
 
 
 def problem(stream: int, text: str) -> str:
-    """Return the frame that reports the problem of a stream."""
+    """Return the frame that reports a problem with a stream."""
     return _dumps({"stream": stream, "error": text})
 
 

@@ -1,1 +1,1 @@
-"""Processes the robot's data for views before it is sent to a page."""
+"""Prepares the robot's data for views: log messages, curves, frames, rates."""

@@ -1,4 +1,4 @@
-"""Stores the latest log messages of all nodes, from /rosout, so that a reloaded page can display them."""
+"""Stores the latest log messages from all nodes (/rosout), so that a reloaded page can display them."""
 
 from __future__ import annotations
 
@@ -12,19 +12,19 @@ from typing import Any, NamedTuple
 from pyros1.node import Node
 
 _QUEUE_SIZE = 20_000
-"""Maximum number of queued messages of each node, so that no node is delayed."""
-SIZE = 50_000
+"""Maximum number of messages queued per node; it is high, so that no node is delayed."""
+MAX_ENTRIES = 50_000
 """Maximum number of stored messages."""
 _MAX_TEXT_LENGTH = 20_000
-"""Maximum number of stored characters of a message."""
+"""Maximum number of characters stored per message."""
 _MAX_TOPICS = 50
 _MAX_NAME_LENGTH = 500
 MAX_CHARACTERS = 50_000_000
-"""Maximum total number of stored characters."""
+"""Maximum total number of characters stored."""
 
 
 class Entry(NamedTuple):
-    """A message of the log."""
+    """A log message."""
 
     number: int
     time: float
@@ -36,21 +36,21 @@ class Entry(NamedTuple):
     line: int
     topics: list[str]
     nanoseconds: int
-    """The nanosecond part of the time: as a float, ``time`` is not precise to the nanosecond."""
+    """The nanosecond part of the time, since ``time``, which is a float, is not precise enough."""
 
 
 class Console:
-    """The log of all nodes.
+    """The latest log messages from all nodes.
 
     Args:
         size: maximum number of stored messages.
 
     Attributes:
-        run: an id of this run of the server; each run numbers messages from 1.
+        run_id: an id of this run of the server. In each run, messages are numbered from 1.
     """
 
-    def __init__(self, size: int = SIZE) -> None:
-        self.run = secrets.token_hex(8)
+    def __init__(self, size: int = MAX_ENTRIES) -> None:
+        self.run_id = secrets.token_hex(8)
         self._lock = threading.Lock()
         self._entries: deque[Entry] = deque(maxlen=size)
         self._last_number = 0
@@ -58,8 +58,9 @@ class Console:
         self._listeners: tuple[Callable[[], object], ...] = ()
 
     def start(self, node: Node) -> None:
-        """Collect the log messages until the node shuts down."""
-        # Not /rosout_agg: the rosout node, which collects messages there, may not be running and would delay them.
+        """Start to collect log messages, using the node's subscription to /rosout."""
+        # Not /rosout_agg: the rosout node, which publishes the messages again there, may not be running, and delays
+        # them.
         node.subscribe("/rosout", "rosgraph_msgs/Log", self.add, queue_size=_QUEUE_SIZE)
 
     def add(self, message: Any) -> None:
@@ -88,16 +89,19 @@ class Console:
     def _remove_oldest(self) -> None:
         self._total_characters -= _num_characters(self._entries.popleft())
 
-    def after(self, number: int, max_entries: int, max_characters: int = MAX_CHARACTERS) -> tuple[list[Entry], int]:
-        """Return the messages after one with a given number.
+    def entries_after(
+        self, number: int, max_entries: int, max_characters: int = MAX_CHARACTERS
+    ) -> tuple[list[Entry], int]:
+        """Return the messages that follow the message with a given number.
 
         Args:
             number: the number of the last known message; 0 for none.
-            max_entries: maximum number of messages; if there are more, the oldest ones are returned.
-            max_characters: maximum total number of characters; at least one message is returned, however long.
+            max_entries: maximum number of messages; if there are more, the oldest are returned.
+            max_characters: maximum total number of characters, but at least one message is returned, however long it
+                is.
 
         Returns:
-            The messages, and how many before them are no longer stored.
+            The messages, and how many messages before them are missing, since they are no longer stored.
         """
         with self._lock:
             first = self._entries[0].number if self._entries else self._last_number + 1
@@ -112,7 +116,7 @@ class Console:
         return entries, start - number - 1
 
     def listen(self, listener: Callable[[], object]) -> Callable[[], None]:
-        """Call a function, in a thread of the node, after each message; return a function that removes it."""
+        """Call a listener after each message, in a thread of the node; return a function that removes the listener."""
         with self._lock:
             self._listeners = (*self._listeners, listener)
 
@@ -128,7 +132,7 @@ def _num_characters(entry: Entry) -> int:
 
 
 def _slice(entries: deque[Entry], start: int, max_entries: int) -> Iterable[Entry]:
-    if start > len(entries) // 2:  # a deque is traversed from the nearer end
+    if start > len(entries) // 2:  # traverse the deque from the nearer end
         last = len(entries) - start
         return reversed(list(islice(reversed(entries), max(0, last - max_entries), last)))
     return islice(entries, start, start + max_entries)

@@ -1,4 +1,4 @@
-"""Curves of a plot: they read values from messages, and queue the points to be sent to a page."""
+"""The curves in a plot: each reads values from messages, and queues the points that are to be sent to a page."""
 
 from __future__ import annotations
 
@@ -16,30 +16,30 @@ from pyros1.observe.fields import FieldPath, FieldPathError
 from pyros1.web.transforms.decimation import decimate
 
 MAX_PARTS = 50
-"""Maximum number of array elements with their own curves."""
+"""Maximum number of elements of an array that are plotted, each as its own curve."""
 MAX_POINTS = 20_000
-"""Maximum number of queued points of an array element; beyond that, points are removed, but spikes are preserved."""
+"""Maximum number of points queued per array element; beyond that, some are removed, but spikes are preserved."""
 _EXPRESSION_PATTERN = re.compile(r"\s*(/[\w/]+)\s*:\s*(.+?)\s*\Z", re.DOTALL)
 
 FindTopic = Callable[[str], "tuple[str, str, str] | None"]
-"""Splits ``/topic/field`` into topic, type and field path; see `pyros1.graph.Graph.find_topic`."""
+"""Splits ``/topic/field`` into topic, type and field path, or returns None; see `pyros1.graph.Graph.find_topic`."""
 
 
 class CurveError(Error):
-    """A curve cannot be drawn."""
+    """A curve's text is malformed, or a value cannot be drawn."""
 
 
 class Curve:
-    """Values of a topic's messages over time.
+    """A value from a topic's messages, over time.
 
     Args:
-        text: ``/topic/field``, ``/topic`` if its messages have one field, ``/topic/array[2]``, ``/topic/array[0:3]``,
-            or ``/topic: EXPRESSION`` where ``m`` is the message, such as
-            ``/odom: hypot(m.twist.twist.linear.x, m.twist.twist.linear.y)``.
-        stamped: whether to use the time in the message's header instead of the time of its arrival.
+        text: ``/topic/field``, ``/topic`` if its messages have only one field, ``/topic/array[2]``,
+            ``/topic/array[0:3]``, or ``/topic: EXPRESSION`` where ``m`` is the message, such as ``/odom:
+            hypot(m.twist.twist.linear.x, m.twist.twist.linear.y)``.
+        stamped: whether to use the time in each message's header instead of its time of arrival.
 
     Attributes:
-        problem: the current problem; empty for none.
+        problem: why the last message has no value to draw; empty if it has.
         has_data: whether a message has arrived.
 
     Raises:
@@ -67,7 +67,7 @@ class Curve:
             raise CurveError(f"a curve must be /topic/field, not {self.text[:100]!r}")
 
     def find(self, find_topic: FindTopic) -> str | None:
-        """Return the curve's topic; None while the master does not list it.
+        """Find the curve's topic and field; return the topic, or None while the master does not list it.
 
         Raises:
             CurveError: the part after the topic's name is not a field.
@@ -87,7 +87,7 @@ class Curve:
         return topic_type_and_field[0]
 
     def add(self, message: Any, arrived_at: float) -> None:
-        """Add the point of a message, or record its problem."""
+        """Add the point that a message contains, or record why it has none in `problem`."""
         self.has_data = True
         try:
             value = self._read_value(message) if self._read_value else None
@@ -108,12 +108,12 @@ class Curve:
                     times[:], values[:] = decimate(times, values, MAX_POINTS // 2)
 
     def take(self, max_points: int) -> dict[int, tuple[list[float], list[float]]]:
-        """Return the points added since the last call, as part -> times, values.
+        """Return the points added since the last call, as part -> (times, values).
 
-        A part is the index of an array element, or -1 for a plain number.
+        A part is the index of an array element, or -1 if the value is a single number.
 
         Args:
-            max_points: maximum number of points of each part.
+            max_points: maximum number of points per part.
         """
         with self._lock:
             points, self._points = self._points, {}
@@ -127,7 +127,7 @@ def _read_field(path: FieldPath, message: Any) -> Any:
     try:
         return path.get(message)[0]
     except FieldPathError as error:
-        path.type_in(type(message))  # raises a better error if a name is wrong
+        path.type_in(type(message))  # raises an error that says more if a name is wrong
         raise CurveError(f"no such element now, index out of range: {path.text}") from error
 
 
@@ -140,7 +140,7 @@ def _to_numbers(value: Any) -> list[tuple[int, float]]:
 
 
 def _to_number(value: Any) -> float:
-    if isinstance(value, Message) and len(value.__slots__) == 1:  # the number in a std_msgs/Float64
+    if isinstance(value, Message) and len(value.__slots__) == 1:  # such as a std_msgs/Float64
         value = getattr(value, value.__slots__[0])
     if isinstance(value, TVal):
         return float(value.to_sec())

@@ -1,22 +1,22 @@
-"""Reduces the number of points of a curve while preserving its appearance, including spikes (pure)."""
+"""Reduces the number of points in a curve while preserving its appearance, including spikes (pure)."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
 POINTS_PER_BUCKET = 4
-"""Maximum number of points that are kept in each part of a curve: the first, lowest, highest and last one."""
+"""Maximum number of points kept per part of a curve: the first, the lowest, the highest and the last."""
 
 
 def decimate(times: Sequence[float], values: Sequence[float], max_points: int) -> tuple[list[float], list[float]]:
-    """Return some of the points of a curve, in their order.
+    """Return some of a curve's points, in their order.
 
-    The points are divided into parts of equal size; of each, the first, lowest, highest and last are kept. NaN is
-    neither the lowest nor the highest, but may be the first or the last.
+    The points are divided into parts of equal size; of each part, the first, lowest, highest and last points are kept.
+    NaN counts as neither lowest nor highest, but may be first or last.
 
     Args:
-        times: the times of the points.
-        values: the values of the points, as many as times.
+        times: the points' times.
+        values: the points' values, as many as there are times.
         max_points: maximum number of points to return, at least 4.
     """
     count = len(times)

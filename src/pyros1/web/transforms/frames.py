@@ -1,4 +1,4 @@
-"""The tree of coordinate frames from /tf and /tf_static, with publishers, rates and ages (pure)."""
+"""Describes the tree of coordinate frames published on /tf and /tf_static, with publishers, rates and ages (pure)."""
 
 from __future__ import annotations
 
@@ -6,13 +6,13 @@ from collections import deque
 from typing import Any
 
 MAX_FRAMES = 2_000
-"""Maximum number of frames; further ones are only counted."""
+"""Maximum number of frames; transforms of further frames are only counted."""
 _RATE_WINDOW = 50
 """Number of messages over which a rate is measured."""
 _MAX_SOURCES = 8
-"""Maximum number of reported publishers and parents of a frame."""
+"""Maximum number of pairs of publisher and parent kept per frame."""
 _MAX_BACKWARD_STEP = 0.5
-"""Seconds; if the time jumps back by more than this, a bag or a simulation has restarted."""
+"""Seconds: if the time jumps back by more than this, a bag or a simulation has restarted."""
 
 
 class _Frame:
@@ -25,7 +25,7 @@ class _Frame:
 
 
 class Frames:
-    """All published frames."""
+    """The frames whose transforms are published, and the problems with them."""
 
     def __init__(self) -> None:
         self._frames: dict[str, _Frame] = {}
@@ -39,12 +39,12 @@ class Frames:
             transforms: geometry_msgs/TransformStamped messages.
             publisher: name of the publishing node.
             static: whether the message was published on /tf_static.
-            now: the time in seconds.
+            now: the time of arrival in seconds.
         """
-        if not static:  # static transforms may have been published before this was created
+        if not static:  # static transforms may be old: they were published before this was created
             self._advance_time(now)
-        for stamped in transforms:
-            child, parent = stamped.child_frame_id.lstrip("/"), stamped.header.frame_id.lstrip("/")
+        for stamped_transform in transforms:
+            child, parent = stamped_transform.child_frame_id.lstrip("/"), stamped_transform.header.frame_id.lstrip("/")
             frame = self._frames.get(child)
             if frame is None:
                 if len(self._frames) >= MAX_FRAMES:
@@ -58,8 +58,8 @@ class Frames:
                 del frame.sources[next(iter(frame.sources))]
             frame.sources[source] = now
             frame.arrivals.append(now)
-            frame.stamp = stamped.header.stamp.to_sec()
-            translation, rotation = stamped.transform.translation, stamped.transform.rotation
+            frame.stamp = stamped_transform.header.stamp.to_sec()
+            translation, rotation = stamped_transform.transform.translation, stamped_transform.transform.rotation
             frame.transform = [
                 translation.x,
                 translation.y,
@@ -75,13 +75,14 @@ class Frames:
 
         Args:
             now: the time in seconds.
-            recent_seconds: two parents that were published within this number of seconds are reported as a problem.
+            recent_seconds: if two parents of a frame were published within this many seconds, this is reported as a
+                problem.
 
         Returns:
             - frames: a list of name, parent, publishers, static, hz or null, age in seconds or null, transform (x, y, z
               in metres, quaternion x, y, z, w) and problem, sorted by name
-            - roots: names of frames without parents
-            - ignored: number of transforms of frames beyond the limit
+            - roots: names of frames without a parent
+            - ignored: number of transforms that were ignored, as there are too many frames
         """
         self._advance_time(now)
         parents = {name: self._newest_parent(frame) for name, frame in self._frames.items()}
@@ -107,7 +108,8 @@ class Frames:
         return {"frames": frames, "roots": roots, "ignored": self.ignored}
 
     def _advance_time(self, now: float) -> None:
-        if now < self._newest_time - _MAX_BACKWARD_STEP:  # earlier data would be in the future; static frames stay
+        if now < self._newest_time - _MAX_BACKWARD_STEP:
+            # Earlier data would now be in the future: only static frames are kept.
             self._frames = {name: frame for name, frame in self._frames.items() if frame.static}
             self._newest_time = now
         self._newest_time = max(self._newest_time, now)

@@ -1,16 +1,16 @@
-"""Reads the size that a picture file claims to have, as a small file may decode to more than fits in memory (pure)."""
+"""Reads the size that a picture file claims to have: a small file may decode to more than fits in memory (pure)."""
 
 from __future__ import annotations
 
 import struct
 
 MAX_PIXELS = 60_000_000
-"""Maximum number of pixels of a picture that is decoded, here or on a page."""
+"""Maximum number of pixels in a picture that is decoded, by the server or by a page."""
 _MAX_SEGMENTS = 1_000
 _STANDALONE_MARKERS = {0x01, *range(0xD0, 0xD9)}
-"""JPEG markers without a segment."""
+"""JPEG markers that are not followed by a segment."""
 _SIZE_MARKERS = {*range(0xC0, 0xD0)} - {0xC4, 0xC8, 0xCC}
-"""JPEG markers whose segments contain the size."""
+"""JPEG markers whose segments contain the picture's size."""
 
 
 def picture_size(data: bytes) -> tuple[int, int] | None:

@@ -1,4 +1,4 @@
-"""Measures rates of fast and slow topics, from arriving messages or from the counts of nodes."""
+"""Measures the rates of fast and slow topics, from arriving messages or from the counts that nodes report."""
 
 from __future__ import annotations
 
@@ -7,15 +7,15 @@ from collections import deque
 from typing import NamedTuple
 
 SILENCE_TIMEOUT = 12.0
-"""Seconds without messages, or with a single one, after which a topic is considered silent."""
-_WINDOW = 5.0
-"""Seconds over which a rate is measured; for slow topics, the interval of the newest two messages is used."""
-_SAMPLE_MESSAGES = 30
-"""Number of messages that suffice to measure a rate; for fast topics, only the newest ones are used."""
+"""Seconds without messages, or with only one message, after which a topic is considered silent."""
+_MEASUREMENT_PERIOD = 5.0
+"""Seconds over which a rate is measured; for slow topics, the newest two messages are used, however far apart."""
+_SUFFICIENT_MESSAGES = 30
+"""Number of messages that suffice to measure a rate; for fast topics, older messages are not used."""
 _SILENCE_FACTOR = 3.0
-"""Multiple of the usual interval after which a topic is considered stopped."""
-_MAX_INTERVAL = 2.5
-"""Seconds between checks above which the times of messages are unknown; longer if checks are rare."""
+"""A topic is considered silent after this multiple of the usual interval between messages."""
+_MAX_CHECK_INTERVAL = 2.5
+"""Seconds between two checks above which the times of messages are unknown, unless checks are usually that rare."""
 _MAX_ARRIVALS = 10_000
 
 
@@ -42,12 +42,12 @@ class Meter:
         self._arrivals: deque[tuple[float, int]] = deque(maxlen=_MAX_ARRIVALS)
 
     def add(self, at: float, size: int) -> None:
-        """Count a message."""
+        """Count a message; ``at`` is its time of arrival in seconds, ``size`` its size in bytes."""
         with self._lock:
             self._arrivals.append((at, size))
 
     def rate(self, now: float) -> Rate | None:
-        """Return the rate; None until it is known, which takes two messages."""
+        """Return the current rate; None until it is known, which takes two messages."""
         with self._lock:
             arrivals = list(self._arrivals)
         if not arrivals or now - arrivals[-1][0] > SILENCE_TIMEOUT:
@@ -56,7 +56,7 @@ class Meter:
                 if now - max(self._started_at, arrivals[-1][0] if arrivals else 0.0) > SILENCE_TIMEOUT
                 else None
             )
-        recent = [arrival for arrival in arrivals if arrival[0] > arrivals[-1][0] - _WINDOW]
+        recent = [arrival for arrival in arrivals if arrival[0] > arrivals[-1][0] - _MEASUREMENT_PERIOD]
         recent = recent if len(recent) > 1 else arrivals[-2:]
         seconds = recent[-1][0] - recent[0][0]
         if len(recent) < 2 or seconds <= 0 or seconds > SILENCE_TIMEOUT:
@@ -74,12 +74,12 @@ class _Sample(NamedTuple):
 
 
 class Track:
-    """The message counts of a node on one connection, at successive checks.
+    """The rate of messages on one connection, measured from the counts that the sending node reports at each check.
 
     Args:
         at: the time of the first check.
-        messages: number of messages sent until then.
-        size: their total size in bytes.
+        messages: number of messages that were sent until then.
+        size: the messages' total size in bytes.
     """
 
     def __init__(self, at: float, messages: int, size: int) -> None:
@@ -88,14 +88,14 @@ class Track:
     def _restart(self, at: float, messages: int, size: int) -> None:
         self._started_at = self._checked_at = at
         self._interval = 0.0  # seconds between the last two checks
-        # The first sample is the newest check before those with higher counts.
+        # The first sample is from the last check before the count of messages increased.
         self._samples = [_Sample(at, messages, size)]
 
     def update(self, at: float, messages: int, size: int) -> None:
-        """Add the counts of another check."""
+        """Process the counts that were reported at another check."""
         newest = self._samples[-1]
         previous, self._interval = self._interval, at - self._checked_at
-        times_are_unknown = self._interval > max(_MAX_INTERVAL, 1.5 * previous) and messages > newest.messages
+        times_are_unknown = self._interval > max(_MAX_CHECK_INTERVAL, 1.5 * previous) and messages > newest.messages
         if messages < newest.messages or size < newest.bytes or times_are_unknown:  # or the connection's id was reused
             interval = self._interval
             self._restart(at, messages, size)
@@ -115,7 +115,7 @@ class Track:
                 self._started_at = float("-inf")
 
     def rate(self) -> Rate | None:
-        """Return the rate; None until it is known."""
+        """Return the current rate; None until it is known."""
         if len(self._samples) > 1:
             return self._measure()
         return NO_TRAFFIC if self._checked_at - self._started_at > SILENCE_TIMEOUT else None
@@ -123,10 +123,11 @@ class Track:
     def _measure(self) -> Rate | None:
         samples, newest = self._samples, self._samples[-1]
         first = next(
-            (sample for sample in samples[-2::-1] if newest.messages - sample.messages >= _SAMPLE_MESSAGES), samples[0]
+            (sample for sample in samples[-2::-1] if newest.messages - sample.messages >= _SUFFICIENT_MESSAGES),
+            samples[0],
         )
         if first is samples[0] and len(samples) > 2:
-            first = samples[1]  # the time of its message is known more precisely
+            first = samples[1]  # the time of this sample's last message is known more precisely
         count, seconds = newest.messages - first.messages, newest.at - first.at
         if (first is samples[0] and count < 2) or seconds <= 0:
             return None

@@ -1,4 +1,4 @@
-"""Views: each one keeps a part of a page up to date. A view is a class in its own module, listed here."""
+"""Views: each keeps part of a page up to date. A view is a class in a module of its own, listed here."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from importlib import import_module
 
 from pyros1.web.views.view import View
 
-_EXPORTS = {
+_CLASS_PATHS = {
     "system": "system.SystemView",
     "console": "console.ConsoleView",
     "plot": "plot.PlotView",
@@ -36,12 +36,12 @@ _EXPORTS = {
     "launch_log": "launch_log.LaunchLogView",
     "turtles": "turtles.TurtlesView",
 }
-NAMES = frozenset(_EXPORTS)
-"""Names of the views."""
+VIEW_NAMES = frozenset(_CLASS_PATHS)
+"""Names of all views."""
 
 
 def view_class(name: str) -> type[View]:
-    """Return the class of a view, given one of `NAMES`."""
-    module, _, class_name = _EXPORTS[name].rpartition(".")
+    """Load and return the class of the view with a name, which must be in `VIEW_NAMES`."""
+    module, _, class_name = _CLASS_PATHS[name].rpartition(".")
     cls: type[View] = getattr(import_module(f"pyros1.web.views.{module}"), class_name)
     return cls

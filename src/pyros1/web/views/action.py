@@ -1,4 +1,4 @@
-"""The goals of an action (https://wiki.ros.org/actionlib), live."""
+"""Shows an action's goals, as they change (https://wiki.ros.org/actionlib)."""
 
 from __future__ import annotations
 
@@ -16,18 +16,18 @@ from pyros1.web.views.view import View, string_arg
 if TYPE_CHECKING:
     from pyros1.web.robot import Robot
 
-_MAX_TREES = 10
+_MAX_GOALS_WITH_DETAILS = 10
 """Maximum number of goals whose feedback and result are displayed."""
 
 
 class ActionView(View):
-    """The goals of an action.
+    """The goals that have been sent to an action's server.
 
     Args (of the page):
-        action: the action's name, which is the common prefix of its topics.
+        action: the action's name, which is the prefix of its topics.
 
     Pushes ``{"goals": [{"id", "stamp", "status", "text", "feedbacks", "feedback": tree, "result": tree}, ...]}``,
-    newest first; trees are described at `pyros1.web.views.message.MessageView`.
+    newest first; a tree is described at `pyros1.web.views.message.MessageView`.
     """
 
     period = 1 / 10
@@ -61,9 +61,13 @@ class ActionView(View):
                     "stamp": goal.stamp,
                     "status": goal.status,
                     "text": goal.text,
-                    "feedbacks": goal.feedbacks,
-                    "feedback": tree(goal.feedback) if goal.feedback is not None and index < _MAX_TREES else None,
-                    "result": tree(goal.result) if goal.result is not None and index < _MAX_TREES else None,
+                    "feedbacks": goal.num_feedbacks,
+                    "feedback": tree(goal.feedback)
+                    if goal.feedback is not None and index < _MAX_GOALS_WITH_DETAILS
+                    else None,
+                    "result": tree(goal.result)
+                    if goal.result is not None and index < _MAX_GOALS_WITH_DETAILS
+                    else None,
                 }
                 for index, goal in enumerate(self._goals.all())
             ]
@@ -82,7 +86,7 @@ class ActionView(View):
                     self._problem = ""
             except MessageError as error:
                 self._problem = str(error)
-            except (AttributeError, TypeError) as error:  # the topics have other types
+            except (AttributeError, TypeError) as error:  # the topics do not have the types of an action's topics
                 self._problem = f"this is not an action: {error}"
             self.wake()
 

@@ -1,4 +1,4 @@
-"""The tree of coordinate frames."""
+"""Shows the tree of coordinate frames."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 _PROBLEM_AGE = 10.0
-"""Seconds for which a publisher of something other than transforms is reported."""
+"""Seconds for which a publisher is reported after it has published something other than transforms."""
 _MAX_PROBLEMS = 20
 
 
@@ -74,7 +74,7 @@ class FramesView(View):
 
 
 def to_json(description: dict[str, Any]) -> dict[str, Any]:
-    """Replace numbers in transforms that JSON cannot represent with null; return the changed description."""
+    """Replace non-finite numbers in a description's transforms, which JSON lacks, with null; return the description."""
     for frame in description["frames"]:
         frame["transform"] = [value if math.isfinite(value) else None for value in frame["transform"]]
     return description

@@ -1,4 +1,4 @@
-"""The newest picture on a topic of the type sensor_msgs/Image or sensor_msgs/CompressedImage."""
+"""Shows the newest picture on a topic with sensor_msgs/Image or sensor_msgs/CompressedImage."""
 
 from __future__ import annotations
 
@@ -16,45 +16,45 @@ from pyros1.web.views.view import View, string_arg
 if TYPE_CHECKING:
     from pyros1.web.robot import Robot
 
-MAX_BYTES = 64 << 20
-"""Maximum size of a picture sent to a page, in bytes."""
-COMPRESSED = "sensor_msgs/CompressedImage"
+MAX_IMAGE_SIZE = 64 << 20
+"""Maximum size in bytes of a picture sent to a page."""
+COMPRESSED_TYPE = "sensor_msgs/CompressedImage"
 _DEPTH_HEADER_SIZE = 12
-"""Number of bytes before the PNG file in messages of compressed_depth_image_transport."""
+"""Number of bytes before the PNG file in a message from compressed_depth_image_transport."""
 
 
 def check_picture(arrival: Arrival) -> str:
-    """Check that a message is a picture, and return its type.
+    """Check that a message is a picture of acceptable size, and return the message's type.
 
     Raises:
         RequestError: the message is not a picture, or is too large.
     """
     type_name: str = (arrival.raw._connection_header or {}).get("type", "")
-    if type_name not in ("sensor_msgs/Image", COMPRESSED):
+    if type_name not in ("sensor_msgs/Image", COMPRESSED_TYPE):
         raise RequestError(f"this is not an image topic, its type is {type_name}")
-    if len(arrival.raw._buff) > MAX_BYTES:
+    if len(arrival.raw._buff) > MAX_IMAGE_SIZE:
         raise RequestError(
-            f"an image of {len(arrival.raw._buff) >> 20} MB is too large; the limit is {MAX_BYTES >> 20} MB"
+            f"an image of {len(arrival.raw._buff) >> 20} MB is too large; the limit is {MAX_IMAGE_SIZE >> 20} MB"
         )
     return type_name
 
 
 def picture(arrival: Arrival) -> tuple[dict[str, Any], bytes]:
-    """Return a picture in the form that pages draw.
+    """Return a picture in the form that pages can draw.
 
     Returns:
-        ``{"type", "encoding" or "format", "width", "height", "step", "bigendian", "frame", "stamp"}``, and the data of
-        the message.
+        ``{"type", "encoding" or "format", "width", "height", "step", "bigendian", "frame", "stamp"}``, and the
+        message's data.
 
     Raises:
-        RequestError: see `check_picture`; or it would decode to more than fits in a page's memory.
+        RequestError: see `check_picture`; or the picture would decode to more than fits in a page's memory.
         MessageError: see `Arrival.checked_message`.
     """
     type_name = check_picture(arrival)
     message: Any = arrival.checked_message
     data = bytes(message.data)
     description = {"type": type_name, "frame": message.header.frame_id, "stamp": message.header.stamp.to_sec()}
-    if type_name == COMPRESSED:
+    if type_name == COMPRESSED_TYPE:
         description["format"] = message.format
         width, height = picture_size(data) or picture_size(data[_DEPTH_HEADER_SIZE:]) or (0, 0)
         if width * height > MAX_PIXELS:
@@ -71,12 +71,12 @@ def picture(arrival: Arrival) -> tuple[dict[str, Any], bytes]:
 
 
 class ImageView(View):
-    """A topic's pictures; the page converts them to colours.
+    """The pictures on a topic, which the page converts to colours.
 
     Args (of the page):
         topic: the topic's full name.
 
-    Pushes the result of `picture`, with "count" and "hz", and the data of the message.
+    Pushes the result of `picture`, with "count" (pictures received so far) and "hz".
     """
 
     period = 1 / 30
@@ -107,5 +107,5 @@ class ImageView(View):
         with self._lock:
             self._newest = arrival
             self._count += 1
-        self._meter.add(arrival.at, 0)
+        self._meter.add(arrival.arrived_at, 0)
         self.wake()

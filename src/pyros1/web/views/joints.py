@@ -1,4 +1,4 @@
-"""The joints of a robot: their limits and positions, and sliders to move them."""
+"""Shows a robot's joints with their limits and positions, and moves them."""
 
 from __future__ import annotations
 
@@ -23,30 +23,32 @@ if TYPE_CHECKING:
 
 _DEFAULT_DESCRIPTION = "/robot_description"
 _REFRESH_PERIOD = 1.0
-"""Seconds between checks of the description and the publishers."""
+"""Seconds between checks for changes to the description and the publishers."""
 _MESSAGES_PER_SECOND = 10.0
-_JOINT_STATE = "sensor_msgs/JointState"
+_JOINT_STATE_TYPE = "sensor_msgs/JointState"
 _MAX_NAMES = 50
 
 
 class _PublishedElsewhereError(RequestError):
-    """Another view is publishing the joints."""
+    """Another view is already publishing the joints."""
 
 
 class JointsView(View):
     """Displays and moves the joints of a robot description.
 
-    A node that publishes the joints keeps doing so, and receives the desired positions: on the topic ``~sliders`` of
-    pyros1's joint_state_publisher, or on a topic in the source_list of others. If no node publishes, this view can. If
-    several views were opened to publish, only the first one does; when it is closed, another one takes over.
+    A node that publishes the joints keeps doing so, and is sent the desired positions: on the topic ``~sliders`` of
+    pyros1's joint_state_publisher, or on a topic in the source_list of other publishers. If no node publishes the
+    joints, this view can. If several views are opened to publish, only the first does; when it is closed, another takes
+    over.
 
     Args (of the page):
-        description: name of the parameter; the topic is joint_states in the same namespace.
+        description: name of the parameter with the robot description. The joints' topic is joint_states, in the same
+            namespace.
         publish: whether to publish the joints while this view is open, if no other node does.
-        positions: joint -> desired position, in radians or metres. Pass these to `change` to move joints.
+        positions: joint -> desired position in radians or metres. To move joints, the page changes this argument.
 
-    Pushes ``{"facts": {...}, "positions": [...]}``, each only when it has changed; `_facts` describes the facts.
-    Positions are those of the joints, or null if unknown.
+    Pushes ``{"facts": {...}, "positions": [...]}``, each only when it has changed. The facts are described at `_facts`;
+    positions are in the order of the joints, with null for unknown positions.
     """
 
     period = 1 / 15
@@ -63,7 +65,7 @@ class JointsView(View):
         self._problem = ""
         self._joints: list[dict[str, Any]] = []
         self._descriptions: list[str] = []
-        self._last_read: Any = None  # the description and publishers that were last read
+        self._last_read: Any = None  # the description and the publishers when they were last read
         self._other_publishers: list[str] = []
         self._position_topics: list[tuple[str, str]] = []
         self._position_topic = ""
@@ -75,7 +77,8 @@ class JointsView(View):
         try:
             self._apply_args(args)
         except _PublishedElsewhereError:
-            self._deferred_args = args  # perhaps by this page's previous connection, which may not have been closed yet
+            # The other view may be that of this page's previous connection, which may not have been closed yet.
+            self._deferred_args = args
         except BaseException:
             self.close()
             raise
@@ -105,17 +108,18 @@ class JointsView(View):
         self._stop_publishing()
 
     def _apply_args(self, args: Mapping[str, Any]) -> None:
-        positions, publish = joints.positions(args.get("positions", {})), bool(args.get("publish"))
+        positions, publish = joints.check_positions(args.get("positions", {})), bool(args.get("publish"))
         if not positions and not publish:
             self._stop_publishing()
             return
         if self.robot.access.read_only:
             raise RequestError("this server is read-only (--read-only)")
         self._refresh()
-        mover = self.robot.movers.get(self._topic, self)
+        publishing_view = self.robot.joint_publishers.get(self._topic, self)
         if publish and not self._other_publishers:
-            mover = self.robot.movers.setdefault(self._topic, self)
-        if publish and mover is not self:  # even if the master does not list its publisher yet
+            publishing_view = self.robot.joint_publishers.setdefault(self._topic, self)
+        # This also holds while the master does not list the other view's publisher yet.
+        if publish and publishing_view is not self:
             raise _PublishedElsewhereError(f"another page is already publishing {self._topic}")
         if publish and not self._other_publishers:
             with self._lock:
@@ -130,7 +134,7 @@ class JointsView(View):
         if not self._position_topic:
             raise RequestError(f"no node subscribes to {self._topic}")
         value = {"header": {"stamp": "now"}, "name": list(positions), "position": list(positions.values())}
-        self.robot.publishing.publish(self._position_topic, _JOINT_STATE, value)
+        self.robot.publishing.publish(self._position_topic, _JOINT_STATE_TYPE, value)
 
     def _publish(self) -> int:
         with self._lock:
@@ -139,15 +143,15 @@ class JointsView(View):
             names, positions, velocities, efforts = self._states.message_fields()
         numbers = {"position": positions, "velocity": velocities, "effort": efforts}
         value = {"header": {"stamp": "now"}, "name": names, **numbers}
-        return self.robot.publishing.publish(self._topic, _JOINT_STATE, value)
+        return self.robot.publishing.publish(self._topic, _JOINT_STATE_TYPE, value)
 
     def _stop_publishing(self) -> None:
         if self._publisher is not None:
             self._publisher.close()
             self._publisher = None
             self.robot.publishing.unadvertise(self._topic)
-        if self.robot.movers.get(self._topic) is self:
-            del self.robot.movers[self._topic]
+        if self.robot.joint_publishers.get(self._topic) is self:
+            del self.robot.joint_publishers[self._topic]
 
     def _refresh(self) -> None:
         """Check for changes to the description and the publishers."""
@@ -155,9 +159,8 @@ class JointsView(View):
         node = self.robot.node
         description = node.params.cached(self._description)
         state = self.robot.graph.state()
-        own_name = (
-            node.name if self.robot.movers.get(self._topic, self) is self else ""
-        )  # otherwise, the node's publisher belongs to another page
+        # If another view publishes the joints, the node's publisher belongs to that view.
+        own_name = node.name if self.robot.joint_publishers.get(self._topic, self) is self else ""
         self._other_publishers = sorted(name for name in state.publishers.get(self._topic, []) if name != own_name)
         if (description, self._other_publishers) != self._last_read:
             self._last_read = (description, self._other_publishers)
@@ -166,12 +169,12 @@ class JointsView(View):
         accepted = (topic for name, topic in self._position_topics if name in state.subscribers.get(topic, []))
         self._position_topic = next((topic for topic in accepted if self.robot.access.may_see(topic)), "")
         if self._other_publishers:
-            self._stop_publishing()  # the robot's own driver has started, and takes over
+            self._stop_publishing()  # another node, such as the robot's driver, has started to publish the joints
 
     def _read_description(self, description: Any) -> None:
         params = {name: self._private_params(name) for name in self._other_publishers[:_MAX_NAMES]}
         self._position_topics = [
-            (name, topic) for name, values in params.items() for topic in joints.sources(name, values)
+            (name, topic) for name, values in params.items() for topic in joints.position_topics(name, values)
         ]
         states, self._problem = None, ""
         if isinstance(description, str):
@@ -192,9 +195,11 @@ class JointsView(View):
     def _facts(self) -> dict[str, Any]:
         """Return the data that the page displays, except for positions.
 
-        ``description``, and ``descriptions``: all existing ones, if it does not exist. ``joints``: see
-        `pyros1.web.models.joints.describe`; ``more``: how many are omitted. ``topic``, ``publishers``: the source of
-        the states. ``movable``: whether a node accepts positions. ``publishing``: whether this view publishes.
+        ``description``: name of the parameter; ``there``: whether it contains a robot description; if not,
+        ``descriptions``: the names of all that exist. ``joints``: see `pyros1.web.models.joints.describe`;
+        ``more``: number of joints that are omitted. ``topic``, ``publishers``: where the joints' states come from.
+        ``movable``: whether joints can be moved. ``publishing``: whether this view publishes the joints;
+        ``problem``: why it cannot.
         """
         states = self._states
         return {
@@ -223,4 +228,4 @@ class JointsView(View):
                     joint_types = self._states.joint_types
                     self._positions.update((name, position) for name, position in pairs if name in joint_types)
         except (MessageError, AttributeError, TypeError):
-            return  # not joint states
+            return  # the message does not contain joint states

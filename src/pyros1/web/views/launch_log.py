@@ -1,4 +1,4 @@
-"""The last lines of the log files of a launched process."""
+"""Shows the last lines of a launched process's log files."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 from pyros1.launch.running.logs import log_folder
 from pyros1.net.hosts import is_local, parse_uri
-from pyros1.web.calls.launches import find
-from pyros1.web.models.launches import log_files, tail
+from pyros1.web.calls.launches import connect_to_launch
+from pyros1.web.models.launches import last_lines, log_files
 from pyros1.web.server.wire import Push, RequestError
 from pyros1.web.views.view import View, string_arg
 
@@ -18,14 +18,14 @@ if TYPE_CHECKING:
 
 
 class LaunchLogView(View):
-    """The ends of growing log files.
+    """The ends of a process's log files, as they grow.
 
     Args (of the page):
-        launch: name of the launch's parameter.
-        process: the label of the process.
+        launch: name of the parameter that the launch has set.
+        process: the process's label.
 
-    Pushes ``{"files": [{"path", "size", "text"}, ...], "base": TEXT, "folder": TEXT}`` after each change: the files
-    in the log folder whose paths start with the base.
+    Pushes ``{"files": [{"path", "size", "text"}, ...], "base": TEXT, "folder": TEXT}`` after each change. The files are
+    those in the log folder whose paths start with the base.
     """
 
     period = 1.0
@@ -38,7 +38,7 @@ class LaunchLogView(View):
         self._last_stamps: object = None
 
     def _find_log_path(self, args: Mapping[str, Any]) -> str:
-        launch = find(self.robot, args)
+        launch = connect_to_launch(self.robot, args)
         label = string_arg(args, "process")
         try:
             entry = next((entry for entry in launch.status() if entry.label == label), None)
@@ -58,7 +58,7 @@ class LaunchLogView(View):
             stamps = [(path, path.stat().st_size, path.stat().st_mtime_ns) for path in files]
             if stamps == self._last_stamps:
                 return None
-            contents = [{"path": str(path), "size": size, "text": tail(path)} for path, size, _ in stamps]
+            contents = [{"path": str(path), "size": size, "text": last_lines(path)} for path, size, _ in stamps]
         except (OSError, ValueError) as error:  # ValueError: for example, the path contains a null character
             raise RequestError(f"the log files cannot be read: {error}") from None
         self._last_stamps = stamps

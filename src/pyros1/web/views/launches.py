@@ -1,4 +1,4 @@
-"""Launches and the states of their processes."""
+"""Shows running launches, and the states of their processes."""
 
 from __future__ import annotations
 
@@ -18,22 +18,22 @@ from pyros1.web.views.view import View
 if TYPE_CHECKING:
     from pyros1.web.robot import Robot
 
-_PERIOD = 1.0
+_MIN_PERIOD = 1.0
 _TIMEOUT = 2.0
 _MAX_LAUNCHES = 50
 _RETRY_DELAY = 10.0
-"""Seconds after which a launch that did not respond is queried again, so that it does not delay the others."""
+"""Seconds for which a launch that did not respond is not queried again, so that it does not delay the others."""
 _MAX_BUSY_SHARE = 0.1
-"""Maximum share of time spent on requests; launches with many processes are queried less often."""
+"""Maximum share of time spent on requests: if there are many processes, launches are queried less often."""
 
 
 class LaunchesView(View):
     """Pushes ``{"launches": [{"param", "uri", "host", "problem", ...}], "more": N}``.
 
-    Each launch has the result of `pyros1.web.models.launches.describe`, or a problem if it does not respond.
+    Each launch has the fields returned by `pyros1.web.models.launches.describe`, or a problem if it does not respond.
     """
 
-    period = _PERIOD
+    period = _MIN_PERIOD
     polls_periodically = True
 
     def __init__(self, robot: Robot, args: Mapping[str, Any], wake: Callable[[], object]) -> None:
@@ -50,11 +50,13 @@ class LaunchesView(View):
         entries = [
             self._describe_launch(param, uri, reply) for (param, uri), reply in self._query_launches(selected).items()
         ]
-        self.period = max(_PERIOD, (monotonic() - start) / _MAX_BUSY_SHARE) if not self._unreachable else _PERIOD
+        self.period = (
+            max(_MIN_PERIOD, (monotonic() - start) / _MAX_BUSY_SHARE) if not self._unreachable else _MIN_PERIOD
+        )
         return Push({"launches": entries, "more": len(params) - len(selected)})
 
     def change(self, args: Mapping[str, Any]) -> None:
-        """Check immediately, including launches that did not respond, since the page has changed something."""
+        """Query all launches at once, including those that did not respond, since the page has changed something."""
         self._unreachable.clear()
 
     def close(self) -> None:

@@ -1,4 +1,4 @@
-"""The newest message of a topic as a tree, with the topic's rate and the message's size."""
+"""Shows the newest message on a topic as a tree, with the topic's rate and the message's size."""
 
 from __future__ import annotations
 
@@ -20,25 +20,25 @@ if TYPE_CHECKING:
     from pyros1.web.robot import Robot
 
 _MAX_ELEMENTS = 64
-"""Maximum number of displayed elements of an array."""
+"""Maximum number of elements displayed per array."""
 _MAX_TEXT_LENGTH = 2_000
 _MAX_VALUES = 5_000
-"""Maximum number of displayed values of a message."""
+"""Maximum number of values displayed per message."""
 _MAX_WINDOWS = 100
 
 
 class MessageView(View):
-    """The newest message of a topic.
+    """The newest message on a topic.
 
     Args (of the page):
         topic: the topic's full name.
-        windows: the first displayed element of long arrays, by path, such as ``{"ranges": 64}``.
+        windows: path of a long array -> index of the first element to display, such as ``{"ranges": 64}``.
         frozen: whether to keep displaying the current message.
 
     Pushes ``{"type", "count", "hz", "bytes", "size", "time", "age", "publisher", "latched", "value": tree}``.
-    The message arrived at "time", "age" seconds ago. In a tree, a message is
-    ``{"fields": [[name, type, value], ...]}``, an array ``{"length": N, "start": N, "items": [...]}``, and a time
-    ``{"secs": S, "nsecs": N}``; a message whose fields are omitted has ``more``.
+    The message arrived at "time", "age" seconds ago. In a tree, a message is ``{"fields": [[name, type, value],
+    ...]}``, an array is ``{"length": N, "start": N, "items": [...]}``, and a time is ``{"secs": S, "nsecs": N}``. A
+    message with ``more`` is one whose fields have been omitted.
     """
 
     period = 1 / 20
@@ -67,7 +67,7 @@ class MessageView(View):
         with self._lock:
             self._newest = arrival
             self._count += 1
-        self._meter.add(arrival.at, len(arrival.raw._buff))
+        self._meter.add(arrival.arrived_at, len(arrival.raw._buff))
         self.wake()
 
     def poll(self) -> Push | None:
@@ -89,7 +89,7 @@ class MessageView(View):
             "bytes": rate and rate.bytes,
             "size": size,
             "time": arrival.time,
-            "age": monotonic() - arrival.at,
+            "age": monotonic() - arrival.arrived_at,
             "latched": header.get("latching") == "1",
         }
         try:
@@ -112,11 +112,11 @@ def _parse_windows(value: Any) -> dict[str, int]:
 
 
 def tree(message: Message, windows: Mapping[str, int] | None = None) -> Any:
-    """Return a message as JSON for display, with long arrays and strings cut off; see `MessageView`.
+    """Return a message as a tree of JSON for display, with long arrays and strings cut off; see `MessageView`.
 
     Args:
         message: the message.
-        windows: path of an array, such as ``poses[3].covariance`` -> the first displayed element.
+        windows: path of an array, such as ``poses[3].covariance`` -> index of the first element to display.
     """
     remaining_values = _MAX_VALUES
     windows = windows or {}

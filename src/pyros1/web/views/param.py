@@ -1,4 +1,4 @@
-"""One parameter with a long string, such as robot_description, and its changes."""
+"""Shows one parameter with a long string, such as robot_description, and follows its changes."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from pyros1.web.views.view import View, string_arg
 if TYPE_CHECKING:
     from pyros1.web.robot import Robot
 
-MAX_TEXT = 16 << 20
-"""Maximum number of characters that are sent."""
+MAX_TEXT_LENGTH = 16 << 20
+"""Maximum number of characters sent to a page."""
 _MIN_PERIOD = 1.0
 _MAX_BUSY_SHARE = 0.05
-"""Maximum share of time spent on requests; a long string is requested less often."""
+"""Maximum share of time spent on requests: a long string, which takes long, is requested less often."""
 
 
 class ParamView(View):
-    """The value of a string parameter.
+    """The value of a parameter that is a string.
 
     Args (of the page):
         param: the parameter's full name.
@@ -58,6 +58,6 @@ class ParamView(View):
             return {"text": None, "why": f"there is no parameter {self._name}"}
         if not isinstance(value, str):
             return {"text": None, "why": f"{self._name} is not a string"}
-        if len(value) > MAX_TEXT:
-            raise RequestError(f"{self._name} has {len(value)} characters; the limit is {MAX_TEXT}")
+        if len(value) > MAX_TEXT_LENGTH:
+            raise RequestError(f"{self._name} has {len(value)} characters; the limit is {MAX_TEXT_LENGTH}")
         return {"text": value}

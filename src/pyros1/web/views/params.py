@@ -1,4 +1,4 @@
-"""The parameters and their changes."""
+"""Shows all parameters, and follows their changes."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 _MIN_PERIOD = 1.5
 _MAX_BUSY_SHARE = 0.05
-"""Maximum share of time spent on checks; many parameters are checked less often."""
+"""Maximum share of time spent on checks: if there are many parameters, they are checked less often."""
 
 
 class ParamsView(View):

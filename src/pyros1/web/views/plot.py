@@ -1,4 +1,4 @@
-"""Plots of numbers over time."""
+"""Plots numbers from messages over time."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ if TYPE_CHECKING:
 
 MAX_CURVES = 200
 _MAX_POINTS = 400
-"""Maximum number of points of a curve per push: 12,000 per second at 30 pushes per second."""
-_REFRESH_INTERVAL = 30
-"""Number of polls after which missing topics are looked up again, about once a second."""
+"""Maximum number of points per curve and push: 12,000 points per second at 30 pushes per second."""
+_POLLS_PER_REFRESH = 30
+"""Number of polls after which missing topics are looked up again: about once a second."""
 
 
 class PlotView(View):
@@ -29,8 +29,9 @@ class PlotView(View):
         curves: a list of ``{"id": N, "text": TEXT, "stamped": bool}``; see `pyros1.web.transforms.curves.Curve`.
 
     Pushes ``{"now": TIME, "curves": [{"id", "part", "count"}, ...], "problems": {ID: TEXT}, "waiting": {ID: TEXT}}``
-    with the points of each entry: the times, then the values, as float64. A part is the index in an array, or -1.
-    "waiting" says what a curve without a problem is waiting for: its topic or a message.
+    with the points of each entry in "curves" as float64: all times, and then all values. A part is the index of an
+    array element, or -1 if the value is a single number. "waiting" says what a curve without problems is waiting for:
+    its topic or a message.
     """
 
     polls_periodically = True
@@ -64,7 +65,7 @@ class PlotView(View):
         self._poll_count = 0
 
     def poll(self) -> Push | None:
-        if self._poll_count % _REFRESH_INTERVAL == 0:
+        if self._poll_count % _POLLS_PER_REFRESH == 0:
             self._refresh()
         self._poll_count += 1
         entries, blob = [], array("d")

@@ -1,4 +1,4 @@
-"""Publishes a message at a rate while a page displays this view."""
+"""Publishes a message repeatedly while a page displays this view."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ _MIN_RATE, _MAX_RATE = 0.01, 1000.0
 
 
 class PublishView(View):
-    """Publishes while it is open; use `change` for another message or rate.
+    """Publishes a message at a given rate while the view is open; the page may change the message and the rate.
 
     Args (of the page):
-        topic, type: the names of the topic and the type.
-        value: the message as JSON, see `pyros1.msgs.json_form`.
-        latch: whether later subscribers receive the last message.
+        topic, type: the names of the topic and of its message type.
+        value: the message as JSON; see `pyros1.msgs.json_form`.
+        latch: whether later subscribers also receive the last message.
         hz: messages per second.
 
     Pushes ``{"sent": N, "subscribers": N, "problem": TEXT}``.

@@ -1,4 +1,4 @@
-"""Rates of topics that only this server subscribes to: without subscribers, publishers send nothing to be counted."""
+"""Measures the rates of topics that no node subscribes to: publishers only send messages if the server subscribes."""
 
 from __future__ import annotations
 
@@ -20,12 +20,13 @@ MAX_TOPICS = 50
 
 
 class RatesView(View):
-    """The traffic on some topics.
+    """The traffic on chosen topics, to which the server subscribes while this view is open.
 
     Args (of the page):
         topics: a list of the topics' full names.
 
-    Pushes ``{TOPIC: {"hz": N, "bytes": N per second} or {"problem": TEXT}}``, with null for unknown numbers.
+    Pushes ``{TOPIC: {"hz": N, "bytes": N per second} or {"problem": TEXT}}``, with null for numbers that are not known
+    yet.
     """
 
     period = 1.0
@@ -77,4 +78,4 @@ class RatesView(View):
 
 
 def _count_message(meter: Meter, arrival: Arrival) -> None:
-    meter.add(arrival.at, len(arrival.raw._buff))
+    meter.add(arrival.arrived_at, len(arrival.raw._buff))

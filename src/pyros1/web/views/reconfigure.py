@@ -1,4 +1,4 @@
-"""The live dynamic_reconfigure parameters of a node (https://wiki.ros.org/dynamic_reconfigure)."""
+"""Shows a node's dynamic_reconfigure parameters, as they change (https://wiki.ros.org/dynamic_reconfigure)."""
 
 from __future__ import annotations
 
@@ -19,22 +19,22 @@ if TYPE_CHECKING:
 
 _MAX_CHOICES = 200
 _MAX_GROUP_DEPTH = 8
-"""Maximum nesting of groups."""
+"""Maximum nesting depth of groups."""
 _MAX_CHOICES_LENGTH = 100_000
 """Maximum number of characters in a list of choices."""
 
 
 class ReconfigureView(View):
-    """The parameters of a node and their values.
+    """A node's dynamic_reconfigure parameters, and their values.
 
     Args (of the page):
         node: the node's name, or the namespace of its parameters.
 
     Pushes ``{"parameters": [{"name", "type", "groups", "description", "min", "max", "default", "choices"}, ...],
-    "values": {name: value}, "groups": [{"path", "type", "name", "state", "id", "parent"}, ...]}``. The groups of a
-    parameter, and the path of a group, are the names of the groups around it, starting with the outermost, without the
-    root group; choices are a list of names and values. A group of the type collapse or hide whose state is false is
-    closed or hidden.
+    "values": {name: value}, "groups": [{"path", "type", "name", "state", "id", "parent"}, ...]}``. A parameter's
+    "groups" are the names of the groups that contain it, from the outermost to the innermost, without the root group; a
+    group's "path" is the same, with its own name at the end. "choices" are a list of names and values. A group of the
+    type collapse is closed, and one of the type hide is hidden, while its state is false.
     """
 
     period = 1 / 15
@@ -66,7 +66,7 @@ class ReconfigureView(View):
                     "groups": groups(description.checked_message, config.checked_message),
                 }
             )
-        except (MessageError, AttributeError, TypeError) as error:  # the topics have another type
+        except (MessageError, AttributeError, TypeError) as error:  # the topics have other types
             raise RequestError(f"this is not a dynamic_reconfigure server: {error}") from None
 
     def close(self) -> None:
@@ -85,7 +85,7 @@ class ReconfigureView(View):
 
 
 def parameters(description: Any) -> list[dict[str, Any]]:
-    """Return the parameters of a dynamic_reconfigure/ConfigDescription for a page; see `ReconfigureView`."""
+    """Return the parameters in a dynamic_reconfigure/ConfigDescription for a page; see `ReconfigureView`."""
     paths = _group_paths(description.groups)
     minimums, maximums, defaults = values(description.min), values(description.max), values(description.dflt)
     return [
@@ -105,7 +105,7 @@ def parameters(description: Any) -> list[dict[str, Any]]:
 
 
 def groups(description: Any, config: Any) -> list[dict[str, Any]]:
-    """Return the groups with their states for a page; see `ReconfigureView`. Groups without a state are on.
+    """Return the groups with their states for a page; see `ReconfigureView`. The state of a group without one is true.
 
     Args:
         description: a dynamic_reconfigure/ConfigDescription.
@@ -127,7 +127,7 @@ def groups(description: Any, config: Any) -> list[dict[str, Any]]:
 
 
 def _group_paths(groups: Any) -> dict[int, list[str]]:
-    """Return group id -> path; parents may be missing or circular."""
+    """Return group id -> path of the group. Parents may be missing or circular."""
     group_by_id = {group.id: group for group in groups}
     paths: dict[int, list[str]] = {}
     for group in groups:
@@ -142,7 +142,7 @@ def _group_paths(groups: Any) -> dict[int, list[str]]:
 
 
 def values(config: Any) -> dict[str, Any]:
-    """Return the values of a dynamic_reconfigure/Config as JSON, with null for non-finite numbers."""
+    """Return the values in a dynamic_reconfigure/Config as JSON, with null for non-finite numbers."""
     return {name: _to_json(value) for name, value in decode(config, dict).items()}
 
 

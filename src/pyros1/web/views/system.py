@@ -1,4 +1,4 @@
-"""Nodes, topics, services and connections."""
+"""Shows the ROS system: nodes, topics, services and connections."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from pyros1.web.server.wire import Push
 from pyros1.web.views.view import View
 
 _MAX_NODES = 100
-"""Number of nodes above which they are queried less often."""
+"""Number of nodes above which the nodes are queried less often."""
 
 
 class SystemView(View):

@@ -1,4 +1,4 @@
-"""The turtles of a turtlesim_node: their poses and their drawing."""
+"""Shows a turtlesim_node's turtles and what they have drawn."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ _REFRESH_PERIOD = 1.0
 
 
 class TurtlesView(View):
-    """Displays the turtles of a node. Stock turtlesim does not publish their drawing.
+    """The turtles of a node: their poses, and their drawing, which stock turtlesim does not publish.
 
     Args (of the page):
-        node: the node's name; empty for the first one found.
+        node: the node's name; empty for the first turtlesim_node found.
 
-    Pushes changes: ``{"facts": {"node", "nodes", "there"}, "turtles": {name: [x, y, theta]},
+    Pushes the parts that have changed of ``{"facts": {"node", "nodes", "there"}, "turtles": {name: [x, y, theta]},
     "drawing": {...}}``, and with "drawing" (see `pyros1.web.views.image.picture`), the picture's data.
     """
 

@@ -1,4 +1,4 @@
-"""The base class of all views."""
+"""Base class of all views, and functions that check their arguments."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ if TYPE_CHECKING:
 
 
 class View(ABC):
-    """A source of data that a page displays.
+    """Base class of views, which provide the data for a part of a page.
 
     `poll` and `change` are never called at the same time, but `wake` may be called from any thread.
 
     Args:
-        robot: the robot.
+        robot: the robot that the page shows.
         args: the arguments sent by the page.
-        wake: to be called from any thread when there may be new data.
+        wake: may be called from any thread; the view calls it when there may be new data.
 
     Raises:
         RequestError: the arguments are invalid.
@@ -30,7 +30,7 @@ class View(ABC):
     period = 1 / 30
     """Minimum number of seconds between two pushes."""
     polls_periodically = False
-    """Whether to call `poll` after each period, even without `wake`."""
+    """Whether `poll` is called after each period even if `wake` was not called."""
 
     def __init__(self, robot: Robot, args: Mapping[str, Any], wake: Callable[[], object]) -> None:
         self.robot = robot
@@ -41,11 +41,11 @@ class View(ABC):
         """Return the data to push; None if nothing is new. Called in a thread.
 
         Raises:
-            Error: the data is not available; the page displays the message, and the view continues.
+            Error: the data is not available. The page displays the error message, and `poll` will be called again.
         """
 
     def change(self, args: Mapping[str, Any]) -> None:
-        """Change the arguments.
+        """Apply changed arguments from the page.
 
         Raises:
             RequestError: the arguments are invalid.
@@ -53,14 +53,14 @@ class View(ABC):
         raise RequestError("this view cannot be changed")
 
     def close(self) -> None:  # noqa: B027 - most views have nothing to close
-        """Close the view."""
+        """Release what the view uses, such as subscriptions. Called once, when the page closes the view."""
 
 
 def string_arg(args: Mapping[str, Any], name: str, default: str | None = None) -> str:
-    """Return a string argument.
+    """Return an argument that must be a string.
 
     Raises:
-        RequestError: the argument is missing or not a string.
+        RequestError: the argument is missing and has no default, or is not a string.
     """
     value = args.get(name, default)
     if not isinstance(value, str):
@@ -69,7 +69,7 @@ def string_arg(args: Mapping[str, Any], name: str, default: str | None = None) -
 
 
 def number_arg(args: Mapping[str, Any], name: str, minimum: float, maximum: float, default: float) -> float:
-    """Return a numeric argument that is within a range.
+    """Return an argument that must be a number within a range.
 
     Raises:
         RequestError: the argument is not a number, or out of range.

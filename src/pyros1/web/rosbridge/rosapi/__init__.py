@@ -1,8 +1,9 @@
-"""The services of rosapi for clients: lists of nodes, topics and services, their details, and parameters.
+"""The rosapi services for clients: lists of nodes, topics and services, their details, and parameters.
 
-They run here, without a node or a registration. Each is a function in a module of this package, called with the robot
-and the arguments, and returns the values of the response. `SERVICES` of a module lists them by name, with the names
-of the fields of the request. See https://wiki.ros.org/rosapi.
+See https://wiki.ros.org/rosapi. They are not registered with the master: only clients of this server can call them.
+Each service is a function in a module of this package; it is called with the robot and the arguments, and returns the
+response's values. A module's `SERVICES` maps each service's name to the names of its request's fields, and its
+function.
 """
 
 from __future__ import annotations
@@ -28,20 +29,20 @@ def _services() -> Services:
 
 
 def provides(name: str) -> bool:
-    """Return whether a service's full name is that of a rosapi service."""
+    """Return whether rosapi provides the service with a full name."""
     return name.startswith(PREFIX)
 
 
 def run(robot: Robot, name: str, args: Any) -> dict[str, Any]:
-    """Handle a call to a service.
+    """Handle a client's call to a rosapi service.
 
     Args:
-        robot: the robot.
+        robot: the robot that the call is about.
         name: the service's full name.
-        args: an object, or a list of values in order.
+        args: an object, or a list with the values of the request's fields in order.
 
     Returns:
-        The values of the response.
+        The response's values.
 
     Raises:
         BridgeError: the service does not exist, is not allowed, or has invalid arguments.
@@ -54,8 +55,8 @@ def run(robot: Robot, name: str, args: Any) -> dict[str, Any]:
 
 
 def _string_args(fields: tuple[str, ...], args: Any) -> dict[str, str]:
-    """Return the arguments by name. As in rosbridge_suite, missing arguments are empty, a list may be shorter or
-    longer, and anything but a list or an object counts as no arguments.
+    """Return the arguments by name. As in rosbridge_suite, missing arguments are empty, a list may have fewer or more
+    values than there are fields, and anything but a list or an object counts as no arguments.
 
     Raises:
         BridgeError: an argument is not a string.

@@ -1,4 +1,4 @@
-"""Definitions of messages and services, field by field."""
+"""rosapi's services that describe message and service types, field by field."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ _ANY_LENGTH = 0
 _TIME_TYPES = ("time", "duration")
 
 
-def _message(_: Robot, args: Mapping[str, str]) -> dict[str, Any]:
+def _message_details(_: Robot, args: Mapping[str, str]) -> dict[str, Any]:
     type_name = args["type"]
     if type_name in BUILTINS:
         return {"typedefs": [_time_definition(type_name)] if type_name in _TIME_TYPES else []}
     return _definitions(load_message(type_name))
 
 
-def _request(_: Robot, args: Mapping[str, str]) -> dict[str, Any]:
+def _request_details(_: Robot, args: Mapping[str, str]) -> dict[str, Any]:
     return _definitions(load_service(args["type"])._request_class)
 
 
-def _response(_: Robot, args: Mapping[str, str]) -> dict[str, Any]:
+def _response_details(_: Robot, args: Mapping[str, str]) -> dict[str, Any]:
     return _definitions(load_service(args["type"])._response_class)
 
 
@@ -35,18 +35,18 @@ def _definitions(cls: type[Message]) -> dict[str, Any]:
 
 
 def _nested_definitions(cls: type[Message], seen: set[str]) -> Iterator[dict[str, Any]]:
-    """Yield the definition of a class, and those of its fields' types, each once."""
+    """Yield the definition of a class, and of each type that its fields use, once each."""
     seen.add(cls._type)
     yield _definition(cls)
     for field_type in cls._slot_types:
-        base = field_type.partition("[")[0]
-        if base in seen:
+        base_type = field_type.partition("[")[0]
+        if base_type in seen:
             continue
-        if base in _TIME_TYPES:
-            seen.add(base)
-            yield _time_definition(base)
-        elif base in cls._classes:
-            yield from _nested_definitions(cls._classes[base], seen)
+        if base_type in _TIME_TYPES:
+            seen.add(base_type)
+            yield _time_definition(base_type)
+        elif base_type in cls._classes:
+            yield from _nested_definitions(cls._classes[base_type], seen)
 
 
 def _time_definition(type_name: str) -> dict[str, Any]:
@@ -69,9 +69,9 @@ def _definition(cls: type[Message]) -> dict[str, Any]:
     return {
         "type": cls._type,
         "fieldnames": [name for name, *_ in fields],
-        "fieldtypes": [base for _, base, *_ in fields],
+        "fieldtypes": [base_type for _, base_type, *_ in fields],
         "fieldarraylen": [_array_length(bracket, rest) for *_, bracket, rest in fields],
-        "examples": [_example(base, bracket, cls) for _, base, bracket, _ in fields],
+        "examples": [_example(base_type, bracket, cls) for _, base_type, bracket, _ in fields],
         "constnames": [constant.name for constant in constants],
         "constvalues": [str(constant.value) for constant in constants],
     }
@@ -83,16 +83,16 @@ def _array_length(bracket: str, rest: str) -> int:
     return int(rest[:-1]) if rest != "]" else _ANY_LENGTH
 
 
-def _example(base: str, bracket: str, cls: type[Message]) -> str:
+def _example(base_type: str, bracket: str, cls: type[Message]) -> str:
     if bracket:
         return "[]"
-    if base in cls._classes or base in _TIME_TYPES:
+    if base_type in cls._classes or base_type in _TIME_TYPES:
         return "{}"
-    return {"string": "", "bool": "False", "float32": "0.0", "float64": "0.0"}.get(base, "0")
+    return {"string": "", "bool": "False", "float32": "0.0", "float64": "0.0"}.get(base_type, "0")
 
 
 SERVICES: Services = {
-    "message_details": (("type",), _message),
-    "service_request_details": (("type",), _request),
-    "service_response_details": (("type",), _response),
+    "message_details": (("type",), _message_details),
+    "service_request_details": (("type",), _request_details),
+    "service_response_details": (("type",), _response_details),
 }

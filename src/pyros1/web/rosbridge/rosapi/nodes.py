@@ -1,4 +1,4 @@
-"""rosapi's services about nodes and the time."""
+"""rosapi's services that describe nodes and return the time."""
 
 from __future__ import annotations
 
@@ -13,22 +13,22 @@ def _nodes(robot: Robot, _: Mapping[str, str]) -> dict[str, Any]:
     return {"nodes": sorted(robot.graph.state().nodes())}
 
 
-def _details(robot: Robot, args: Mapping[str, str]) -> dict[str, Any]:
+def _node_details(robot: Robot, args: Mapping[str, str]) -> dict[str, Any]:
     registered = robot.graph.state().of_node(args["node"])
     return {
-        "subscribing": robot.access.visible(registered.subscriptions),
-        "publishing": robot.access.visible(registered.publications),
-        "services": robot.access.visible(registered.services),
+        "subscribing": robot.access.visible_names(registered.subscriptions),
+        "publishing": robot.access.visible_names(registered.publications),
+        "services": robot.access.visible_names(registered.services),
     }
 
 
-def _time(robot: Robot, _: Mapping[str, str]) -> dict[str, Any]:
+def _get_time(robot: Robot, _: Mapping[str, str]) -> dict[str, Any]:
     now = robot.node.now()
     return {"time": {"secs": now.secs, "nsecs": now.nsecs}}
 
 
 SERVICES: Services = {
     "nodes": ((), _nodes),
-    "node_details": (("node",), _details),
-    "get_time": ((), _time),
+    "node_details": (("node",), _node_details),
+    "get_time": ((), _get_time),
 }

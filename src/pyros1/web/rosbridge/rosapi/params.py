@@ -1,4 +1,4 @@
-"""rosapi's services about parameters, whose values are sent as JSON strings."""
+"""rosapi's services that read and change parameters, whose values are sent as JSON strings."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _ROOT = "/"
 
 
 def _name(robot: Robot, args: Mapping[str, str]) -> str:
-    """Return a parameter's full name, which, as in stock ROS, need not be valid."""
+    """Return a parameter's full name. As in stock ROS, the name need not be valid."""
     name = args["name"]
     try:
         return robot.node.resolve(name) if name != _ROOT else _ROOT
@@ -24,7 +24,7 @@ def _name(robot: Robot, args: Mapping[str, str]) -> str:
         return "/" + name
 
 
-def _get(robot: Robot, args: Mapping[str, str]) -> dict[str, Any]:
+def _get_param(robot: Robot, args: Mapping[str, str]) -> dict[str, Any]:
     try:
         value = robot.parameters.get(_name(robot, args))
     except ParameterNotSetError:
@@ -36,7 +36,7 @@ def _get(robot: Robot, args: Mapping[str, str]) -> dict[str, Any]:
 
 
 def _default(default: str) -> str:
-    """Return a default value as JSON; a default that is not JSON is treated as a string."""
+    """Return a default value as JSON; if it is not JSON, it is treated as a string."""
     try:
         return to_json(loads(default) if default else None)
     except ValueError:
@@ -51,7 +51,7 @@ def _to_json_types(value: Any) -> Any:
     return value if value is None or isinstance(value, (str, int, float)) else str(value)
 
 
-def _set(robot: Robot, args: Mapping[str, str]) -> dict[str, Any]:
+def _set_param(robot: Robot, args: Mapping[str, str]) -> dict[str, Any]:
     _check_may_change(robot)
     try:
         value = loads(args["value"])
@@ -64,7 +64,7 @@ def _set(robot: Robot, args: Mapping[str, str]) -> dict[str, Any]:
     return {}
 
 
-def _delete(robot: Robot, args: Mapping[str, str]) -> dict[str, Any]:
+def _delete_param(robot: Robot, args: Mapping[str, str]) -> dict[str, Any]:
     _check_may_change(robot)
     name = _name(robot, args)
     try:
@@ -75,16 +75,16 @@ def _delete(robot: Robot, args: Mapping[str, str]) -> dict[str, Any]:
     return {}
 
 
-def _has(robot: Robot, args: Mapping[str, str]) -> dict[str, Any]:
+def _has_param(robot: Robot, args: Mapping[str, str]) -> dict[str, Any]:
     return {"exists": robot.parameters.has(_name(robot, args))}
 
 
-def _search(robot: Robot, args: Mapping[str, str]) -> dict[str, Any]:
+def _search_param(robot: Robot, args: Mapping[str, str]) -> dict[str, Any]:
     full_name = (robot.master.search_param(args["name"]) if args["name"] else None) or ""
     return {"global_name": full_name if full_name and robot.parameters.has(full_name) else ""}
 
 
-def _names(robot: Robot, _: Mapping[str, str]) -> dict[str, Any]:
+def _get_param_names(robot: Robot, _: Mapping[str, str]) -> dict[str, Any]:
     return {"names": robot.parameters.names()}
 
 
@@ -94,10 +94,10 @@ def _check_may_change(robot: Robot) -> None:
 
 
 SERVICES: Services = {
-    "get_param": (("name", "default"), _get),
-    "set_param": (("name", "value"), _set),
-    "delete_param": (("name",), _delete),
-    "has_param": (("name",), _has),
-    "search_param": (("name",), _search),
-    "get_param_names": ((), _names),
+    "get_param": (("name", "default"), _get_param),
+    "set_param": (("name", "value"), _set_param),
+    "delete_param": (("name",), _delete_param),
+    "has_param": (("name",), _has_param),
+    "search_param": (("name",), _search_param),
+    "get_param_names": ((), _get_param_names),
 }

@@ -1,4 +1,4 @@
-"""rosapi's services about topics, including those of actions."""
+"""rosapi's services that describe topics and find action servers."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from pyros1.web.robot import Robot
 from pyros1.web.rosbridge.rosapi import Services
 
 _ACTION_TYPE_SUFFIXES = {"goal": "ActionGoal", "result": "ActionResult", "feedback": "ActionFeedback"}
-"""Last parts of an action's topics, and the suffixes of their types."""
+"""Last part of the name of an action's topic -> suffix of the topic's type."""
 
 
 def _types(robot: Robot) -> dict[str, str]:
-    """Return topic -> type for all topics with publishers or subscribers; the type is empty if unknown."""
+    """Return topic -> type for all topics with publishers or subscribers; an unknown type is empty."""
     state, types = robot.graph.state(), robot.graph.topic_types()
-    names = robot.access.visible(sorted({*state.publishers, *state.subscribers}))
+    names = robot.access.visible_names(sorted({*state.publishers, *state.subscribers}))
     if not types.keys() >= {*names}:  # some topics are new
         types = Graph(robot.master).topic_types()
     return {name: types.get(name, "").replace("*", "") for name in names}
@@ -29,7 +29,7 @@ def _topics(robot: Robot, _: Mapping[str, str]) -> dict[str, Any]:
     return {"topics": list(types), "types": list(types.values())}
 
 
-def _raw_types(robot: Robot, _: Mapping[str, str]) -> dict[str, Any]:
+def _topics_and_raw_types(robot: Robot, _: Mapping[str, str]) -> dict[str, Any]:
     types = _types(robot)
     definitions = {type_name: _definition(type_name) for type_name in set(types.values())}
     return {
@@ -46,12 +46,12 @@ def _definition(type_name: str) -> str:
         return ""  # not installed here
 
 
-def _of_type(robot: Robot, args: Mapping[str, str]) -> dict[str, Any]:
+def _topics_for_type(robot: Robot, args: Mapping[str, str]) -> dict[str, Any]:
     return {"topics": [name for name, type_name in _types(robot).items() if type_name and type_name == args["type"]]}
 
 
-def _type(robot: Robot, args: Mapping[str, str]) -> dict[str, Any]:
-    """Return the type of a topic; for a field of a topic, such as ``/odom/pose``, the type of its topic."""
+def _topic_type(robot: Robot, args: Mapping[str, str]) -> dict[str, Any]:
+    """Return a topic's type. For a field of a topic, such as ``/odom/pose``, return the type of the topic."""
     topic = args["topic"]
     robot.check_visible(topic)
     type_name = robot.type_of(topic)
@@ -61,7 +61,7 @@ def _type(robot: Robot, args: Mapping[str, str]) -> dict[str, Any]:
             for name, type_name in Graph(robot.master).topic_types().items()
             if topic.startswith(name + "/")
         }
-        type_name = types.get(max(robot.access.visible(types), key=len, default=""), "")
+        type_name = types.get(max(robot.access.visible_names(types), key=len, default=""), "")
     return {"type": type_name.replace("*", "")}
 
 
@@ -83,8 +83,8 @@ def _action_servers(robot: Robot, _: Mapping[str, str]) -> dict[str, Any]:
             name
             for name in names
             if all(
-                types.get(f"{name}/{end}", "").endswith(type_suffix)
-                for end, type_suffix in _ACTION_TYPE_SUFFIXES.items()
+                types.get(f"{name}/{last_part}", "").endswith(type_suffix)
+                for last_part, type_suffix in _ACTION_TYPE_SUFFIXES.items()
             )
         ]
     }
@@ -92,9 +92,9 @@ def _action_servers(robot: Robot, _: Mapping[str, str]) -> dict[str, Any]:
 
 SERVICES: Services = {
     "topics": ((), _topics),
-    "topics_and_raw_types": ((), _raw_types),
-    "topics_for_type": (("type",), _of_type),
-    "topic_type": (("topic",), _type),
+    "topics_and_raw_types": ((), _topics_and_raw_types),
+    "topics_for_type": (("type",), _topics_for_type),
+    "topic_type": (("topic",), _topic_type),
     "publishers": (("topic",), _publishers),
     "subscribers": (("topic",), _subscribers),
     "action_servers": ((), _action_servers),

@@ -1,1 +1,1 @@
-"""Reads rviz's display configuration files for the 3D panel."""
+"""Converts rviz's display configuration files to settings of the 3D panel."""

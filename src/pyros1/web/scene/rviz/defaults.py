@@ -1,4 +1,4 @@
-"""rviz's defaults of properties that are not supported here: only different values are reported (pure)."""
+"""rviz's defaults for properties that the panel does not support: only values that differ are reported (pure)."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 INVISIBLE_PROPERTIES = frozenset({"Class", "Name", "Enabled", "Value", "Queue Size", "Unreliable"})
-"""Properties without a visible effect: names, network options, and ``Value``, which is the same as ``Enabled``."""
+"""Properties without a visible effect: names, network options, and ``Value``, which duplicates ``Enabled``."""
 _DEFAULTS: Mapping[str, Any] = {
     "Angle": 0,
     "Background Color": "48; 48; 48",
@@ -59,7 +59,7 @@ _DEFAULTS: Mapping[str, Any] = {
     "Covariance/Orientation/Offset": 1,
     "Covariance/Orientation/Scale": 1,
 }
-_SCALAR_DEFAULTS: Mapping[str, Any] = {  # of displays of one number, which are drawn as balls here
+_SCALAR_DEFAULTS: Mapping[str, Any] = {  # for displays of a single number, which the panel draws as balls
     "Alpha": 1,
     "Autocompute Intensity Bounds": False,
     "Autocompute Value Bounds/Max Value": 10,
@@ -111,12 +111,12 @@ _DEFAULTS_BY_CLASS: Mapping[str, Mapping[str, Any]] = {
 
 
 def differs_from_default(class_name: str, name: str, value: Any) -> bool:
-    """Return whether a property differs from rviz's default.
+    """Return whether a property of an rviz file differs from rviz's default in a visible way.
 
     Args:
         class_name: the class of the object that has the property, without "rviz/".
         name: the property's name; for a nested property, all names joined by ``/``.
-        value: the value in the file.
+        value: the property's value in the file.
     """
     if name in INVISIBLE_PROPERTIES:
         return False

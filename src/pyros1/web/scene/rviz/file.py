@@ -1,7 +1,7 @@
 """Converts rviz's display configuration files to settings of the 3D panel (`page/panels/scene.js`) (pure).
 
-The YAML of a file is untrusted: it is read within limits, and anything not in the form that rviz writes is treated as
-absent.
+A file's YAML is untrusted: it is read within limits, and anything that is not in the form that rviz writes is treated
+as absent.
 """
 
 from __future__ import annotations
@@ -27,19 +27,19 @@ from pyros1.web.scene.rviz.values import (
     point,
     text,
 )
-from pyros1.web.scene.rviz.view import FIXED, view_settings
+from pyros1.web.scene.rviz.view import FIXED_FRAME_NAME, view_settings
 
-MAX_BYTES = 2_000_000
-"""Maximum size of a file, in bytes and in characters."""
+MAX_FILE_SIZE = 2_000_000
+"""Maximum size of a file in bytes, and in characters."""
 _MAX_DISPLAYS = 200
 _MAX_DEPTH = 10
 _MAX_NOTES = 40
 _WINDOW_HEIGHT = 800.0
-"""Height of rviz's window in pixels, if the file does not specify it."""
+"""Height in pixels that rviz's window is assumed to have if the file does not specify it."""
 _AXES_LENGTH = 0.2
-"""Length of TF's axes in metres, at rviz's marker scale 1."""
+"""Length in metres of the axes in rviz's TF display, at a marker scale of 1."""
 _GRID_COLOUR = "#a0a0a4"
-"""rviz's default colour of grids; the page's default depends on its light or dark theme."""
+"""rviz's default colour for grids; the page's default depends on its theme (light or dark)."""
 _BACKGROUND_COLOUR = "#303030"
 """rviz's default background colour; the page's default depends on its theme."""
 _MAX_HIDDEN_PARTS = 200
@@ -48,14 +48,14 @@ _GRID = "grid"
 
 
 class RvizFileError(Error):
-    """A file is not an rviz configuration."""
+    """A file is not an rviz configuration file."""
 
 
 class RvizFile(NamedTuple):
-    """The contents of a file.
+    """The result of converting an rviz file.
 
     Attributes:
-        settings: settings of the 3D panel.
+        settings: the settings of the 3D panel.
         notes: lines for the user about what the panel does not support.
     """
 
@@ -64,17 +64,17 @@ class RvizFile(NamedTuple):
 
 
 def read_rviz(content: str, resolve: Callable[[str], str]) -> RvizFile:
-    """Convert the contents of a file.
+    """Convert an rviz file.
 
     Args:
-        content: the YAML saved by rviz.
+        content: the file's content: YAML saved by rviz.
         resolve: returns the full name of a topic or parameter.
 
     Raises:
-        RvizFileError: the content is not an rviz file; the message, which lacks the file's name, says why.
+        RvizFileError: this is not an rviz file. The error message says why, without the file's name.
     """
-    if len(content) > MAX_BYTES:
-        raise RvizFileError(f"is longer than {MAX_BYTES} characters, which no rviz file is")
+    if len(content) > MAX_FILE_SIZE:
+        raise RvizFileError(f"is longer than {MAX_FILE_SIZE} characters, which no rviz file is")
     try:
         data = load_yaml(content)
     except YamlError as error:
@@ -94,11 +94,11 @@ _PUBLISHING_TOOLS = {
     "SetInitialPose": ("estimate", "/initialpose"),
     "PublishPoint": ("point", "/clicked_point"),
 }
-"""Publishing tools -> their names in the panel, and their default topics."""
+"""Publishing tool in rviz -> its name in the panel, and its default topic."""
 
 
 class _Reader:
-    """Reads one file."""
+    """Converts one file."""
 
     def __init__(self, resolve: Callable[[str], str]) -> None:
         self._resolve = resolve
@@ -128,7 +128,7 @@ class _Reader:
         background = colour(global_options, "Background Color")
         self._note_unsupported(global_options, "Global Options")
         settings = {
-            "fixed": "" if fixed == FIXED else fixed,
+            "fixed": "" if fixed == FIXED_FRAME_NAME else fixed,
             "topics": self._topics,
             "robots": self._robots,
             "options": {key: options for key, options in self._options.items() if options},
@@ -145,7 +145,7 @@ class _Reader:
         return RvizFile(settings, self._notes)
 
     def _displays(self, displays: Any, enabled: bool = True, depth: int = 0) -> Iterator[tuple[Properties, bool]]:
-        """Yield the displays, including those in groups, and whether each is enabled."""
+        """Yield each display, including those in groups, and whether it is enabled."""
         for values in map(mapping_or_empty, list_or_empty(displays)):
             display = Properties(values)
             is_enabled = enabled and boolean(display, "Enabled") is not False
@@ -199,7 +199,7 @@ class _Reader:
         self._note_unsupported(display)
 
     def _note_unsupported(self, values: Properties, name: str = "", ignored: tuple[str, ...] = ()) -> None:
-        """Note the properties that are not supported, unless they have rviz's default values."""
+        """Add a note about the properties that were not read, unless they have rviz's default values."""
         class_name = class_of(values)
         missing = [
             f"{key} {value}" if isinstance(value, str) and value else key
@@ -252,7 +252,7 @@ class _Reader:
         count = number(display, "Plane Cell Count", 1, 200)
         line = mapping_or_empty(display.get("Line Style"))
         offset = display.get("Offset")
-        mapped_choice(display, {FIXED: FIXED}, "Reference Frame")
+        mapped_choice(display, {FIXED_FRAME_NAME: FIXED_FRAME_NAME}, "Reference Frame")
         self._options[_GRID] = drop_none(
             count=None if count is None else int(count),
             cell=number(display, "Cell Size", 0.01, 1000),
@@ -289,7 +289,7 @@ class _Reader:
 
 
 def _hidden_parts(parts: Any) -> list[str] | None:
-    """Return the frames or links that are hidden individually; None if there are none."""
+    """Return the names of frames or links that are hidden individually; None if there are none."""
     hidden = (
         name for name, part in mapping_or_empty(parts).items() if boolean(mapping_or_empty(part), "Value") is False
     )

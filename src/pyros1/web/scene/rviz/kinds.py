@@ -1,4 +1,7 @@
-"""Converts options of rviz's topic displays to those of the panel (`page/lib/scene/displays.js`) (pure)."""
+"""Converts the properties of rviz's topic displays to options of the panel's displays (pure).
+
+The panel's options are defined in `page/lib/scene/displays.js`.
+"""
 
 from __future__ import annotations
 
@@ -35,7 +38,7 @@ _MAX_BOUND = 1e9
 
 
 def _point_options(values: Mapping[Any, Any]) -> Options:
-    """Return the options of displays that draw points."""
+    """Return the options for displays that draw points."""
     transformer = mapped_choice(values, _COLOUR_MODES, "Color Transformer")
     axes = mapping_or_empty(values.get("Autocompute Value Bounds"))
     by_axis = (
@@ -69,7 +72,7 @@ def _point_options(values: Mapping[Any, Any]) -> Options:
         auto=False if has_fixed_bounds else None,
         low=low if has_fixed_bounds else None,
         high=high if has_fixed_bounds else None,
-        **({} if transformer == "axis" else ramp),  # the ramp is for intensities
+        **({} if transformer == "axis" else ramp),  # the colour ramp is only for intensities
         local=None if in_fixed_frame is None else not in_fixed_frame,
         decay=number(values, "Decay Time", 0, 3600),
     )
@@ -78,7 +81,7 @@ def _point_options(values: Mapping[Any, Any]) -> Options:
 _SHAPES = {"Arrow": "arrow", "Axes": "axes", "Arrow (3D)": "arrow", "Arrow (Flat)": "lines"}
 
 
-def _arrows(values: Mapping[Any, Any]) -> Options:
+def _arrow_options(values: Mapping[Any, Any]) -> Options:
     shape_properties = mapping_or_empty(values.get("Shape"))
     shape = (
         mapped_choice(shape_properties, _SHAPES, "Value")
@@ -99,17 +102,17 @@ def _arrows(values: Mapping[Any, Any]) -> Options:
     )
 
 
-def _arrow_array(values: Mapping[Any, Any]) -> Options:
+def _arrow_array_options(values: Mapping[Any, Any]) -> Options:
     shape = mapped_choice(values, _SHAPES, "Shape")
     lines = None if shape is None else shape == "lines"
-    return {**_arrows(values), **drop_none(lines=lines, arrow=number(values, "Arrow Length", 0, 1000))}
+    return {**_arrow_options(values), **drop_none(lines=lines, arrow=number(values, "Arrow Length", 0, 1000))}
 
 
-def _covariance(values: Mapping[Any, Any]) -> Options:
+def _covariance_options(values: Mapping[Any, Any]) -> Options:
     covariance = mapping_or_empty(values.get("Covariance"))
     place, turn = mapping_or_empty(covariance.get("Position")), mapping_or_empty(covariance.get("Orientation"))
     return {
-        **_arrows(values),
+        **_arrow_options(values),
         **drop_none(
             covariance=boolean(covariance, "Value"),
             place=boolean(place, "Value"),
@@ -123,22 +126,22 @@ def _covariance(values: Mapping[Any, Any]) -> Options:
     }
 
 
-def _odometry(values: Mapping[Any, Any]) -> Options:
+def _odometry_options(values: Mapping[Any, Any]) -> Options:
     keep = number(values, "Keep", 0, _MAX_KEPT_MESSAGES)
     return {
-        **_covariance(values),
+        **_covariance_options(values),
         **drop_none(
-            keep=_MAX_KEPT_MESSAGES if keep == 0 else keep,  # 0 means all
+            keep=_MAX_KEPT_MESSAGES if keep == 0 else keep,  # 0 means that all messages are kept
             step=number(values, "Position Tolerance", 0, 1000),
             angle=number(values, "Angle Tolerance", 0, 7),
         ),
     }
 
 
-def _path(values: Mapping[Any, Any]) -> Options:
+def _path_options(values: Mapping[Any, Any]) -> Options:
     offset = values.get("Offset")
     return {
-        **_with_history(values),
+        **_history_options(values),
         **drop_none(
             line=mapped_choice(values, {"Lines": "pixel", "Billboards": "metres"}, "Line Style"),
             width=number(values, "Line Width", 0, 1000),
@@ -155,7 +158,7 @@ def _path(values: Mapping[Any, Any]) -> Options:
     }
 
 
-def _map(values: Mapping[Any, Any]) -> Options:
+def _map_options(values: Mapping[Any, Any]) -> Options:
     return drop_none(
         alpha=number(values, "Alpha", 0, 1),
         scheme=mapped_choice(values, {name: name for name in ("map", "costmap", "raw")}, "Color Scheme"),
@@ -163,28 +166,28 @@ def _map(values: Mapping[Any, Any]) -> Options:
     )
 
 
-def _colour_and_alpha(values: Mapping[Any, Any]) -> Options:
+def _colour_options(values: Mapping[Any, Any]) -> Options:
     return drop_none(tint=colour(values), alpha=number(values, "Alpha", 0, 1))
 
 
-def _box(values: Mapping[Any, Any]) -> Options:
+def _box_options(values: Mapping[Any, Any]) -> Options:
     return drop_none(tint=colour(values))
 
 
-def _with_history(values: Mapping[Any, Any]) -> Options:
+def _history_options(values: Mapping[Any, Any]) -> Options:
     lengths = [number(values, key, 1, _MAX_KEPT_MESSAGES) for key in ("Buffer Length", "History Length")]
     keep = next((length for length in lengths if length is not None), None)
-    return {**_colour_and_alpha(values), **drop_none(keep=keep)}
+    return {**_colour_options(values), **drop_none(keep=keep)}
 
 
-def _point_stamped(values: Mapping[Any, Any]) -> Options:
-    return {**_with_history(values), **drop_none(radius=number(values, "Radius", 0, 1000))}
+def _point_stamped_options(values: Mapping[Any, Any]) -> Options:
+    return {**_history_options(values), **drop_none(radius=number(values, "Radius", 0, 1000))}
 
 
-def _twist_and_wrench(values: Mapping[Any, Any]) -> Options:
+def _arrow_pair_options(values: Mapping[Any, Any]) -> Options:
     linear, angular = ("Force", "Torque") if "Force Arrow Scale" in values else ("Linear", "Angular")
     return {
-        **_with_history(values),
+        **_history_options(values),
         **drop_none(
             scale=number(values, f"{linear} Arrow Scale", 0.001, 1000),
             scaleAround=number(values, f"{angular} Arrow Scale", 0.001, 1000),
@@ -196,7 +199,7 @@ def _twist_and_wrench(values: Mapping[Any, Any]) -> Options:
     }
 
 
-def _camera(values: Mapping[Any, Any]) -> Options:
+def _camera_options(values: Mapping[Any, Any]) -> Options:
     rendering = ("background", "overlay", "background and overlay")
     image_rendering = mapped_choice(values, {name: name for name in rendering}, "Image Rendering")
     overlay_alpha = number(values, "Overlay Alpha", 0, 1)
@@ -207,7 +210,7 @@ def _camera(values: Mapping[Any, Any]) -> Options:
     )
 
 
-def _namespaces(values: Mapping[Any, Any]) -> Options:
+def _namespace_options(values: Mapping[Any, Any]) -> Options:
     namespaces = mapping_or_empty(values.get("Namespaces"))
     return {
         f"ns:{name}": value
@@ -216,7 +219,7 @@ def _namespaces(values: Mapping[Any, Any]) -> Options:
     }
 
 
-def _effort(values: Mapping[Any, Any]) -> Options:
+def _effort_options(values: Mapping[Any, Any]) -> Options:
     return drop_none(
         alpha=number(values, "Alpha", 0, 1),
         scale=number(values, "Scale", 0.01, 100),
@@ -224,7 +227,7 @@ def _effort(values: Mapping[Any, Any]) -> Options:
     )
 
 
-def _interactive_markers(values: Mapping[Any, Any]) -> Options:
+def _interactive_marker_options(values: Mapping[Any, Any]) -> Options:
     return drop_none(names=boolean(values, "Show Descriptions"))
 
 
@@ -233,13 +236,13 @@ def _no_options(values: Mapping[Any, Any]) -> Options:
 
 
 class Kind(NamedTuple):
-    """A class of rviz's topic displays.
+    """How a class of rviz's topic displays is converted.
 
     Attributes:
-        options: returns the panel's options for a display.
-        topics: names of the properties that may contain the topic; the first existing one is used.
+        options: converts a display's properties to the panel's options.
+        topics: names of the properties that may contain the topic; the first that exists is used.
         prefix: prefix of the topic in the display's key (`page/lib/scene/display_kinds.js`).
-        shows_images: whether the display shows images, which may also be available compressed on another topic.
+        shows_images: whether the display shows images, which may also be published compressed, on another topic.
     """
 
     options: Callable[[Mapping[Any, Any]], Options] = _no_options
@@ -251,34 +254,34 @@ class Kind(NamedTuple):
 _IMAGE_TOPIC_KEYS = ("Image Topic", "Topic")
 _MARKER_TOPIC_KEYS = ("Marker Topic", "Topic")
 KINDS: Mapping[str, Kind] = {
-    "AccelStamped": Kind(_twist_and_wrench),
-    "Camera": Kind(_camera, _IMAGE_TOPIC_KEYS, "camera:", shows_images=True),
+    "AccelStamped": Kind(_arrow_pair_options),
+    "Camera": Kind(_camera_options, _IMAGE_TOPIC_KEYS, "camera:", shows_images=True),
     "DepthCloud": Kind(_point_options, ("Depth Map Topic",), "depth:"),
-    "Effort": Kind(_effort),
+    "Effort": Kind(_effort_options),
     "FluidPressure": Kind(),
-    "GridCells": Kind(_colour_and_alpha),
+    "GridCells": Kind(_colour_options),
     "Illuminance": Kind(),
     "Image": Kind(_no_options, _IMAGE_TOPIC_KEYS, shows_images=True),
-    "Imu": Kind(_box),
-    "InteractiveMarkers": Kind(_interactive_markers, ("Update Topic",)),
+    "Imu": Kind(_box_options),
+    "InteractiveMarkers": Kind(_interactive_marker_options, ("Update Topic",)),
     "LaserScan": Kind(_point_options),
-    "Map": Kind(_map),
-    "Marker": Kind(_namespaces, _MARKER_TOPIC_KEYS),
-    "MarkerArray": Kind(_namespaces, _MARKER_TOPIC_KEYS),
-    "Odometry": Kind(_odometry),
-    "Path": Kind(_path),
+    "Map": Kind(_map_options),
+    "Marker": Kind(_namespace_options, _MARKER_TOPIC_KEYS),
+    "MarkerArray": Kind(_namespace_options, _MARKER_TOPIC_KEYS),
+    "Odometry": Kind(_odometry_options),
+    "Path": Kind(_path_options),
     "PointCloud": Kind(_point_options),
     "PointCloud2": Kind(_point_options),
-    "PointStamped": Kind(_point_stamped),
-    "Polygon": Kind(_colour_and_alpha),
-    "Pose": Kind(_arrows),
-    "PoseArray": Kind(_arrow_array),
-    "PoseWithCovariance": Kind(_covariance),
-    "Range": Kind(_with_history),
+    "PointStamped": Kind(_point_stamped_options),
+    "Polygon": Kind(_colour_options),
+    "Pose": Kind(_arrow_options),
+    "PoseArray": Kind(_arrow_array_options),
+    "PoseWithCovariance": Kind(_covariance_options),
+    "Range": Kind(_history_options),
     "RelativeHumidity": Kind(),
     "Temperature": Kind(),
-    "TwistStamped": Kind(_twist_and_wrench),
-    "Wrench": Kind(_twist_and_wrench),
-    "WrenchStamped": Kind(_twist_and_wrench),
+    "TwistStamped": Kind(_arrow_pair_options),
+    "Wrench": Kind(_arrow_pair_options),
+    "WrenchStamped": Kind(_arrow_pair_options),
 }
-"""rviz's topic displays, by the last part of their class."""
+"""Last part of the class of an rviz topic display -> how the display is converted."""

@@ -1,4 +1,4 @@
-"""Reads values in rviz's files. They are untrusted: anything that rviz would not write is treated as absent (pure)."""
+"""Reads values from rviz files. Files are untrusted: anything that rviz would not write is treated as absent (pure)."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 MAX_NAME_LENGTH = 200
-"""Maximum length of names and topics; longer ones are treated as absent."""
+"""Maximum length of names and topics; longer names are treated as absent."""
 
 
 class Properties(Mapping[Any, Any]):
-    """A mapping of properties that keeps track of those that were read, so that the unread ones can be reported."""
+    """A mapping of properties that remembers which were read: the others are reported as not supported."""
 
     def __init__(self, values: Mapping[Any, Any]) -> None:
         self._values = values
@@ -35,7 +35,9 @@ class Properties(Mapping[Any, Any]):
         self._used_keys.discard(key)
 
     def unread(self) -> Iterator[tuple[str, Any]]:
-        """Yield the names and values of unread properties; names of nested ones are like ``Line Style/Value``."""
+        """Yield the names and values of unread properties. Nested properties have names such as ``Line
+        Style/Value``.
+        """
         for key, value in self._values.items():
             if isinstance(value, dict):
                 for name, child in self._nested.get(key, Properties(value)).unread():
@@ -55,7 +57,7 @@ def list_or_empty(value: Any) -> Sequence[Any]:
 
 
 def text(values: Mapping[Any, Any], *keys: str) -> str:
-    """Return the first of several properties that is a string or an integer, as a string; empty if none is."""
+    """Return, as a string, the first of several properties that is a string or an integer; empty if none is."""
     for key in keys:
         value = values.get(key)
         if isinstance(value, (str, int)) and not isinstance(value, bool) and 0 < len(str(value)) <= MAX_NAME_LENGTH:
@@ -64,7 +66,7 @@ def text(values: Mapping[Any, Any], *keys: str) -> str:
 
 
 def number(values: Mapping[Any, Any], key: str, minimum: float, maximum: float) -> float | None:
-    """Return a numeric property, clipped to a range; None if it is not a number."""
+    """Return a property that is a number, limited to a range; None if it is not a number."""
     value = values.get(key)
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not abs(value) < 1e9:
         return None
@@ -72,7 +74,7 @@ def number(values: Mapping[Any, Any], key: str, minimum: float, maximum: float) 
 
 
 def mapped_choice(values: Mapping[Any, Any], choices: Mapping[str, Any], key: str) -> Any:
-    """Return the panel's value for a choice; None if it is absent or not supported."""
+    """Return the panel's value for a property that is one of several choices; None if it is absent or not supported."""
     choice = text(values, key)
     if choice and choice not in choices and isinstance(values, Properties):
         values.forget(key)
@@ -80,18 +82,18 @@ def mapped_choice(values: Mapping[Any, Any], choices: Mapping[str, Any], key: st
 
 
 def boolean(values: Mapping[Any, Any], key: str) -> bool | None:
-    """Return a boolean property; None if it is not a boolean."""
+    """Return a property that is a boolean; None if it is not a boolean."""
     value = values.get(key)
     return value if isinstance(value, bool) else None
 
 
 def point(values: Any) -> list[float]:
-    """Return the properties X, Y and Z, with 0 for absent ones."""
+    """Return the properties X, Y and Z, with 0 for each that is absent."""
     return [number(mapping_or_empty(values), axis, -1e6, 1e6) or 0.0 for axis in "XYZ"]
 
 
 def colour(values: Mapping[Any, Any], key: str = "Color") -> str | None:
-    """Return a colour as ``#rrggbb``; rviz writes ``25; 255; 0``."""
+    """Return a colour, which rviz writes like ``25; 255; 0``, as ``#rrggbb``; None if it is absent."""
     parts = str(values.get(key, ""))[:20].split(";")
     try:
         numbers = [int(part) for part in parts]
@@ -108,5 +110,5 @@ def drop_none(**options: Any) -> dict[str, Any]:
 
 
 def class_of(values: Mapping[Any, Any]) -> str:
-    """Return the last part of a class: ``LaserScan`` of ``rviz/LaserScan``."""
+    """Return the last part of an object's class: ``LaserScan`` for ``rviz/LaserScan``; empty if it is absent."""
     return text(values, "Class").rpartition("/")[2]

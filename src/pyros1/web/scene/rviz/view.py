@@ -1,4 +1,4 @@
-"""Converts rviz's views to those of the panel (`page/lib/scene/stage.js`) (pure)."""
+"""Converts rviz's views to the panel's views, which `page/lib/scene/stage.js` defines (pure)."""
 
 from __future__ import annotations
 
@@ -9,27 +9,28 @@ from typing import Any
 from pyros1.ground.terminal_text import one_line
 from pyros1.web.scene.rviz.values import class_of, number, point, text
 
-FIXED = "<Fixed Frame>"
-"""rviz's name for the fixed frame."""
+FIXED_FRAME_NAME = "<Fixed Frame>"
+"""The name that stands for the fixed frame in rviz files."""
 _ORBIT_VIEWS = {"Orbit": "orbit", "XYOrbit": "ground", "ThirdPersonFollower": "third"}
 _FLAT_HEIGHT = 16.0
-"""Height of the flat view in metres, as in stage.js."""
+"""Height in metres that the flat view shows, as in stage.js."""
 _FLAT_DISTANCE = 100.0
 _EYE_OFFSET = 0.05
-"""Offset of the flat view's eye from the centre in metres, which determines the upward direction."""
+"""Offset in metres of the flat view's eye from the centre; its direction determines which direction is up."""
 _DEFAULT_SCALE = 50.0
 
 
 def view_settings(view: Mapping[Any, Any], height: float) -> tuple[dict[str, Any], str]:
-    """Return the settings ``view`` and ``target``, if the file has them, and a note about unsupported settings.
+    """Return the panel's settings ``view`` and ``target``, if the file has them, and a note if the view is not
+    supported.
 
     Args:
-        view: the current view.
+        view: the properties of rviz's current view.
         height: height of rviz's window in pixels.
     """
     class_name = class_of(view)
     frame = text(view, "Target Frame").lstrip("/")
-    target = {"target": frame} if frame not in ("", FIXED) else {}
+    target = {"target": frame} if frame not in ("", FIXED_FRAME_NAME) else {}
     if class_name == "FrameAligned":
         return {"view": {"name": "frame"}, **target}, ""
     pitch, yaw = (number(view, key, -1e3, 1e3) or 0.0 for key in ("Pitch", "Yaw"))

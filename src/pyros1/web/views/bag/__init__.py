@@ -1,1 +1,1 @@
-"""Views of bags."""
+"""Views of bags: contents, messages, pictures, plots, playback and recording."""

@@ -1,4 +1,4 @@
-"""The messages of a bag at a point in time."""
+"""Shows a bag's messages at a point in time."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ from pyros1.web.views.message import tree
 from pyros1.web.views.view import number_arg
 
 _MAX_TOPICS = 8
-_MAX_SECONDS = 4.29e9  # the sum of two such times in nanoseconds fits into 64 bits
+_MAX_SECONDS = 4.29e9  # the sum of two such times in nanoseconds fits in 64 bits
 
 
 class BagCursorView(BagView):
-    """The last message of each topic at or before a time, as if all topics were latched.
+    """The last message on each topic at or before a time, as if all topics were latched.
 
     Args (of the page):
         path: path of an open bag.
         time: the time in seconds since the bag's start.
         topics: the names of the topics.
 
-    Pushes ``{"time", "messages": {TOPIC: {"time", "type", "publisher", "value", "problem"}}}``; see `MessageView` for
-    the value. Topics without a message so far are omitted.
+    Pushes ``{"time", "messages": {TOPIC: {"time", "type", "publisher", "value", "problem"}}}``; the value is a tree,
+    see `MessageView`. Topics without a message until then are omitted.
     """
 
     def change(self, args: Mapping[str, Any]) -> None:
@@ -38,9 +38,9 @@ class BagCursorView(BagView):
             return None
         time, names = request
         messages = {}
-        for name in names:  # one by one, since a topic whose messages cannot be read must not affect the others
+        for name in names:  # one by one, so that a topic whose messages cannot be read does not affect the others
             try:
-                for topic, item in self.bag.at(time, [name]).items():
+                for topic, item in self.bag.messages_at(time, [name]).items():
                     messages[topic] = {
                         "time": self.bag.seconds(item.time.to_nsec()),
                         "type": untrusted(item.connection.type),

@@ -1,4 +1,4 @@
-"""Opens a bag and describes its contents."""
+"""Opens a bag, and shows what it contains."""
 
 from __future__ import annotations
 
@@ -24,19 +24,19 @@ class _ViewClosedError(Error):
 
 
 class BagFileView(View):
-    """The contents of a bag, which stays open while this or another view of the bag exists.
+    """The description of a bag's contents. The bag stays open while this or another view of it exists.
 
     Args (of the page):
-        path: path of the file.
+        path: path of the bag.
 
-    Pushes ``{"reading": bytes, "size": bytes}`` while a bag without an index is scanned; then ``{"problem": TEXT}``, or
-    the result of `pyros1.web.bags.open_bag.OpenBag.describe`.
+    Pushes ``{"reading": bytes, "size": bytes}`` while a bag without an index is scanned, and then ``{"problem":
+    TEXT}``, or the result of `pyros1.web.bags.open_bag.OpenBag.describe`.
     """
 
     def __init__(self, robot: Robot, args: Mapping[str, Any], wake: Callable[[], object]) -> None:
         super().__init__(robot, args, wake)
         self._path = string_arg(args, "path")
-        self._size = robot.bags.bag_folders.file(self._path).stat().st_size
+        self._size = robot.bags.bag_folders.find_file(self._path).stat().st_size
         self._bag: OpenBag | None = None
         self._pending_push: dict[str, Any] | None = None
         self._reported_at = monotonic()
@@ -89,10 +89,10 @@ class BagFileView(View):
 
 
 class BagView(View):
-    """The base class of all views of an open bag.
+    """Base class of the views of an open bag.
 
     Args (of the page):
-        path: path of the file, which a `BagFileView` has opened.
+        path: path of a bag that a `BagFileView` has opened.
     """
 
     def __init__(self, robot: Robot, args: Mapping[str, Any], wake: Callable[[], object]) -> None:
@@ -110,10 +110,10 @@ class BagView(View):
 
 
 def topics_arg(args: Mapping[str, Any], max_topics: int) -> list[str]:
-    """Return an argument that is a list of topics.
+    """Return the argument ``topics``, a list of topics' names.
 
     Raises:
-        RequestError: the argument is not a list of topics, or is too long.
+        RequestError: the argument is not a list of strings, or is too long.
     """
     topics = args.get("topics", [])
     if not isinstance(topics, list) or len(topics) > max_topics or not all(isinstance(name, str) for name in topics):

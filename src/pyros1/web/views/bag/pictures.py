@@ -1,4 +1,4 @@
-"""Thumbnails of a bag's images."""
+"""Shows thumbnails of a bag's images."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 
 from pyros1.ground.errors import Error
 from pyros1.ground.terminal_text import untrusted
-from pyros1.web.bags.open_bag import IMAGES
+from pyros1.web.bags.open_bag import IMAGE_TYPES
 from pyros1.web.bags.pictures import thumbnail
 from pyros1.web.server.wire import Push, RequestError
 from pyros1.web.views.bag.file import BagView
@@ -17,20 +17,20 @@ from pyros1.web.views.view import number_arg, string_arg
 MAX_PICTURES = 64
 """Maximum number of pictures per request."""
 MAX_HEIGHT = 720
-_MAX_SECONDS = 4.29e9  # the sum of two such times in nanoseconds fits into 64 bits
+_MAX_SECONDS = 4.29e9  # the sum of two such times in nanoseconds fits in 64 bits
 
 
 class BagPicturesView(BagView):
-    """Thumbnails of a topic's images at several times, one after the other.
+    """Thumbnails of the images on a topic at several times, pushed one by one.
 
     Args (of the page):
         path: path of an open bag.
-        topic: the name of a topic with images.
-        times: times in seconds since the bag's start; for each, the last image at or before it is displayed.
-        height: maximum height of the pictures in pixels; smaller images are not scaled.
+        topic: name of a topic with images.
+        times: times in seconds since the bag's start; for each, the last image at or before this time is displayed.
+        height: maximum height of the thumbnails in pixels; smaller images are not scaled.
 
-    Pushes ``{"topic", "wanted", "time", "width", "height", "problem"}`` with the picture as JPEG; empty if there
-    is a problem, or no image yet.
+    Pushes ``{"topic", "wanted", "time", "width", "height", "problem"}`` with the thumbnail as a JPEG file, which is
+    empty if there is a problem, or no image at or before the time.
     """
 
     polls_periodically = True
@@ -38,7 +38,7 @@ class BagPicturesView(BagView):
     def change(self, args: Mapping[str, Any]) -> None:
         name = string_arg(args, "topic")
         bag_topic = self.bag.topic(name)
-        if bag_topic is None or bag_topic.type not in IMAGES:
+        if bag_topic is None or bag_topic.type not in IMAGE_TYPES:
             raise RequestError(f"{untrusted(name[:200])} has no images")
         times = args.get("times", [])
         if not isinstance(times, list) or len(times) > MAX_PICTURES:
@@ -64,7 +64,7 @@ class BagPicturesView(BagView):
             "problem": "",
         }
         try:
-            for item in self.bag.at(requested_time, [self._topic]).values():
+            for item in self.bag.messages_at(requested_time, [self._topic]).values():
                 data, width, height = thumbnail(item.message, self._height)
                 time = self.bag.seconds(item.time.to_nsec())
                 return Push({**description, "time": time, "width": width, "height": height}, data)

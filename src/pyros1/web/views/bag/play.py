@@ -1,4 +1,4 @@
-"""Publishes a bag's messages in the running ROS system while a page displays the playback."""
+"""Plays a bag in the running ROS system while a page displays the playback."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from pyros1.web.robot import Robot
 
 MIN_SPEED, MAX_SPEED = 0.01, 100.0
-_MAX_SECONDS = 4.29e9  # the sum of two such times in nanoseconds fits into 64 bits
+_MAX_SECONDS = 4.29e9  # the sum of two such times in nanoseconds fits in 64 bits
 
 
 class BagPlayView(BagView):
@@ -25,9 +25,9 @@ class BagPlayView(BagView):
         path: path of an open bag.
         rate: the speed factor; 2 plays twice as fast as recorded.
         loop, paused, clock: see `pyros1.web.bags.playback.PlaybackSettings`.
-        topics: the topics to publish; all if absent.
-        start: where to start or continue, in seconds since the bag's start. If absent, playback continues from
-            its current position.
+        topics: names of the topics to publish; all topics if absent.
+        start: where to start, or to continue after a change, in seconds since the bag's start. If absent, playback
+            continues from its current position.
 
     Pushes the result of `pyros1.web.bags.playback.Playback.status`.
     """

@@ -1,4 +1,4 @@
-"""Plots of recorded numbers over the time of a bag."""
+"""Plots recorded numbers over a bag's time."""
 
 from __future__ import annotations
 
@@ -21,31 +21,31 @@ if TYPE_CHECKING:
 
 MAX_CURVES = 16
 MAX_LINES = 64
-"""Maximum number of lines; each element of an array is a line of its own."""
+"""Maximum number of lines in a plot; each element of an array has its own line."""
 _NUM_PARTS = 800
-"""Number of parts of the time range, in each of which up to four points of a line are kept."""
-_BATCH_SIZE = 200
+"""Number of parts of the time range; in each, up to four points per line are kept."""
+_BATCH_MESSAGES = 200
 _POLL_PERIOD = 0.3
-"""Seconds between two pushes of partial results, and between checks whether to stop waiting."""
-_MAX_SECONDS = 4.29e9  # the sum of two such times in nanoseconds fits into 64 bits
+"""Seconds between pushes of partial results, and between checks of whether to stop waiting."""
+_MAX_SECONDS = 4.29e9  # the sum of two such times in nanoseconds fits in 64 bits
 
 
 class BagPlotView(BagView):
-    """Curves of recorded numbers. A thread reads the bag, and partial results are displayed meanwhile.
+    """Curves of recorded numbers. While a thread reads the bag, partial results are displayed.
 
     Args (of the page):
         path: path of an open bag.
         curves: a list of ``{"id": N, "text": TEXT}``; see `pyros1.web.transforms.curves.Curve`.
         begin, end: the time range, in seconds since the bag's start.
 
-    Pushes ``{"begin", "end", "progress": 0..1, "curves": [{"id", "part", "count"}, ...], "problems": {ID: TEXT}}`` with
-    all points, like `PlotView`. Progress is 1 when everything has been read.
+    Pushes ``{"begin", "end", "progress": 0..1, "curves": [{"id", "part", "count"}, ...], "problems": {ID: TEXT}}``,
+    each time with all points so far, in the form described at `PlotView`. Progress is 1 when everything has been read.
     """
 
     period = _POLL_PERIOD
 
     def __init__(self, robot: Robot, args: Mapping[str, Any], wake: Callable[[], object]) -> None:
-        self._job: _Job | None = None
+        self._job: _ReadJob | None = None
         super().__init__(robot, args, wake)
 
     def change(self, args: Mapping[str, Any]) -> None:
@@ -54,8 +54,8 @@ class BagPlotView(BagView):
         end = number_arg(args, "end", -_MAX_SECONDS, _MAX_SECONDS, self.bag.length)
         if self._job is not None:
             self._job.stop()
-            self._job.join()  # this may take as long as reading a chunk
-        self._job = _Job(self.bag, curves, begin, max(end, begin + 1e-6), self.robot.bags.jobs, self.wake)
+            self._job.join()  # this may take as long as it takes to read a chunk
+        self._job = _ReadJob(self.bag, curves, begin, max(end, begin + 1e-6), self.robot.bags.read_slots, self.wake)
 
     def poll(self) -> Push | None:
         return self._job.poll() if self._job is not None else None
@@ -67,8 +67,8 @@ class BagPlotView(BagView):
         super().close()
 
 
-class _Job:
-    """Reads a bag once, in a thread."""
+class _ReadJob:
+    """Reads the curves' points from a bag once, in a thread."""
 
     def __init__(
         self,
@@ -76,10 +76,10 @@ class _Job:
         curve_texts: dict[int, str],
         begin: float,
         end: float,
-        slots: threading.BoundedSemaphore,
+        read_slots: threading.BoundedSemaphore,
         wake: Callable[[], object],
     ) -> None:
-        self._bag, self._begin, self._end, self._slots, self._wake = bag, begin, end, slots, wake
+        self._bag, self._begin, self._end, self._read_slots, self._wake = bag, begin, end, read_slots, wake
         self._problems: dict[int, str] = {}
         self._curves: dict[str, list[tuple[int, Curve]]] = {}
         self._lines: dict[tuple[int, int], Envelope] = {}
@@ -129,7 +129,7 @@ class _Job:
         return Push(data, blob.tobytes())
 
     def _run(self) -> None:
-        while not self._slots.acquire(timeout=_POLL_PERIOD):
+        while not self._read_slots.acquire(timeout=_POLL_PERIOD):
             if self._stop_requested.is_set():
                 return
         try:
@@ -141,7 +141,7 @@ class _Job:
                     dict.fromkeys((curve_id for curves in self._curves.values() for curve_id, _ in curves), str(error))
                 )
         finally:
-            self._slots.release()
+            self._read_slots.release()
         with self._lock:
             self._progress = 1.0
         self._wake()
@@ -151,23 +151,23 @@ class _Job:
         first, last = bag.nanoseconds(self._begin), bag.nanoseconds(self._end)
         span = max(1, min(last, bag.end) - max(first, bag.begin))
         messages = reader.messages(reader.ids(list(self._curves)), max(0, first), last)
-        for count, stored in enumerate(messages, 1):
+        for count, stored_message in enumerate(messages, 1):
             if self._stop_requested.is_set():
                 return
-            message = bag.bag.decode(stored)
-            for _, curve in self._curves.get(stored.connection.topic, ()):
-                curve.add(message, bag.seconds(stored.time))
-            if count % _BATCH_SIZE == 0:
+            message = bag.bag.decode(stored_message)
+            for _, curve in self._curves.get(stored_message.connection.topic, ()):
+                curve.add(message, bag.seconds(stored_message.time))
+            if count % _BATCH_MESSAGES == 0:
                 self._collect_points()
                 with self._lock:
-                    self._progress = min(0.999, (stored.time - max(first, bag.begin)) / span)
+                    self._progress = min(0.999, (stored_message.time - max(first, bag.begin)) / span)
                 self._wake()
         self._collect_points()
 
     def _collect_points(self) -> None:
         with self._lock:
             for curve_id, curve in (pair for curves in self._curves.values() for pair in curves):
-                for part, (times, values) in curve.take(_BATCH_SIZE).items():
+                for part, (times, values) in curve.take(_BATCH_MESSAGES).items():
                     line = self._get_line(curve_id, part)
                     if line is None:
                         curve.problem = f"more than {MAX_LINES} lines: choose some elements, as in [0:3]"

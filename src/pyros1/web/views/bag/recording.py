@@ -1,4 +1,4 @@
-"""The state of the current or last recording."""
+"""Shows the state of the current or last recording."""
 
 from __future__ import annotations
 
@@ -11,7 +11,8 @@ from pyros1.web.views.view import View
 class BagRecordingView(View):
     """The state of the current or last recording.
 
-    Pushes ``{"recording": STATUS}``; see `pyros1.web.bags.recording.Recording.status`, or null if there was none.
+    Pushes ``{"recording": STATUS}`` whenever it changes. STATUS is described at
+    `pyros1.web.bags.recording.Recording.status`; it is null if there was no recording.
     """
 
     period = 0.5

@@ -1,4 +1,4 @@
-"""The number of a bag's messages over time."""
+"""Shows how a bag's messages are distributed over time."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from pyros1.web.views.view import number_arg
 
 _MAX_ROWS = 200
 _MAX_COLUMNS = 4_000
-_MAX_SECONDS = 4.29e9  # the sum of two such times in nanoseconds fits into 64 bits
+_MAX_SECONDS = 4.29e9  # the sum of two such times in nanoseconds fits in 64 bits
 
 
 class BagTimelineView(BagView):
@@ -19,13 +19,13 @@ class BagTimelineView(BagView):
 
     Args (of the page):
         path: path of an open bag.
-        begin, end: the times of both edges, in seconds since the bag's start.
+        begin, end: the times at the left and right edge, in seconds since the bag's start.
         columns: number of columns.
-        topics: the topics of the rows.
+        topics: the names of the rows' topics.
 
-    Pushes ``{"begin", "end", "columns", "topics", "exact"}`` with a float32 for each column of each row: the number
-    of messages. If "exact", each message is counted at most one column away from its own; otherwise, some may be
-    further away.
+    Pushes ``{"begin", "end", "columns", "topics", "exact"}`` with the number of messages in each column of each row, as
+    float32. If "exact" is true, each message is counted at most one column away from its own; otherwise, some messages
+    may be counted further away.
     """
 
     def change(self, args: Mapping[str, Any]) -> None:

@@ -1,1 +1,1 @@
-"""Views of the 3D scene."""
+"""Views for the 3D scene: frames, messages, cameras, depth images and interactive markers."""

@@ -1,4 +1,4 @@
-"""The pictures and the pose of a camera."""
+"""Shows a camera's pictures in a 3D scene, with the camera's pose."""
 
 from __future__ import annotations
 
@@ -10,26 +10,26 @@ from typing import TYPE_CHECKING, Any
 
 from pyros1.ground.errors import MessageError
 from pyros1.web.hub import Arrival
-from pyros1.web.scene.camera import Camera, info_topic, pinhole
+from pyros1.web.scene.camera import Camera, camera_info_topic, pinhole
 from pyros1.web.scene.shape import ShapeError
 from pyros1.web.server.wire import Push
-from pyros1.web.views.image import COMPRESSED, check_picture, picture
+from pyros1.web.views.image import COMPRESSED_TYPE, check_picture, picture
 from pyros1.web.views.view import View, string_arg
 
 if TYPE_CHECKING:
     from pyros1.web.robot import Robot
 
-_CAMERA_INFO = "sensor_msgs/CameraInfo"
+_CAMERA_INFO_TYPE = "sensor_msgs/CameraInfo"
 _STAMP_SIZE = 12
-"""Number of bytes at the beginning of a message that differ if the message is repeated: sequence number and stamp."""
+"""Number of bytes at the start of a message that differ even if it is repeated: sequence number and stamp."""
 
 
 class CameraView(View):
-    """The newest picture of a topic with its camera; the base class of camera views.
+    """The newest picture on a topic, with its camera: base class of the views of cameras.
 
     Args (of the page):
         topic: the full name of a topic with pictures.
-        info: the full name of the CameraInfo topic; empty for the one in the same namespace.
+        info: the full name of the CameraInfo topic; empty for the topic ``camera_info`` in the same namespace.
         fixed: the frame in which the camera's pose is expressed.
     """
 
@@ -42,7 +42,7 @@ class CameraView(View):
         self._unsubscribers: dict[str, Callable[[], None]] = {"world": robot.world.watch(lambda: None)}
         self._newest: Arrival | None = None
         self._info: Arrival | None = None
-        self._info_topic = ""  # the subscribed CameraInfo topic
+        self._info_topic = ""  # the CameraInfo topic to which the view has subscribed
         self.revision = 0
         """Increment this to call `render` again with the same picture."""
         self._last_pushed: tuple[Arrival, Arrival | None, int] | None = None
@@ -54,7 +54,7 @@ class CameraView(View):
             raise
 
     @property
-    def polls_periodically(self) -> bool:  # type: ignore[override]  # frames may arrive late
+    def polls_periodically(self) -> bool:  # type: ignore[override]  # transforms may arrive late
         """Whether to call `poll` even if no message has arrived."""
         return self._pose_unknown
 
@@ -64,7 +64,7 @@ class CameraView(View):
         if arrival is None:
             return None
         check_picture(arrival)
-        self._subscribe_to_info(_type_name(arrival) == COMPRESSED)
+        self._subscribe_to_info(_type_name(arrival) == COMPRESSED_TYPE)
         with self._lock:
             current = (arrival, self._info, self.revision)
         header = arrival.checked_message.header  # type: ignore[attr-defined]
@@ -77,12 +77,12 @@ class CameraView(View):
 
     @abstractmethod
     def render(self, arrival: Arrival, camera: Camera | None, reason: str) -> tuple[dict[str, Any], bytes]:
-        """Return the data and bytes to push for a picture.
+        """Return the data and the bytes to push for a picture.
 
         Args:
             arrival: the picture.
-            camera: the picture's camera; None if unknown.
-            reason: why the camera is unknown.
+            camera: the camera that took the picture; None if it is unknown.
+            reason: why the camera is unknown; empty if it is known.
 
         Raises:
             RequestError: the picture cannot be displayed.
@@ -99,13 +99,13 @@ class CameraView(View):
         self._unsubscribers = {}
 
     def listen(self, name: str, topic: str, listener: Callable[[Arrival], object]) -> None:
-        """Listen to a topic instead of the previous topic under this name; if `topic` is empty, to none."""
+        """Listen to a topic, in place of the previous topic under the same name; if `topic` is empty, to none."""
         self._unsubscribers.pop(name, lambda: None)()
         if topic:
             self._unsubscribers[name] = self.robot.listen(topic, listener)
 
     def _subscribe_to_info(self, compressed: bool) -> None:
-        topic = self._requested_info_topic or info_topic(self._topic, compressed)
+        topic = self._requested_info_topic or camera_info_topic(self._topic, compressed)
         if topic == self._info_topic:
             return
         with self._lock:
@@ -116,8 +116,8 @@ class CameraView(View):
     def _read_camera(self, info: Arrival | None) -> tuple[Camera | None, str]:
         if info is None:
             return None, f"no CameraInfo has been received on {self._info_topic}"
-        if _type_name(info) != _CAMERA_INFO:
-            return None, f"the type of {self._info_topic} is not {_CAMERA_INFO}, but {_type_name(info)}"
+        if _type_name(info) != _CAMERA_INFO_TYPE:
+            return None, f"the type of {self._info_topic} is not {_CAMERA_INFO_TYPE}, but {_type_name(info)}"
         try:
             return pinhole(info.checked_message), ""
         except (ShapeError, MessageError) as error:
@@ -133,17 +133,17 @@ class CameraView(View):
             previous, self._info = self._info, arrival
             is_same = previous is not None and previous.raw._buff[_STAMP_SIZE:] == arrival.raw._buff[_STAMP_SIZE:]
             if is_same:
-                self._info = previous  # it is sent again with each picture
+                self._info = previous  # the same message is sent again with each picture
         if not is_same:
             self.wake()
 
 
 class SceneCameraView(CameraView):
-    """The pictures of a camera, and its pose.
+    """A camera's pictures, and its pose.
 
-    Pushes the result of `pyros1.web.views.image.picture`, with the "camera": fx, fy, cx, cy, tx, ty, width and height
-    of `pyros1.web.scene.camera.Camera`, or null, and "why"; with the "pose" of its frame when the picture was taken, or
-    null; and with the data of the picture.
+    Pushes the result of `pyros1.web.views.image.picture`, with "camera" (the attributes of
+    `pyros1.web.scene.camera.Camera`, or null), "why" (why it is null), and "pose" (the pose of the camera's frame when
+    the picture was taken, or null).
     """
 
     def render(self, arrival: Arrival, camera: Camera | None, reason: str) -> tuple[dict[str, Any], bytes]:

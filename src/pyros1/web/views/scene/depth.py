@@ -1,4 +1,4 @@
-"""The depth images of a camera as point clouds."""
+"""Shows a camera's depth images as point clouds in a 3D scene."""
 
 from __future__ import annotations
 
@@ -21,19 +21,19 @@ if TYPE_CHECKING:
     from pyros1.web.robot import Robot
 
 _MAX_PICTURES = 4
-"""Number of recent colour pictures from which the one nearest in time to the depth image is chosen."""
+"""Maximum number of recent colour pictures kept. The one nearest in time to the depth image provides the colours."""
 MAX_PICTURE_BYTES = 32 << 20
-"""Maximum total size of these pictures in bytes; one picture of any size is always kept."""
+"""Maximum total size in bytes of the kept colour pictures; one picture is always kept, whatever its size."""
 
 
 class SceneDepthView(CameraView):
-    """A depth image as a point cloud, with the colours of another picture.
+    """A depth image as a point cloud, with colours from another picture.
 
     Args (of the page):
-        topic, info, fixed: see `CameraView`; the topic has depth images.
-        colour: the full name of a topic with pictures from the same viewpoint; empty for none.
-        most: approximate maximum number of points that are sent.
-        numbers: whether to send the points' indices in the picture as well.
+        topic, info, fixed: see `CameraView`; the pictures are depth images.
+        colour: the full name of a topic with colour pictures from the same viewpoint; empty for none.
+        most: approximate maximum number of points sent.
+        numbers: whether to also send the points' indices in the picture.
 
     Pushes the result of `pyros1.web.scene.depth.depth_cloud`, with "frame", "stamp" and "pose".
     """
@@ -85,7 +85,7 @@ class SceneDepthView(CameraView):
             self.wake()
 
     def _nearest_picture(self, stamp: float) -> Any:
-        """Return the colour picture nearest to a time; None if there is none."""
+        """Return the colour picture whose stamp is nearest to a time; None if there is no colour picture."""
         messages: list[Any] = []
         for arrival in list(self._pictures):
             try:

@@ -1,4 +1,4 @@
-"""The poses of all frames, for a 3D scene."""
+"""Shows all frames in a 3D scene."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 _MAX_FRAMES = 2_000
 _MAX_TREES = 10
 _DEFAULT_FRAME = "map"
-"""The fixed frame as long as there are no frames."""
+"""The fixed frame while there are no frames."""
 
 
 class SceneFramesView(View):
@@ -24,11 +24,12 @@ class SceneFramesView(View):
 
     Args (of the page):
         fixed: the frame in which poses are expressed; empty for the root of a tree, or ``map``.
-        robot: a frame whose tree is used; if it is not in a tree, the largest tree is used.
+        robot: if no fixed frame is given, the root of this frame's tree is used; if it is in no tree, that of the
+            largest tree.
 
     Pushes ``{"fixed": NAME, "names": [...], "parents": [...], "lost": [...], "trees": [[ROOT, COUNT], ...]}`` with
-    seven float64 for each name: x, y, z in metres, and a quaternion x, y, z, w. Lost are frames without a connection to
-    the fixed one. The trees are the largest ones, with the number of frames in each.
+    seven float64 for each name: x, y, z in metres, and a quaternion x, y, z, w. "lost" are frames that are not
+    connected to the fixed frame. "trees" are the largest trees, with their numbers of frames.
     """
 
     def __init__(self, robot: Robot, args: Mapping[str, Any], wake: Callable[[], object]) -> None:
@@ -69,10 +70,10 @@ class SceneFramesView(View):
 
 
 def find_roots(parents: Mapping[str, str]) -> dict[str, str]:
-    """Return frame -> root of its tree.
+    """Return frame -> root of the frame's tree. Frames whose ancestors form a loop have no root, and are omitted.
 
     Args:
-        parents: frame -> its parent; empty for roots. Frames in a loop have no root and are omitted.
+        parents: frame -> its parent; the parent of a root is empty.
     """
     roots: dict[str, str] = {}
     for name in parents:

@@ -1,4 +1,4 @@
-"""The interactive markers of a topic, for a 3D scene."""
+"""Shows the interactive markers on a topic in a 3D scene."""
 
 from __future__ import annotations
 
@@ -16,22 +16,22 @@ from pyros1.web.views.view import View, string_arg
 if TYPE_CHECKING:
     from pyros1.web.robot import Robot
 
-_TYPES = {"visualization_msgs/InteractiveMarkerInit", "visualization_msgs/InteractiveMarkerUpdate"}
+_MESSAGE_TYPES = {"visualization_msgs/InteractiveMarkerInit", "visualization_msgs/InteractiveMarkerUpdate"}
 RESUBSCRIBE_PERIOD = 2.0
-"""Minimum number of seconds between requests for all markers after missed updates."""
+"""Minimum number of seconds between subscriptions that request all markers again, after updates were missed."""
 
 
 class SceneInteractiveView(View):
-    """The interactive markers of a topic.
+    """The interactive markers on a topic.
 
     Args (of the page):
-        topic: the full name of the topic of updates, which ends in ``/update``.
+        topic: the full name of the topic with updates, which ends in ``/update``.
 
     Pushes ``{"kind": "interactive", "all": BOOL, "new": [...], "moved": [...], "gone": [[SERVER, NAME], ...]}``; see
-    `pyros1.web.scene.interactive`. Poses are in the frames of the markers.
+    `pyros1.web.scene.interactive`. Poses are in the markers' frames.
     """
 
-    polls_periodically = True  # servers may disappear without notice
+    polls_periodically = True  # since servers may disappear without notice
 
     def __init__(self, robot: Robot, args: Mapping[str, Any], wake: Callable[[], object]) -> None:
         super().__init__(robot, args, wake)
@@ -76,7 +76,7 @@ class SceneInteractiveView(View):
 
     def _on_message(self, arrival: Arrival) -> None:
         type_name = (arrival.raw._connection_header or {}).get("type", "")
-        if type_name not in _TYPES:
+        if type_name not in _MESSAGE_TYPES:
             self._problem = f"the type of {self._base_topic} is not that of interactive markers, but {type_name}"
             return
         try:

@@ -1,4 +1,4 @@
-"""A topic's messages in a 3D scene."""
+"""Shows a topic's messages in a 3D scene."""
 
 from __future__ import annotations
 
@@ -10,39 +10,39 @@ from typing import TYPE_CHECKING, Any
 from pyros1.ground.errors import Error, MessageError
 from pyros1.web.hub import Arrival
 from pyros1.web.scene.clouds import MAX_POINTS
-from pyros1.web.scene.grids import UPDATES, Grid
+from pyros1.web.scene.grids import UPDATES_SUFFIX, Grid
 from pyros1.web.scene.markers import Markers
 from pyros1.web.scene.shape import MAX_MAGNITUDE, Shape, ShapeError
-from pyros1.web.scene.shapes import CLOUDS, POSELESS_TYPES, SHAPES
-from pyros1.web.scene.world import IDENTITY
+from pyros1.web.scene.shapes import CLOUD_FUNCTIONS, POSELESS_TYPES, SHAPE_FUNCTIONS
+from pyros1.web.scene.world import IDENTITY_POSE
 from pyros1.web.server.wire import Push, RequestError
 from pyros1.web.views.view import View, number_arg, string_arg
 
 if TYPE_CHECKING:
     from pyros1.web.robot import Robot
 
-MARKER, MARKERS = "visualization_msgs/Marker", "visualization_msgs/MarkerArray"
-GRID = "nav_msgs/OccupancyGrid"
-GRID_UPDATE = "map_msgs/OccupancyGridUpdate"
+MARKER_TYPE, MARKER_ARRAY_TYPE = "visualization_msgs/Marker", "visualization_msgs/MarkerArray"
+GRID_TYPE = "nav_msgs/OccupancyGrid"
+GRID_UPDATE_TYPE = "map_msgs/OccupancyGridUpdate"
 MAX_UPDATES = 100
-"""Maximum number of a grid's updates queued for a slow page; beyond that, they are applied as they arrive."""
+"""Maximum number of a grid's updates queued for a slow page; beyond that, updates are applied when they arrive."""
 
 
 class SceneTopicView(View):
-    """The newest message of a topic as a shape, or its markers.
+    """The newest message on a topic as a shape; on a topic with markers, all markers.
 
     Args (of the page):
-        topic: the topic's full name. Updates of an OccupancyGrid are received on ``TOPIC_updates``.
-        fixed: the frame in which the pose is expressed.
-        by: the field that colours a cloud; empty to choose one.
-        most: maximum number of points of a cloud that are sent.
-        numbers: whether to send the points' indices in the message and their values as well.
-        bounds: two values for the ends of a cloud's colour scale; absent or null for those of the message.
+        topic: the topic's full name. Updates to an OccupancyGrid are received on ``TOPIC_updates``.
+        fixed: the frame in which poses are expressed.
+        by: the field that colours a cloud; empty to let the server choose one.
+        most: maximum number of points sent per cloud.
+        numbers: whether to also send the points' indices in the message, and their values.
+        bounds: two values for the ends of a cloud's colour scale; absent or null for the minimum and maximum.
 
-    Pushes a shape of `pyros1.web.scene.shapes` with "frame", "stamp" and "pose", the pose of the message's frame at
-    its time, or null if unknown (the message is sent again as soon as it is known); or
-    ``{"kind": "markers", "new": [...], "gone": [[NS, ID], ...], "poses": {FRAME: POSE}, "all": BOOL}``, with null for
-    each unknown frame; all markers are sent again as soon as one of these frames is known.
+    Pushes a shape (see `pyros1.web.scene.shapes`) with "frame", "stamp" and "pose": the pose of the message's frame at
+    the message's time, or null if it is unknown; the message is sent again as soon as the pose is known. For markers,
+    pushes ``{"kind": "markers", "new": [...], "gone": [[NS, ID], ...], "poses": {FRAME: POSE}, "all": BOOL}``, where
+    unknown poses are null; all markers are sent again as soon as one of these poses is known.
     """
 
     def __init__(self, robot: Robot, args: Mapping[str, Any], wake: Callable[[], object]) -> None:
@@ -53,12 +53,12 @@ class SceneTopicView(View):
         self._newest: Arrival | None = None
         self._updates: list[Arrival] = []
         self._last_pushed: Arrival | None = None
-        self._pose_unknown = False  # the transform to the frame of the current message is missing
+        self._pose_unknown = False  # whether the pose of the current message's frame is unknown
         self._markers: Markers | None = None
-        self._unplaced_frames: set[str] = set()  # frames of markers to which the transform is missing
+        self._unplaced_frames: set[str] = set()  # frames of markers whose poses are unknown
         self._grid: Grid | None = None
         self._grid_lock = threading.Lock()
-        self._update_error: Error | None = None  # the error of the last update, to be reported
+        self._update_error: Error | None = None  # the problem with the last update, which has yet to be reported
         self._seen_version = 0
         self._problem = ""
         self._unsubscribe_updates: Callable[[], None] | None = None
@@ -70,7 +70,7 @@ class SceneTopicView(View):
             raise
 
     @property
-    def polls_periodically(self) -> bool:  # type: ignore[override]  # markers expire, and frames may arrive late
+    def polls_periodically(self) -> bool:  # type: ignore[override]  # markers expire, and transforms may arrive late
         """Whether to call `poll` even if no message has arrived."""
         return self._markers is not None or self._pose_unknown
 
@@ -84,7 +84,7 @@ class SceneTopicView(View):
         if arrival is None:
             return None
         type_name = _type_name(arrival)
-        if type_name != GRID and type_name not in CLOUDS and type_name not in SHAPES:
+        if type_name != GRID_TYPE and type_name not in CLOUD_FUNCTIONS and type_name not in SHAPE_FUNCTIONS:
             raise RequestError(f"messages of {type_name} cannot be drawn")
         is_new = arrival is not self._last_pushed
         message: Any = arrival.arrays
@@ -93,7 +93,9 @@ class SceneTopicView(View):
             return None
         self._last_pushed = arrival
         try:
-            shape = self._grid_shape(arrival, is_new) if type_name == GRID else self._shape(type_name, message, is_new)
+            shape = (
+                self._grid_shape(arrival, is_new) if type_name == GRID_TYPE else self._shape(type_name, message, is_new)
+            )
         except (ShapeError, MessageError) as error:
             raise RequestError(f"{self._topic}: {error}") from None
         if shape is None:
@@ -126,40 +128,42 @@ class SceneTopicView(View):
 
     def _pose(self, type_name: str, header: Any) -> list[float] | None:
         if type_name in POSELESS_TYPES:
-            return IDENTITY
+            return IDENTITY_POSE
         return self.robot.world.pose(self._fixed_frame, header.frame_id, header.stamp)
 
     def _shape(self, type_name: str, message: Any, is_new: bool) -> Shape | None:
         if not is_new and not self._pose_unknown:
             return None
-        if type_name in CLOUDS:
-            return CLOUDS[type_name](message, self._colour_field, self._max_points, self._with_indices, self._bounds)
-        return SHAPES[type_name](message)
+        if type_name in CLOUD_FUNCTIONS:
+            return CLOUD_FUNCTIONS[type_name](
+                message, self._colour_field, self._max_points, self._with_indices, self._bounds
+            )
+        return SHAPE_FUNCTIONS[type_name](message)
 
     def _grid_shape(self, arrival: Arrival, is_new: bool) -> Shape | None:
         if self._grid is None:
             self._grid = Grid()
             with suppress(RequestError):  # pages may not see the updates
-                self._unsubscribe_updates = self.robot.listen(self._topic + UPDATES, self._on_grid_update)
+                self._unsubscribe_updates = self.robot.listen(self._topic + UPDATES_SUFFIX, self._on_grid_update)
         with self._grid_lock:
             if is_new and self._grid.message is arrival.arrays:
-                self._grid.resend()  # the page requests everything again
+                self._grid.resend()  # the page has requested everything again
             self._apply_updates(self._grid, arrival)
             error, self._update_error = self._update_error, None
             if error is not None:
-                self.wake()  # to send the updates that fit
+                self.wake()  # so that the updates that fit are sent
                 raise error
             return self._grid.take()
 
     def _apply_updates(self, grid: Grid, arrival: Arrival) -> None:
-        """Update the grid; store the error of an update that does not fit, to be reported."""
+        """Apply the queued updates to the grid; store the error if one does not fit, so that it will be reported."""
         with self._lock:
             updates, self._updates = self._updates, []
         message: Any = arrival.arrays
         if grid.message is not message:
             grid.put(message)
         for update in updates:
-            if update.at >= arrival.at:
+            if update.arrived_at >= arrival.arrived_at:
                 try:
                     grid.update(update.arrays)
                 except (ShapeError, MessageError) as error:
@@ -167,7 +171,7 @@ class SceneTopicView(View):
 
     def _poll_markers(self, markers: Markers) -> Push | None:
         if any(self.robot.world.pose(self._fixed_frame, frame) for frame in self._unplaced_frames):
-            self._seen_version = 0  # the page could not draw the markers in these frames
+            self._seen_version = 0  # the page could not draw the markers in these frames before
         with self._lock:
             if markers is not self._markers:
                 return None
@@ -191,13 +195,13 @@ class SceneTopicView(View):
 
     def _on_message(self, arrival: Arrival) -> None:
         type_name = _type_name(arrival)
-        if type_name in (MARKER, MARKERS):
+        if type_name in (MARKER_TYPE, MARKER_ARRAY_TYPE):
             try:
                 message: Any = arrival.checked_message
                 with self._lock:
                     if self._markers is None:
                         self._markers, self._seen_version = Markers(), 0
-                    self._markers.add([message] if type_name == MARKER else message.markers, arrival.time)
+                    self._markers.add([message] if type_name == MARKER_TYPE else message.markers, arrival.time)
                 self._problem = ""
             except MessageError as error:
                 self._problem = str(error)
@@ -207,13 +211,13 @@ class SceneTopicView(View):
         self.wake()
 
     def _on_grid_update(self, arrival: Arrival) -> None:
-        if _type_name(arrival) != GRID_UPDATE:
+        if _type_name(arrival) != GRID_UPDATE_TYPE:
             return
         with self._lock:
             self._updates.append(arrival)
             newest, too_many = self._newest, len(self._updates) > MAX_UPDATES
-        if too_many and newest is not None and self._grid is not None and _type_name(newest) == GRID:
-            with self._grid_lock, suppress(MessageError, ShapeError):  # an error in the grid, which `poll` reports
+        if too_many and newest is not None and self._grid is not None and _type_name(newest) == GRID_TYPE:
+            with self._grid_lock, suppress(MessageError, ShapeError):  # the grid is invalid, which `poll` reports
                 self._apply_updates(self._grid, newest)
         self.wake()
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Sends a goal to the server of the action count and prints its progress. Ctrl-C cancels the goal.
+"""Sends a goal to the action server count and prints the goal's progress. Ctrl-C cancels the goal.
 
 pyros1 run my_package count_client.py 20
 pyros1 run my_package count_client.py 20 --patience 1     cancels it after a second

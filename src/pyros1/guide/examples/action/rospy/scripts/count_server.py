@@ -13,7 +13,7 @@ PERIOD = 0.1  # s
 
 
 class Counter:
-    """A server of the action."""
+    """The action server."""
 
     def __init__(self):
         self.server = actionlib.SimpleActionServer("count", CountAction, self.count, auto_start=False)

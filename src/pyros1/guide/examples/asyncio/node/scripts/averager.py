@@ -15,7 +15,7 @@ from pyros1.msgs.std_srvs.srv import Empty, EmptyResponse
 
 
 class Averager:
-    """The received numbers. No locks are needed, since all functions that use them run on the asyncio loop."""
+    """Averages the received numbers. No locks are needed, since all its methods run on the asyncio loop."""
 
     def __init__(self, node):
         self.node = node

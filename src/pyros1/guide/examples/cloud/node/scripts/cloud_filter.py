@@ -11,7 +11,7 @@ import numpy
 import pyros1
 from pyros1.msgs.sensor_msgs.msg import PointCloud2
 
-NUMPY_TYPES = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 8: "f8"}  # of PointField
+NUMPY_TYPES = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 8: "f8"}  # by PointField's datatype
 
 
 def records(cloud):
@@ -35,7 +35,7 @@ def on_cloud(cloud):
     is_above_floor = numpy.isfinite(positions).all(axis=1) & (positions[:, 2] > floor)
     _, first_in_cube = numpy.unique((positions[is_above_floor] // cube).astype(int), axis=0, return_index=True)
     kept_points = points[is_above_floor][first_in_cube]
-    # Same fields, fewer points. The header contains the time and frame of the measurement, so it is kept.
+    # Same fields, fewer points. Keep the header: it contains the measurement's time and frame.
     cloud.height, cloud.width, cloud.row_step = 1, len(kept_points), kept_points.nbytes
     cloud.is_dense, cloud.data = True, kept_points.tobytes()
     publisher.publish(cloud)
@@ -44,7 +44,7 @@ def on_cloud(cloud):
 
 with pyros1.Node("cloud_filter") as node:
     floor = node.params.get("~floor", 0.05)  # m
-    cube = node.params.get("~cube", 0.1)  # m, length of its side
+    cube = node.params.get("~cube", 0.1)  # m, side length
     publisher = node.advertise("filtered", PointCloud2, queue_size=1)
-    node.subscribe("points", PointCloud2, on_cloud, queue_size=1)  # only the newest if they arrive too fast
+    node.subscribe("points", PointCloud2, on_cloud, queue_size=1)  # only the newest cloud if they arrive too fast
     node.spin()

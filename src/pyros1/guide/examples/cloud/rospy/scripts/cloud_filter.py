@@ -24,7 +24,7 @@ class Filter:
         self.floor = floor
         self.cube = cube
         self.publisher = rospy.Publisher("filtered", PointCloud2, queue_size=1)
-        # Only the newest if they arrive too fast; buff_size must be large enough for a whole cloud.
+        # Only the newest cloud if they arrive too fast; buff_size must be large enough for a whole cloud.
         rospy.Subscriber("points", PointCloud2, self.on_cloud, queue_size=1, buff_size=2**24)
 
     def on_cloud(self, cloud):
@@ -32,7 +32,7 @@ class Filter:
         points = numpy.array(list(valid_points), dtype=float).reshape(-1, 3)
         points_above_floor = points[points[:, 2] > self.floor]
         _, first_in_cube = numpy.unique((points_above_floor // self.cube).astype(int), axis=0, return_index=True)
-        # The header contains the time and frame of the measurement, so it is kept.
+        # Keep the header: it contains the measurement's time and frame.
         self.publisher.publish(point_cloud2.create_cloud_xyz32(cloud.header, points_above_floor[first_in_cube]))
         rospy.logdebug("%d of %d points", len(first_in_cube), len(points))
 

@@ -33,11 +33,11 @@ def on_image(image):
     down, right = numpy.gradient(grey)
     strength = numpy.clip(2 * numpy.hypot(down, right), 0, 255).astype(numpy.uint8)
     height, width = strength.shape
-    # The header contains the time and frame of the image, so it is kept.
+    # Keep the header: it contains the image's time and frame.
     publisher.publish(Image(image.header, height, width, "mono8", 0, width, strength.tobytes()))
 
 
 with pyros1.Node("edges") as node:
     publisher = node.advertise("edges", Image, queue_size=1)
-    node.subscribe("image", Image, on_image, queue_size=1)  # only the newest if they arrive too fast
+    node.subscribe("image", Image, on_image, queue_size=1)  # only the newest image if they arrive too fast
     node.spin()

@@ -31,13 +31,13 @@ def on_image(image, publisher):
     down, right = numpy.gradient(grey)
     strength = numpy.clip(2 * numpy.hypot(down, right), 0, 255).astype(numpy.uint8)
     height, width = strength.shape
-    # The header contains the time and frame of the image, so it is kept.
+    # Keep the header: it contains the image's time and frame.
     publisher.publish(Image(image.header, height, width, "mono8", 0, width, strength.tobytes()))
 
 
 if __name__ == "__main__":
     rospy.init_node("edges")
     publisher = rospy.Publisher("edges", Image, queue_size=1)
-    # Only the newest if they arrive too fast; buff_size must be large enough for a whole image.
+    # Only the newest image if they arrive too fast; buff_size must be large enough for a whole image.
     rospy.Subscriber("image", Image, on_image, publisher, queue_size=1, buff_size=2**24)
     rospy.spin()

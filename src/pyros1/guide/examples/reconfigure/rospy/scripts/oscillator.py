@@ -31,8 +31,8 @@ def main():
     while not rospy.is_shutdown():
         settings = server.config
         value = math.sin(phase)
-        square = settings.shape == OscillatorConfig.Oscillator_square
-        publisher.publish(settings.amplitude * (math.copysign(1.0, value) if square else value))
+        is_square = settings.shape == OscillatorConfig.Oscillator_square
+        publisher.publish(settings.amplitude * (math.copysign(1.0, value) if is_square else value))
         phase += 2 * math.pi * settings.frequency / RATE
         rate.sleep()
 

@@ -1,4 +1,4 @@
-"""Tests of doubler.py with pytest. Each test has its own master, and everything it starts is stopped afterwards.
+"""Tests doubler.py with pytest. Each test has its own master, and everything that it starts is stopped afterwards.
 
 python3 -m pytest my_package/tests
 """
@@ -8,7 +8,7 @@ import pytest
 
 @pytest.fixture
 def doubled(ros_run, ros_node, ros_listen):
-    """Return a function that sends a number to the doubler and returns the number that it publishes."""
+    """Return a function that sends a number to the doubler, and returns the number that the doubler publishes."""
     output = ros_listen("output", "std_msgs/Float64")
     ros_run("my_package", "doubler.py")
     sender = ros_node("sender").advertise("input", "std_msgs/Float64", latch=True)

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Tests of doubler.py, which doubler.test starts. rostest passes the results to pyros1 test.
+"""Tests doubler.py, which doubler.test starts. rostest passes the results to pyros1 test.
 
 pyros1 test my_package doubler.test
 """

@@ -17,7 +17,7 @@ SPEED = 0.5  # rad/s
 
 
 def make_transform(parent, child, x, y, z, yaw):
-    """Return the pose of the child relative to its parent, in m and rad, at the current time."""
+    """Return a transform, stamped with the current time: the child's pose relative to its parent, in m and rad."""
     message = TransformStamped()
     message.header.frame_id = parent
     message.header.stamp = rospy.Time.now()

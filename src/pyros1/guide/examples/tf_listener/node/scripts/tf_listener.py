@@ -20,7 +20,7 @@ with pyros1.Node("tf_listener", anonymous=True) as node:
     TransformListener(node, buffer)
     while node.ok():
         try:
-            # The latest transform; for the time of a message, add time=message.header.stamp.
+            # This is the latest transform; for the transform at a message's time, add time=message.header.stamp.
             transform = buffer.lookup_transform(frames.target, frames.source, timeout=1.0)
         except TransformException as error:
             node.log.warn("not yet: %s", error)

@@ -19,7 +19,7 @@ def main():
     rospy.init_node("tf_listener", anonymous=True)
     buffer = tf2_ros.Buffer()
     listener = tf2_ros.TransformListener(buffer)  # noqa: F841 - it must exist to fill the buffer
-    latest = rospy.Time(0)  # the latest transform; or use the stamp of a message
+    latest = rospy.Time(0)  # stands for the latest transform; a message's stamp can be used instead
     while not rospy.is_shutdown():
         try:
             transform = buffer.lookup_transform(frames.target, frames.source, latest, rospy.Duration(1.0))

@@ -11,7 +11,7 @@ from pyros1.msgs.std_msgs.msg import Bool
 
 
 class Blinker:
-    """A lamp that blinks."""
+    """Makes a lamp blink for a while."""
 
     def __init__(self, node, period, duration):
         self.node = node

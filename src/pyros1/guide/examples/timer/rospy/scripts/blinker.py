@@ -11,7 +11,7 @@ from std_msgs.msg import Bool
 
 
 class Blinker:
-    """A lamp that blinks."""
+    """Makes a lamp blink for a while."""
 
     def __init__(self, period, duration):
         self.is_on = False
