@@ -31,7 +31,7 @@ from pyros1.bag.format.records import (
     Connection,
     RecordError,
     make_bag_header,
-    make_connection,
+    make_connection_record,
     make_record,
     pack_time,
 )
@@ -105,7 +105,7 @@ def packed(path: Path, compression: str, stored: bytes, size: int, count: int) -
     begin = len(MAGIC_20) + 8 + 4096
     info = {"op": b"\6", "ver": U32.pack(1), "chunk_pos": U64.pack(begin), "count": U32.pack(1)}
     info |= {"start_time": pack_time(NS), "end_time": pack_time(9 * NS)}
-    end = make_connection(CONNECTION) + make_record(info, struct.pack("<II", 0, count))
+    end = make_connection_record(CONNECTION) + make_record(info, struct.pack("<II", 0, count))
     path.write_bytes(MAGIC_20 + make_bag_header(begin + len(chunk), 1, 1) + chunk + end)
     return path
 
@@ -134,7 +134,7 @@ def bombs(tmp_path_factory: pytest.TempPathFactory) -> Path:
     packed(
         folder / "lz4.bag",
         "lz4",
-        b"".join(compress("lz4", [make_connection(CONNECTION) + message + bytes(200 * MIB)])),
+        b"".join(compress("lz4", [make_connection_record(CONNECTION) + message + bytes(200 * MIB)])),
         1 << 31,
         1,
     )
@@ -185,7 +185,7 @@ def test_play_too(bombs: Path, tmp_path: Path, master: Master) -> None:
 def test_many_small_messages_cost_four_times_the_content(tmp_path: Path, command: str) -> None:
     message = make_record({"op": b"\2", "conn": U32.pack(0), "time": pack_time(NS)}, bytes(4))
     count = 8 * MIB // len(message)
-    content = make_connection(CONNECTION) + message * count
+    content = make_connection_record(CONNECTION) + message * count
     path = packed(tmp_path / "x.bag", "lz4", b"".join(compress("lz4", [content])), len(content), count)
     assert path.stat().st_size < MIB
     (tmp_path / "out").mkdir()
@@ -235,7 +235,7 @@ def test_messages_outside_of_chunks_have_the_same_limit(tmp_path: Path) -> None:
     path = tmp_path / "old.bag"
     path.write_bytes(old_bag([text("/a", NS, "x" * 2 * MIB), text("/a", 2 * NS, "y")]))
     with BagReader(path, unindexed=True, chunk_limit=MIB) as bag:
-        assert "--chunk-limit" in bag.damages[0].reason
+        assert "--chunk-limit" in bag.damaged_places[0].reason
         assert [message.data[4:] for message in bag.messages()] == [b"y"]
 
 
@@ -251,7 +251,7 @@ def test_an_mcap_file_costs_no_more_than_the_limit_either(tmp_path: Path) -> Non
 
 
 def test_there_is_an_end_to_connections() -> None:
-    record = make_connection(CONNECTION)
+    record = make_connection_record(CONNECTION)
     place = record.index(b"conn=") + 5
     content = b"".join(record[:place] + U32.pack(i) + record[place + 4 :] for i in range(MAX_CONNECTIONS + 1))
     with pytest.raises(RecordError, match="more than 65536 connections"):

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from pyros1.finding import crawl
-from pyros1.finding.crawl import Crawl, all_packages, find_cached, profile
+from pyros1.finding.crawl import Crawl, all_packages, find_cached, measure_folders
 from pyros1.finding.manifest import ManifestError, read_manifest
 from pyros1.finding.packages import PackageIndex
 
@@ -171,7 +171,7 @@ def test_names_are_those_of_the_index(environ: dict[str, str], tmp_path: Path) -
 def test_profile_names_folders_without_packages(tmp_path: Path) -> None:
     package(tmp_path / "src" / "a")
     (tmp_path / "src" / "empty").mkdir()
-    rows = {folder: holds for _, folder, holds in profile([(str(tmp_path / "src"), DEPTH)])}
+    rows = {folder: holds for _, folder, holds in measure_folders([(str(tmp_path / "src"), DEPTH)])}
     assert rows == {str(tmp_path / "src"): True, str(tmp_path / "src" / "empty"): False}
 
 

@@ -56,7 +56,7 @@ def test_bare_package_and_metapackage(tmp_path: Path) -> None:
     ]
     create_package(NewPackage("all_of_it", ["bare"], is_meta=True), tmp_path)
     manifest = read_manifest(tmp_path / "all_of_it" / "package.xml")
-    assert manifest.metapackage and manifest.run_dependencies() == ["bare"]
+    assert manifest.is_metapackage and manifest.run_dependencies() == ["bare"]
 
 
 def test_the_places_that_tutorials_name_are_there_to_be_uncommented(tmp_path: Path) -> None:

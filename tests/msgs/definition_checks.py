@@ -31,15 +31,15 @@ from random_definitions import (
 from pyros1.ground.errors import DefinitionError, DeserializationError, LengthError, SerializationError
 from pyros1.ground.timing import TVal
 from pyros1.msgs import Message, from_definition
-from pyros1.msgs.array_views import memoryview_view, numpy_view
+from pyros1.msgs.array_views import make_numpy_view, memoryview_view
 from pyros1.msgs.base import nested_classes
 from pyros1.msgs.factory import MAX_EMPTY_MESSAGES
 from pyros1.msgs.generator import split_type
 from pyros1.msgs.json_form import from_json, to_json
-from pyros1.msgs.large_arrays import SplitBody, decode_split, layout, split_frame
+from pyros1.msgs.large_arrays import SplitBody, decode_split, find_layout, split_frame
 from pyros1.msgs.spec import STRUCT_CODES
 
-VIEWS = {"numpy": numpy_view(numpy), "memoryview": memoryview_view}
+VIEWS = {"numpy": make_numpy_view(numpy), "memoryview": memoryview_view}
 
 
 def check(seed: int, cuts: int = 8) -> None:
@@ -150,11 +150,11 @@ def check_defaults(cls: Any) -> None:
 
 def check_large(cls: Any, message: Any, body: bytes) -> None:
     """The path of messages that are large because of one array of bytes."""
-    where = layout(cls)
+    where = find_layout(cls)
     if where is None:
         return
     size = len(getattr(message, where.field))
-    begin = len(body) - where.tail - size
+    begin = len(body) - where.tail_size - size
     split = SplitBody(body[: begin - 4], body[begin : begin + size], body[begin + size :])
     assert split.join() == body
     assert_same(decode_split(cls, where, split), message)
@@ -163,7 +163,7 @@ def check_large(cls: Any, message: Any, body: bytes) -> None:
     large = codec.copy(message)
     setattr(large, where.field, bytes(range(256)) * 80)
     frame = codec.encode_frame(large)
-    pieces = split_frame(frame, where.tail)
+    pieces = split_frame(frame, where.tail_size)
     assert pieces is not None and b"".join(frame)[4:] == codec.encode(large) == pieces.join()
     assert_same(decode_split(cls, where, pieces), large)
 

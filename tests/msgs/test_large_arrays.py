@@ -10,7 +10,7 @@ import pytest
 from pyros1.ground.errors import LengthError
 from pyros1.msgs import AnyMsg, from_definition, load_message
 from pyros1.msgs.array_views import memoryview_view
-from pyros1.msgs.large_arrays import Layout, SplitBody, decode_split, layout, split_frame
+from pyros1.msgs.large_arrays import Layout, SplitBody, decode_split, find_layout, split_frame
 
 IMAGE: Any = load_message("sensor_msgs/Image")
 CLOUD: Any = load_message("sensor_msgs/PointCloud2")
@@ -30,10 +30,10 @@ def cloud() -> Any:
 
 def pieces(message: Any) -> SplitBody:
     """Cut an encoded message around its array."""
-    where = layout(type(message))
+    where = find_layout(type(message))
     body = codec.encode(message)
     assert where is not None
-    end = len(body) - where.tail
+    end = len(body) - where.tail_size
     begin = end - len(message.data)
     return SplitBody(body[: begin - 4], body[begin:end], body[end:])
 
@@ -52,14 +52,14 @@ def pieces(message: Any) -> SplitBody:
     ],
 )
 def test_layout(definition: str, expected: Layout | None) -> None:
-    assert layout(from_definition("p/T", definition)) == expected
+    assert find_layout(from_definition("p/T", definition)) == expected
 
 
 @pytest.mark.parametrize("make", [image, cloud])
 def test_the_array_is_taken_as_it_is(make: Any) -> None:
     message = make()
     body = pieces(message)
-    decoded = decode_split(type(message), layout(type(message)), body)
+    decoded = decode_split(type(message), find_layout(type(message)), body)
     assert decoded == message
     assert decoded.data is body.data
     assert body.join() == codec.encode(message)
@@ -68,7 +68,7 @@ def test_the_array_is_taken_as_it_is(make: Any) -> None:
 @pytest.mark.parametrize("make", [image, cloud])
 def test_views_of_the_array(make: Any) -> None:
     message = make()
-    decoded = decode_split(type(message), layout(type(message)), pieces(message), memoryview_view)
+    decoded = decode_split(type(message), find_layout(type(message)), pieces(message), memoryview_view)
     assert isinstance(decoded.data, memoryview) and decoded.data == message.data and decoded.data.readonly
 
 
@@ -76,26 +76,26 @@ def test_an_array_length_inside_the_head_is_not_believed() -> None:
     """Head and tail make a valid message of their own, with an array that is not empty: the whole one decides."""
     cls: Any = from_definition("p/T", "uint8[] a")
     body = SplitBody(b"\x04\0\0\0", b"12345", b"")  # as one piece: a length of 4, followed by 9 bytes
-    assert decode_split(cls, layout(cls), body).a == body.join()[4:8]
+    assert decode_split(cls, find_layout(cls), body).a == body.join()[4:8]
     with pytest.raises(LengthError):
-        decode_split(cls, layout(cls), body, exact=True)
+        decode_split(cls, find_layout(cls), body, exact=True)
 
 
 def test_undecoded_messages_are_the_array() -> None:
     body = SplitBody(b"", b"whatever", b"", has_length_field=False)
-    assert decode_split(AnyMsg, layout(AnyMsg), body)._buff is body.data
+    assert decode_split(AnyMsg, find_layout(AnyMsg), body)._buff is body.data
     message = image()
     whole = SplitBody(b"", codec.encode(message), b"", has_length_field=False)
-    assert decode_split(IMAGE, layout(IMAGE), whole) == message
-    assert decode_split(AnyMsg, layout(AnyMsg), pieces(message))._buff == whole.data
+    assert decode_split(IMAGE, find_layout(IMAGE), whole) == message
+    assert decode_split(AnyMsg, find_layout(AnyMsg), pieces(message))._buff == whole.data
 
 
 @pytest.mark.parametrize("make", [image, cloud])
 def test_frames_from_the_encoder(make: Any) -> None:
     message = make()
-    where = layout(type(message))
+    where = find_layout(type(message))
     assert where is not None
-    body = split_frame(codec.encode_frame(message), where.tail)
+    body = split_frame(codec.encode_frame(message), where.tail_size)
     assert body is not None and body.data is message.data
     assert decode_split(type(message), where, body) == message
 

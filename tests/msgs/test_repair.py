@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from pyros1.ground.errors import DeserializationError, LengthError
 from pyros1.msgs import from_definition
-from pyros1.msgs.array_views import numpy_view
+from pyros1.msgs.array_views import make_numpy_view
 
 SEPARATOR = "\n" + "=" * 80 + "\n"
 INNER = f"{SEPARATOR}MSG: p/Inner\nstring name\nuint8[] data\n"
@@ -48,7 +48,7 @@ def test_texts_become_utf8(first: bytes, second: bytes, names: list[bytes], last
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", UnicodeWarning)
         where = (cls, data, 6, 6 + len(body))
-        message = codec.decode_arrays(*where, numpy_view(np)) if views else codec.decode(*where)
+        message = codec.decode_arrays(*where, make_numpy_view(np)) if views else codec.decode(*where)
         whole = cls().deserialize(body + b"rest")
     assert (message.n, message.two) == (7, [replaced(first), replaced(second)])
     assert [(each.name, bytes(each.data)) for each in message.inners] == [
@@ -86,7 +86,7 @@ def test_the_end_of_the_last_string_may_be_missing(text: str, behind: bytes) -> 
     head = block(b"a\xffc")
     for size in range(6):
         data = head + block(b"12345")[: 4 + size]
-        for view in (None, numpy_view(np)):
+        for view in (None, make_numpy_view(np)):
             message = decoded(cls, data, behind, view)
             last = message.t if text.endswith("t") else message.i[0].t if "[" in text else message.i.t
             assert message.first == "a\ufffdc"
@@ -109,7 +109,7 @@ def decoded(cls: Any, data: bytes, behind: bytes, view: Any = None, *, exact: bo
         return codec.decode_arrays(*where, view, exact=exact)
 
 
-@pytest.mark.parametrize("view", [None, numpy_view(np)], ids=["bytes", "numpy"])
+@pytest.mark.parametrize("view", [None, make_numpy_view(np)], ids=["bytes", "numpy"])
 @pytest.mark.parametrize(
     ("text", "sent", "shown"),
     [

@@ -53,7 +53,7 @@ _EXPORTS = {
 
 
 def __getattr__(name: str) -> Any:
-    """Import a public name on first use and return it, since programs that only record need none of them."""
+    """Import a public name on first use and return it: programs that only record bags need none of these names."""
     from pyros1.ground.lazy import load  # noqa: PLC0415 - most programs never call this
 
     return load(__name__, _EXPORTS, name)

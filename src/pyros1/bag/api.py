@@ -1,4 +1,4 @@
-"""Reads bags in Python: messages in order of time, and topics as columns for numpy and pandas."""
+"""Reads bags in Python: messages in time order, and topics as columns for numpy and pandas."""
 
 from __future__ import annotations
 
@@ -33,12 +33,12 @@ _TIME_FIELD_COLUMN = "time_"
 
 
 class BagMessage(NamedTuple):
-    """A message of a bag.
+    """A message from a bag.
 
     Attributes:
         topic: its topic, as recorded.
         message: the message; with ``raw=True`` an `AnyMsg`.
-        time: time at which it was recorded.
+        time: the time at which it was recorded.
         connection: the publisher's connection, with its complete header.
     """
 
@@ -52,7 +52,7 @@ class Bag:
     """A bag open for reading; use it in a ``with`` statement.
 
     Args:
-        path: path of the file, or an open binary file, which stays open when this is closed.
+        path: path of the file, or an open binary file, which stays open when the bag is closed.
         unindexed: whether to also read bags that were not closed, by scanning them first.
         progress: called with the offset in bytes while the file is scanned.
         chunk_limit: see :class:`pyros1.bag.format.reader.BagReader`.
@@ -99,7 +99,7 @@ class Bag:
 
     @property
     def connections(self) -> list[Connection]:
-        """All connections, in the order of their ids."""
+        """All connections, sorted by id."""
         return [self.reader.connections[conn_id] for conn_id in sorted(self.reader.connections)]
 
     def __len__(self) -> int:
@@ -122,12 +122,12 @@ class Bag:
         raw: bool = False,
         progress: Callable[[int, int], object] | None = None,
     ) -> Iterator[BagMessage]:
-        """Yield messages in order of time. Only chunks that overlap the given time range are read.
+        """Yield messages in time order. Only chunks that overlap the given time range are read.
 
         Args:
             topics: one topic or several; None means all. A leading ``/`` matters only if the bag has both names. Topics
-                that are not in the bag yield nothing, as with rosbag.Bag.read_messages; `topics` lists those of the
-                bag.
+                that are not in the bag yield nothing, as with rosbag.Bag.read_messages; the attribute of the same name
+                lists the bag's topics.
             start: earliest time.
             end: latest time.
             raw: whether to yield `AnyMsg` instead of decoded messages.
@@ -142,7 +142,7 @@ class Bag:
         for stored in self.reader.messages(self._connection_ids(topics), first, last):
             message = self._raw_message(stored) if raw else self.decode(stored)
             connection, time = stored.connection, stored.time
-            del stored  # it may be large, like the message below, and must be freed before the next one is read
+            del stored  # it may be large, like the message below, and must be freed before the next message is read
             yield BagMessage(connection.topic, message, Time.from_nsec(time), connection)
             del message
             if progress is not None:
@@ -151,12 +151,18 @@ class Bag:
     __iter__ = messages
 
     def at(self, time: When, topics: str | Collection[str] | None = None) -> dict[str, BagMessage]:
-        """Return the last message of each topic at or before a time, as a late subscriber to latched topics would
-        receive it.
+        """Return the last message on each topic at or before a time: the messages that a late subscriber would receive
+        if all topics were latched.
 
         Args:
-            time: as for :meth:`messages`.
+            time: the time, absolute or relative as for :meth:`messages`.
             topics: one topic or several; None means all.
+
+        Returns:
+            Topic -> message, sorted by topic.
+
+        Raises:
+            BagError: as for :meth:`messages`.
         """
         conn_ids = self._connection_ids(topics)
         wanted_ids = set(self.reader.connections) if conn_ids is None else set(conn_ids)
@@ -190,18 +196,18 @@ class Bag:
         *,
         progress: Callable[[int, int], object] | None = None,
     ) -> dict[str, list[Any]]:
-        """Return a topic's messages as lists, one for each field; `arrays` returns arrays for numpy and pandas.
+        """Return a topic's messages as lists, one per field; `arrays` returns arrays for numpy and pandas.
 
         Args:
-            topic: the topic.
+            topic: name of the topic.
             fields: paths such as ``pose.position.x`` or ``ranges``; None means all fields that are not arrays.
             start: as for :meth:`messages`.
             end: as for :meth:`messages`.
             progress: as for :meth:`messages`.
 
         Returns:
-            ``time`` in seconds since 1970, and a list for each field, with times in seconds. All have the same length.
-            A field called ``time`` is named ``time_``.
+            A list for ``time``, in seconds since 1970, and one for each field; all have the same length. Times are in
+            seconds. A field called ``time`` is named ``time_``.
 
         Raises:
             BagError: there is no such topic, or as for :meth:`messages`.
@@ -210,12 +216,12 @@ class Bag:
         cls = self._topic_class(topic)
         times: list[float] = []
         columns: dict[str, list[Any]] | None = None if fields is None else {path: [] for path in fields}
-        for item in self.messages(topic, start, end, progress=progress):
+        for bag_message in self.messages(topic, start, end, progress=progress):
             if columns is None:
-                columns = {path: [] for path in _leaf_paths(item.message)}
-            times.append(item.time.to_sec())
+                columns = {path: [] for path in _leaf_paths(bag_message.message)}
+            times.append(bag_message.time.to_sec())
             for path, values in columns.items():
-                values.append(_field_value(item.message, path))
+                values.append(_field_value(bag_message.message, path))
         if columns is None:
             columns = {path: [] for path in _leaf_paths(cls())}
         named_columns = {_TIME_FIELD_COLUMN if path == "time" else path: values for path, values in columns.items()}
@@ -230,7 +236,7 @@ class Bag:
         *,
         progress: Callable[[int, int], object] | None = None,
     ) -> dict[str, NDArray[Any]]:
-        """Return a topic's messages as arrays, one for each field, for numpy and pandas::
+        """Return a topic's messages as arrays, one per field, for numpy and pandas::
 
             frame = pandas.DataFrame(bag.arrays("/odom")).set_index("time")
             speed = bag.arrays("/odom")["twist.twist.linear.x"].mean()
@@ -286,8 +292,8 @@ class Bag:
         return self._classes.get(*type_key, connection.definition, other_definitions)
 
     def definition(self, connection: Connection) -> str:
-        """Return the full definition of a connection's message type: that of its `message_class`, or the recorded text
-        if that is unusable.
+        """Return the full definition of a connection's message type: that of its `message_class` or, if there is no
+        usable one, the recorded text.
         """
         try:
             return self.message_class(connection)._full_text
@@ -384,12 +390,12 @@ def open(
 
     Args:
         path: path of the file, or an open binary file, which stays open when the bag is closed.
-        mode: ``r`` reads; ``w`` writes a new bag, replacing an old one; ``a`` appends to the file.
+        mode: ``r`` reads; ``w`` writes a new bag, replacing an existing file; ``a`` appends to the file.
         unindexed: when reading, whether to also read bags that were not closed.
         progress: when reading, called with the current offset in bytes while such a bag is scanned.
-        chunk_limit: when reading, maximum uncompressed size of a chunk in bytes, since a small file can claim any
-            size. None means the value of the environment variable ``PYROS1_BAG_CHUNK_LIMIT``, in MiB; without it, 256
-            MiB.
+        chunk_limit: when reading, maximum uncompressed size of a chunk in bytes, since even a small file can claim any
+            size. None means the value of the environment variable ``PYROS1_BAG_CHUNK_LIMIT``, in MiB, or 256 MiB if it
+            is not set.
         compression: when writing, ``none``, ``bz2`` or ``lz4``.
         chunk_threshold: when writing, uncompressed size in bytes above which a chunk is closed.
 

@@ -1,4 +1,4 @@
-"""Values of many messages as one numpy array."""
+"""Converts the values of a field in many messages to one numpy array."""
 
 from __future__ import annotations
 

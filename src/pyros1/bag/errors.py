@@ -1,4 +1,4 @@
-"""Errors of bag files; every message names the file and the position, and says what to do."""
+"""Errors about bag files; every message names the file and, if known, the position, and says what to do."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ class BagError(Error):
     """A bag file cannot be read or written.
 
     Args:
-        path: the file.
+        path: path of the bag file.
         reason: what is wrong and what to do.
         offset: byte offset of the invalid record; None if the error concerns the whole file.
     """

@@ -1,4 +1,4 @@
-"""Information about a bag, as the rows and the YAML of ``bag info`` (L114-L116)."""
+"""Information about a bag, as the rows or the YAML that ``bag info`` prints (L114-L116)."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ class Storage:
     Attributes:
         chunks: number of chunks.
         size: size of their contents in bytes.
-        stored: size of their stored bytes.
+        stored_size: size of their contents as stored, in bytes.
     """
 
     chunks: int
     size: int
-    stored: int
+    stored_size: int
 
 
 @dataclass(frozen=True)
@@ -57,16 +57,16 @@ class Summary:
     """Information about a bag.
 
     Attributes:
-        path: the file.
+        path: path of the bag file.
         version: version of the format, for example ``2.0``.
         size: size of the file in bytes.
         start: time of the first message in seconds, from the index.
         end: time of the last message in seconds.
         messages: number of messages.
-        storage: compression -> the chunks with it.
+        storage: compression -> the chunks that use it.
         types: type -> md5 sum.
         topics: the topics, sorted by name.
-        empty: whether there are neither messages nor connections.
+        is_empty: whether there are neither messages nor connections.
         encryption: name of the encryptor; empty if the bag is not encrypted.
         gpg_user: the user whose key is needed to decrypt the bag.
     """
@@ -80,7 +80,7 @@ class Summary:
     storage: dict[str, Storage]
     types: dict[str, str]
     topics: list[Topic]
-    empty: bool
+    is_empty: bool
     encryption: str = ""
     gpg_user: str = ""
 
@@ -90,14 +90,14 @@ class Summary:
         return self.end - self.start
 
     @property
-    def compressed(self) -> bool:
+    def is_compressed(self) -> bool:
         """Whether any chunk is compressed."""
         return any(name != "none" for name in self.storage)
 
     @property
     def sizes(self) -> tuple[int, int]:
-        """Total size of the contents, and total size of their stored bytes."""
-        return sum(part.size for part in self.storage.values()), sum(part.stored for part in self.storage.values())
+        """Total size of the chunks' contents, and total size of their stored bytes."""
+        return sum(part.size for part in self.storage.values()), sum(part.stored_size for part in self.storage.values())
 
 
 def summarize(bag: BagReader, *, frequencies: bool = False) -> Summary:
@@ -120,8 +120,8 @@ def summarize(bag: BagReader, *, frequencies: bool = False) -> Summary:
     # Stock always prints frequencies for old bags.
     topics = summarize_topics(bag, ids_by_topic, frequencies=frequencies or is_old)
     version = "1.2" if is_old else "2.0"
-    is_indexed = bag.file.index_pos > 0 if is_old else not bag.scanned
-    # As in stock, the order of chunks in the index determines them, even if it is unsorted. Old bags have no chunks.
+    is_indexed = bag.file.index_pos > 0 if is_old else not bag.was_scanned
+    # As in stock, these are the times of the index's first and last chunk, even if the index is unsorted.
     start, end = (bag.start, bag.end) if is_old or not chunks else (chunks[0].start, chunks[-1].end)
     return Summary(
         path=bag.path,
@@ -133,25 +133,25 @@ def summarize(bag: BagReader, *, frequencies: bool = False) -> Summary:
         storage={} if is_old else _storage_by_compression(bag),
         types={untrusted(name): untrusted(md5sum) for name, md5sum in sorted(types.items())},
         topics=topics,
-        empty=not bag.chunks and not bag.connections,
+        is_empty=not bag.chunks and not bag.connections,
         encryption=untrusted(bag.file.encryptor_name),
         gpg_user=untrusted(bag.file.header.get("gpg_user", b"").decode("utf-8", "replace")),
     )
 
 
-def summarize_topics(bag: BagReader, groups: Mapping[str, list[int]], *, frequencies: bool) -> list[Topic]:
+def summarize_topics(bag: BagReader, ids_by_topic: Mapping[str, list[int]], *, frequencies: bool) -> list[Topic]:
     """Return information about the given topics, sorted by name.
 
     Args:
-        bag: the bag.
-        groups: topic -> ids of its connections, at least one.
+        bag: the bag to describe.
+        ids_by_topic: topic -> ids of its connections, at least one per topic.
         frequencies: whether to compute frequencies, for which the whole index is read.
     """
     counts: dict[int, int] = {}
     for chunk in bag.chunks:
         for conn, count in chunk.counts.items():
             counts[conn] = counts.get(conn, 0) + count
-    frequency_by_topic = _compute_frequencies(bag, groups) if frequencies else {}
+    frequency_by_topic = _compute_frequencies(bag, ids_by_topic) if frequencies else {}
     return [
         Topic(
             name,
@@ -160,7 +160,7 @@ def summarize_topics(bag: BagReader, groups: Mapping[str, list[int]], *, frequen
             len(conn_ids),
             frequency_by_topic.get(name),
         )
-        for name, conn_ids in sorted(groups.items())
+        for name, conn_ids in sorted(ids_by_topic.items())
     ]
 
 
@@ -169,21 +169,21 @@ def _storage_by_compression(bag: BagReader) -> dict[str, Storage]:
     for header in bag.headers():
         previous = storage.get(header.compression, Storage(0, 0, 0))
         storage[header.compression] = Storage(
-            previous.chunks + 1, previous.size + header.size, previous.stored + header.stored_size
+            previous.chunks + 1, previous.size + header.size, previous.stored_size + header.stored_size
         )
     return storage
 
 
-def _compute_frequencies(bag: BagReader, groups: Mapping[str, list[int]]) -> dict[str, float]:
+def _compute_frequencies(bag: BagReader, ids_by_topic: Mapping[str, list[int]]) -> dict[str, float]:
     from statistics import median  # noqa: PLC0415 - slow to import, and rarely needed
 
-    times: dict[int, array[float]] = {conn_id: array("d") for conn_ids in groups.values() for conn_id in conn_ids}
+    times: dict[int, array[float]] = {conn_id: array("d") for conn_ids in ids_by_topic.values() for conn_id in conn_ids}
     for conn_id, stamp in islice(bag.times(), _MAX_STAMPS):
         if conn_id in times:
             times[conn_id].append(stamp / NS)
     frequency_by_topic = {}
-    for name, conn_ids in groups.items():
-        stamps = heapq.merge(*(times[conn_id] for conn_id in conn_ids))  # as in stock: out of order if chunks overlap
+    for name, conn_ids in ids_by_topic.items():
+        stamps = heapq.merge(*(times[conn_id] for conn_id in conn_ids))  # as in stock, out of order if chunks overlap
         periods = array("d", (later - earlier for earlier, later in pairwise(stamps)))
         period = median(periods) if periods else 0.0
         if period > 0:
@@ -195,7 +195,7 @@ def _compute_frequencies(bag: BagReader, groups: Mapping[str, list[int]]) -> dic
 
 
 def info_text(summary: Summary) -> str:
-    """Return the text that ``bag info`` prints, byte for byte like that of stock."""
+    """Return the text that ``bag info`` prints, byte for byte like stock's."""
     rows = list(_summary_rows(summary))
     width = max(len(name) for name, _ in rows) + 1
     return "\n".join(f"{name + ':' if name else '':{width}} {value}" for name, value in rows).rstrip()
@@ -204,7 +204,7 @@ def info_text(summary: Summary) -> str:
 def _summary_rows(summary: Summary) -> Iterator[tuple[str, str]]:
     yield "path", summary.path
     yield "version", summary.version
-    if summary.empty:
+    if summary.is_empty:
         yield "size", size_text(summary.size)
         return
     yield "duration", _duration_text(summary.duration)
@@ -213,7 +213,7 @@ def _summary_rows(summary: Summary) -> Iterator[tuple[str, str]]:
     yield "size", size_text(summary.size)
     yield "messages", str(summary.messages)
     yield "compression", ", ".join(_compression_texts(summary.storage)) or "none"
-    if summary.compressed:
+    if summary.is_compressed:
         yield from _compressed_size_rows(summary)
     if summary.encryption:
         yield "encryption", summary.encryption
@@ -231,7 +231,7 @@ def _compression_texts(storage: dict[str, Storage]) -> Iterator[str]:
     total = sum(storage_part.chunks for storage_part in storage.values())
     for name, storage_part in sorted(storage.items(), key=lambda item: (item[1].chunks, item[0]), reverse=True):
         ratio = (
-            f"; {100.0 * storage_part.stored / storage_part.size if storage_part.size else 0:.2f}%"
+            f"; {100.0 * storage_part.stored_size / storage_part.size if storage_part.size else 0:.2f}%"
             if name != "none"
             else ""
         )
@@ -310,14 +310,14 @@ def _with_unit(value: float, factor: float, units: tuple[str, ...]) -> str:
 def info_values(summary: Summary) -> dict[str, Any]:
     """Return the values that ``bag info -y`` prints. Floats are strings with a fixed number of digits."""
     values: dict[str, Any] = {"path": summary.path, "version": summary.version}
-    if summary.empty:
+    if summary.is_empty:
         return values | {"size": summary.size, "indexed": False}
     stamps = {"duration": summary.duration, "start": summary.start, "end": summary.end}
     values |= {name: f"{stamp:.6f}" for name, stamp in stamps.items()}
     values |= {"size": summary.size, "messages": summary.messages, "indexed": "unindexed" not in summary.version}
     most_common = max(summary.storage.items(), key=lambda item: (item[1].chunks, item[0]), default=("none", None))
     values["compression"] = most_common[0]
-    if summary.compressed:
+    if summary.is_compressed:
         values["uncompressed"], values["compressed"] = summary.sizes
     if summary.encryption:
         values["encryption"], values["GPG key user"] = summary.encryption, summary.gpg_user
@@ -336,7 +336,7 @@ def _topic_values(topic: Topic) -> dict[str, Any]:
 
 
 def yaml_text(values: dict[str, Any]) -> str:
-    """Return the YAML that ``bag info -y`` prints, byte for byte like that of stock."""
+    """Return the YAML that ``bag info -y`` prints, byte for byte like stock's."""
     lines = []
     for name, value in values.items():
         if isinstance(value, list):

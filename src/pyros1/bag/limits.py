@@ -1,4 +1,4 @@
-"""Memory limits for reading bags, since a small file can claim any size. Imports no other modules of `bag`.
+"""Memory limits for reading bags, since even a small file can claim any size. Imports no other modules from `bag`.
 
 Within the limits, reading needs this much memory (checked by `tests/bag/test_memory.py` and `test_limits.py`):
 

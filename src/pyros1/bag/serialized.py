@@ -1,4 +1,4 @@
-"""Runs operations on a bag one at a time, requested by any threads and signal handlers."""
+"""Runs operations on a bag one at a time; any thread or signal handler can request them."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class SerializedOperations:
         self._postponed: deque[tuple[Callable[..., object], tuple[Any, ...]]] = deque()
 
     def run(self, action: Callable[..., object], *args: Any) -> None:
-        """Call a function now or, in a signal handler that has interrupted an operation, when that has finished."""
+        """Call a function now or, in a signal handler that has interrupted an operation, after that operation."""
         with self.lock:
             if self.is_busy:
                 self._postponed.append((action, args))

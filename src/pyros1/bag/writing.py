@@ -1,4 +1,4 @@
-"""Writes new or existing bags from Python; messages are objects or encoded bytes."""
+"""Writes new bags, or appends to existing ones, from Python; messages are objects or encoded bytes."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ Header = Mapping[str, str | bytes]
 
 
 class BagOutput:
-    """A bag open for writing; use it in a ``with`` statement. Threads and signal handlers may write to it and close it.
+    """A bag open for writing; use it in a ``with`` statement. Any thread or signal handler may write to it or close it.
 
     Until it is closed, the bag has no index: after a crash, `pyros1 bag reindex` recovers everything written except the
-        last chunk. An exception in the ``with`` block closes the bag as usual, so it is complete up to that point.
+    last chunk. An exception in the ``with`` block closes the bag as usual, so it is complete up to that point.
 
     Args:
-        target: path of the file, or an open binary file, for reading and writing, which stays open.
+        target: path of the file, or a binary file that is open for reading and writing and stays open.
         more: whether to keep the content of the file and append to it; the file is created if it does not exist.
         compression: ``none``, ``bz2`` or ``lz4``.
         chunk_threshold: uncompressed size in bytes above which a chunk is closed.
@@ -36,6 +36,7 @@ class BagOutput:
         UnindexedError: with `more`, the bag was not closed; `pyros1 bag reindex` repairs it.
         BagError: with `more`, the file is not a bag to which messages can be added.
         OSError: the file cannot be created.
+        ValueError: the compression is unknown.
     """
 
     def __init__(
@@ -88,7 +89,7 @@ class BagOutput:
             header = message._connection_header or {}
         data = cls._encode(message)
         if header is None:
-            self._write_serialized((topic, cls), topic, data, stamp, cls)
+            self._write_in_turn((topic, cls), topic, data, stamp, cls)
         else:
             self.write_raw(topic, data, header, stamp)
 
@@ -106,27 +107,27 @@ class BagOutput:
         Raises:
             BagError, ValueError, OSError: as for :meth:`write`.
         """
-        self._write_serialized((topic, *sorted(header.items())), topic, data, stamp, header)
+        self._write_in_turn((topic, *sorted(header.items())), topic, data, stamp, header)
 
-    def _write_serialized(
-        self, key: Any, topic: str, data: bytes | memoryview, stamp: Time | float | None, source: Any
+    def _write_in_turn(
+        self, key: Any, topic: str, data: bytes | memoryview, stamp: Time | float | None, header_or_class: Any
     ) -> None:
-        self._operations.run(self._write, key, topic, data, _to_nanoseconds(stamp), source)
+        self._operations.run(self._write, key, topic, data, _to_nanoseconds(stamp), header_or_class)
 
-    def _write(self, key: Any, topic: str, data: bytes | memoryview, nanoseconds: int, source: Any) -> None:
+    def _write(self, key: Any, topic: str, data: bytes | memoryview, nanoseconds: int, header_or_class: Any) -> None:
         conn = self._conn_ids.get(key)
         if conn is None:
-            conn = self._conn_ids[key] = self.writer.add_connection(topic, self._header_fields(source))
+            conn = self._conn_ids[key] = self.writer.add_connection(topic, self._header_fields(header_or_class))
         self.writer.write(conn, nanoseconds, data)
 
-    def _header_fields(self, source: Any) -> dict[str, bytes]:
-        """Return a connection header as bytes, given one with strings or a message class."""
-        if isinstance(source, type):
-            cls: Any = source
-            source = {"type": cls._type, "md5sum": cls._md5sum, "message_definition": cls._full_text}
+    def _header_fields(self, header_or_class: Any) -> dict[str, bytes]:
+        """Return a connection header with bytes as values, from a header with strings or bytes, or a message class."""
+        if isinstance(header_or_class, type):
+            cls: Any = header_or_class
+            header_or_class = {"type": cls._type, "md5sum": cls._md5sum, "message_definition": cls._full_text}
         fields = {
             name: value.encode("utf-8", "surrogateescape") if isinstance(value, str) else bytes(value)
-            for name, value in source.items()
+            for name, value in header_or_class.items()
         }
         for name in ("type", "md5sum", "message_definition"):
             if name not in fields:
@@ -134,7 +135,7 @@ class BagOutput:
         return fields
 
     def flush(self) -> None:
-        """Pass all written data to the system, so that it survives a crash of this process."""
+        """Pass all written data to the operating system, so that the data survive a crash of this process."""
         self._operations.run(self.writer.flush)
 
     def close(self) -> None:

@@ -1,6 +1,6 @@
-"""The build backend of this project (PEP 517, PEP 660): setuptools, which first generates the stubs of the messages.
+"""The build backend of this project (PEP 517, PEP 660): generates the message stubs, then calls setuptools.
 
-So wheels and editable installs have up-to-date stubs of all definitions that come with pyros1.
+So wheels and editable installs have up-to-date stubs for all definitions that come with pyros1.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ warnings.filterwarnings("ignore", r"(?s).*is absent from the `packages` configur
 
 
 def make_stubs() -> None:
-    """Write the stubs of the definitions that come with pyros1, and remove all other stubs."""
+    """Write the stubs for the definitions that come with pyros1, and remove all other stubs."""
     library = stubs.shipped_library()
     for stub in stubs.STUBS_FOLDER.glob("*/*.pyi"):  # stubs of the user's own packages do not belong in the wheel
         stub.unlink()

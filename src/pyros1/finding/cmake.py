@@ -69,7 +69,7 @@ def cmake_lists(package: NewPackage, files: Collection[str]) -> str:
 
 
 def _files_in(folder: str, files: Collection[str]) -> list[str]:
-    """Return the names of the files in a folder."""
+    """Return the names of the files in one of the package's folders, sorted."""
     return sorted(PurePosixPath(name).name for name in files if PurePosixPath(name).parts[0] == folder)
 
 
@@ -89,7 +89,7 @@ def _find_package_block(package: NewPackage, components: Sequence[str]) -> str:
         if components
         else "find_package(catkin REQUIRED)\n"
     )
-    text += "".join(f"find_package({each} REQUIRED)\n" for each in package.system_depends)
+    text += "".join(f"find_package({key} REQUIRED)\n" for key in package.system_depends)
     boost = f"find_package(Boost REQUIRED COMPONENTS {' '.join(package.boost or ['system'])})\n"
     return text + (boost if package.boost else _comment_out(boost))
 
@@ -101,13 +101,13 @@ def _definitions_block(depends: Sequence[str], files: Collection[str]) -> str:
         call = _cmake_call(function, "FILES", *(existing_files or [placeholder]))
         text += call if existing_files else _comment_out(call)
     text += "# After DEPENDENCIES: the packages whose messages are fields of yours\n"
-    fields = [each for each in depends if each.endswith("_msgs")] or ["std_msgs"]
+    message_packages = [name for name in depends if name.endswith("_msgs")] or ["std_msgs"]
     if _files_in("action", files):
-        text += _cmake_call("generate_messages", "DEPENDENCIES", *fields)
+        text += _cmake_call("generate_messages", "DEPENDENCIES", *message_packages)
     elif has_definitions(files):
-        text += _cmake_call("generate_messages", *(f"# {each}" for each in ["DEPENDENCIES", *fields]))
+        text += _cmake_call("generate_messages", *(f"# {word}" for word in ["DEPENDENCIES", *message_packages]))
     else:
-        text += _comment_out(_cmake_call("generate_messages", "DEPENDENCIES", *fields))
+        text += _comment_out(_cmake_call("generate_messages", "DEPENDENCIES", *message_packages))
     cfg_files = [f"cfg/{name}" for name in _files_in("cfg", files)]
     options_call = _cmake_call("generate_dynamic_reconfigure_options", *(cfg_files or ["cfg/Settings1.cfg"]))
     return f"{text}# Settings for dynamic_reconfigure\n{options_call if cfg_files else _comment_out(options_call)}"
@@ -116,7 +116,7 @@ def _definitions_block(depends: Sequence[str], files: Collection[str]) -> str:
 def _catkin_package_block(depends: Sequence[str], has_messages: bool) -> str:
     lines = ["# INCLUDE_DIRS include", "# LIBRARIES ${PROJECT_NAME}"]
     exported = [*depends, *(["message_runtime"] if has_messages else [])]
-    lines.append(f"{'' if exported else '# '}CATKIN_DEPENDS{''.join(f' {each}' for each in exported)}")
+    lines.append(f"{'' if exported else '# '}CATKIN_DEPENDS{''.join(f' {name}' for name in exported)}")
     lines += [] if has_messages else ["# message_runtime"]
     return "# What this package exports to packages that depend on it\n" + _cmake_call("catkin_package", *lines)
 

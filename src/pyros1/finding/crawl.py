@@ -1,6 +1,6 @@
-"""Finds all packages on this machine with a crawl of folders, whose results are cached between commands.
+"""Finds all packages on this machine by crawling folders; the results are cached between commands.
 
-The record of a crawl contains the modification time and the content of each folder. A later command only checks the
+The records of a crawl contain the modification time and the content of each folder. A later command only checks the
 times, and reads the folders that have changed, so additions, moves and removals are noticed immediately. Folders that
 have just changed are not recorded, since a second change within the clock's resolution would not be noticed.
 """
@@ -32,7 +32,7 @@ class FoundPackage(NamedTuple):
 
     Attributes:
         name: the package's name.
-        folder: its path.
+        folder: path of the package's folder.
         manifest: file name of its manifest: ``package.xml``, ``manifest.xml`` or, for a rosbuild stack, ``stack.xml``.
         is_meta: whether it is a metapackage.
     """
@@ -43,8 +43,8 @@ class FoundPackage(NamedTuple):
     is_meta: bool
 
     @property
-    def catkin(self) -> bool:
-        """Whether it is a catkin package, not a rosbuild package."""
+    def is_catkin(self) -> bool:
+        """Whether it is a catkin package rather than a rosbuild package."""
         return self.manifest == "package.xml"
 
 
@@ -83,16 +83,18 @@ def all_packages(environ: Mapping[str, str], *, roots: list[tuple[str, int]] | N
     found: dict[str, FoundPackage] = {}
     for root, depth in roots:
         packages = list(crawl.packages(root, depth))
-        direct = {package.name for package in packages if _is_direct(package, root)}
-        for package in sorted(packages, key=lambda package: package.name in direct and not _is_direct(package, root)):
+        direct_names = {package.name for package in packages if _is_direct(package, root)}
+        for package in sorted(
+            packages, key=lambda package: package.name in direct_names and not _is_direct(package, root)
+        ):
             found.setdefault(package.folder, package)
-    if crawl.changed:
+    if crawl.has_changed:
         _save_records(file, crawl.trusted_records())
     return list(found.values())
 
 
 def find_cached(environ: Mapping[str, str], name: str) -> FoundPackage | None:
-    """Return a package from the record of an earlier crawl, without checking all other packages.
+    """Return a package from the records of an earlier crawl, without checking all other packages.
 
     Folders that contain packages are checked, and so is the package itself.
 
@@ -146,7 +148,7 @@ def _cached_packages(records: Mapping[str, Record], folder: str, depth: int, nam
             known_record = records.get(path)
             if (
                 known_record is None or not known_record[2] or known_record[4] == name or known_record[1]
-            ):  # otherwise it is another package
+            ):  # otherwise the folder is another package
                 yield from _cached_packages(records, path, depth - 1, name)
 
 
@@ -156,14 +158,14 @@ def _record_file(environ: Mapping[str, str], roots: list[tuple[str, int]]) -> st
 
 
 class Crawl:
-    """A search through folders that uses the records of an earlier one.
+    """A search through folders that uses the records of an earlier search.
 
     Args:
         records: folder -> record.
         now: the current time in nanoseconds; None to use the clock.
 
     Attributes:
-        changed: whether any folder differed from its record or had none.
+        has_changed: whether any folder differed from its record or had no record.
     """
 
     def __init__(self, records: Mapping[str, Record], now: int | None = None) -> None:
@@ -172,10 +174,10 @@ class Crawl:
         # Folders visited below the current root; links to them are not followed.
         self._visited: set[tuple[int, int]] = set()
         self._now = time.time_ns() if now is None else now
-        self.changed = False
+        self.has_changed = False
 
     def packages(self, folder: str, depth: int, ancestors: tuple[tuple[int, int], ...] = ()) -> Iterator[FoundPackage]:
-        """Yield the packages in a folder and below, in the order of their names.
+        """Yield the packages in a folder and below, sorted by name.
 
         Args:
             folder: the folder to search.
@@ -203,7 +205,7 @@ class Crawl:
                 yield from self.packages(f"{folder.rstrip('/')}/{subfolder}", depth - 1, (*ancestors, folder_id))
 
     def trusted_records(self) -> dict[str, Record]:
-        """Return the records of folders that have not just changed, on which a later crawl can rely."""
+        """Return the records on which a later crawl can rely: those of folders that have not just changed."""
         newest_trusted = self._now - _MIN_TRUSTED_AGE
         return {
             folder: record for folder, record in self._new_records.items() if max(record[0], record[3]) < newest_trusted
@@ -216,12 +218,12 @@ class Crawl:
                 record = _read_folder(folder, mtime)
             except OSError:
                 return None
-            self.changed = True
+            self.has_changed = True
         self._new_records[folder] = record
         return record
 
 
-def profile(roots: list[tuple[str, int]]) -> list[tuple[float, str, bool]]:
+def measure_folders(roots: list[tuple[str, int]]) -> list[tuple[float, str, bool]]:
     """Measure how long it takes to read each folder and everything below it, without records; slowest first.
 
     Args:
@@ -277,14 +279,18 @@ def _read_folder(folder: str, mtime: int) -> Record:
     if not _IGNORE_MARKERS.isdisjoint(entries):
         folders: list[str] = []
     else:  # broken links are kept, since their targets may appear later
-        folders = sorted(n for n, entry in entries.items() if n[0] != "." and (entry.is_symlink() or entry.is_dir()))
+        folders = sorted(
+            entry_name
+            for entry_name, entry in entries.items()
+            if entry_name[0] != "." and (entry.is_symlink() or entry.is_dir())
+        )
     if manifest:
         return [mtime, folders, manifest, _modification_time(folder, manifest), os.path.basename(folder), False]
     return [mtime, folders, "", 0, "", False]
 
 
 def read_identity(folder: str, manifest: str) -> tuple[str, bool]:
-    """Return the name of the package in a folder, and whether it is a metapackage."""
+    """Return the name of the package in a folder, and whether the package is a metapackage."""
     folder_name = os.path.basename(folder)
     if manifest != "package.xml":
         return folder_name, False
@@ -320,12 +326,12 @@ def _is_record(value: Any) -> bool:
 
 def _save_records(file: str, records: Mapping[str, Record]) -> None:
     """Write the records for the next command. If that fails, the next command reads all folders."""
-    temporary = f"{file}.{os.getpid()}"
+    temporary_file = f"{file}.{os.getpid()}"
     try:
         os.makedirs(os.path.dirname(file), exist_ok=True, mode=0o700)
-        with open(temporary, "w", encoding="utf-8") as stream:
+        with open(temporary_file, "w", encoding="utf-8") as stream:
             stream.write(json.dumps([_VERSION, records], separators=(",", ":")))
-        os.replace(temporary, file)
+        os.replace(temporary_file, file)
     except OSError:
         with contextlib.suppress(OSError):
-            os.unlink(temporary)
+            os.unlink(temporary_file)

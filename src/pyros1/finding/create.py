@@ -13,9 +13,9 @@ from pyros1.finding.cmake import cmake_lists, has_definitions
 from pyros1.finding.new_package import NewPackage
 from pyros1.ground.errors import Error
 
-TEMPLATES = Path(__file__).resolve().parent / "templates"
-_NAME = re.compile(r"[a-z][a-z0-9]*(_[a-z0-9]+)*")
-_PERSON = re.compile(r"(.*?)\s*<([^<>]+@[^<>]+)>")
+TEMPLATES_FOLDER = Path(__file__).resolve().parent / "templates"
+_NAME_PATTERN = re.compile(r"[a-z][a-z0-9]*(_[a-z0-9]+)*")
+_PERSON_PATTERN = re.compile(r"(.*?)\s*<([^<>]+@[^<>]+)>")
 
 
 class CreateError(Error):
@@ -28,7 +28,7 @@ def package_name_problem(name: str) -> str:
         return "it is empty"
     if name[0].isdigit() or name[0] in "_-":
         return "it must start with a letter"
-    if not _NAME.fullmatch(name) or len(name) < 2:
+    if not _NAME_PATTERN.fullmatch(name) or len(name) < 2:
         return (
             "use only lower-case letters, digits and single underscores, two characters or more, for example my_robot"
         )
@@ -48,8 +48,8 @@ def create_package(package: NewPackage, parent: Path) -> list[str]:
         The paths of the new files and folders relative to ``parent``, in order; folders have a trailing slash.
 
     Raises:
-        CreateError: the name or version is not valid, a file already exists (nothing is written then), or a file cannot
-            be written.
+        CreateError: the name or version is not valid; a file already exists, in which case nothing is written; or a
+            file cannot be written.
     """
     if not re.fullmatch(r"[^\W]([\w-]*)", package.name):
         raise CreateError(f"'{package.name}' is not a valid package name: {package_name_problem(package.name)}")
@@ -101,12 +101,12 @@ def _content_files(package: NewPackage) -> dict[str, str]:
         return {}
     files = {}
     if package.examples:
-        for base, _, names in os.walk(TEMPLATES):
+        for base, _, names in os.walk(TEMPLATES_FOLDER):
             for name in sorted(names):
                 path = Path(base, name)
                 text = path.read_text(encoding="utf-8")
                 text = text.replace("@NAME@", package.name).replace("@DESCRIPTION@", _description(package))
-                files[path.relative_to(TEMPLATES).as_posix()] = text
+                files[path.relative_to(TEMPLATES_FOLDER).as_posix()] = text
     return {**files, **package.files}
 
 
@@ -128,19 +128,22 @@ def package_xml(package: NewPackage, files: Collection[str]) -> str:
         f"  <description>{escape(_description(package))}</description>",
     ]
     user = os.environ.get("USER") or "user"
-    lines += ["", *(_person_tag("maintainer", each) for each in package.maintainers or [f"{user} <{user}@todo.todo>"])]
-    lines += [_person_tag("author", each) for each in package.authors]
-    lines += [f"  <license>{escape(each)}</license>" for each in package.licenses or ["TODO"]]
+    lines += [
+        "",
+        *(_person_tag("maintainer", person) for person in package.maintainers or [f"{user} <{user}@todo.todo>"]),
+    ]
+    lines += [_person_tag("author", person) for person in package.authors]
+    lines += [f"  <license>{escape(license_name)}</license>" for license_name in package.licenses or ["TODO"]]
     lines += [f'  <!-- <url type="website">http://wiki.ros.org/{package.name}</url> -->']
     lines += ["", "  <buildtool_depend>catkin</buildtool_depend>"]
     if package.is_meta:
-        lines += [f"  <exec_depend>{escape(each)}</exec_depend>" for each in sorted(package.depends)]
+        lines += [f"  <exec_depend>{escape(name)}</exec_depend>" for name in sorted(package.depends)]
         lines += ["", "  <export>", "    <metapackage/>", "  </export>"]
     else:
         depends = _dependency_names(package, has_messages)
-        lines += [f"  <depend>{escape(each)}</depend>" for each in depends]
+        lines += [f"  <depend>{escape(name)}</depend>" for name in depends]
         lines += [
-            f"  <exec_depend>{escape(each)}</exec_depend>" for each in sorted({*package.run_depends} - {*depends})
+            f"  <exec_depend>{escape(name)}</exec_depend>" for name in sorted({*package.run_depends} - {*depends})
         ]
         if has_messages:
             lines += ["  <build_depend>message_generation</build_depend>"]
@@ -158,7 +161,7 @@ def _dependency_names(package: NewPackage, has_messages: bool) -> list[str]:
 
 
 def _person_tag(tag: str, person: str) -> str:
-    match = _PERSON.fullmatch(person)
+    match = _PERSON_PATTERN.fullmatch(person)
     if match:
         return f'  <{tag} email="{escape(match[2])}">{escape(match[1] or match[2])}</{tag}>'
     email_attribute = (

@@ -14,7 +14,7 @@ class Packages:
     """Packages and their dependencies; manifests are read when needed.
 
     Args:
-        found: the packages in order of precedence; the first one with a name is used.
+        packages: the packages in order of precedence; if several have the same name, the first one is used.
     """
 
     def __init__(self, packages: Sequence[FoundPackage]) -> None:
@@ -58,10 +58,10 @@ class Packages:
         """
         manifest = self.manifest(name)
         names = manifest.run_dependencies()
-        missing = [each for each in names if each not in self.by_name]
-        if missing and not manifest.catkin:
+        missing = [dependency for dependency in names if dependency not in self.by_name]
+        if missing and not manifest.is_catkin:
             raise ManifestError(f"package '{name}' depends on non-existent package '{missing[0]}'")
-        return [each for each in names if each in self.by_name]
+        return [dependency for dependency in names if dependency in self.by_name]
 
     def dependencies(self, name: str) -> list[str]:
         """Return all direct and indirect dependencies of a package, each one before the packages that need it."""
@@ -72,37 +72,37 @@ class Packages:
         result: dict[str, None] = {}
         pending = [*reversed(self.direct_dependencies(name))]
         while pending:
-            each = pending.pop()
-            if each not in result and each != name:
-                result[each] = None
-                pending += reversed(self.direct_dependencies(each))
+            dependency = pending.pop()
+            if dependency not in result and dependency != name:
+                result[dependency] = None
+                pending += reversed(self.direct_dependencies(dependency))
         return list(result)
 
     def dependents(self, name: str) -> list[str]:
         """Return the packages that depend on a package directly, sorted."""
-        return sorted(each for each in self.by_name if name in self._readable_dependencies(each))
+        return sorted(dependent for dependent in self.by_name if name in self._readable_dependencies(dependent))
 
     def all_dependents(self, name: str) -> list[str]:
         """Return the packages that depend on a package directly or indirectly, sorted."""
         dependents: dict[str, list[str]] = {}
-        for each in self.by_name:
-            for dependency in self._readable_dependencies(each):
-                dependents.setdefault(dependency, []).append(each)
+        for package_name in self.by_name:
+            for dependency in self._readable_dependencies(package_name):
+                dependents.setdefault(dependency, []).append(package_name)
         result: set[str] = set()
         pending = list(dependents.get(name, []))
         while pending:
-            each = pending.pop()
-            if each not in result:
-                result.add(each)
-                pending += dependents.get(each, [])
+            dependent = pending.pop()
+            if dependent not in result:
+                result.add(dependent)
+                pending += dependents.get(dependent, [])
         return sorted(result - {name})
 
     def tree(self, name: str, level: int = 0, ancestors: tuple[str, ...] = ()) -> Iterator[tuple[int, str]]:
         """Yield (level, package) for each entry in the tree of a package's dependencies, from the top down."""
-        for each in self.direct_dependencies(name):
-            yield level, each
-            if each not in ancestors:
-                yield from self.tree(each, level + 1, (*ancestors, name))
+        for dependency in self.direct_dependencies(name):
+            yield level, dependency
+            if dependency not in ancestors:
+                yield from self.tree(dependency, level + 1, (*ancestors, name))
 
     def chains(self, name: str, target: str) -> Iterator[tuple[str, ...]]:
         """Yield all chains of dependencies from one package to another, both included."""
@@ -110,18 +110,18 @@ class Packages:
         yield from self._chains((name,), target, candidates)
 
     def _chains(self, chain: tuple[str, ...], target: str, candidates: set[str]) -> Iterator[tuple[str, ...]]:
-        for each in self.direct_dependencies(chain[-1]):
-            if each == target:
-                yield (*chain, each)
-            elif each in candidates and each not in chain:
-                yield from self._chains((*chain, each), target, candidates)
+        for dependency in self.direct_dependencies(chain[-1]):
+            if dependency == target:
+                yield (*chain, dependency)
+            elif dependency in candidates and dependency not in chain:
+                yield from self._chains((*chain, dependency), target, candidates)
 
     def _iter_dependencies(self, name: str, seen: set[str]) -> Iterator[str]:
-        for each in self.direct_dependencies(name):
-            if each not in seen:
-                seen.add(each)
-                yield from self._iter_dependencies(each, seen)
-                yield each
+        for dependency in self.direct_dependencies(name):
+            if dependency not in seen:
+                seen.add(dependency)
+                yield from self._iter_dependencies(dependency, seen)
+                yield dependency
 
     def _readable_dependencies(self, name: str) -> Iterable[str]:
         """Return a package's direct dependencies; empty if its manifest is invalid, since one invalid manifest must not

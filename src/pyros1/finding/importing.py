@@ -49,8 +49,8 @@ class MessageFinder:
         """Check that a module can be created.
 
         Args:
-            name: full name of a package, its msg or srv module, or a type there: Python only requests a type, as if it
-                were a module, if the msg or srv module does not have it.
+            name: full name of a package, of its msg or srv module, or of a type in one of these modules. Python
+                requests a type, as if it were a module, only if the module does not have it.
 
         Raises:
             ImportError: there is no such package or type; the message suggests a similar name.
@@ -61,8 +61,8 @@ class MessageFinder:
             message = f"No module named {name!r}: {self.library.missing_package_message(package)}"
             raise ModuleNotFoundError(message, name=name)
         match kind:
-            case ["msg" | "srv" as part, short]:
-                raise ImportError(self._import_problem(f"{package}/{short}", part), name=name)
+            case ["msg" | "srv" as part, short_name]:
+                raise ImportError(self._import_problem(f"{package}/{short_name}", part), name=name)
 
     def fill(self, module: ModuleType) -> None:
         """Initialise a new module: msg and srv modules create each class when it is first used."""
@@ -72,7 +72,7 @@ class MessageFinder:
         if not kinds:
             return
         make_class, list_names = (
-            (self.message, self._messages) if kinds == ["msg"] else (self._service_part, self._services)
+            (self.message, self._message_names) if kinds == ["msg"] else (self._service_part, self._service_names)
         )
 
         def __getattr__(name: str) -> Any:
@@ -90,20 +90,21 @@ class MessageFinder:
 
     def _import_problem(self, name: str, kind: str) -> str:
         """Return the reason why a type cannot be imported from a msg or srv module."""
-        make, other_names, other_kind = (
+        make_class, other_names, other_kind = (
             (self.message, self.library.services, "srv")
             if kind == "msg"
             else (self.service, self.library.messages, "msg")
         )
-        package, _, short = name.partition("/")
+        package, _, short_name = name.partition("/")
         try:
-            make(name)
+            make_class(name)
         except UnknownTypeError as error:
-            if short in other_names(package):
-                return f"{error}; did you mean {MSGS_PACKAGE}.{module_name(package)}.{other_kind}.{short}?"
+            if short_name in other_names(package):
+                return f"{error}; did you mean {MSGS_PACKAGE}.{module_name(package)}.{other_kind}.{short_name}?"
             return str(error)
         return (
-            f"{short} is a class, not a module: write from {MSGS_PACKAGE}.{module_name(package)}.{kind} import {short}"
+            f"{short_name} is a class, not a module: write "
+            f"from {MSGS_PACKAGE}.{module_name(package)}.{kind} import {short_name}"
         )
 
     # -- classes -------------------------------------------------------------------------------------------------------
@@ -132,34 +133,34 @@ class MessageFinder:
         return self._cached_class(name, "srv", make)  # type: ignore[no-any-return]  # the type that make returns
 
     def _module_of(self, name: str, kind: str, module: str) -> str:
-        package, _, short = name.partition("/")
-        return f"{package}.{kind}._{short}" if self.uses_stock_names else module
+        package, _, short_name = name.partition("/")
+        return f"{package}.{kind}._{short_name}" if self.uses_stock_names else module
 
     def _service_part(self, name: str) -> type[Any]:
-        """Return the class with a name in a srv module: that of a service, its request or its response."""
-        short = name.partition("/")[2]
-        if short not in self.library.services(name.partition("/")[0]):
+        """Return the class that a srv module has under a name: a service's class, or its request's or response's."""
+        short_name = name.partition("/")[2]
+        if short_name not in self.library.services(name.partition("/")[0]):
             for part, attribute in (("Request", "_request_class"), ("Response", "_response_class")):
-                if short.endswith(part):
+                if short_name.endswith(part):
                     service = self.service(name.removesuffix(part))
                     return self._cached_class(name, "srv", lambda _: getattr(service, attribute))  # type: ignore[no-any-return]  # noqa: B023  called at once
         return self.service(name)
 
     def _cached_class(self, name: str, kind: str, make: Callable[[str], type[Any]]) -> Any:
-        package, _, short = name.partition("/")
+        package, _, short_name = name.partition("/")
         if not is_type_name(name) or not self.library.has_package(package):
             # Raises an error with a suggestion.
             return self.library.message(name) if kind == "msg" else self.library.service(name)
         module = importlib.import_module(f"{MSGS_PACKAGE}.{module_name(package)}.{kind}")
-        cached = vars(module).get(short)
+        cached = vars(module).get(short_name)
         if cached is None:
-            # Another thread may have created the class in the meantime; the first one is kept.
-            cached = vars(module).setdefault(short, make(module.__name__))
+            # Another thread may have created the class in the meantime; the class stored first is kept.
+            cached = vars(module).setdefault(short_name, make(module.__name__))
         return cached
 
-    def _messages(self, package: str) -> list[str]:
+    def _message_names(self, package: str) -> list[str]:
         names: list[str] = self.library.messages(package)
         return names
 
-    def _services(self, package: str) -> list[str]:
+    def _service_names(self, package: str) -> list[str]:
         return [name + part for name in self.library.services(package) for part in ("", "Request", "Response")]

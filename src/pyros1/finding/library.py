@@ -1,7 +1,7 @@
 """Finds and parses definitions of messages and services by name, ``package/Type`` (G28).
 
-It searches the packages found by `packages`, then the definitions that come with pyros1. A package's folder can contain
-``msg``, ``srv`` and ``action``; the messages of an action need no .msg files.
+The packages found by `packages` are searched first, then the definitions that come with pyros1. A package's folder can
+contain the folders ``msg``, ``srv`` and ``action``; the messages of an action need no .msg files.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ class Library:
 
     Args:
         environ: environment variables; ``ROS_PACKAGE_PATH`` and ``CMAKE_PREFIX_PATH`` are used.
-        installs: ``share`` folders of stock installations; None for those on this machine.
+        installs: ``share`` folders of stock installations; None for the installations on this machine.
         shipped: folder of the definitions that come with pyros1.
     """
 
@@ -93,11 +93,11 @@ class Library:
         return spec
 
     def has_package(self, package: str) -> bool:
-        """Return whether there is a package with that name that has definitions."""
+        """Return whether a package with that name exists and has definitions."""
         return any(map(_has_definitions, self.folders(package)))
 
     def messages(self, package: str) -> list[str]:
-        """Return the short names of a package's messages, including those of its actions, sorted."""
+        """Return the short names of a package's messages, including its actions' messages, sorted."""
         names = set(self._definition_names(package, "msg"))
         for action in self._definition_names(package, "action"):
             names.update(action + part for part in _ACTION_PARTS)
@@ -150,9 +150,9 @@ class Library:
     def _find_definition(self, name: str, kind: str) -> str | None:
         if not is_type_name(name):
             return None
-        package, _, short = name.partition("/")
+        package, _, short_name = name.partition("/")
         for folder in self.folders(package):
-            path = os.path.join(folder, kind, f"{short}.{kind}")
+            path = os.path.join(folder, kind, f"{short_name}.{kind}")
             if os.path.isfile(path):
                 return path
         return None
@@ -179,7 +179,7 @@ class Library:
         short_names = list_names(package)
         if not self.has_package(package):
             return f"{kind} type [{name}] is unknown: {self.missing_package_message(package)}"
-        hint = did_you_mean(name, (f"{package}/{short}" for short in short_names))
+        hint = did_you_mean(name, (f"{package}/{short_name}" for short_name in short_names))
         available = f"; package [{package}] has {', '.join(short_names) or f'no {kind}s'}"
         return f"{kind} type [{name}] is unknown{hint or available}"
 
@@ -187,11 +187,11 @@ class Library:
         """Return a few existing full names that may be meant by a name without a package, or by one with a folder, as
         in ROS 2.
         """
-        package, short = name.partition("/")[0], name.rpartition("/")[2]
+        package, short_name = name.partition("/")[0], name.rpartition("/")[2]
         if "/" in name:
-            suggestion = f"{package}/{short}"
-            return [suggestion] if suggestion != name and short in list_names(package) else []
-        found = [f"{package}/{short}" for package in self.packages() if short in list_names(package)]
+            suggestion = f"{package}/{short_name}"
+            return [suggestion] if suggestion != name and short_name in list_names(package) else []
+        found = [f"{package}/{short_name}" for package in self.packages() if short_name in list_names(package)]
         return found[:_MAX_HINTS]
 
 

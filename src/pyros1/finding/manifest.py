@@ -35,28 +35,30 @@ class Manifest:
     Attributes:
         name: name of the package.
         path: path of the file.
-        catkin: whether the file is a package.xml, not a manifest.xml.
+        is_catkin: whether the file is a package.xml rather than a manifest.xml.
         depends: (tag, package) of each dependency, as written.
         exports: (tag, attributes) of each export.
         system_keys: rosdep keys of system packages, from a manifest.xml's ``rosdep`` tags.
         version: the version as written; empty if there is none.
-        metapackage: whether it is a metapackage.
+        is_metapackage: whether it is a metapackage.
     """
 
     name: str
     path: Path
-    catkin: bool
+    is_catkin: bool
     version: str = ""
     depends: list[tuple[str, str]] = field(default_factory=list)
     exports: list[tuple[str, dict[str, str]]] = field(default_factory=list)
     system_keys: list[str] = field(default_factory=list)
-    metapackage: bool = False
+    is_metapackage: bool = False
 
     def run_dependencies(self) -> list[str]:
-        """Return the names of the run-time dependencies, without duplicates; for a rosbuild package, of all."""
-        if not self.catkin:
+        """Return the names of the run-time dependencies, or of all dependencies for a rosbuild package, without
+        duplicates.
+        """
+        if not self.is_catkin:
             return list(dict.fromkeys(name for _, name in self.depends))
-        return list(dict.fromkeys(name for tag in RUN_TAGS for each, name in self.depends if each == tag))
+        return list(dict.fromkeys(name for run_tag in RUN_TAGS for tag, name in self.depends if tag == run_tag))
 
     def exported_values(self, language: str, attribute: str) -> list[str]:
         """Return the values of ``attribute`` in exports with the tag ``language``; ``${prefix}`` is replaced."""
@@ -70,7 +72,7 @@ def read_manifest(path: Path, name: str = "") -> Manifest:
 
     Args:
         path: path of package.xml, manifest.xml or stack.xml.
-        name: the package's name if the file does not contain it; if empty, that is the folder's name.
+        name: the package's name if the file does not contain it; if this is empty, too, the folder's name is used.
 
     Raises:
         ManifestError: the file cannot be read, or is not a manifest.
@@ -89,22 +91,22 @@ def read_manifest(path: Path, name: str = "") -> Manifest:
     if root.tag not in ("package", "stack"):
         raise ManifestError(f"{path}: the root element is <{root.tag}>, not <package>")
     name = _element_text(root.find("name")) or name or path.parent.name
-    catkin = path.name == "package.xml"
+    is_catkin = path.name == "package.xml"
     exports = [(child.tag, dict(child.attrib)) for tag in root.findall("export") for child in tag]
     return Manifest(
         name,
         path,
-        catkin,
+        is_catkin,
         version=_element_text(root.find("version")),
-        depends=_read_dependencies(root, catkin),
+        depends=_read_dependencies(root, is_catkin),
         exports=exports,
         system_keys=[child.attrib["name"] for child in root.findall("rosdep") if "name" in child.attrib],
-        metapackage=any(tag == "metapackage" for tag, _ in exports),
+        is_metapackage=any(tag == "metapackage" for tag, _ in exports),
     )
 
 
-def _read_dependencies(root: Element, catkin: bool) -> list[tuple[str, str]]:
-    if catkin:
+def _read_dependencies(root: Element, is_catkin: bool) -> list[tuple[str, str]]:
+    if is_catkin:
         return [
             (child.tag, _element_text(child))
             for child in root

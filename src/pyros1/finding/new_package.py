@@ -12,13 +12,13 @@ class NewPackage:
 
     Attributes:
         name: name of the package.
-        depends: packages that it needs for building and running.
-        run_depends: packages that it only needs for running.
+        depends: packages that the new package needs for building and running.
+        run_depends: packages that it needs only for running.
         system_depends: rosdep keys of its system dependencies.
-        boost: Boost components to link with.
+        boost: names of the Boost components to link with.
         version, description, licenses, authors, maintainers: content of package.xml; people as ``Name <address>``.
         is_meta: whether it is a metapackage.
-        examples: whether to add example nodes, a message and a launch file.
+        examples: whether to add example nodes, an example message and an example launch file.
         files: further files: path in the package -> text. Files that begin with ``#!`` are made executable.
     """
 

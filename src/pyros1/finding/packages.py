@@ -34,10 +34,10 @@ OWN_PACKAGES = os.path.join(os.path.dirname(os.path.dirname(os.path.realpath(__f
 """Folder of the ROS packages that come with pyros1."""
 
 # Compiled when needed, which is never the case in most nodes.
-_COMMENT = "(?s)<!--.*?-->"
-_NAME_TAG = r"<name\s*>\s*([^<\s]+)\s*</name\s*>"
+_COMMENT_PATTERN = "(?s)<!--.*?-->"
+_NAME_TAG_PATTERN = r"<name\s*>\s*([^<\s]+)\s*</name\s*>"
 _MAX_MANIFEST_SIZE = 1 << 20
-"""Maximum number of characters of a package.xml that are read to find the name."""
+"""Maximum number of characters of a package.xml that are read to find the package's name."""
 _IGNORE_MARKERS = frozenset({"CATKIN_IGNORE", "AMENT_IGNORE", "COLCON_IGNORE", "rospack_nosubdirs"})
 MAX_CRAWL_DEPTH = 20
 """Number of levels that are searched for packages below a folder of ``ROS_PACKAGE_PATH``."""
@@ -87,7 +87,7 @@ class PackageIndex:
 
     Args:
         environ: environment variables; ``ROS_PACKAGE_PATH`` and ``CMAKE_PREFIX_PATH`` are used.
-        installs: folders of packages to search after ``ROS_PACKAGE_PATH``; None for those on this machine.
+        installs: folders of packages to search after ``ROS_PACKAGE_PATH``; None for the installations on this machine.
         own: folder of the packages that come with pyros1.
     """
 
@@ -134,7 +134,7 @@ class PackageIndex:
         return folder
 
     def paths(self) -> dict[str, Path]:
-        """Return the folders of all packages (name -> path); the first package with a name is used."""
+        """Return package name -> folder of all packages; of several packages with one name, the first is used."""
         result: dict[str, str] = {}
         for root in self._roots:
             for name, folder in self._crawl(root).items():
@@ -142,9 +142,9 @@ class PackageIndex:
         for share in self._flat_folders:
             for base in _list_folder(share):
                 folder = os.path.join(share, base)
-                name_found = _package_name(folder) if base[0] != "." else None
-                if name_found is not None:
-                    result.setdefault(name_found, folder)
+                found_name = _package_name(folder) if base[0] != "." else None
+                if found_name is not None:
+                    result.setdefault(found_name, folder)
         return dict(zip(result, _to_paths(result.values()), strict=True))
 
     def packages_below_roots(self) -> _StrList:
@@ -220,7 +220,7 @@ class PackageIndex:
         )
 
     def executables(self, package: str) -> _StrList:
-        """Return the names of all executables of a package, sorted.
+        """Return the names of all executables in a package, sorted.
 
         Args:
             package: package name.
@@ -299,24 +299,24 @@ def _package_name(folder: str) -> str | None:
     """Return the name of the package in ``folder``, or None if it is not a package."""
     try:
         text = manifest_text(os.path.join(folder, "package.xml"))
-    except (OSError, ValueError):  # ValueError: names from bags and peers may not be possible as file names
+    except (OSError, ValueError):  # ValueError: a name from a bag or a peer may not be a possible file name
         return os.path.basename(folder) if os.path.isfile(os.path.join(folder, "manifest.xml")) else None
     return package_name_in(strip_comments(text)) or os.path.basename(folder)
 
 
 def strip_comments(text: str) -> str:
     """Return a manifest's text without comments."""
-    return re.sub(_COMMENT, "", text)
+    return re.sub(_COMMENT_PATTERN, "", text)
 
 
 def package_name_in(text: str) -> str:
     """Return the package name in a manifest's text without comments, or an empty string if there is none."""
-    match = re.search(_NAME_TAG, text)
+    match = re.search(_NAME_TAG_PATTERN, text)
     return match[1] if match else ""
 
 
 def enclosing_package(file: Path) -> tuple[Path, str]:
-    """Return the path and name of the package that contains a file, or those of the file's folder if there is none."""
+    """Return the path and name of the package that contains a file, or of the file's folder if no package does."""
     path = file.resolve()
     for folder in path.parents:
         name = _package_name(str(folder))
@@ -338,7 +338,7 @@ def _packages_below(
 ) -> Iterator[str]:
     """Yield package folders in order. Packages do not nest; folders with ignore markers and circular links are skipped.
 
-    ``ancestors`` contains (device, inode) of each parent folder, ``seen`` that of each visited folder; links to these
+    ``ancestors`` contains (device, inode) of each parent folder, ``seen`` those of each visited folder; links to these
     folders are skipped.
     """
     try:
@@ -363,10 +363,10 @@ def _packages_below(
 
 
 def files_below(folder: str) -> Iterator[tuple[str, _StrList]]:
-    """Yield a folder and the folders below, each with the names of its files, in order; hidden folders are skipped.
+    """Yield a folder and the folders below it, each with the names of its files, in order; hidden folders are skipped.
 
     As in stock, links to folders are followed after everything that is reached without them. Each folder is visited
-    once, and the parents of `folder` never, so circular links are harmless.
+    once, and the parents of `folder` are never visited, so circular links are harmless.
     """
     seen = {_device_and_inode(parent) for parent in _parents(os.path.realpath(folder))}
     start_folders = [folder]

@@ -1,5 +1,5 @@
-"""Determines which modules Python programs use: pyros1's replacements of stock ROS 1 (`pyros1.drop_in`), or those of
-the system.
+"""Determines which modules Python programs use: pyros1's replacements for stock ROS 1's modules (`pyros1.drop_in`), or
+the modules of the system.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ SYSTEM_FOLDERS = ("/usr/lib/", "/usr/share/")
 
 
 def modules_environment(environ: Mapping[str, str]) -> dict[str, str]:
-    """Return environment variables with which Python programs find our modules or, in interpreters without pyros1,
-    report where it is installed.
+    """Return environment variables with which Python programs find our modules or, in an interpreter without pyros1,
+    report where pyros1 is installed.
 
     Args:
         environ: environment variables; with ``PYROS1_ROSPY=stock``, nothing is changed.
@@ -33,10 +33,10 @@ def modules_environment(environ: Mapping[str, str]) -> dict[str, str]:
 
 
 def system_python(program: str | os.PathLike[str], environ: Mapping[str, str]) -> str:
-    """Return the interpreter that must run a script, or an empty string for the one in its first line.
+    """Return the interpreter that must run a script, or an empty string for the interpreter in the script's first line.
 
     Scripts in a Linux distribution's packages (Debian's ROS) may request the first Python on the PATH. In a virtual
-    environment, that one lacks their modules, which are installed where only the system's Python finds them.
+    environment, that Python lacks their modules, which are installed where only the system's Python finds them.
 
     Args:
         program: path of the script.

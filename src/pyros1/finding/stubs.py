@@ -1,4 +1,4 @@
-"""Writes stub files (.pyi) of message and service classes, for editors and type checkers."""
+"""Writes stub files (.pyi) for message and service classes, for use by editors and type checkers."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from pyros1.ground.generated import module_name
 from pyros1.msgs.stubs import message_stub, package_stub, service_stub, used_packages
 
 STUBS_FOLDER = Path(SHIPPED_DEFINITIONS).parent
-"""Folder of the stubs for the definitions that come with pyros1: that of ``pyros1.msgs``."""
+"""Folder of the stubs for the definitions that come with pyros1: the folder of ``pyros1.msgs``."""
 
 
 def generate_stubs(library: Library, packages: Iterable[str]) -> Iterator[tuple[Path, str]]:
@@ -29,8 +29,8 @@ def generate_stubs(library: Library, packages: Iterable[str]) -> Iterator[tuple[
         if not library.has_package(package):
             raise UnknownTypeError(library.missing_package_message(package))
         folder = Path(module_name(package))
-        messages = [library.message(f"{package}/{short}") for short in library.messages(package)]
-        services = [library.service(f"{package}/{short}") for short in library.services(package)]
+        messages = [library.message(f"{package}/{short_name}") for short_name in library.messages(package)]
+        services = [library.service(f"{package}/{short_name}") for short_name in library.services(package)]
         yield folder / "__init__.pyi", package_stub(package)
         if messages:
             yield folder / "msg.pyi", message_stub(package, messages)
@@ -39,14 +39,14 @@ def generate_stubs(library: Library, packages: Iterable[str]) -> Iterator[tuple[
 
 
 def required_packages(library: Library, package: str) -> set[str]:
-    """Return the packages, among those that exist, whose messages are the types of fields in a package's definitions.
+    """Return the existing packages whose messages are the types of fields in a package's definitions.
 
     Raises:
         DefinitionError: a definition is invalid; the message names the file and the line.
     """
-    specs = [library.message(f"{package}/{short}") for short in library.messages(package)]
-    for short in library.services(package):
-        service = library.service(f"{package}/{short}")
+    specs = [library.message(f"{package}/{short_name}") for short_name in library.messages(package)]
+    for short_name in library.services(package):
+        service = library.service(f"{package}/{short_name}")
         specs += [service.request, service.response]
     return {name for spec in specs for name in used_packages(spec) if library.has_package(name)}
 
@@ -57,7 +57,8 @@ def shipped_library() -> Library:
 
 
 def write_stubs(files: Iterable[tuple[Path, str]], folder: Path) -> list[Path]:
-    """Write those of the files that do not exist in ``folder`` or have a different text; return their paths.
+    """Write the files that do not exist in ``folder`` or have a different text there; return the paths that were
+    written.
 
     Raises:
         OSError: a file cannot be written.

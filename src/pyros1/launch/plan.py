@@ -17,7 +17,7 @@ class ExitPolicy:
     Attributes:
         respawn: whether the node is started again.
         respawn_delay: seconds to wait before the node is started again.
-        required: whether the whole launch ends.
+        required: whether the whole launch is shut down.
     """
 
     respawn: bool = False
@@ -36,13 +36,13 @@ class NodePlan:
         namespace: ``/`` or ``/a/b/``, with a slash at the end.
         args: arguments, already split into words.
         remappings: ``(from, to)`` pairs in order.
-        env: environment variables to set.
-        prefix: words before the executable.
+        env: environment variables to set for the node.
+        prefix: words to put before the executable.
         cwd: ``ros_home`` or ``node`` (the executable's folder).
         output: ``log`` or ``screen``.
-        exit_policy: whether it is started again, or the whole launch ends, when the node exits.
+        exit_policy: whether, when the node exits, it is started again or the whole launch is shut down.
         machine: name of a declared machine; None for this machine.
-        file: the launch file that defines the node.
+        file: path of the launch file that defines the node.
         line: the line in that file.
         wait_for: conditions to wait for before the node starts.
         wait_timeout: seconds to wait for these conditions; 0 for no limit.
@@ -77,9 +77,9 @@ class NodePlan:
 
     @property
     def on_death_plan(self) -> NodePlan | None:
-        """The program to run when this node has ended, as a node; None if there is none or a message is published.
+        """The program that ``on-death`` runs, as a node; None if it publishes a message, or there is no ``on-death``.
 
-        It has the namespace, remappings and environment of this node.
+        The program gets the namespace, remappings and environment of this node.
         """
         if self.on_death is None or self.on_death.kind != "run":
             return None
@@ -104,10 +104,10 @@ class TestPlan(NodePlan):
     Attributes:
         test_name: name of the test, and of its results.
         time_limit: seconds after which the test fails.
-        retry: how many times a failed test is repeated at most.
+        retry: maximum number of retries after a failure.
     """
 
-    __test__ = False  # not one of pytest's
+    __test__ = False  # not a test for pytest
 
     test_name: str = ""
     time_limit: float = 60.0
@@ -121,7 +121,7 @@ class MachinePlan:
     Attributes:
         name: the name that nodes use for it.
         address: host name or IP address.
-        settings: the other attributes as written.
+        settings: ``(name, value)`` of the other attributes, as written.
     """
 
     name: str
@@ -136,7 +136,7 @@ class IncludePlan:
     Attributes:
         file: the file that contains the tag.
         line: the line in that file.
-        included: the file that is included.
+        included: the file that the tag includes.
     """
 
     file: str
@@ -150,7 +150,7 @@ class ParamFileAction:
 
     Attributes:
         command: ``dump`` or ``delete``.
-        name: full name of the parameter or namespace.
+        name: full name of the parameter or namespace to dump or delete.
         path: the file to write for dump; empty for delete.
     """
 
@@ -176,18 +176,18 @@ class ArgPlan:
 
 @dataclass
 class Plan:
-    """Everything that the launch files ask for, in their order.
+    """Everything that the launch files ask for, in the order of the files.
 
     Attributes:
-        nodes: nodes, in order.
-        tests: ``<test>`` nodes; a launch ignores them.
+        nodes: the nodes to start, in order.
+        tests: the tests; only `pyros1 test` runs them.
         params: full name -> value; setting a name again changes its value, but not its position.
-        clear_params: namespaces to delete first.
+        clear_params: namespaces whose parameters are deleted first.
         actions: rosparam dumps and deletes.
-        machines: machines by name.
+        machines: declared machines, by name.
         files: the files that were read, in order.
         includes: which file included which, in order.
-        args: arguments declared in the top-level files, in order.
+        args: name -> argument declared in a top-level file, in order.
         warnings: warnings to print.
     """
 
@@ -204,5 +204,5 @@ class Plan:
 
     def find_node(self, name: str) -> NodePlan | None:
         """Return the node or test with this name. A name without a leading slash is treated as global."""
-        wanted = "/" + name.strip("/")
-        return next((node for node in [*self.nodes, *self.tests] if node.full_name == wanted), None)
+        wanted_name = "/" + name.strip("/")
+        return next((node for node in [*self.nodes, *self.tests] if node.full_name == wanted_name), None)

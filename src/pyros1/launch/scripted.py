@@ -36,10 +36,10 @@ class Node:
         respawn: whether to restart the node whenever it exits; a bool, or the string true or false.
         respawn_delay: seconds to wait before restarting it.
         remap_args: remappings, as pairs of names.
-        env_args: environment variables, as pairs of name and value.
+        env_args: environment variables, as pairs of a name and a value.
         output: ``screen`` or ``log`` (default).
         cwd: ``ros_home`` (default), or ``node`` for the executable's folder.
-        launch_prefix: a command to put before the node's command line, as one string.
+        launch_prefix: a command that runs the node's command line, such as ``gdb --args``, as one string.
         required: whether to shut down the launch when the node exits.
         filename: name of the file that defines the node, for error messages.
 
@@ -163,7 +163,7 @@ class ProcessHandle:
 
 
 class ScriptRun:
-    """A session in a separate thread, which is shut down when the program exits.
+    """Runs a session in a separate thread; the session is shut down when the program exits.
 
     Args:
         plan: the plan to launch.
@@ -184,11 +184,11 @@ class ScriptRun:
         self._session = Session(
             plan, options, resources.packages, resources.environ, Console(title=options.show_title), self._on_started
         )
-        self._session.supervisor.on_death = self._notify_listeners
+        self._session.supervisor.on_process_exit = self._notify_listeners
         self._thread = threading.Thread(target=self._run, name="launch", daemon=True)
 
     def start(self) -> None:
-        """Start everything in the plan, and return when that is done.
+        """Start everything in the plan, and wait until everything has been started.
 
         Raises:
             LaunchError: something cannot be started. Processes that were already started have been stopped.
@@ -263,7 +263,7 @@ class ScriptRun:
         return [ProcessHandle(process, self) for process in self._session.supervisor.active]
 
     def dead_processes(self) -> list[ProcessHandle]:
-        """Return the processes that have exited and are not respawned."""
+        """Return the processes that have exited and will not be respawned."""
         return [ProcessHandle(process, self) for process in self._session.supervisor.dead]
 
     @property
@@ -297,7 +297,7 @@ class ScriptRun:
         return process.wait(time.monotonic() + timeout) or process.spawn_count > previous_count
 
     def wait(self, timeout: float | None = None) -> bool:
-        """Wait until the launch is over; return whether it is."""
+        """Wait until the launch is over, at most `timeout` seconds; return whether it is over."""
         return self._ended.wait(timeout)
 
     def stop(self) -> None:

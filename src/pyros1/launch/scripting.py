@@ -21,7 +21,7 @@ from collections.abc import Iterable, Sequence
 from pyros1.ground.errors import LaunchError, MasterUnreachableError, ParameterNotSetError
 from pyros1.launch.plan import Plan
 from pyros1.launch.reading.loader import load_plan
-from pyros1.launch.reading.report import contents
+from pyros1.launch.reading.report import list_contents
 from pyros1.launch.reading.words import find_files, parse_arguments
 from pyros1.launch.reading.world import make_resources
 from pyros1.launch.running.check import check_machines
@@ -53,8 +53,8 @@ class ROSLaunchParent:
     Args:
         run_id: the run id of the running master, or a new run id; see `get_or_generate_uuid`.
         roslaunch_files: paths, or tuples of a path and a list of ``name:=value`` arguments.
-        is_core: whether to run a core; another running master is then an error.
-        port: port of a master that is started here.
+        is_core: whether to run a core; if so, it is an error if a master is already running.
+        port: port for a master that is started here.
         local_only: whether to skip nodes on other machines.
         process_listeners: called when processes exit.
         verbose: whether to print everything that was read.
@@ -126,7 +126,7 @@ class ROSLaunchParent:
         self._options.keep_running = not auto_terminate
         plan = self._load()
         if self._verbose:
-            Console().line(contents(plan))
+            Console().line(list_contents(plan))
         self._run = ScriptRun(plan, self._options, self._listeners, make_resources())
         self._run.start()
 
@@ -136,7 +136,7 @@ class ROSLaunchParent:
         for file, words in self._files:
             load_plan([file], parse_arguments(list(words)), resources, plan=plan)
         for text in self._texts:
-            resources.stdin = lambda text=text: text  # type: ignore[misc]
+            resources.read_stdin = lambda text=text: text  # type: ignore[misc]
             load_plan(["-"], {}, resources, plan=plan)
         check_machines(plan)
         return plan
@@ -201,7 +201,7 @@ class ROSLaunch:
         self.parent.shutdown()
 
     def spin(self) -> None:
-        """Wait for Ctrl-C, or until a required node has exited."""
+        """Wait until Ctrl-C is pressed or a required node has exited."""
         self.parent.spin()
 
     def spin_once(self) -> None:
@@ -213,7 +213,7 @@ def get_or_generate_uuid(options_runid: str | None, options_wait_for_master: boo
     """Return the run id of the running master, or a new run id.
 
     Args:
-        options_runid: the user's run id, which is returned unless it is empty.
+        options_runid: a run id specified by the user, which is returned unless it is empty.
         options_wait_for_master: whether to wait until a master is running.
     """
     if options_runid:

@@ -59,7 +59,7 @@ _EXPORTS = {
 if not TYPE_CHECKING:  # so that type checkers report names that do not exist
 
     def __getattr__(name: str) -> Any:
-        """Load and return a public name when it is first used: pyros1 imports this package at once."""
+        """Import a public name on first use, and return it: every program that uses pyros1 imports this package."""
         from pyros1.ground.lazy import load  # noqa: PLC0415 - most imports never get here
 
         return load(__name__, _EXPORTS, name)

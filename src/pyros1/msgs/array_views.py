@@ -26,8 +26,8 @@ def memoryview_view(buffer: bytes, position: int, count: int, code: str) -> Any:
     return view if code == "B" else view.cast("B").cast(code)  # type: ignore[call-overload]  # codes are struct's
 
 
-def numpy_view(numpy: Any) -> View:
-    """Return a function that creates numpy arrays of shape (count,).
+def make_numpy_view(numpy: Any) -> View:
+    """Return a function that creates numpy arrays of shape (count,), for a decoder's argument ``view``.
 
     Args:
         numpy: the numpy module.
@@ -44,12 +44,13 @@ def numpy_view(numpy: Any) -> View:
 
 
 def make_genpy_view(numpy: Any) -> View:
-    """Return a function that creates numpy arrays like genpy, which leaves uint8 and char arrays as bytes.
+    """Return a function like that of `make_numpy_view`, except that it leaves uint8 and char arrays as bytes, like
+    genpy.
 
     Args:
         numpy: the numpy module.
     """
-    make_array = numpy_view(numpy)
+    make_array = make_numpy_view(numpy)
 
     def view(buffer: bytes, position: int, count: int, code: str) -> Any:
         return bytes(buffer[position : position + count]) if code == "B" else make_array(buffer, position, count, code)

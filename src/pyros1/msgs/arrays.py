@@ -144,13 +144,13 @@ def read_strings(buffer: bytes, position: int, count: int, end: int) -> tuple[li
 
 
 def pack_times(values: Sequence[Any], code: str) -> bytes:
-    """Encode an array of times or durations; ``code`` is the struct code of both of their parts."""
+    """Encode an array of times or durations; ``code`` is the struct code for seconds and nanoseconds."""
     numbers = [number for value in values for number in (value.secs, value.nsecs)]
     return struct.pack(f"<{len(numbers)}{code}", *numbers)
 
 
 def read_times(buffer: Buffer, position: int, count: int, code: str, cls: type[TVal]) -> list[TVal]:
-    """Return a list of ``count`` times or durations; the caller has checked that there are enough bytes."""
+    """Return a list of ``count`` times or durations; the caller must have checked that there are enough bytes."""
     numbers = struct.unpack_from(f"<{2 * count}{code}", buffer, position)
     result = []
     for secs, nsecs in zip(numbers[::2], numbers[1::2], strict=True):
@@ -161,8 +161,10 @@ def read_times(buffer: Buffer, position: int, count: int, code: str, cls: type[T
 
 
 def coalesce(parts: Sequence[bytes], large_size: int) -> Any:
-    """Join the small parts of a frame, and return the buffers to send in order; if there is only one, return it. Parts
-    of ``large_size`` bytes or more are unchanged.
+    """Join the small parts of a frame; parts of ``large_size`` bytes or more are unchanged.
+
+    Returns:
+        The list of buffers to send, in order; if there is only one, that buffer itself.
     """
     result: list[bytes | memoryview] = []
     small_parts: list[bytes] = []

@@ -49,7 +49,7 @@ _COMPUTED_ATTRIBUTES = frozenset({"_classes", "_fixed_size", "_min_size", "_weig
 
 
 def _import_late(name: str) -> Any:
-    """Import a module of this package on first use: it imports this one, and most messages never need it."""
+    """Import a module of this package on first use: such modules import this one, and most messages never need them."""
     return lazy.import_without_lock("pyros1.msgs." + name)
 
 
@@ -187,8 +187,8 @@ class Message(metaclass=MessageType):
         return self
 
     def serialize_numpy(self, buff: Writable, numpy: object) -> None:
-        """Write the encoded body like :meth:`serialize`, which accepts numpy arrays."""
-        Message.serialize(self, buff)  # not that of a derived class, which might call this method
+        """Write the encoded body; the same as :meth:`serialize`, which also accepts numpy arrays."""
+        Message.serialize(self, buff)  # not the method of a derived class, which might call this method
 
     def deserialize_numpy(self: _M, data: Buffer, numpy: Any) -> _M:
         """Set the fields like :meth:`deserialize`, with numpy arrays of shape (n,) in place of tuples of numbers."""
@@ -259,8 +259,8 @@ def message_class(cls: type[Any]) -> type[Message]:
     """Return the class created from the definition: ``cls`` itself, or its base class if a program has derived it."""
     for base in cls.__mro__:
         if "_slot_types" in base.__dict__:
-            defined: type[Message] = base
-            return defined
+            definition_class: type[Message] = base
+            return definition_class
     raise MessageError(f"{cls.__name__} is not a message class")
 
 
@@ -317,7 +317,7 @@ class AnyMsg(Message):
         self._buff: bytes = buff  # type: ignore[assignment]  # rarely read unless received or filled
         self._connection_header = connection_header
 
-    # These functions correspond to the generated ones, which mypy takes for methods.
+    # These functions correspond to the generated functions, which mypy takes for methods.
 
     @staticmethod
     def _decode(buffer: bytes, start: int, end: int, exact: bool = False) -> AnyMsg:

@@ -27,7 +27,7 @@ def encoding_error(cls: type[Message], message: Any, error: Exception) -> Serial
 
     Args:
         cls: its class.
-        message: the value.
+        message: the message, which may be a value of any type.
         error: the encoder's error, used if no wrong field is found.
     """
     try:
@@ -55,7 +55,7 @@ def check_value(name: str, slot_type: str, value: Any, find_class: Callable[[str
     Args:
         name: name of the field.
         slot_type: its type, as in ``_slot_types``.
-        value: the value.
+        value: the field's value.
         find_class: returns the class of a message type, or None if there is none.
 
     Raises:
@@ -75,8 +75,10 @@ def check_value(name: str, slot_type: str, value: Any, find_class: Callable[[str
 def _check_message(cls: type[Message], message: Any, prefix: str) -> None:
     for name, slot_type in zip(cls.__slots__, cls._slot_types, strict=True):
         if not hasattr(message, name):
-            where = f"field {prefix.rstrip('.')}" if prefix else "the message"
-            raise SerializationError(f"{where} must be of type {cls._type}, it has no [{name}]: {_describe(message)}")
+            location = f"field {prefix.rstrip('.')}" if prefix else "the message"
+            raise SerializationError(
+                f"{location} must be of type {cls._type}, it has no [{name}]: {_describe(message)}"
+            )
         _check_field(cls, slot_type, getattr(message, name), prefix + name)
 
 
@@ -128,8 +130,8 @@ def _check_element(cls: Any, base: str, value: Any, name: str) -> None:
         try:
             number = operator.index(value)  # arrays also have __index__, but only some can be converted
         except TypeError:
-            wanted = "an integer" if code.islower() else "unsigned integer"
-            raise SerializationError(f"field {name} must be {wanted} type, not {_describe(value)}") from None
+            expected_type = "an integer" if code.islower() else "unsigned integer"
+            raise SerializationError(f"field {name} must be {expected_type} type, not {_describe(value)}") from None
         if code.isupper() and number < 0:
             raise SerializationError(f"field {name} must be unsigned integer type, not {_describe(value)}")
         try:
@@ -167,7 +169,7 @@ def decoding_error(cls: type[Message], buffer: Buffer, start: int, end: int) -> 
 
     Args:
         cls: the class of the expected message.
-        buffer: the bytes.
+        buffer: the bytes that contain the message.
         start: offset in ``buffer`` at which the message begins; the error's offset is relative to it.
         end: offset at which it should end.
     """

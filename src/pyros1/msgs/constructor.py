@@ -17,15 +17,17 @@ def make_init(cls: type[Message]) -> Callable[..., None]:
     """Generate and return the ``__init__`` of a message class."""
     if not hasattr(cls, "_type"):
         return set_slots  # a class that the program defines, without a message definition
-    source = FunctionBuilder(cls)
+    builder = FunctionBuilder(cls)
     self_name, args, kwds = "self", "args", "kwds"  # without a number, since these names are visible in the signature
     groups = field_groups(cls)
-    arranged_values = f"{source.ref(arrange_arguments)}({source.ref(cls)}, {args}, {kwds})"
+    arranged_values = f"{builder.ref(arrange_arguments)}({builder.ref(cls)}, {args}, {kwds})"
     if len(groups) > 1:
-        source.lines += [f"{source.ref(_make_part(cls, group), 'part')}({self_name})" for group in groups]
-        source.emit(f"if {args} or {kwds}: {source.ref(_set_given)}({self_name}, {source.ref(cls)}, {arranged_values})")
-        return source.compile_function("init", [self_name, f"*{args}", f"**{kwds}"])
-    with_args, without_args = FunctionBuilder(cls, source.scope), FunctionBuilder(cls, source.scope)
+        builder.lines += [f"{builder.ref(_make_part(cls, group), 'part')}({self_name})" for group in groups]
+        builder.emit(
+            f"if {args} or {kwds}: {builder.ref(_set_given)}({self_name}, {builder.ref(cls)}, {arranged_values})"
+        )
+        return builder.compile_function("init", [self_name, f"*{args}", f"**{kwds}"])
+    with_args, without_args = FunctionBuilder(cls, builder.scope), FunctionBuilder(cls, builder.scope)
     values = [with_args.unique_name("value") for _ in cls.__slots__]
     with_args.emit(f"{', '.join(values)}, = {arranged_values}" if values else arranged_values)
     for (name, slot_type), value in zip(fields_of(cls), values, strict=True):
@@ -33,17 +35,17 @@ def make_init(cls: type[Message]) -> Callable[..., None]:
             f"{self_name}.{name} = {_default_expression(with_args, cls, slot_type)} if {value} is None else {value}"
         )
     _fill_defaults(without_args, cls, self_name, fields_of(cls))
-    source.block(f"if {args} or {kwds}:", with_args.lines)
-    source.block("else:", without_args.lines)
-    return source.compile_function("init", [self_name, f"*{args}", f"**{kwds}"])
+    builder.block(f"if {args} or {kwds}:", with_args.lines)
+    builder.block("else:", without_args.lines)
+    return builder.compile_function("init", [self_name, f"*{args}", f"**{kwds}"])
 
 
 def _make_part(cls: type[Message], fields: Fields) -> Callable[[Any], None]:
     """Generate and return a function that sets some fields of a message to their defaults."""
-    source = FunctionBuilder(cls)
-    target = source.unique_name("m")
-    _fill_defaults(source, cls, target, fields)
-    return source.compile_function("part", [target])
+    builder = FunctionBuilder(cls)
+    target = builder.unique_name("m")
+    _fill_defaults(builder, cls, target, fields)
+    return builder.compile_function("part", [target])
 
 
 def set_slots(message: Any, *args: Any, **kwds: Any) -> None:
@@ -61,7 +63,7 @@ def _set_given(message: Any, cls: type[Message], values: tuple[Any, ...]) -> Non
 
 
 def arrange_arguments(cls: type[Message], args: tuple[Any, ...], kwds: dict[str, Any]) -> tuple[Any, ...]:
-    """Return constructor arguments in the order of the fields, with None for omitted ones.
+    """Return constructor arguments in field order, with None for omitted arguments.
 
     Raises:
         TypeError, AttributeError: as for the constructor of the class.
@@ -80,19 +82,19 @@ def arrange_arguments(cls: type[Message], args: tuple[Any, ...], kwds: dict[str,
     return args
 
 
-def _fill_defaults(source: FunctionBuilder, cls: type[Message], target: str, fields: Fields) -> None:
+def _fill_defaults(builder: FunctionBuilder, cls: type[Message], target: str, fields: Fields) -> None:
     for name, slot_type in fields:
         base, length = split_type(slot_type)
         nested = cls._classes.get(base)
-        if nested is not None and length is None and source.reserve_inline(nested):
-            variable = source.unique_name("new")
-            source.emit(f"{target}.{name} = {variable} = {source.new_object(source.class_ref(base, nested))}")
-            _fill_defaults(source, nested, variable, fields_of(nested))
+        if nested is not None and length is None and builder.reserve_inline(nested):
+            variable = builder.unique_name("new")
+            builder.emit(f"{target}.{name} = {variable} = {builder.new_object(builder.class_ref(base, nested))}")
+            _fill_defaults(builder, nested, variable, fields_of(nested))
         else:
-            source.emit(f"{target}.{name} = {_default_expression(source, cls, slot_type)}")
+            builder.emit(f"{target}.{name} = {_default_expression(builder, cls, slot_type)}")
 
 
-def _default_expression(source: FunctionBuilder, cls: type[Message], slot_type: str) -> str:
+def _default_expression(builder: FunctionBuilder, cls: type[Message], slot_type: str) -> str:
     """Return the Python expression for a field's default value (G18)."""
     base, length = split_type(slot_type)
     if length is not None and STRUCT_CODES.get(base) == "B" and base != "bool":
@@ -104,7 +106,7 @@ def _default_expression(source: FunctionBuilder, cls: type[Message], slot_type: 
     elif base in STRUCT_CODES:
         value = "False" if base == "bool" else "0.0" if base.startswith("float") else "0"
     else:
-        value = f"{source.class_ref(base, cls._classes.get(base))}()"
+        value = f"{builder.class_ref(base, cls._classes.get(base))}()"
         if length is not None:
-            return f"[{value} for {source.unique_name('i')} in range({length})]"
+            return f"[{value} for {builder.unique_name('i')} in range({length})]"
     return value if length is None else f"[{value}] * {length}"

@@ -24,7 +24,7 @@ class Copier(FunctionBuilder):
     unpacked at the end.
 
     Attributes:
-        original, copy, is_top_level: names of the function's parameters. Times that are fields of ``copy`` itself are
+        original, copy, is_top_level: names of the function's parameters. Times that are direct fields of ``copy`` are
             normalised if ``is_top_level`` is true.
     """
 
@@ -90,9 +90,9 @@ class Copier(FunctionBuilder):
             if target.startswith(f"{self.copy}."):
                 self.epilogue.append(f"if {self.is_top_level} and not -1 < {copy}.nsecs < 1000000000: {copy}.canon()")
         else:
-            self.emit(f"{target} = {self._copy(nested)}({source}, False)")
+            self.emit(f"{target} = {self._copier_name(nested)}({source}, False)")
 
-    def _copy(self, nested: type[Message]) -> str:
+    def _copier_name(self, nested: type[Message]) -> str:
         return self.ref(nested._copy, "copy")
 
     def _add_array(self, base: str, length: int, nested: type[Message] | None, source: str, target: str) -> None:
@@ -112,17 +112,17 @@ class Copier(FunctionBuilder):
             packers = self.packers(base, code)
             unpack_code = "?" if base == "bool" else code
             unpackers = self.ref(arrays.Unpackers(unpack_code), "unpackers", ("unpackers", unpack_code))
-            copied = f"{unpackers}[len({variable})]({packers}.pack({variable}), 0)"
-            self.emit(f"{target} = {f'list({copied})' if base == 'bool' else copied}")
+            copied_code = f"{unpackers}[len({variable})]({packers}.pack({variable}), 0)"
+            self.emit(f"{target} = {f'list({copied_code})' if base == 'bool' else copied_code}")
         elif base == "string":
             self.emit(f"{target} = {self.ref(_copy_strings, 'strings')}({variable})")
         elif nested is None:
-            codes, each = TIME_CODES[base] * 2, self.unique_name("each")
-            arguments = f"{each}, {self.class_ref(base, nested)}, {self.pack(codes)}, {self.unpack(codes)}"
-            self.emit(f"{target} = [{self.ref(_copy_time, 'time')}({arguments}) for {each} in {variable}]")
+            codes, element = TIME_CODES[base] * 2, self.unique_name("each")
+            arguments = f"{element}, {self.class_ref(base, nested)}, {self.pack(codes)}, {self.unpack(codes)}"
+            self.emit(f"{target} = [{self.ref(_copy_time, 'time')}({arguments}) for {element} in {variable}]")
         else:
-            parts = f"{self.ref(repeat, 'repeat')}(False)"
-            self.emit(f"{target} = list(map({self._copy(nested)}, {variable}, {parts}))")
+            top_level_flags = f"{self.ref(repeat, 'repeat')}(False)"
+            self.emit(f"{target} = list(map({self._copier_name(nested)}, {variable}, {top_level_flags}))")
 
 
 def _copy_time(
@@ -138,8 +138,8 @@ def _copy_strings(values: Sequence[str]) -> list[str]:
 
 
 def make_copy(cls: type[Message]) -> Callable[..., Any]:
-    """Generate and return ``_copy``; its second argument tells whether the message is a top-level one, not part of
-    another.
+    """Generate and return ``_copy``; its second argument says whether the message is a top-level message, rather than
+    part of another.
     """
     copier = Copier(cls)
     message, copy, is_top_level = copier.original, copier.copy, copier.is_top_level

@@ -8,7 +8,7 @@ Reading beyond ``end`` in a larger buffer is harmless, since the final position 
 are ignored, as in stock, unless ``exact`` is true.
 
 Times keep both numbers as they were sent, even a billion nanoseconds or more. As in stock, only times that are fields
-of the top-level message are normalised, not those of its header or other nested messages.
+of the top-level message are normalised, not the times in its header or in other nested messages.
 
 The objects of an array of messages are created in bulk with ``map``, in half the time of separate calls.
 """
@@ -46,7 +46,7 @@ class Decoder(FunctionBuilder):
 
     Args:
         cls: the message class.
-        views: whether numeric arrays are created by the function ``view``, a fourth argument of the decoder.
+        uses_view: whether numeric arrays are created by the function ``view``, a fourth argument of the decoder.
         outer: the decoder for whose function this decoder emits a loop over messages of ``cls``; None for a function of
             its own.
         is_top_level: whether ``cls`` is the class of the top-level message, not of a nested one.
@@ -60,10 +60,10 @@ class Decoder(FunctionBuilder):
     """
 
     def __init__(
-        self, cls: type[Message], *, views: bool = False, outer: Decoder | None = None, is_top_level: bool = False
+        self, cls: type[Message], *, uses_view: bool = False, outer: Decoder | None = None, is_top_level: bool = False
     ) -> None:
         super().__init__(cls, None if outer is None else outer.scope)
-        self.views, self.is_top_level = views, is_top_level
+        self.uses_view, self.is_top_level = uses_view, is_top_level
         self._position_names = self.unique_name("p"), self.unique_name("q")
         self.created: list[tuple[str, str]] | None
         if outer is None:
@@ -82,7 +82,9 @@ class Decoder(FunctionBuilder):
     # Positions --------------------------------------------------------------------------------------------------------
 
     def switch_position(self) -> str:
-        """Switch to the other variable, which the caller must set to the next position; return the former variable."""
+        """Switch to the other variable, which the caller must set to the next position; return the previous
+        variable.
+        """
         begin, self.position, self.has_moved = (
             self.position,
             self._position_names[self.position == self._position_names[0]],
@@ -154,8 +156,12 @@ class Decoder(FunctionBuilder):
             size = self.read_length()
             begin = self.advance(size)
             slice_expression = f"{self.arguments.buffer}[{begin}:{self.position}]"
-            large = f"{self.ref(arrays.read_large_string, 'text')}({self.arguments.buffer}, {begin}, {self.position})"
-            self.emit(f"{target} = {slice_expression}.decode() if {size} < {arrays.LARGE_STRING_SIZE} else {large}")
+            large_code = (
+                f"{self.ref(arrays.read_large_string, 'text')}({self.arguments.buffer}, {begin}, {self.position})"
+            )
+            self.emit(
+                f"{target} = {slice_expression}.decode() if {size} < {arrays.LARGE_STRING_SIZE} else {large_code}"
+            )
         elif nested is None:
             variable = self._emit_new_object(self.class_ref(base, nested), target)
             self.add_value(TIME_CODES[base], f"{variable}.secs")
@@ -166,7 +172,7 @@ class Decoder(FunctionBuilder):
             self.add_message(nested, self._emit_new_object(self.class_ref(base, nested), target))
         else:
             self.flush()
-            self._emit_call(self._read(nested), target)
+            self._emit_call(self._reader_name(nested), target)
 
     def _emit_new_object(self, cls: str, target: str) -> str:
         """Emit code that creates an object; return the name of its variable."""
@@ -186,21 +192,23 @@ class Decoder(FunctionBuilder):
 
     @property
     def _view_arguments(self) -> list[str]:
-        """The additional argument of nested decoders."""
-        return [self.arguments.view] if self.views else []
+        """The additional argument for nested decoders: the name of ``view``, if it is used."""
+        return [self.arguments.view] if self.uses_view else []
 
-    def _read(self, nested: type[Message]) -> str:
-        return self.ref(nested._read_arrays if self.views else nested._read, "read")
+    def _reader_name(self, nested: type[Message]) -> str:
+        return self.ref(nested._read_arrays if self.uses_view else nested._read, "read")
 
     def _element_expression(self, nested: type[Message], begin: str, end: str) -> str:
         """Return the expression that decodes a message of fixed size."""
-        return f"{self._read(nested)}({', '.join([self.arguments.buffer, begin, end, *self._view_arguments])})[0]"
+        return (
+            f"{self._reader_name(nested)}({', '.join([self.arguments.buffer, begin, end, *self._view_arguments])})[0]"
+        )
 
     # Arrays -----------------------------------------------------------------------------------------------------------
 
     def _add_array(self, base: str, length: int, nested: type[Message] | None, target: str) -> None:
         code = "?" if base == "bool" else STRUCT_CODES.get(base)
-        if code == "B" and length >= 0 and not self.views:
+        if code == "B" and length >= 0 and not self.uses_view:
             self.add_value(f"{length}s", target)
             return
         if length < 0:
@@ -209,26 +217,26 @@ class Decoder(FunctionBuilder):
             count = str(length)
             self.flush()
         if code is not None:
-            self._number_array(code, count, length, target)
+            self._emit_number_array(code, count, length, target)
         elif base == "string":
-            self._string_array(count, target)
+            self._emit_string_array(count, target)
         elif nested is None:
             begin = self.checked_advance(count, 8)
             cls = TIME_CLASSES[base]
             arguments = f"{self.arguments.buffer}, {begin}, {count}, '{TIME_CODES[base]}', {self.ref(cls, 'cls')}"
             self.emit(f"{target} = {self.ref(arrays.read_times, 'times')}({arguments})")
         elif nested._fixed_size:
-            self._fixed_size_array(nested, nested._fixed_size, count, target)
+            self._emit_fixed_size_array(nested, nested._fixed_size, count, target)
         elif nested._min_size:
-            self._variable_size_array(nested, nested._min_size, count, target)
+            self._emit_variable_size_array(nested, nested._min_size, count, target)
         else:
             self.emit(f"if {count} > {MAX_EMPTY_ELEMENTS}: raise ValueError('count')")
             element = self._element_expression(nested, self.position, self.position)
             self.emit(f"{target} = [{element} for {self.unique_name('i')} in range({count})]")
 
-    def _number_array(self, code: str, count: str, length: int, target: str) -> None:
+    def _emit_number_array(self, code: str, count: str, length: int, target: str) -> None:
         buffer, size = self.arguments.buffer, struct.calcsize("<" + code)
-        if self.views:
+        if self.uses_view:
             begin = self.checked_advance(count, size)
             self.emit(f"{target} = {self.arguments.view}({buffer}, {begin}, {count}, '{code}')")
             return
@@ -238,25 +246,25 @@ class Decoder(FunctionBuilder):
             return
         if length >= 0:
             begin = self.position
-            read = f"{self.unpack(f'{length}{code}')}({buffer}, {begin})"
+            read_code = f"{self.unpack(f'{length}{code}')}({buffer}, {begin})"
         else:
             begin = self.checked_advance(count, size)
             unpackers = self.ref(arrays.Unpackers(code), "unpackers", ("unpackers", code))
-            read = f"{unpackers}[{count}]({buffer}, {begin})"
-        self.emit(f"{target} = list({read})" if code == "?" else f"{target} = {read}")
+            read_code = f"{unpackers}[{count}]({buffer}, {begin})"
+        self.emit(f"{target} = list({read_code})" if code == "?" else f"{target} = {read_code}")
         if length >= 0:
             self.advance(length * size)
 
-    def _string_array(self, count: str, target: str) -> None:
+    def _emit_string_array(self, count: str, target: str) -> None:
         begin = self.switch_position()
-        read, end = self.ref(arrays.read_strings, "strings"), self.arguments.end
-        self.emit(f"{target}, {self.position} = {read}({self.arguments.buffer}, {begin}, {count}, {end})")
+        function, end = self.ref(arrays.read_strings, "strings"), self.arguments.end
+        self.emit(f"{target}, {self.position} = {function}({self.arguments.buffer}, {begin}, {count}, {end})")
 
-    def _fixed_size_array(self, nested: type[Message], size: int, count: str, target: str) -> None:
+    def _emit_fixed_size_array(self, nested: type[Message], size: int, count: str, target: str) -> None:
         """Emit code that decodes an array of messages of one fixed size."""
         begin = self.checked_advance(count, size)
         loop = self._make_loop(nested)
-        if loop is None or loop.has_moved:  # decoding an element is more than unpacking values
+        if loop is None or loop.has_moved:  # decoding an element takes more than unpacking values
             offset_name = self.unique_name("i")
             element = self._element_expression(nested, offset_name, f"{offset_name} + {size}")
             self.emit(f"{target} = [{element} for {offset_name} in range({begin}, {self.position}, {size})]")
@@ -269,7 +277,7 @@ class Decoder(FunctionBuilder):
             loop, count, target, body, (values, f"{name}({self.arguments.buffer}[{begin}:{self.position}])")
         )
 
-    def _variable_size_array(self, nested: type[Message], min_size: int, count: str, target: str) -> None:
+    def _emit_variable_size_array(self, nested: type[Message], min_size: int, count: str, target: str) -> None:
         """Emit code that decodes an array of messages of different sizes, at least ``min_size`` bytes each."""
         self.emit(f"if {count} > ({self.arguments.end} - {self.position}) // {min_size}: raise ValueError('count')")
         loop = self._make_loop(nested)
@@ -280,8 +288,8 @@ class Decoder(FunctionBuilder):
                 self.unique_name("item"),
             )
             arguments = ", ".join([self.arguments.buffer, position, self.arguments.end, *self._view_arguments])
-            read = f"{item}, {position} = {self._read(nested)}({arguments})"
-            self.block(f"for {self.unique_name('i')} in range({count}):", [read, f"{items}.append({item})"])
+            read_code = f"{item}, {position} = {self._reader_name(nested)}({arguments})"
+            self.block(f"for {self.unique_name('i')} in range({count}):", [read_code, f"{items}.append({item})"])
             self.emit(f"{target} = {items}")
             self.position = position
             return
@@ -297,14 +305,14 @@ class Decoder(FunctionBuilder):
         if self.created is not None or not self.can_inline(nested) or not _has_no_message_arrays(nested):
             return None
         self.reserve_inline(nested)
-        loop = Decoder(nested, views=self.views, outer=self)
+        loop = Decoder(nested, uses_view=self.uses_view, outer=self)
         loop.add_message(nested, loop.root)
         return loop
 
     def _emit_loop(
         self, loop: Decoder, count: str, target: str, body: list[str], *iterables_by_name: tuple[str, str]
     ) -> None:
-        """Emit a loop over new objects and over ``iterables``, each given with the name of its variable."""
+        """Emit a loop over new objects and further iterables, each given as (name of the variable, expression)."""
         assert loop.created is not None
         sources = [(name, self._objects_expression(cls, count)) for name, cls in loop.created]
         items = self.assign("items", f"list({sources[0][1]})")
@@ -334,7 +342,7 @@ def make_decode(cls: type[Message]) -> Callable[[Any, int, int], Any]:
 
 def make_decode_arrays(cls: type[Message]) -> Callable[..., Any]:
     """Generate and return ``_decode_arrays``."""
-    return _make_decode(Decoder(cls, views=True, is_top_level=True))
+    return _make_decode(Decoder(cls, uses_view=True, is_top_level=True))
 
 
 def make_read(cls: type[Message]) -> Callable[[Any, int, int], tuple[Any, int]]:
@@ -346,7 +354,7 @@ def make_read(cls: type[Message]) -> Callable[[Any, int, int], tuple[Any, int]]:
 
 def make_read_arrays(cls: type[Message]) -> Callable[..., tuple[Any, int]]:
     """Generate and return ``_read_arrays``."""
-    return _make_read(Decoder(cls, views=True))
+    return _make_read(Decoder(cls, uses_view=True))
 
 
 def _make_decode(decoder: Decoder) -> Callable[..., Any]:
@@ -365,7 +373,7 @@ def _make_decode(decoder: Decoder) -> Callable[..., Any]:
         decoder.emit(f"if {decoder.position} != {end}: {decoder.ref(check_end)}({cls_name}, {surplus}, {exact})")
     decoder.emit(f"return {decoder.root}")
     repaired = f"{decoder.ref(decode_repaired)}({cls_name}, {buffer}, {start}, {end}, {exact}"
-    repaired += f", {view})" if decoder.views else ")"
+    repaired += f", {view})" if decoder.uses_view else ")"
     return decoder.compile_function(
         "decode", [*_parameters(decoder), f"{exact}=False"], _DECODE_ERRORS, lambda _: repaired
     )
@@ -388,16 +396,16 @@ def _emit_message(decoder: Decoder, *, last: bool = False) -> None:
         decoder.flush(last=last)
         return
     for group in groups:
-        read, begin = decoder.ref(_make_part(decoder, group), "part"), decoder.switch_position()
+        function, begin = decoder.ref(_make_part(decoder, group), "part"), decoder.switch_position()
         buffer, _, end, *view = _parameters(decoder)
-        decoder.emit(f"{decoder.position} = {read}({', '.join([buffer, begin, end, *view, decoder.root])})")
+        decoder.emit(f"{decoder.position} = {function}({', '.join([buffer, begin, end, *view, decoder.root])})")
 
 
 def _make_part(outer: Decoder, fields: Fields) -> Callable[..., int]:
     """Generate and return a function that decodes some fields into a message, which is its last argument, and returns
     the position after these fields.
     """
-    decoder = Decoder(outer.cls, views=outer.views, is_top_level=outer.is_top_level)
+    decoder = Decoder(outer.cls, uses_view=outer.uses_view, is_top_level=outer.is_top_level)
     decoder.add_message(outer.cls, decoder.root, fields)
     decoder.flush()
     decoder.emit(f"return {decoder.position}")
@@ -405,4 +413,4 @@ def _make_part(outer: Decoder, fields: Fields) -> Callable[..., int]:
 
 
 def _parameters(decoder: Decoder) -> tuple[str, ...]:
-    return decoder.arguments[: 4 if decoder.views else 3]
+    return decoder.arguments[: 4 if decoder.uses_view else 3]

@@ -29,7 +29,7 @@ class DefinitionCache:
         their own.
 
         Args:
-            others: definition texts of other connections with that type, which may be usable.
+            others: definition texts from other connections with that type, to use if ``full_text`` is unusable.
 
         Raises:
             DefinitionError: the text is invalid, and nothing can replace it.
@@ -43,13 +43,11 @@ class DefinitionCache:
 
             try:
                 result = find_class(type_name, md5sum, full_text, others, prefer_installed=self._prefer_installed)
-            except (
-                MessageError
-            ) as error:  # cached as well: the search may take a second, and would be repeated for each message
-                result = error
+            except MessageError as error:
+                result = error  # cached as well: the search may take a second, and would be repeated for each message
             for oldest in list(self._results)[: max(0, len(self._results) - self._limit + 1)]:
                 self._results.pop(oldest, None)
             self._results[key] = result
         if isinstance(result, MessageError):
-            raise result.with_traceback(None)  # otherwise each raise would extend it
+            raise result.with_traceback(None)  # otherwise each raise would extend the traceback
         return result

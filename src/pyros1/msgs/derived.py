@@ -20,7 +20,7 @@ def derive(cls: Any) -> None:
     """
     members = vars(cls)
     if members.get("_slot_types") == super(cls, cls)._slot_types and "_slot_types" in members:
-        del cls._slot_types  # repeated by rospy's numpy_msg; the base is the class made from the definition
+        del cls._slot_types  # rospy's numpy_msg repeats it, but only the class made from the definition may have it
     if "_decode" not in members:
         cls._decode = staticmethod(make_decode(cls))
         cls._has_own_deserialize = cls.deserialize is not Message.deserialize
@@ -45,21 +45,21 @@ def make_decode(cls: Any) -> Callable[..., Any]:
 
 
 def encode(message: Any) -> bytes:
-    """Return the body that the ``serialize`` of a message writes."""
+    """Return the body that a message's ``serialize`` method writes."""
     buffer = io.BytesIO()
     message.serialize(buffer)
     return buffer.getvalue()
 
 
 def encode_frame(message: Any) -> bytes:
-    """Return the body that the ``serialize`` of a message writes, preceded by its length."""
+    """Return the body that a message's ``serialize`` method writes, preceded by the body's length."""
     body = encode(message)
     return len(body).to_bytes(4, "little") + body
 
 
 def make_copy(cls: Any) -> Callable[[Any], Any]:
-    """Return a function that copies a message: it decodes what the ``serialize`` of the message writes, with the class
-    made from the definition.
+    """Return a function that copies a message: it decodes, with the class made from the definition, what the message's
+    ``serialize`` method writes.
     """
     base = message_class(cls)
 

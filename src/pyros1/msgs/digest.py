@@ -1,7 +1,7 @@
 """Computes md5 sums and full texts from the raw definition texts, exactly as stock does (G11, G12, G14).
 
 The md5 sum decides whether two nodes can connect; the full text is sent in connection headers and stored in bags, and
-other programs parse it. Pure.
+other programs parse it. Does no I/O.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ class Digests:
     """md5 sums and full texts of messages; the sums are cached.
 
     Args:
-        resolve: returns the spec of a full type name; its errors pass through.
+        resolve: returns the spec for a full type name; its errors are passed on.
     """
 
     def __init__(self, resolve: Callable[[str], MessageSpec]) -> None:
@@ -56,8 +56,10 @@ class Digests:
         return list(names)
 
     def full_text(self, spec: MessageSpec | ServiceSpec) -> str:
-        """Return the definition followed by the definitions of all types used, as in connection headers; raises as
-        `md5`.
+        """Return the definition followed by the definitions of all types used, as in connection headers.
+
+        Raises:
+            DefinitionError: as for `md5`.
         """
         parts = [spec.text + "\n"]
         for name in self.dependencies(spec):
@@ -70,17 +72,17 @@ class Digests:
         names = {root.name}
         while path:
             spec, used = path[-1]
-            name = next((each for each in used if each not in self._sums), None)
+            name = next((used_name for used_name in used if used_name not in self._sums), None)
             if name is None:
                 path.pop()
                 names.remove(spec.name)
-                depth = 1 + max((self._depths[each] for each in _used_types(spec)), default=0)
+                depth = 1 + max((self._depths[used_name] for used_name in _used_types(spec)), default=0)
                 if depth > _MAX_DEPTH:
                     raise DefinitionError(f"nested more than {_MAX_DEPTH} deep", spec.name)
                 if path:  # the request and response of a service are not types of their own
                     self._sums[spec.name], self._depths[spec.name] = _md5(self._md5_text(spec)), depth
             elif name in names:
-                cycle = " -> ".join([*(each.name for each, _ in path), name])
+                cycle = " -> ".join([*(path_spec.name for path_spec, _ in path), name])
                 raise DefinitionError(f"the type contains itself: {cycle}", name)
             else:
                 spec = self._resolve(name)
@@ -123,17 +125,17 @@ def split_full_text(name: str, full_text: str) -> dict[str, str]:
         DefinitionError: a separator is not followed by a ``MSG:`` line.
     """
     texts: dict[str, str] = {}
-    current, start, line_index = name, 0, 0
+    current_name, start, line_index = name, 0, 0
     lines = full_text.split("\n")
     while line_index <= len(lines):
         if line_index == len(lines) or _is_separator(lines[line_index]):
-            texts.setdefault(current, "\n".join(lines[start:line_index]))
+            texts.setdefault(current_name, "\n".join(lines[start:line_index]))
             if line_index == len(lines):
                 break
             title = lines[line_index + 1].strip() if line_index + 1 < len(lines) else ""
             if not title.startswith("MSG:"):
                 raise DefinitionError("no 'MSG: type' line after a separator", name, line_index + 2)
-            current = title[len("MSG:") :].strip()
+            current_name = title[len("MSG:") :].strip()
             start = line_index = line_index + 2
         else:
             line_index += 1

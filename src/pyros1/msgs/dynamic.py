@@ -11,7 +11,7 @@ from pyros1.ground.errors import DefinitionError
 from pyros1.msgs.base import Message
 from pyros1.msgs.digest import Digests, split_full_text
 from pyros1.msgs.factory import make_message_class
-from pyros1.msgs.spec import HEADER, MessageSpec, is_type_name, parse_message
+from pyros1.msgs.spec import HEADER_TYPE, MessageSpec, is_type_name, parse_message
 
 MAX_TEXT_LENGTH = 1 << 20
 """Maximum length of a full text from a peer, in characters."""
@@ -47,21 +47,22 @@ def from_definition(type_name: str, full_text: str) -> type[Message]:
 
 
 def from_texts(
-    type_name: str, definitions: Mapping[str, str], installed: Callable[[str], MessageSpec] | None = None
+    type_name: str, definitions: Mapping[str, str], find_installed: Callable[[str], MessageSpec] | None = None
 ) -> type[Message]:
-    """Create a class from its definition text and those of the nested types.
+    """Create a class from its definition text and the texts of its nested types.
 
     Args:
         type_name: full type name of the message.
-        definitions: definition texts by full type name.
-        installed: returns the definition of a type that is not among them; None if ``definitions`` must be complete.
+        definitions: full type name -> definition text.
+        find_installed: returns the definition of an installed type, for types that are not in ``definitions``; None if
+            ``definitions`` must be complete.
 
     Raises:
         DefinitionError: a text is invalid, or the text of a type that is used is missing.
-        UnknownTypeError: ``installed`` does not know a type that is used.
+        UnknownTypeError: ``find_installed`` does not know a type that is used.
     """
     texts = dict(definitions)
-    texts.setdefault(HEADER, texts.get("roslib/Header", _HEADER_TEXT))
+    texts.setdefault(HEADER_TYPE, texts.get("roslib/Header", _HEADER_TEXT))
     specs: dict[str, MessageSpec] = {}
     classes: dict[str, type[Message]] = {}
 
@@ -70,8 +71,8 @@ def from_texts(
         if spec is None:
             if name in texts:
                 spec = parse_message(name, texts[name], f"definition of {type_name}, {name}")
-            elif installed is not None:
-                spec = installed(name)
+            elif find_installed is not None:
+                spec = find_installed(name)
             else:
                 raise DefinitionError(f"the definition uses {name}, but its text is missing", type_name)
             specs[name] = spec

@@ -93,9 +93,9 @@ class Encoder(FunctionBuilder):
         elif self.reserve_inline(nested):
             self.add_message(nested, self.assign("m", expression))
         else:
-            self.add_piece(f"{self._encode(nested)}({expression})")
+            self.add_piece(f"{self._encoder_name(nested)}({expression})")
 
-    def _encode(self, nested: type[Message]) -> str:
+    def _encoder_name(self, nested: type[Message]) -> str:
         return self.ref(nested._encode, "encode")
 
     def _add_array(self, base: str, length: int, nested: type[Message] | None, expression: str) -> None:
@@ -105,7 +105,7 @@ class Encoder(FunctionBuilder):
             as_bytes = f"{self.ref(arrays.as_bytes, 'octets')}({variable}, {length})"
             self.emit(f"if {variable}.__class__ is not bytes: {variable} = {as_bytes}")
             if length >= 0:
-                # Stock pads arrays that are too short. It also truncates those that are too long, but that would hide
+                # Stock pads arrays that are too short. It also truncates arrays that are too long, but that would hide
                 # an error.
                 self.emit(f"if len({variable}) > {length}: raise ValueError('too long')")
                 self.add_value(f"{length}s", variable)
@@ -135,24 +135,24 @@ class Encoder(FunctionBuilder):
         elif nested is None:
             self.add_piece(f"{self.ref(arrays.pack_times, 'times')}({variable}, '{TIME_CODES[base]}')")
         else:
-            each = self.unique_name("each")
-            self.add_piece(f"b''.join([{self._encode(nested)}({each}) for {each} in {variable}])")
+            element = self.unique_name("each")
+            self.add_piece(f"b''.join([{self._encoder_name(nested)}({element}) for {element} in {variable}])")
 
 
 def make_encode_frame(cls: type[Message]) -> Callable[[Any], Any]:
     """Generate and return ``_encode_frame``."""
-    return _make_encoder(cls, frame=True)
+    return _make_encoder(cls, makes_frame=True)
 
 
 def make_encode(cls: type[Message]) -> Callable[[Any], bytes]:
     """Generate and return ``_encode``."""
-    return _make_encoder(cls, frame=False)
+    return _make_encoder(cls, makes_frame=False)
 
 
-def _make_encoder(cls: type[Message], *, frame: bool) -> Callable[[Any], Any]:
+def _make_encoder(cls: type[Message], *, makes_frame: bool) -> Callable[[Any], Any]:
     encoder = Encoder(cls)
     message, size = encoder.unique_name("message"), encoder.unique_name("size")
-    if frame:
+    if makes_frame:
         encoder.add_value("I", size)
     groups = field_groups(cls)
     if len(groups) < 2:
@@ -161,23 +161,25 @@ def _make_encoder(cls: type[Message], *, frame: bool) -> Callable[[Any], Any]:
         encode = _make_part(cls, part)
         encoder.add_piece(f"{encoder.ref(encode, 'part')}({message})")
     expressions = _part_expressions(encoder)
-    if frame:
+    if makes_frame:
         pieces = [part for part in encoder.parts if isinstance(part, str)]
         encoder.emit(f"{size} = {_size_expression(encoder.fixed_size - _PREFIX_SIZE, pieces)}")
-    if frame and encoder.has_large_pieces:
-        joined = ", ".join(expressions)
-        encoder.emit(f"if {size} < {LARGE_BODY_SIZE}: return b''.join(({joined}))")
-        encoder.emit(f"return {encoder.ref(arrays.coalesce, 'gather')}(({joined}), {LARGE_BODY_SIZE})")
+    if makes_frame and encoder.has_large_pieces:
+        joined_expressions = ", ".join(expressions)
+        encoder.emit(f"if {size} < {LARGE_BODY_SIZE}: return b''.join(({joined_expressions}))")
+        encoder.emit(f"return {encoder.ref(arrays.coalesce, 'gather')}(({joined_expressions}), {LARGE_BODY_SIZE})")
     else:
         encoder.emit(f"return {_join_expression(expressions)}")
-    codec = "_encode_frame" if frame else "_encode"
+    codec = "_encode_frame" if makes_frame else "_encode"
     return encoder.compile_function("encode", [message], ENCODE_ERRORS, retry_expression(encoder, cls, codec, message))
 
 
-def retry_expression(source: FunctionBuilder, cls: type[Message], codec: str, message: str) -> Callable[[str], str]:
-    """Return a function that, given the name of a codec's error, returns the expression for its second attempt."""
+def retry_expression(builder: FunctionBuilder, cls: type[Message], codec: str, message: str) -> Callable[[str], str]:
+    """Return a function that, given the variable with a codec's error, returns the expression that retries the
+    codec.
+    """
     return lambda error: (
-        f"{source.ref(retry_with_plain_numbers, 'again')}({source.ref(cls, 'cls')}, {codec!r}, {message}, {error})"
+        f"{builder.ref(retry_with_plain_numbers, 'again')}({builder.ref(cls, 'cls')}, {codec!r}, {message}, {error})"
     )
 
 
@@ -191,7 +193,7 @@ def _make_part(cls: type[Message], fields: Fields) -> Callable[[Any], bytes]:
 
 
 def _part_expressions(encoder: Encoder) -> list[str]:
-    """Return the expressions for the collected parts, each of which gives bytes."""
+    """Return the expressions for the collected parts, each of which evaluates to bytes."""
     return [
         part if isinstance(part, str) else f"{encoder.pack(''.join(part.codes))}({', '.join(part.expressions)})"
         for part in encoder.parts

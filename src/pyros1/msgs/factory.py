@@ -19,7 +19,7 @@ MAX_EMPTY_ELEMENTS = 16
 """Maximum number of elements of an array whose elements have no content, since the received bytes do not limit it."""
 
 MAX_EMPTY_MESSAGES = 32
-"""Maximum number of messages, including nested ones, in a field without content, since each received byte can create
+"""Maximum number of messages, including nested ones, in a field without content, since each received byte could create
 that many.
 """
 
@@ -28,7 +28,7 @@ MESSAGE_WEIGHT = 64
 
 
 def python_name(name: str) -> str:
-    """Return the attribute name of a field or constant: an underscore is appended to Python's keywords (G10)."""
+    """Return the attribute name for a field or constant: an underscore is appended to Python's keywords (G10)."""
     return name + "_" if keyword.iskeyword(name) or name == "self" else name
 
 
@@ -46,7 +46,7 @@ def make_message_class(
     Raises:
         DefinitionError: the type contains itself or is too large, or a name occurs twice.
     """
-    md5sum = digests.md5(spec)  # first, since it rejects types that contain themselves
+    md5sum = digests.md5(spec)  # computed first, since this rejects types that contain themselves
     classes = {field.base: lookup(field.base) for field in spec.fields if not field.is_builtin}
     constants = {python_name(constant.name): constant.value for constant in spec.constants}
     slots = [python_name(field.name) for field in spec.fields]
@@ -93,7 +93,7 @@ def make_service_class(
     spec: ServiceSpec, digests: Digests, lookup: Callable[[str], type[Message]], module: str
 ) -> type[Service]:
     """Return a new class for a service type, with its request and response classes; arguments and errors as for
-    messages.
+    `make_message_class`.
     """
     short_name = spec.name.partition("/")[2]
     members: dict[str, Any] = {

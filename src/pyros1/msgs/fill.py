@@ -8,7 +8,7 @@ from typing import Any
 from pyros1.ground.errors import MessageError
 from pyros1.ground.timing import Duration, Time, TVal
 from pyros1.msgs.base import Message, message_class
-from pyros1.msgs.spec import HEADER
+from pyros1.msgs.spec import HEADER_TYPE
 
 
 def fill_message(message: Any, args: Any, now: Time | None = None, keys: Mapping[str, Any] | None = None) -> None:
@@ -18,10 +18,10 @@ def fill_message(message: Any, args: Any, now: Time | None = None, keys: Mapping
         message: the message or time to fill; fields that are not given keep their values.
         args: a list with one value for each field in order, or a dict of field names to values, or a list that contains
             one such dict. A nested message is again a list or dict. A time is a number of nanoseconds, ``[secs,
-            nsecs]``, or a dict. The string ``now`` stands for the current time; the string
-                ``auto`` in place of a header stands for a header with that time.
+            nsecs]``, or a dict. The string ``now`` stands for the current time; the string ``auto`` in place of a
+            header stands for a header with that time.
         now: the current time; None if the strings ``now`` and ``auto`` are not accepted.
-        keys: other strings that stand for times or messages -> the objects that they stand for.
+        keys: string -> the time or message that it stands for.
 
     Raises:
         MessageError: a value does not fit its field; the message names the field.
@@ -89,13 +89,15 @@ class _Filler:
         return [self._make_object(cls, base, item, None, path) for item in value]
 
     def _make_object(self, cls: type[Message], base: str, value: Any, current: Any, path: str) -> Any:
-        """Return a time or message with the values in ``value``: ``current``, or a new object if that is None."""
+        """Return a time or message with the values in ``value``: ``current``, or a new object if ``current`` is
+        None.
+        """
         if isinstance(value, str):
             if value in self.keys:
                 return self.keys[value]
             if value == "now" and self.now is not None:
                 return self.now
-            if value == "auto" and self.now is not None and base == HEADER:
+            if value == "auto" and self.now is not None and base == HEADER_TYPE:
                 return cls._classes[base](stamp=self.now)
             raise MessageError(f"No key named [{value}]")
         time_class = {"time": Time, "duration": Duration}.get(base)

@@ -1,4 +1,4 @@
-"""Builds the Python source of constructors and codecs of message classes: the code shared by their generators.
+"""Builds the Python source of message classes' constructors and codecs: the code that their generators share.
 
 Every name in the source, except for attributes and builtins, is created by `Scope.unique_name`: it ends in a number
 that no other name of the function has, and no builtin or keyword looks like that. Names from a definition, which the
@@ -29,7 +29,7 @@ compiler needs several kilobytes for each line of a function.
 """
 
 TIME_CODES = {"time": "I", "duration": "i"}
-"""Struct codes of both parts of a time."""
+"""Struct code of seconds and nanoseconds, for times and durations."""
 
 TIME_CLASSES: dict[str, type[Time | Duration]] = {"time": Time, "duration": Duration}
 
@@ -71,7 +71,7 @@ def inline_size(cls: type[Message]) -> int:
 
 
 class Scope:
-    """Scope of one generated function: its names, and the number of values that may still be inlined.
+    """The scope of one generated function: its names, and the number of values that may still be inlined.
 
     Attributes:
         objects: the objects that the function refers to, by name.
@@ -106,7 +106,7 @@ class FunctionBuilder:
 
     Args:
         cls: the message class.
-        scope: the scope of the enclosing function; None for a new one.
+        scope: the scope of the enclosing function; None for a new scope.
     """
 
     def __init__(self, cls: type[Message], scope: Scope | None = None) -> None:

@@ -1,5 +1,5 @@
-"""Converts messages to JSON values and back, for ``topic echo --json``, ``topic pub`` and programs outside of ROS.
-Pure.
+"""Converts messages to JSON values and back, for ``topic echo --json``, ``topic pub`` and programs outside ROS.
+Does no I/O.
 
 A message is an object with its fields; a time or duration is ``{"secs": 1, "nsecs": 2}``; ``uint8[]`` and ``char[]``
 are base64 strings; floats that are not JSON numbers are ``"NaN"``, ``"Infinity"`` and ``"-Infinity"``. `from_json` also
@@ -25,7 +25,7 @@ _SPECIAL_FLOATS = ("NaN", "Infinity", "-Infinity")
 _FLOAT_TYPES = ("float32", "float64")
 _BYTE_TYPES = ("uint8", "char")
 _INT64_TYPES = ("int64", "uint64")
-_INTEGER = re.compile(r"-?[0-9]{1,20}\Z")
+_INTEGER_PATTERN = re.compile(r"-?[0-9]{1,20}\Z")
 _SLICE_SIZE = 3 << 12
 """Number of bytes, characters or numbers that are converted at a time; a multiple of three, as base64 requires."""
 
@@ -115,7 +115,7 @@ def _emit_array(
 
 
 def from_json(cls: type[Message], value: Any, now: Time | None = None) -> Message:
-    """Convert a value as made by `to_json` to a message; missing fields get their defaults.
+    """Convert a value in the form that `to_json` returns to a message; missing fields get their defaults.
 
     Args:
         now: the time that the strings ``now`` and ``auto`` stand for, as in `fill_message`.
@@ -129,7 +129,7 @@ def from_json(cls: type[Message], value: Any, now: Time | None = None) -> Messag
 
 
 def _to_plain(cls: type[Message], value: Any, prefix: str) -> Any:
-    """Return the value with base64 strings replaced with bytes, and the names of special floats with floats."""
+    """Return the value with bytes in place of base64 strings, and floats in place of the names of special floats."""
     if not isinstance(value, dict):
         return value
     types = dict(zip(cls.__slots__, cls._slot_types, strict=True))
@@ -152,7 +152,7 @@ def _field_to_plain(cls: type[Message], slot_type: str, value: Any, path: str) -
         if value not in _SPECIAL_FLOATS:
             raise MessageError(f"Field [{path}] must be a number instead of: {value!r}")
         return float(value)
-    if base in _INT64_TYPES and isinstance(value, str) and _INTEGER.match(value):
+    if base in _INT64_TYPES and isinstance(value, str) and _INTEGER_PATTERN.match(value):
         return int(value)
     nested = cls._classes.get(base)
     return value if nested is None else _to_plain(nested, value, path + ".")

@@ -21,13 +21,13 @@ class Layout(NamedTuple):
     """Where the byte array is in the messages of a type.
 
     Attributes:
-        field: name of its field.
-        tail: number of encoded bytes after the array.
+        field: name of the array's field.
+        tail_size: number of encoded bytes after the array.
         has_length_field: whether the array has a length field; False if the array is the whole message.
     """
 
     field: str
-    tail: int
+    tail_size: int
     has_length_field: bool = True
 
 
@@ -36,9 +36,9 @@ class SplitBody:
 
     Args:
         head: the bytes before the array, without its length.
-        data: the array.
-        tail: the bytes after it.
-        has_length_field: as in Layout.
+        data: the bytes of the array.
+        tail: the bytes after the array.
+        has_length_field: as in `Layout`.
     """
 
     __slots__ = ("data", "has_length_field", "head", "tail")
@@ -60,8 +60,8 @@ class SplitBody:
         return b"".join((self.head, len(self.data).to_bytes(4, "little"), self.data, self.tail))
 
 
-def layout(cls: type[Any]) -> Layout | None:
-    """Return the layout of a message class with a large byte array.
+def find_layout(cls: type[Any]) -> Layout | None:
+    """Return where the byte array is in the messages of a class.
 
     Returns:
         The layout; None if the class has no top-level uint8[] field, several such fields, or fields of variable size
@@ -76,13 +76,13 @@ def layout(cls: type[Any]) -> Layout | None:
     array_indexes = [index for index, slot_type in enumerate(cls._slot_types) if slot_type in ("uint8[]", "char[]")]
     if len(array_indexes) != 1:
         return None
-    tail = 0
+    tail_size = 0
     for slot_type in cls._slot_types[array_indexes[0] + 1 :]:
         size = _fixed_size(cls, slot_type)
         if size is None:
             return None
-        tail += size
-    return Layout(cls.__slots__[array_indexes[0]], tail)
+        tail_size += size
+    return Layout(cls.__slots__[array_indexes[0]], tail_size)
 
 
 def _fixed_size(cls: type[Message], slot_type: str) -> int | None:
@@ -104,8 +104,8 @@ def decode_split(
 
     Args:
         cls: message class or AnyMsg.
-        array_layout: the layout of the class; None if it has none, or if it needs whole messages.
-        body: the pieces.
+        array_layout: the layout of the class; None if there is none, or if the class needs whole messages.
+        body: the pieces of the message.
         view: creates numeric arrays, see ``array_views.py``; None for bytes and tuples.
         exact: whether the message must end with the body.
 
@@ -136,18 +136,18 @@ def decode(cls: type[Any], body: bytes, view: View | None, exact: bool = False) 
     return cls._decode_arrays(body, 0, len(body), view, exact)
 
 
-def split_frame(frame: list[Any], tail: int) -> SplitBody | None:
+def split_frame(frame: list[Any], tail_size: int) -> SplitBody | None:
     """Return the pieces of an encoder's frame, given as a list of buffers; None if it has a different structure.
 
     Args:
         frame: buffers with the u32 length, the head and the array length; the array; and the tail, if any.
-        tail: number of bytes after the array.
+        tail_size: number of bytes after the array.
     """
     head_part, data = frame[0], frame[1]
     tail_part = frame[2] if len(frame) == 3 else b""
     if (
         len(frame) > 3
-        or len(tail_part) != tail
+        or len(tail_part) != tail_size
         or len(head_part) < 8
         or head_part.__class__ is not bytes
         or data.__class__ is not bytes

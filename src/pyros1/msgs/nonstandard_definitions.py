@@ -19,37 +19,37 @@ from pyros1.msgs.spec import MessageSpec, is_type_name
 
 _T = TypeVar("_T")
 
-ANY = "*"
+_ANY_MD5SUM = "*"
 _MAX_TYPES = 100
 """Maximum number of types in a leniently parsed text, since searching for one that is not installed takes over a
 millisecond.
 """
 # For lines without surrounding blanks: two parts that both match blanks would take quadratic time.
-_SEPARATOR = re.compile(r"[=-]{10,}\Z")
-_TITLE = re.compile(r"(?:MSG\s*:\s*)?(\w+/(?:msg/)?\w+)\Z", re.IGNORECASE)
-_BLANKS = re.compile(r"[\t\v\f\xa0\ufeff]")
+_SEPARATOR_PATTERN = re.compile(r"[=-]{10,}\Z")
+_TITLE_PATTERN = re.compile(r"(?:MSG\s*:\s*)?(\w+/(?:msg/)?\w+)\Z", re.IGNORECASE)
+_BLANKS_PATTERN = re.compile(r"[\t\v\f\xa0\ufeff]")
 
 
 def find_class(
-    type_name: str, md5sum: str, full_text: str, others: Iterable[str] = (), *, prefer_installed: bool = False
+    type_name: str, md5sum: str, full_text: str, other_texts: Iterable[str] = (), *, prefer_installed: bool = False
 ) -> type[Message]:
     """Return the class for the messages of a connection.
 
     These are tried in order; the first one with the md5 sum of the connection is used:
 
-    1. the text as it is,
-    2. the installed type of that name,
-    3. the text parsed leniently, with nested types that are installed,
-    4. other texts of that type.
+    1. the text, unchanged,
+    2. the installed type with that name,
+    3. the text, parsed leniently and completed with installed nested types,
+    4. the other texts for that type.
 
     If none has that md5 sum, the unchanged text is used if it is valid, since some publishers send ``*`` or a sum of
-    their own; but if ``*`` is sent with only the beginning of the installed definition, the installed one is used.
+    their own; but if ``*`` is sent with only the beginning of the installed definition, the installed type is used.
 
     Args:
         type_name: full type name.
         md5sum: md5 sum from the connection header; ``*`` or empty if unknown.
         full_text: its definition text, which may be empty.
-        others: definition texts of other connections with that type.
+        other_texts: definition texts from other connections with that type.
         prefer_installed: whether an installed type of that name is preferred to a text whose md5 sum is not that of the
             connection, as in stock's tools, which only know installed types.
 
@@ -58,29 +58,29 @@ def find_class(
         UnknownTypeError: there is no text, and nothing can replace it.
     """
     md5sum = md5sum.strip().lower()
-    is_unknown = md5sum in (ANY, "")
+    is_unknown = md5sum in (_ANY_MD5SUM, "")
     error: MessageError | None = None
-    from_text = None
+    text_class = None
     if full_text.strip() or is_unknown or md5sum == EMPTY_MD5:
-        from_text, error = _try_make(lambda: from_definition(type_name, full_text))
-    if from_text is not None and from_text._md5sum == md5sum:
-        return from_text
-    installed, _ = _try_make(lambda: _installed_class(type_name))
-    if installed is not None and installed._md5sum == md5sum:
-        return installed
-    if from_text is None or not is_unknown:
-        for text in (full_text, *others):
+        text_class, error = _try_make(lambda: from_definition(type_name, full_text))
+    if text_class is not None and text_class._md5sum == md5sum:
+        return text_class
+    installed_class, _ = _try_make(lambda: _installed_class(type_name))
+    if installed_class is not None and installed_class._md5sum == md5sum:
+        return installed_class
+    if text_class is None or not is_unknown:
+        for text in (full_text, *other_texts):
             for candidate in _interpretations(type_name, text):
-                if candidate._md5sum == md5sum or (is_unknown and installed is None):
+                if candidate._md5sum == md5sum or (is_unknown and installed_class is None):
                     return candidate
-    if installed is not None and (
-        prefer_installed or (is_unknown and (from_text is None or _is_prefix(from_text, installed)))
+    if installed_class is not None and (
+        prefer_installed or (is_unknown and (text_class is None or _is_prefix(text_class, installed_class)))
     ):
-        return installed
-    if from_text is not None:
-        return from_text
+        return installed_class
+    if text_class is not None:
+        return text_class
     if not full_text.strip():
-        mismatch = "" if installed is None else ", and the installed one has another md5 sum"
+        mismatch = "" if installed_class is None else ", and the installed one has another md5 sum"
         raise UnknownTypeError(f"the publisher of type {type_name} sent no definition{mismatch}")
     assert error is not None
     raise error
@@ -152,25 +152,25 @@ def _split(type_name: str, full_text: str) -> dict[str, str]:
     such a line.
     """
     texts: dict[str, list[str]] = {type_name: []}
-    current: str | None = type_name
+    current_name: str | None = type_name
     has_title = True
-    for line in map(str.strip, _BLANKS.sub(" ", full_text).splitlines()):
-        if _SEPARATOR.match(line):
-            current, has_title = None, False
+    for line in map(str.strip, _BLANKS_PATTERN.sub(" ", full_text).splitlines()):
+        if _SEPARATOR_PATTERN.match(line):
+            current_name, has_title = None, False
             continue
-        title = _TITLE.match(line)
+        title = _TITLE_PATTERN.match(line)
         if title and (not has_title or line.upper().startswith("MSG")):
             name = title[1].replace("/msg/", "/", 1)
-            current, has_title = name, True
+            current_name, has_title = name, True
             if name in texts and name != type_name:
-                current = None  # the first definition of a type is used
+                current_name = None  # the first definition of a type is used
             elif is_type_name(name):
                 texts.setdefault(name, [])
             else:
-                current = None
+                current_name = None
             continue
         if line:
             has_title = True
-        if current is not None:
-            texts[current].append(line)
+        if current_name is not None:
+            texts[current_name].append(line)
     return {name: "\n".join(lines) for name, lines in texts.items()}

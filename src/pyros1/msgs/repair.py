@@ -1,9 +1,9 @@
-"""Repairs encoded messages with faults that stock accepts: strings that are not UTF-8, and a wrong end.
+"""Repairs encoded messages with faults that stock accepts: strings that are not UTF-8, and a wrong length.
 
-A message is not lost because of one character in a string. What is not UTF-8 becomes U+FFFD, as in stock (G20), and
-this is reported once per type: by the error handler ``rosmsg`` of `codecs.register_error`, if the program has one (our
-genpy module registers stock's handler), otherwise as a UnicodeWarning. Programs that turn warnings into errors reject
-such messages.
+A message is not lost because of one character in a string. Bytes that are not UTF-8 become U+FFFD, as in stock (G20),
+and this is reported once per type: by the error handler ``rosmsg`` of `codecs.register_error`, if the program has one
+(our genpy module registers stock's handler), otherwise as a UnicodeWarning. Programs that turn warnings into errors
+reject such messages.
 
 Bytes after a message are ignored. If bytes are missing at the end of the last string or byte array, it becomes shorter,
 even if it is an array of fixed length, as in stock.
@@ -115,7 +115,7 @@ def restore_end(cls: type[Message], data: bytes) -> tuple[bytes, int, list[int]]
 
 
 class _TruncationWalker(MessageWalker):
-    """Finds the strings and byte arrays at the end that are truncated.
+    """Finds the strings and byte arrays that are truncated at the end of a message.
 
     Attributes:
         missing: the number of missing bytes.

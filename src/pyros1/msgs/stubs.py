@@ -1,7 +1,7 @@
 """Writes .pyi stubs of generated modules (``pyros1.msgs.<package>.msg`` and ``.srv``) for editors and type checkers.
 
 All names that a stub imports begin with an underscore, which fields, constants and types cannot, so there are no
-conflicts. Pure.
+conflicts. Does no I/O.
 """
 
 from __future__ import annotations
@@ -66,7 +66,7 @@ def service_stub(package: str, specs: Sequence[ServiceSpec], uses_stock_names: b
 
 
 def used_packages(spec: MessageSpec) -> set[str]:
-    """Return the packages of the types of a message's fields."""
+    """Return the packages whose types a message's fields use."""
     return {field.base.partition("/")[0] for field in spec.fields if not field.is_builtin}
 
 

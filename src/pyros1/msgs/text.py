@@ -45,9 +45,9 @@ def format_message(
         value: a message, or any value that a field can have.
         no_string: whether to print only the lengths of strings.
         no_array: whether to print only the types and lengths of arrays.
-        width: number of characters per number; None prints numbers in full.
-        time_offset: time to which printed times are relative; None for absolute times.
-        field_filter: returns the names of the fields of a message that are printed; None prints all.
+        width: number of characters to print per number; None prints numbers in full.
+        time_offset: time that is subtracted from printed times; None prints absolute times.
+        field_filter: returns the names of a message's fields to print; None prints all.
         type_name: the type of ``value`` if it is a field's value, for example ``uint8[]``.
         indent: prefix of each line.
     """
@@ -67,7 +67,7 @@ def emit_message(
     time_offset: Time | None = None,
     type_name: str | None = None,
 ) -> None:
-    """Emit the text that `format_message` would return in small pieces, so that the whole text is never in memory.
+    """Emit, in small pieces, the text that `format_message` would return, so that the whole text is never in memory.
 
     Args:
         emit: called with each piece.
@@ -171,7 +171,7 @@ def _emit_fields(emit: Emit, message: Message, indent: str, style: _Style) -> No
 
 
 def _field_value(value: Any, slot_type: str, style: _Style) -> Any:
-    """Return a field's value in the form in which it is displayed."""
+    """Return a field's value in the form in which it is printed."""
     if style.no_array and "[" in slot_type:
         # For a fixed length, stock keeps the opening bracket and the number.
         return f"<array type: {slot_type.rstrip('[]')}, length: {len(value)}>"
@@ -180,7 +180,6 @@ def _field_value(value: Any, slot_type: str, style: _Style) -> Any:
     if style.no_string and slot_type == "string[]":
         return f"<array type: string, length: {len(value)}>"
     if "uint8[" in slot_type and isinstance(value, (bytes, bytearray, str)):
-        return (
-            [ord(character) for character in value] if isinstance(value, str) else memoryview(value)
-        )  # displayed as numbers
+        # Printed as numbers.
+        return [ord(character) for character in value] if isinstance(value, str) else memoryview(value)
     return value

@@ -38,7 +38,7 @@ _ESCAPES = {
 }
 
 # Plain scalars that YAML 1.1 does not read as strings.
-_NOT_A_STRING = re.compile(
+_NOT_A_STRING_PATTERN = re.compile(
     r"""(?: yes|Yes|YES|no|No|NO|true|True|TRUE|false|False|FALSE|on|On|ON|off|Off|OFF
     | ~|null|Null|NULL|<<|=
     | [-+]?0b[01_]+ | [-+]?0[0-7_]+ | [-+]?(?:0|[1-9][0-9_]*) | [-+]?0x[0-9a-fA-F_]+
@@ -51,9 +51,9 @@ _NOT_A_STRING = re.compile(
     )\Z""",
     re.VERBOSE,
 )
-_INDICATOR = re.compile(r"---|\.\.\.|[#,\[\]{}&*!|>'\"%@`]|[-?:](?:\s|\Z)|(?s:.)*(?::(?:\s|\Z)|\s#)")
-_ASCII_ONLY = re.compile(r"[\n\x20-\x7e]*\Z")
-_RUN = re.compile(r" +|\n+|[^ \n']{1,9999}|'")
+_INDICATOR_PATTERN = re.compile(r"---|\.\.\.|[#,\[\]{}&*!|>'\"%@`]|[-?:](?:\s|\Z)|(?s:.)*(?::(?:\s|\Z)|\s#)")
+_ASCII_ONLY_PATTERN = re.compile(r"[\n\x20-\x7e]*\Z")
+_RUN_PATTERN = re.compile(r" +|\n+|[^ \n']{1,9999}|'")
 
 
 def quoted_pieces(text: str, column: int = 0) -> Iterator[str]:
@@ -95,10 +95,13 @@ def item_pieces(text: str) -> Iterator[str]:
     """
     if not text:
         return iter(("''",))
-    if not _ASCII_ONLY.match(text) or re.search(r" \n|\n ", text):
+    if not _ASCII_ONLY_PATTERN.match(text) or re.search(r" \n|\n ", text):
         return quoted_pieces(text, 2)
     is_plain = (
-        "\n" not in text and text.strip() == text and not _INDICATOR.match(text) and not _NOT_A_STRING.match(text)
+        "\n" not in text
+        and text.strip() == text
+        and not _INDICATOR_PATTERN.match(text)
+        and not _NOT_A_STRING_PATTERN.match(text)
     )
     return _folded(text, 2) if is_plain else _single_quoted(text)
 
@@ -112,7 +115,7 @@ def _single_quoted(text: str) -> Iterator[str]:
 def _folded(text: str, column: int, *, quoted: bool = False) -> Iterator[str]:
     """Yield the text, folded at single spaces after column 80; if quoted, with quotes and line breaks doubled."""
     position = 0
-    for match in _RUN.finditer(text):
+    for match in _RUN_PATTERN.finditer(text):
         run = match[0]
         position = match.end()
         if run == " " and column > _FOLD_COLUMN and not (quoted and position == len(text)):

@@ -64,7 +64,7 @@ _EXPORTS = {
 
 
 def __getattr__(name: str) -> Any:
-    """Load and return a public name when it is first used: a static publisher needs no buffer."""
+    """Import a public name on first use, and return it: a program that only broadcasts needs no buffer, for example."""
     from pyros1.ground.lazy import load  # noqa: PLC0415 - most imports never get here
 
     return load(__name__, _EXPORTS, name)

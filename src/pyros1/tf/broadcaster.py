@@ -34,9 +34,9 @@ class TransformBroadcaster:
 
 
 class StaticTransformBroadcaster:
-    """Publishes transforms that are valid at all times on /tf_static, latched. One per node is enough.
+    """Publishes transforms that are valid at all times, latched, on /tf_static. One broadcaster per node is enough.
 
-    Earlier transforms are sent again with each new one, since later subscribers only receive the last message; a new
+    Earlier transforms are sent again with each new one, since later subscribers receive only the last message; a new
     transform for the same child frame replaces the old one.
 
     Args:
@@ -53,8 +53,9 @@ class StaticTransformBroadcaster:
     def send_transform(self, transform: Any) -> None:
         """Publish a geometry_msgs/TransformStamped, or several."""
         with self._lock:
-            for item in _as_list(transform):
-                self._sent_transforms[item.child_frame_id] = copy.deepcopy(item)  # since programs reuse message objects
+            for stamped_transform in _as_list(transform):
+                # Copied, since programs reuse message objects.
+                self._sent_transforms[stamped_transform.child_frame_id] = copy.deepcopy(stamped_transform)
             self._num_changes += 1
             num_published = 0
             # Repeated if a signal handler sends more in the meantime, since the last message must be complete.

@@ -36,6 +36,7 @@ class FrameState(NamedTuple):
     """The state of one frame in a buffer.
 
     Attributes:
+        name: the frame's name.
         parent: name of the parent frame; None for the root of a tree, and after `Buffer.clear`.
         authority: name of the node that sent the last transform.
         static: whether the transform is valid at all times.
@@ -60,7 +61,7 @@ class Buffer:
     It is filled by a `TransformListener`, or with `set_transform`. Frame names have no leading slash.
 
     Args:
-        cache_time: seconds for which transforms are kept, relative to the newest one of their frame.
+        cache_time: number of seconds of transforms to keep for each frame, counted back from the frame's newest one.
         warn: called with a message when a transform is ignored; if None, messages go to stderr until a listener is
             attached, and then to the log of the listener's node. When a frame has the same problem again, only the
             10th, 100th, ... time is reported.
@@ -81,8 +82,8 @@ class Buffer:
         self._lock = threading.RLock()  # a signal handler may do a lookup while it interrupts a method of this object
         self._changed = threading.Condition(self._lock)
         self._num_waiting = 0
-        self._now: Callable[[], float] = monotonic
-        self._ended = False
+        self._clock: Callable[[], float] = monotonic
+        self._waits_ended = False
         self._ignored_counts: dict[str, int] = {}
         self._transform_stamped_class: Any = load_message("geometry_msgs/TransformStamped")
         self._header_class: Any = load_message("std_msgs/Header")
@@ -108,17 +109,17 @@ class Buffer:
     def set_transforms(self, transforms: Iterable[Any], authority: str, *, static: bool = False) -> None:
         """Add several transforms; waiting lookups are woken once."""
         rows: list[Row] = []
-        for item in transforms:
-            if not hasattr(item, "child_frame_id"):
-                raise TypeError(f"a transform must be a geometry_msgs/TransformStamped, not {item!r:.80}")
-            header = item.header
+        for stamped_transform in transforms:
+            if not hasattr(stamped_transform, "child_frame_id"):
+                raise TypeError(f"a transform must be a geometry_msgs/TransformStamped, not {stamped_transform!r:.80}")
+            header = stamped_transform.header
             stamp = header.stamp
-            transform = item.transform
+            transform = stamped_transform.transform
             v = transform.translation
             q = transform.rotation
             # Results contain floats, as in tf2, whatever numbers a program has set.
             numbers = (float(v.x), float(v.y), float(v.z), float(q.x), float(q.y), float(q.z), float(q.w))
-            rows.append((header.frame_id, item.child_frame_id, stamp.secs * _NS + stamp.nsecs, numbers))
+            rows.append((header.frame_id, stamped_transform.child_frame_id, stamp.secs * _NS + stamp.nsecs, numbers))
         self.set_rows(rows, authority, static=static)
 
     def set_rows(self, rows: Iterable[Row], authority: str, *, static: bool = False) -> None:
@@ -335,7 +336,7 @@ class Buffer:
             return as_yaml(self._tree.frames.values(), now)
 
     def all_frames_as_string(self) -> str:
-        """Return a text with a line for each frame."""
+        """Return a text with one line per frame."""
         with self._changed:
             return as_string(self._tree.frames.values())
 
@@ -361,10 +362,10 @@ class Buffer:
     # Waiting ----------------------------------------------------------------------------------------------------------
 
     def use_time(self, now: Callable[[], float]) -> None:
-        """Measure timeouts with ``now``, which returns seconds; the caller must call `wake` whenever that time
-        changes.
+        """Measure timeouts with ``now``, which returns the time in seconds; the caller must call `wake` whenever that
+        time changes.
         """
-        self._now = now
+        self._clock = now
 
     def wake(self) -> None:
         """Make waiting lookups check the time again."""
@@ -374,11 +375,11 @@ class Buffer:
     def end_waits(self) -> None:
         """End all current and future waits with NodeShutdownError, since no more transforms will arrive."""
         with self._changed:
-            self._ended = True
+            self._waits_ended = True
             self._changed.notify_all()
 
     def _retry_until(self, lookup: Callable[[], _T], timeout: Span) -> _T:
-        """Repeat a lookup until it succeeds; at the timeout, raise its last error."""
+        """Repeat a lookup until it succeeds, and return its result; at the timeout, raise its last error."""
         with self._changed:
             deadline: float | None = None
             while True:
@@ -388,14 +389,14 @@ class Buffer:
                     if not timeout:
                         raise
                     if deadline is None:
-                        deadline = self._now() + _to_seconds(timeout)
+                        deadline = self._clock() + _to_seconds(timeout)
                     if not self._wait(deadline):
                         raise
 
-    def _wait_until_possible(self, check: Callable[[], str | None], timeout: Span) -> str | None:
+    def _wait_until_possible(self, find_problem: Callable[[], str | None], timeout: Span) -> str | None:
         with self._changed:
-            deadline = self._now() + _to_seconds(timeout)
-            while (problem := check()) is not None and timeout and self._wait(deadline):
+            deadline = self._clock() + _to_seconds(timeout)
+            while (problem := find_problem()) is not None and timeout and self._wait(deadline):
                 pass
             return problem
 
@@ -405,14 +406,14 @@ class Buffer:
         Raises:
             NodeShutdownError: the node has shut down.
         """
-        if self._ended:
+        if self._waits_ended:
             raise NodeShutdownError("the wait for a transform was interrupted because the node has shut down")
-        remaining = deadline - self._now()
+        remaining = deadline - self._clock()
         if remaining <= 0:
             return False
         self._num_waiting += 1
         try:
-            self._changed.wait(remaining if self._now is monotonic else None)
+            self._changed.wait(remaining if self._clock is monotonic else None)
         finally:
             self._num_waiting -= 1
         return True

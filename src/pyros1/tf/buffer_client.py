@@ -34,12 +34,12 @@ class _PendingGoal:
 
     Attributes:
         result: the server's result.
-        num_ended: number of status messages that show the lookup as ended; after two without a result, the result is
-            considered lost.
+        num_ended_statuses: number of status messages that show the lookup as ended; after two of these without a
+            result, the result is considered lost.
     """
 
     result: Any = None
-    num_ended: int = 0
+    num_ended_statuses: int = 0
 
 
 class BufferClient:
@@ -49,9 +49,9 @@ class BufferClient:
 
     Args:
         node: the node whose topics and time are used.
-        name: name of the server's action.
+        name: name of the server's action, which is resolved in the node.
         timeout_padding: seconds to wait for a result, in addition to the lookup's own timeout.
-        remap: whether remappings of ``name`` apply, in addition to those of its topics.
+        remap: whether remappings of ``name`` apply, in addition to remappings of its topics.
     """
 
     def __init__(
@@ -76,7 +76,7 @@ class BufferClient:
         node.on_shutdown(self._wake)
 
     def _subscribe(self, topic: str, type_name: str, callback: Callable[[Any], None]) -> Subscriber[Any]:
-        # direct, not through the queue of a node that spins, which may be blocked in a lookup
+        # Called directly, not through the queue of a node that spins, since that thread may be blocked in a lookup.
         node = self._node
         return node._topics.subscribe(node.resolve(topic), load_message(type_name), callback, _QUEUE_SIZE, direct=True)
 
@@ -87,7 +87,7 @@ class BufferClient:
             timeout: seconds of wall time; None waits until the node shuts down.
 
         Returns:
-            Whether it is connected.
+            Whether the server is connected.
         """
         deadline = None if timeout is None else monotonic() + _to_seconds(timeout)
         if not self._goal_publisher.wait_for_subscribers(timeout=_remaining_time(deadline)):
@@ -128,7 +128,7 @@ class BufferClient:
         return self._request_transform(goal, _to_seconds(timeout))
 
     def can_transform(self, target_frame: str, source_frame: str, time: When = None, timeout: Span = None) -> bool:
-        """Return whether `lookup_transform` succeeds, now or within ``timeout`` seconds.
+        """Return whether `lookup_transform` would succeed, now or within ``timeout`` seconds.
 
         Raises:
             NodeShutdownError: the node shut down during the wait.
@@ -148,7 +148,7 @@ class BufferClient:
         fixed_frame: str,
         timeout: Span = None,
     ) -> bool:
-        """Return whether `lookup_transform_full` succeeds, now or within ``timeout`` seconds."""
+        """Return whether `lookup_transform_full` would succeed, now or within ``timeout`` seconds."""
         try:
             self.lookup_transform_full(target_frame, target_time, source_frame, source_time, fixed_frame, timeout)
         except TransformException:
@@ -190,11 +190,11 @@ class BufferClient:
         goal_id = self._goal_id_class(now, f"{self._node.name}-{next(self._goal_numbers)}-{now.to_sec():.9f}")
         message = self._action_goal_class(goal_id=goal_id, goal=goal)
         message.header.stamp = now
-        pending = self._pending_goals[goal_id.id] = _PendingGoal()
+        pending_goal = self._pending_goals[goal_id.id] = _PendingGoal()
         try:
             self._goal_publisher.publish(message)
             with self._changed:
-                while pending.result is None and pending.num_ended < 2:
+                while pending_goal.result is None and pending_goal.num_ended_statuses < 2:
                     self._raise_if_shut_down()
                     remaining = (deadline - self._node.now()).to_sec()
                     if remaining <= 0:
@@ -203,21 +203,21 @@ class BufferClient:
                     self._changed.wait(min(remaining, _POLL_INTERVAL))
         finally:
             del self._pending_goals[goal_id.id]
-        return pending.result
+        return pending_goal.result
 
     def _on_result(self, message: Any) -> None:
         with self._changed:
-            pending = self._pending_goals.get(message.status.goal_id.id)
-            if pending is not None:  # otherwise it is for another client
-                pending.result = message
+            pending_goal = self._pending_goals.get(message.status.goal_id.id)
+            if pending_goal is not None:  # otherwise the result is for another client
+                pending_goal.result = message
                 self._changed.notify_all()
 
     def _on_status(self, message: Any) -> None:
         with self._changed:
             for status in message.status_list:
-                pending = self._pending_goals.get(status.goal_id.id)
-                if pending is not None and status.status in _FINAL_STATUSES:
-                    pending.num_ended += 1
+                pending_goal = self._pending_goals.get(status.goal_id.id)
+                if pending_goal is not None and status.status in _FINAL_STATUSES:
+                    pending_goal.num_ended_statuses += 1
                     self._changed.notify_all()
 
     def _wake(self) -> None:

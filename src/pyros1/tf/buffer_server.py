@@ -1,6 +1,6 @@
 """Looks up transforms for other nodes: the server of the action tf2_msgs/LookupTransform.
 
-The protocol is that of actionlib (https://wiki.ros.org/actionlib/DetailedDescription).
+The protocol is actionlib's (https://wiki.ros.org/actionlib/DetailedDescription).
 """
 
 from __future__ import annotations
@@ -121,10 +121,10 @@ class BufferServer:
             goal_id.id = f"{self._node.name}-{next(self._goal_numbers)}-{now.to_sec():.9f}"
         goal_id.stamp = goal_id.stamp or now
         with self._lock:
-            existing = self._goals.get(goal_id.id)
+            existing_goal = self._goals.get(goal_id.id)
             if self._closed:
                 return
-            if existing is None:
+            if existing_goal is None:
                 status = self._status_class(goal_id, self._status_class.ACTIVE, "")
                 goal = _Goal(status, self._make_lookup(message.goal), now + message.goal.timeout)
                 self._goals[goal_id.id] = goal
@@ -132,8 +132,8 @@ class BufferServer:
                     self._finish(goal, self._status_class.RECALLED)
                 elif not self._try_lookup(goal):
                     self._publish_status_locked()
-            elif existing.status.status == self._status_class.RECALLING:
-                self._finish(existing, self._status_class.RECALLED)
+            elif existing_goal.status.status == self._status_class.RECALLING:
+                self._finish(existing_goal, self._status_class.RECALLED)
 
     def _make_lookup(self, goal: Any) -> Callable[[], Any]:
         if not goal.advanced:
@@ -161,7 +161,7 @@ class BufferServer:
         with self._lock:
             now = self._node.now()
             jumped_back, self._last_check_time = now < self._last_check_time, now
-            if jumped_back:  # simulated time has restarted: goals that wait for earlier times get a response now
+            if jumped_back:  # simulated time has restarted: goals waiting for earlier times get a response now
                 self._cancelled_up_to = Time()
             for goal in list(self._goals.values()):
                 if goal.ended_at is None and not self._closed:
@@ -169,8 +169,10 @@ class BufferServer:
                     self._try_lookup(goal)
 
     def _try_lookup(self, goal: _Goal) -> bool:
-        """Respond to a goal if its transform is available or its deadline has passed; return whether it was so. The
-        caller must hold the lock.
+        """Respond to a goal if its transform is available or its deadline has passed. The caller must hold the lock.
+
+        Returns:
+            Whether a response was sent.
         """
         result = self._result_class()
         try:

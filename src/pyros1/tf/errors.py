@@ -1,4 +1,4 @@
-"""Errors of lookups; their names and messages are those of tf2."""
+"""The exceptions that lookups raise; their names and messages are those of tf2."""
 
 from __future__ import annotations
 

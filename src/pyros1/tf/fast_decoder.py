@@ -1,4 +1,4 @@
-"""Decodes tf2_msgs/TFMessage to tuples, for listeners, without creating message objects. Pure.
+"""Decodes tf2_msgs/TFMessage to tuples, for listeners, without creating message objects. Does no I/O.
 
 A message with 20 transforms consists of 141 objects; a buffer needs only the numbers of 20 poses.
 """
@@ -39,8 +39,8 @@ class ReceivedTransforms:
 
 
 def make_subscription_class(message_class: type[Any]) -> type[Message]:
-    """Return a class to subscribe with, whose decoder returns `ReceivedTransforms`; in unusual cases, it returns a
-    ``message_class`` object or raises its error.
+    """Return a class to subscribe with, whose decoder returns `ReceivedTransforms`; in unusual cases, the decoder
+    returns an object of ``message_class``, or raises the errors of that class's decoder.
 
     Args:
         message_class: the class of tf2_msgs/TFMessage.

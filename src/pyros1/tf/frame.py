@@ -1,4 +1,4 @@
-"""A frame with its transforms into its parent, by time."""
+"""A frame, with its transforms into its parent over time."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class Frame:
         static: whether its transform is valid at all times; None while the frame is only known as a parent. As in tf2,
             this is determined by the first transform.
         authority: name of the node that sent the last transform.
-        stamps, entries: times and transforms, oldest first; those before the index `_head` are outdated.
+        stamps, entries: times and transforms, oldest first; items before the index `_head` are outdated.
     """
 
     __slots__ = ("_cached_entry", "_cached_time", "_head", "authority", "entries", "name", "stamps", "static")
@@ -33,15 +33,17 @@ class Frame:
         self.authority = "no recorded authority"
         self.stamps: list[int] = []
         self.entries: list[Entry] = []
-        self._head = 0  # index of the oldest current item; earlier ones are removed in batches
-        self._cached_time: int | None = None  # time and result of the last interpolation: programs often look up
-        self._cached_entry: Entry | None = None  # the same time again, for several frames, or after can_transform
+        self._head = 0  # index of the oldest current item; earlier items are removed in batches
+        # Time and result of the last interpolation: programs often look up the same time again, for several frames or
+        # after can_transform.
+        self._cached_time: int | None = None
+        self._cached_entry: Entry | None = None
 
     def insert(self, time: int, entry: Entry, max_age: int) -> str | None:
         """Add a transform.
 
         Args:
-            time: its stamp.
+            time: the transform's stamp.
             entry: the transform, with its parent.
             max_age: age in nanoseconds, relative to the newest transform, up to which transforms are kept.
 
@@ -121,7 +123,7 @@ class Frame:
             s = sin(remainder * theta)
             t = sin(fraction * theta)
             if dot < 0.0:
-                t = -t  # q and -q are the same rotation; the nearer of the two is used
+                t = -t  # q and -q are the same rotation; the nearer quaternion is used
             transform = (
                 x,
                 y,
@@ -138,7 +140,7 @@ class Frame:
         return result
 
     def entry_before(self, time: int) -> Entry | None:
-        """Return the same as `entry_at`, but without interpolation: the last entry at or before the time."""
+        """Return the last entry at or before a time: the same as `entry_at`, but without interpolation."""
         entries = self.entries
         if self.static or (not time and entries):
             return entries[-1]

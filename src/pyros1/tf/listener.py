@@ -18,8 +18,8 @@ _QUEUE_SIZE = 100
 
 
 class TransformListener:
-    """Adds transforms from /tf and /tf_static to a buffer until it is closed or the node shuts down. Also a context
-    manager.
+    """Adds transforms from /tf and /tf_static to a buffer until the listener is closed or the node shuts down. A
+    context manager that closes the listener on exit.
 
     The callbacks run in separate threads, even in a node that spins, since a lookup may wait for them. When simulated
     time jumps back, the buffer is cleared except for static transforms. The service ``~tf2_frames`` returns a
@@ -53,7 +53,7 @@ class TransformListener:
             node.advertise_service("~tf2_frames", "tf2_msgs/FrameGraph", lambda _: buffer.all_frames_as_yaml())
 
     def _subscribe(self, topic: str, message_class: Any, callback: Any, queue_size: int | None) -> Any:
-        # direct, not through the queue of a node that spins, which may be blocked in a lookup
+        # Called directly, not through the queue of a node that spins, since that thread may be blocked in a lookup.
         topics = self._node._topics
         name = self._node.resolve(topic)
         return topics.subscribe(name, message_class, callback, queue_size, direct=True)

@@ -1,4 +1,4 @@
-"""The tree of all frames, with tf2's rules for lookups. Pure, without locks; times are in nanoseconds."""
+"""The tree of all frames, with tf2's rules for lookups. Does no I/O and uses no locks; times are in nanoseconds."""
 
 from __future__ import annotations
 
@@ -28,13 +28,14 @@ class Tree:
     """The tree of frames, by name.
 
     Args:
-        max_age: age in nanoseconds, relative to the frame's newest transform, up to which transforms are kept.
+        max_age: age in nanoseconds, relative to a frame's newest transform, up to which the frame's transforms are
+            kept.
     """
 
     def __init__(self, max_age: int) -> None:
         self.max_age = max_age
         self.frames: dict[str, Frame] = {}
-        self._has_slash_names = False  # whether a name still begins with a slash after one has been removed
+        self._has_slash_names = False  # whether any name still begins with a slash after its first slash was removed
 
     # Filling ----------------------------------------------------------------------------------------------------------
 
@@ -166,10 +167,10 @@ class Tree:
         source_frame = self._find_frame("chainAsVector argument source_frame", source)
         fixed_frame = self._find_frame("chainAsVector argument fixed_frame", fixed)
         names = self._path_names(fixed_frame, source_frame, source_time)
-        rest = self._path_names(target_frame, fixed_frame, target_time)
-        if names and rest and names[-1] == rest[0]:
-            rest = rest[1:]
-        return names + rest
+        remaining_names = self._path_names(target_frame, fixed_frame, target_time)
+        if names and remaining_names and names[-1] == remaining_names[0]:
+            remaining_names = remaining_names[1:]
+        return names + remaining_names
 
     def _find_frame(self, argument: str, name: str) -> Frame:
         frame = self.frames.get(name)
@@ -198,7 +199,7 @@ class Tree:
             find_entry: returns the entry of a frame at a time, or None.
 
         Returns:
-            The time, the transforms from source up to the ancestor, and those from target up to the ancestor.
+            The time, the transforms from source up to the ancestor, and the transforms from target up to the ancestor.
 
         Raises:
             TransformException: see `pyros1.tf.errors`.
@@ -263,8 +264,8 @@ class Tree:
                 common_time = latest
             frame = entries[-1][0]
             if frame in times:
-                other = times[frame]
-                return min(common_time, other) if common_time and other else common_time or other
+                source_time = times[frame]
+                return min(common_time, source_time) if common_time and source_time else common_time or source_time
             if frame is source:
                 return common_time
             num_steps += 1

@@ -18,7 +18,7 @@ import numpy as np
 from pyros1.ground.errors import Error, MessageError
 from pyros1.ground.terminal_text import untrusted
 from pyros1.msgs import AnyMsg, Message, load_message
-from pyros1.msgs.array_views import numpy_view
+from pyros1.msgs.array_views import make_numpy_view
 from pyros1.observe.decoder import Decoder
 from pyros1.web.server.threads import ThreadPool
 
@@ -32,7 +32,7 @@ _LINK_GRACE_PERIOD = 1.0
 in the same process."""
 _MAX_CONCURRENT_SUBSCRIBES = 16
 """Maximum number of concurrent attempts to subscribe; further attempts wait."""
-_numpy_view = numpy_view(np)
+_numpy_view = make_numpy_view(np)
 Listener = Callable[["Arrival"], object]
 """Called with each message, in one of the node's threads. It must return quickly, and must not raise an error."""
 

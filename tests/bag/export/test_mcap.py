@@ -326,7 +326,7 @@ def entry(offset: int, record: bytes, **lies: Any) -> bytes:
     """The index record of a chunk without messages that is not compressed."""
     size = len(record) - 49
     facts = mcap.ChunkIndex(0, 0, offset, len(record), "", size, size)._replace(**lies)
-    numbers = [U64.pack(number) for number in (*facts[:4], 0, facts.stored, facts.size)]
+    numbers = [U64.pack(number) for number in (*facts[:4], 0, facts.stored_size, facts.size)]
     return mcap.pack_record(
         mcap.OP_CHUNK_INDEX, *numbers[:4], U32.pack(0), numbers[4], mcap.pack_string(facts.compression), *numbers[5:]
     )
@@ -344,7 +344,7 @@ SMALL, BIG = chunk(KNOWN), chunk(bytes(630_000))
         ([chunk(bytes(2 << 20), "lz4", size=100, crc=0)], [], "does not hold the 100 bytes"),
         ([mcap.RECORD_HEAD.pack(mcap.OP_MESSAGE, 1 << 60)], [], "runs past the end"),
         ([SMALL], [entry(BEGIN, SMALL, size=1 << 40)], f"is wrong about the chunk at byte {BEGIN}"),
-        ([SMALL], [entry(BEGIN, SMALL, stored=1 << 60)], "is wrong about"),
+        ([SMALL], [entry(BEGIN, SMALL, stored_size=1 << 60)], "is wrong about"),
         ([SMALL], [entry(BEGIN, SMALL, compression="zstd")], "is wrong about"),
         ([SMALL], [entry(BEGIN + 9, SMALL)], "is wrong about"),
         ([SMALL], [entry(BEGIN, SMALL)] * 2, "lists a chunk twice"),

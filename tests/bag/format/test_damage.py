@@ -67,7 +67,7 @@ def test_an_open_bag_is_read_and_reindexed_l143(make_bag: Make, tmp_path: Path, 
         BagReader(path)
     assert values(path) == list(range(100))
     saved = reindex(path, tmp_path / "new.bag")
-    assert (saved.messages, saved.lost, saved.damages) == (100, 0, [])
+    assert (saved.messages, saved.lost, saved.damaged_places) == (100, 0, [])
     assert values(tmp_path / "new.bag", unindexed=False) == list(range(100))
     with BagReader(tmp_path / "new.bag") as bag:
         assert bag.connections[0].text("tcp_nodelay") == "0"
@@ -112,7 +112,7 @@ def test_a_chunk_that_the_recorder_had_open_is_saved(make_bag: Make, tmp_path: P
     path.write_bytes(b"#ROSBAG V2.0\n" + make_bag_header() + opened + content[:-3])
     saved = reindex(path, tmp_path / "new.bag")
     assert saved.messages == 99
-    assert "not finished" in saved.damages[0].reason
+    assert "not finished" in saved.damaged_places[0].reason
     assert values(tmp_path / "new.bag", unindexed=False) == list(range(99))
     assert values(path) == list(range(99))
 
@@ -130,7 +130,7 @@ def test_spoilt_bytes_cost_only_their_chunk(make_bag: Make, tmp_path: Path, comp
         list(bag.messages())
     saved = reindex(path, tmp_path / "new.bag")
     assert saved.messages == sum(sum(c.counts.values()) for c in survivors)
-    assert saved.damages
+    assert saved.damaged_places
 
 
 @pytest.mark.parametrize("spoilt", [b"\xff" * 60, bytes(60)], ids=["ones", "zeros"])
@@ -145,7 +145,7 @@ def test_spoilt_bytes_in_an_uncompressed_chunk_cost_only_their_messages(
     end = data.index(b"\x02\0\0\x0099") + 6
     path.write_bytes(data[:end] if cut else data)
     saved = reindex(path, tmp_path / "new.bag")
-    assert saved.damages
+    assert saved.damaged_places
     assert values(tmp_path / "new.bag") == [i for i in range(100) if i not in (52, 53)]
 
 
@@ -299,7 +299,7 @@ def test_what_was_not_searched_is_said(tmp_path: Path, monkeypatch: pytest.Monke
     monkeypatch.setattr("pyros1.bag.format.scanner.MIN_READ_BUDGET", 0)
     (tmp_path / "x.bag").write_bytes(b"#ROSBAG V2.0\n" + make_bag_header() + chunk_head(b"none", 1 << 30, 5) * 500)
     saved = reindex(tmp_path / "x.bag", tmp_path / "new.bag")
-    assert "there is so much damage that the rest of the file was not searched" in saved.damages[-1].reason
+    assert "there is so much damage that the rest of the file was not searched" in saved.damaged_places[-1].reason
 
 
 def test_chunks_in_each_other_are_not_read(tmp_path: Path) -> None:

@@ -78,7 +78,7 @@ def test_cut_anywhere_every_whole_message_comes_back(tmp_path: Path, indexed: bo
         saved = reindex(path, tmp_path / "new.bag")
         assert saved.messages == sum(end <= size for end in ends)
         assert values(tmp_path / "new.bag", unindexed=False) == list(range(saved.messages))
-        if indexed or saved.damages:
+        if indexed or saved.damaged_places:
             with pytest.raises(UnindexedError, match="pyros1 bag reindex"):
                 BagReader(path)
 

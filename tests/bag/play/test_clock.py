@@ -154,7 +154,7 @@ def test_pause_holds_the_clock_which_ticks_on(stage: Stage, play: Any, control: 
 
 
 def test_steps_take_the_clock_to_their_messages(stage: Stage, play: Any, control: Control) -> None:
-    control.paused = True
+    control.is_paused = True
     stage.plan = [(0.105, control.step), (0.205, control.step), (0.305, control.toggle)]
     play([0, 50, 80, 100], clock_rate=10)
     assert stage.numbers() == close_to([(0.105, 0), (0.205, 50), (0.335, 80), (0.355, 100)])

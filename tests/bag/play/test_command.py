@@ -169,7 +169,7 @@ def test_the_terminal_is_as_it_was(monkeypatch: pytest.MonkeyPatch) -> None:
                 assert keyboard.is_available and not termios.tcgetattr(theirs)[3] & termios.ICANON
                 os.write(ours, b" t")
                 control.wait(DEADLINE)
-                assert control.paused and not control.pause_on_topics
+                assert control.is_paused and not control.pause_on_topics
                 termios.tcsetattr(theirs, termios.TCSADRAIN, before)  # as shells do with jobs that are stopped
                 signal.raise_signal(signal.SIGCONT)
                 assert not termios.tcgetattr(theirs)[3] & termios.ICANON, "the job goes on in the foreground"
@@ -178,7 +178,7 @@ def test_the_terminal_is_as_it_was(monkeypatch: pytest.MonkeyPatch) -> None:
                     signal.raise_signal(signal.SIGCONT)
                     os.write(ours, b" ")
                     control.wait(0)
-                    assert control.paused, "in the background keys are for others"
+                    assert control.is_paused, "in the background keys are for others"
             assert termios.tcgetattr(theirs) == before
             monkeypatch.setattr("os.tcgetpgrp", lambda descriptor: -1)
             with Keyboard(control) as keyboard:

@@ -132,11 +132,11 @@ def test_timeline_flows_at_its_rate_and_stands_while_held() -> None:
 
 def test_ticker_keeps_step_and_leaves_out_what_it_missed() -> None:
     ticker = Ticker(0.01)
-    ticker.due = 1.0
+    ticker.due_at = 1.0
     ticker.tick(1.003)
-    assert ticker.due == pytest.approx(1.01)
+    assert ticker.due_at == pytest.approx(1.01)
     ticker.tick(2.0)
-    assert ticker.due == pytest.approx(2.01)
+    assert ticker.due_at == pytest.approx(2.01)
 
 
 # Messages -------------------------------------------------------------------------------------------------------------
@@ -218,7 +218,7 @@ def test_topics_whose_types_differ_are_named(tmp_path: Path, playing: Any) -> No
 
 def test_pause_step_and_go_on(tmp_path: Path, ear: Ear, playing: Any, control: Control) -> None:
     path = write_numbers(tmp_path / "x.bag", "/t", range(0, 200, 2))
-    control.paused = True
+    control.is_paused = True
     states: list[Status] = []
     with playing(
         [path], expect=[ear.listen("/t"), ear.listen("/clock", Clock)], on_status=states.append, clock_rate=50

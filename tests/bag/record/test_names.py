@@ -41,7 +41,7 @@ def test_selection() -> None:
     """B15: expressions match whole names; what is excluded is so however it was found, but not if it was named."""
     every = Selection(all_topics=True, exclude="/cam.*")
     assert every.selects("/odom") and not every.selects("/cam1") and every.needs_polling
-    some = Selection(["/cam[0-9]", "/odom"], regex=True, exclude=".*9")
+    some = Selection(["/cam[0-9]", "/odom"], uses_regex=True, exclude=".*9")
     assert some.selects("/cam1") and not some.selects("/cam12") and not some.selects("/cam9")
     assert not some.selects("/my/odom") and some.fixed_topics() == []
     node = Selection(node="/n")
@@ -99,7 +99,7 @@ def test_an_output_that_goes_away_does_not_end_the_recording() -> None:
 def test_topics_that_lose_messages_come_first() -> None:
     recorder: Any = type("Recorder", (), {})()
     busy, losing = Topic("/busy", messages=1000, bytes=10_000_000), Topic("/losing", messages=10, bytes=10, dropped=3)
-    losing.after_limit = 2
+    losing.received_after_end = 2
     recorder.topics = {"/busy": busy, "/losing": losing}
     recorder.size = 12_345_678
     recorder.report = type("Report", (), {"files": ["a.bag"], "messages": 1005, "bytes": 12_345_678})()

@@ -67,7 +67,7 @@ def test_frames_and_headers_are_kept_as_they_came(tmp_path: Path, make_node: Any
         "odd", AnyMsg, raw_type=TopicType("nowhere/Odd", "0123456789abcdef0123456789abcdef", "uint8 x # grün\n")
     )
     opened: list[str] = []
-    with Recorder(make_node("record"), options(tmp_path), Events(opened=opened.append)) as recorder:
+    with Recorder(make_node("record"), options(tmp_path), Events(on_opened=opened.append)) as recorder:
         for name in ("/t", "/latched", "/odd"):
             recorder.subscribe(name)
         assert plain.wait_for_subscribers(timeout=DEADLINE) and unknown.wait_for_subscribers(timeout=DEADLINE)
@@ -121,7 +121,7 @@ def test_without_split_a_limit_ends_the_recording(tmp_path: Path, make_node: Any
     publisher = make_node("talker").advertise("t", Float64, queue_size=0)
     ended = threading.Event()
     with Recorder(
-        make_node("record"), options(tmp_path, max_size=20_000, chunk_size=1000), Events(ended=ended.set)
+        make_node("record"), options(tmp_path, max_size=20_000, chunk_size=1000), Events(on_ended=ended.set)
     ) as recorder:
         recorder.subscribe("/t")
         assert publisher.wait_for_subscribers(timeout=DEADLINE)
@@ -151,7 +151,7 @@ def test_a_full_buffer_drops_the_oldest_and_counts_them(tmp_path: Path, make_nod
 
     monkeypatch.setattr(RecordQueue, "take", slow_take)
     with Recorder(
-        make_node("record"), options(tmp_path, buffer_size=10_000), Events(warning=warnings.append)
+        make_node("record"), options(tmp_path, buffer_size=10_000), Events(on_warning=warnings.append)
     ) as recorder:
         recorder.subscribe("/t")
         assert publisher.wait_for_subscribers(timeout=DEADLINE)
@@ -202,7 +202,7 @@ def test_what_a_killed_recording_left_is_kept(tmp_path: Path, make_node: Any) ->
     for size in (0, 4117, 5000, 6000):
         active.write_bytes(bytes(size))
         warnings: list[str] = []
-        with Recorder(make_node("record"), options(tmp_path), Events(warning=warnings.append)) as recorder:
+        with Recorder(make_node("record"), options(tmp_path), Events(on_warning=warnings.append)) as recorder:
             recorder.subscribe("/t")
             until(lambda now=recorder: now.topics["/t"].messages == 1)
         assert len(warnings) == (size > 4117) == ("bag reindex" in "".join(warnings))
@@ -375,7 +375,7 @@ def test_kill_loses_at_most_what_was_not_flushed(start: Any, make_node: Any, tmp
         path = tmp_path / f"killed{number}.bag.active"
         with BagReader(path, unindexed=True) as bag:
             found = [(m.time / 1e9, decode(Float64, m.data).data) for m in bag.messages()]
-        assert bag.scanned
+        assert bag.was_scanned
         assert [value for _, value in found] == list(map(float, range(len(found)))), "a whole beginning"
         flushed = path.stat().st_mtime
         before = [value for moment, value in sent if moment < flushed - 0.7]

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from pyros1.ground.errors import LaunchError
-from pyros1.launch.reading.depends import FileNeeds, declared_depends, file_needs, package_containing, undeclared
+from pyros1.launch.reading.depends import FileNeeds, declared_depends, file_needs, find_undeclared, package_containing
 from pyros1.launch.reading.loader import load_plan
 from pyros1.launch.reading.world import make_resources
 
@@ -111,6 +111,6 @@ def test_what_is_not_declared(write: Callable[[str, str], Path]) -> None:
         FileNeeds(files[0], "mine", packages=["run", "mine", "test", "new"]),
         FileNeeds(files[1], "mine", packages=["new", "newer"]),
     ]
-    assert undeclared(needs) == {"mine": ["test", "new", "newer"]}
-    assert undeclared(needs, test_depends=True) == {"mine": ["new", "newer"]}
-    assert undeclared(needs[:1]) == {}
+    assert find_undeclared(needs) == {"mine": ["test", "new", "newer"]}
+    assert find_undeclared(needs, test_depends=True) == {"mine": ["new", "newer"]}
+    assert find_undeclared(needs[:1]) == {}

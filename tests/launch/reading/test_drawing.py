@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pyros1.launch.plan import ExitPolicy, IncludePlan, NodePlan, Plan
 from pyros1.launch.reading.conditions import Condition
-from pyros1.launch.reading.drawing import dot, tree
+from pyros1.launch.reading.drawing import dot_text, tree_text
 
 PLAN = Plan(
     nodes=[
@@ -18,18 +18,18 @@ PLAN = Plan(
 
 
 def test_tree() -> None:
-    assert tree(PLAN).splitlines() == [
+    assert tree_text(PLAN).splitlines() == [
         "m",
         "├── /a (p/t) [required]",
         "├── i",
         "│   └── /g/b (p/t) [on arm]",
         "└── /c (p/t) [after node:/a topic:/x]",
     ]
-    assert tree(Plan()) == ""
+    assert tree_text(Plan()) == ""
 
 
 def test_dot() -> None:
-    text = dot(PLAN)
+    text = dot_text(PLAN)
     assert text.startswith("digraph launch {\n") and text.endswith("\n}")
     for line in (
         '  "m" [shape=box, label="m"];',
@@ -46,4 +46,4 @@ def test_dot() -> None:
 
 def test_a_file_is_drawn_once() -> None:
     plan = Plan(files=["m", "i", "i"], includes=[IncludePlan("m", 1, "i"), IncludePlan("m", 2, "i")])
-    assert tree(plan).splitlines() == ["m", "├── i", "└── i (see above)"]
+    assert tree_text(plan).splitlines() == ["m", "├── i", "└── i (see above)"]

@@ -94,7 +94,7 @@ def test_args_are_lazy_overridable_and_scoped_x57_x58_x60() -> None:
 def test_files_are_one_plan_and_each_gets_the_arguments_x02_x03() -> None:
     text = b'<launch><arg name="v" default="none"/><param name="%b" value="$(arg v)"/><param name="last" value="%b"/></launch>'
     files = {"/d/a.launch": text % (b"a", b"a"), "/d/b.launch": text % (b"b", b"b")}
-    resources = Resources(FakePackages(), {}, files.__getitem__, stdin=lambda: text % (b"s", b"s"))
+    resources = Resources(FakePackages(), {}, files.__getitem__, read_stdin=lambda: text % (b"s", b"s"))
     plan = load_plan(["/d/a.launch", "-", "/d/b.launch"], {"v": "7"}, resources)
     assert plan.params == {"/a": 7, "/s": 7, "/b": 7, "/last": "b"}
     assert plan.files == ["/d/a.launch", "<stdin>", "/d/b.launch"]

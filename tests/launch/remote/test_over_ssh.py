@@ -80,7 +80,7 @@ class Bench:
         spec = ProcessSpec(
             "ns/it-1", "/ns/it", [f"far/{kind}"], {}, "", to_screen=screen, exit_policy=ExitPolicy(respawn)
         )
-        return self.supervisor.start(spec, self.machine.process(node, "run"))
+        return self.supervisor.start(spec, self.machine.make_process_factory(node, "run"))
 
     @property
     def process(self) -> Process:
@@ -224,7 +224,7 @@ def test_a_machine_that_comes_back_gets_its_respawning_nodes_again(
     try:
         opened[0].stdin.close()
         until(lambda: process.spawn_count == 2, "it is started again")
-        assert process.alive and process.pid != first and not process.disconnected
+        assert process.alive and process.pid != first and not process.is_disconnected
         until(lambda: not group_exists(first), "the first one has ended")
     finally:
         bench.supervisor.stop()

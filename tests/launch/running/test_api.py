@@ -63,7 +63,7 @@ def test_the_states_of_processes(tmp_path: Path) -> None:
                 ProcessSpec(f"{name}-1", f"/{name}", ["/bin/sleep", "60"], dict(os.environ), str(tmp_path))
             )
         stopping, restarting, _ = supervisor.active
-        stopping.is_stopped, restarting.restarting = True, True
+        stopping.is_stopped, restarting.is_restarting = True, True
         assert states() == ["stopping", "stopping", "running"]
         policy = ExitPolicy(respawn=True)
         supervisor.start(ProcessSpec("d-1", "/d", ["/bin/true"], dict(os.environ), str(tmp_path), exit_policy=policy))
@@ -82,7 +82,7 @@ def test_the_states_of_processes(tmp_path: Path) -> None:
             if {"e-1", "f-1"} <= {*deaths}:
                 supervisor.stop()
 
-        supervisor.on_death = on_death
+        supervisor.on_process_exit = on_death
         supervisor.run()
         assert sorted(states()) == ["died", "finished", "running", "stopped", "stopping", "stopping"]
     finally:

@@ -33,7 +33,7 @@ def test_the_usual_file_means_what_is_usual(tmp_path: Path) -> None:
 def test_a_file_of_ones_own(tmp_path: Path) -> None:
     more = '<param name="extra" value="7"/><node pkg="minimal_nodes" type="minimal_publisher" name="more"/>'
     found = read(tmp_path, USUAL.format(more))
-    assert not found.rosout and found.params == {**CORE_PARAMS, "/extra": 7}
+    assert not found.starts_rosout and found.params == {**CORE_PARAMS, "/extra": 7}
     assert [node.full_name for node in found.nodes] == ["/more"]
 
 

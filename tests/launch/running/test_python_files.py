@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from pyros1.launch.running.python_files import imports, python_problems
+from pyros1.launch.running.python_files import find_imports, python_problems
 
 OURS = f"#!{sys.executable}\n"
 
@@ -82,7 +82,7 @@ def test_a_python_that_is_not_there(folder: Path) -> None:
 
 
 def test_imports_that_are_always_made() -> None:
-    assert [tuple(each) for each in imports(b"import a.b, c\nfrom d.e import f\nfrom .g import h\n")] == [
+    assert [tuple(each) for each in find_imports(b"import a.b, c\nfrom d.e import f\nfrom .g import h\n")] == [
         ("a", 1),
         ("c", 1),
         ("d", 2),

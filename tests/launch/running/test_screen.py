@@ -17,7 +17,7 @@ from pyros1.launch.running.screen import Screen
 def show(screen: Screen, script: str, node: str = "/ns/node") -> None:
     words = ["sh", "-c", script]
     spec = ProcessSpec("node-1", node, words, {}, "/")
-    with screen.opened(spec) as (out, err):
+    with screen.open_outputs(spec) as (out, err):
         process = subprocess.Popen(words, stdout=out, stderr=err)
     process.wait()
     screen.close(20.0)
@@ -39,8 +39,8 @@ def test_much_output_of_a_node_that_is_killed_is_there_to_the_end() -> None:
 
 def test_names_are_coloured_the_same_each_time() -> None:
     screen = Screen(io.StringIO(), io.StringIO(), colour=True)
-    one, other = screen.tag("/a", sys.stdout), screen.tag("/b", sys.stdout)
-    assert one == screen.tag("/a", sys.stdout)
+    one, other = screen.line_prefix("/a", sys.stdout), screen.line_prefix("/b", sys.stdout)
+    assert one == screen.line_prefix("/a", sys.stdout)
     assert one.startswith(b"\033[") and one.endswith(b"\033[0m") and b"[a] " in one
     assert one[:5] != other[:5]
 

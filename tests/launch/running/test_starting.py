@@ -97,7 +97,7 @@ def test_a_node_is_started_as_its_plan_says(make_starter: Callable[..., Starter]
     starter.start(NodePlan("robot", "drive", "arm", machine=machine))
     spec = recorder.specs[1]
     assert (spec.label, spec.exit_policy) == ("arm-2", ExitPolicy())
-    assert (spec.to_screen, spec.on_death, spec.ends_launch) == (False, None, False)
+    assert (spec.to_screen, spec.on_death_spec, spec.ends_launch) == (False, None, False)
 
 
 @pytest.mark.parametrize("machine", [None, "far"])

@@ -120,11 +120,11 @@ def test_a_node_starts_again_once_its_delay_is_over_x88(bench: Bench, monkeypatc
     now = [100.0]
     monkeypatch.setattr("pyros1.launch.running.supervisor.time", SimpleNamespace(monotonic=lambda: now[0]))
     supervisor = bench.supervisor
-    supervisor.on_death = lambda process: supervisor.stop("it has died")
+    supervisor.on_process_exit = lambda process: supervisor.stop("it has died")
     supervisor.start(bench.spec("again-1", "exit(3)", respawn=True, delay=60.0))
     assert supervisor.run() == "it has died"
     for now[0], starts in ((159.9, 1), (160.0, 2)):
-        supervisor.after(0.0, "the timers that are due have run")
+        supervisor.stop_after(0.0, "the timers that are due have run")
         supervisor.run()
         assert supervisor.active[0].spawn_count == starts
 
@@ -155,7 +155,7 @@ def test_a_required_failure_is_remembered(bench: Bench) -> None:
 
 def test_the_end_of_a_node_is_answered(bench: Bench) -> None:
     spec = bench.spec("controller-1", "raise SystemExit(7)")
-    spec.on_death = bench.spec("stop-1", "print('braked')")
+    spec.on_death_spec = bench.spec("stop-1", "print('braked')")
     bench.supervisor.start(spec)
     bench.supervisor.run()
     assert bench.log("stop-1") == "braked\n"
@@ -164,8 +164,8 @@ def test_the_end_of_a_node_is_answered(bench: Bench) -> None:
 
 def test_the_end_of_a_required_node_is_answered_before_everything_ends(bench: Bench) -> None:
     spec = bench.spec("controller-1", "raise SystemExit(7)", required=True)
-    spec.on_death = bench.spec("stop-1", "import time; time.sleep(0.2); print('braked')")
-    spec.on_death.ends_launch = True
+    spec.on_death_spec = bench.spec("stop-1", "import time; time.sleep(0.2); print('braked')")
+    spec.on_death_spec.ends_launch = True
     bench.supervisor.start(bench.spec("other-2", "import signal; signal.pause()"))
     bench.supervisor.start(spec)
     assert bench.supervisor.run() == "required process died"
@@ -175,7 +175,7 @@ def test_the_end_of_a_required_node_is_answered_before_everything_ends(bench: Be
 def test_an_answer_that_never_ends_does_not_keep_a_launch(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("pyros1.launch.running.supervisor.ON_DEATH_TIMEOUT", 0.05)
     spec = bench.spec("controller-1", "", required=True)
-    spec.on_death = bench.spec("stop-1", "import signal; signal.pause()")
+    spec.on_death_spec = bench.spec("stop-1", "import signal; signal.pause()")
     bench.supervisor.start(spec)
     assert bench.supervisor.run() == "required process died"
 
@@ -185,7 +185,7 @@ def test_an_answer_is_not_cut_short_by_the_next_end(bench: Bench, tmp_path: Path
     deaths = tmp_path / "deaths"
     spec = bench.spec("controller-1", f"open({str(deaths)!r}, 'a').write('x')", respawn=True)
     wait = f"d = {str(deaths)!r}; n = len(open(d).read())\nwhile len(open(d).read()) < n + 3: pass"
-    spec.on_death = bench.spec("stop-1", f"{wait}\nprint('braked', flush=True)")
+    spec.on_death_spec = bench.spec("stop-1", f"{wait}\nprint('braked', flush=True)")
     bench.supervisor.start(spec)
     with Running(bench):
         bench.wait_for_log("stop-1", "braked")
@@ -195,7 +195,7 @@ def test_each_end_of_a_node_is_answered(bench: Bench, monkeypatch: pytest.Monkey
     """Also one that comes while the answer to the last one still runs: it is made once more, but not without end."""
     monkeypatch.setattr("pyros1.launch.running.supervisor.ON_DEATH_TIMEOUT", 0.1)
     spec = bench.spec("controller-1", "print('up')", respawn=True)
-    spec.on_death = bench.spec("stop-1", "import signal; print('braked', flush=True); signal.pause()")
+    spec.on_death_spec = bench.spec("stop-1", "import signal; print('braked', flush=True); signal.pause()")
     bench.supervisor.start(spec)
     with Running(bench):
         bench.out.wait_for("[stop-1] stopping", 2)
@@ -204,7 +204,7 @@ def test_each_end_of_a_node_is_answered(bench: Bench, monkeypatch: pytest.Monkey
 
 def test_a_node_that_was_told_to_end_is_not_answered(bench: Bench) -> None:
     spec = bench.spec("controller-1", LATE)
-    spec.on_death = bench.spec("stop-1", "")
+    spec.on_death_spec = bench.spec("stop-1", "")
     bench.supervisor.start(spec)
     bench.wait_for_log("controller-1", "ready")
     node = bench.supervisor.find("controller-1")
@@ -215,8 +215,8 @@ def test_a_node_that_was_told_to_end_is_not_answered(bench: Bench) -> None:
 
 def test_an_answer_that_cannot_start_does_not_keep_a_launch(bench: Bench) -> None:
     spec = bench.spec("controller-1", "", required=True)
-    spec.on_death = bench.spec("stop-1", "")
-    spec.on_death.words = ["/nowhere/brake"]
+    spec.on_death_spec = bench.spec("stop-1", "")
+    spec.on_death_spec.words = ["/nowhere/brake"]
     bench.supervisor.start(spec)
     assert bench.supervisor.run() == "required process died"
     assert "cannot start [stop-1]: No such file or directory: /nowhere/brake" in bench.err.getvalue()
@@ -228,9 +228,9 @@ def test_what_a_node_leaves_behind_ends_with_the_launch(bench: Bench) -> None:
     bench.wait_for_log("parent-1", "left")
     bench.supervisor.run()
     (parent,) = bench.supervisor.dead
-    assert not parent.gone
+    assert not parent.is_gone
     bench.supervisor.shut_down()
-    assert parent.gone
+    assert parent.is_gone
     assert "[parent-1] escalating to SIGTERM" in bench.out.getvalue()
 
 
@@ -311,10 +311,10 @@ def test_a_life_ends_while_what_another_left_is_looked_at(bench: Bench, monkeypa
 
     monkeypatch.setattr("pyros1.launch.running.process.is_leaderless", look)
     process.signal(0)
-    assert not process.alive and not process.gone
+    assert not process.alive and not process.is_gone
     process.kill()  # reaches what both have left
     deadline = time.monotonic() + DEADLINE
-    while not process.gone:
+    while not process.is_gone:
         assert time.monotonic() < deadline
         time.sleep(0.01)
     process.join()
@@ -433,7 +433,7 @@ def test_that_it_was_started_is_said_before_what_it_says(bench: Bench) -> None:
         if process.spawn_count == 3:
             supervisor.stop("enough")
 
-    supervisor.on_death = enough
+    supervisor.on_process_exit = enough
     supervisor.start(spec)
     assert supervisor.run() == "enough"
     supervisor.shut_down()

@@ -118,7 +118,7 @@ def test_the_end_of_a_node_is_answered_after_it_though_the_launcher_is_killed(
         node.stdout.readline()
         for pid in (node.pid, 1 << 30):  # the second one has ended, and was answered
             warden.watch(pid, (["sh", "-c", 'echo "$0" >>"$NAME"', f"answer {pid}"], environ, "/"))
-        warden.ended(1 << 30)
+        warden.report_exit(1 << 30)
         guard.stdin.close()  # as the system does when the launcher is killed
     guard.wait(DEADLINE)
     assert path.read_text().splitlines() == ["end", f"answer {node.pid}"]
@@ -165,7 +165,7 @@ def test_lines_stay_whole_when_the_pipe_is_full(opened: list[Any]) -> None:
     guard.send_signal(signal.SIGSTOP)
     gone, environ = 1 << 30, {"LARGE": "x" * 200_000}
     threads = [threading.Thread(target=warden.watch, args=(gone, (["true"], environ, "/")))]
-    threads += [threading.Thread(target=lambda: [warden.ended(gone) for _ in range(500)]) for _ in range(4)]
+    threads += [threading.Thread(target=lambda: [warden.report_exit(gone) for _ in range(500)]) for _ in range(4)]
     for thread in threads:
         thread.start()
     guard.send_signal(signal.SIGCONT)

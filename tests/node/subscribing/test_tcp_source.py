@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from pyros1.msgs import AnyMsg, load_message
-from pyros1.msgs.large_arrays import SplitBody, decode_split, layout
+from pyros1.msgs.large_arrays import SplitBody, decode_split, find_layout
 from pyros1.node.subscribing.tcp_source import MIN_LARGE_FRAME, TcpSource
 
 from ...bodies import decode, encode
@@ -41,7 +41,7 @@ def frame(message: Any) -> bytes:
 
 def receive(link: TcpSource, count: int, cls: Any = IMAGE) -> tuple[list[Any], int]:
     """Return so many messages, and how many of them came in pieces. Learns as a subscription does."""
-    where = layout(cls)
+    where = find_layout(cls)
     assert where is not None
     messages: list[Any] = []
     split = 0
@@ -59,7 +59,7 @@ def receive(link: TcpSource, count: int, cls: Any = IMAGE) -> tuple[list[Any], i
             messages.append(decode(cls, body))
             array = len(getattr(messages[-1], where.field))
             if array >= MIN_LARGE_FRAME:
-                link.set_expected_layout(len(body), array, where.tail, where.has_length_field)
+                link.set_expected_layout(len(body), array, where.tail_size, where.has_length_field)
     return messages, split
 
 

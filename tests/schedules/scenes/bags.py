@@ -88,7 +88,7 @@ class Recording(Scenario):
         ended: list[bool] = []
         names = FileNames(str(folder / "r"), has_date=False, has_number=bool(self.settings.get("split")))
         options = RecordOptions(names=names, min_space=0, **self.settings)
-        recorder = Recorder(source, options, Events(ended=lambda: ended.append(True)))
+        recorder = Recorder(source, options, Events(on_ended=lambda: ended.append(True)))
         for name in TOPICS:
             recorder.subscribe(name)
 

@@ -1,6 +1,6 @@
-"""Writes new bags from existing ones: filters, merges, renames topics, shifts times, compresses.
+"""Writes new bags from existing ones: selects messages, merges bags, renames topics, shifts times, and compresses.
 
-Connection headers are kept. Each operation is one pass over the messages in order of time, into a `CopyWriter`.
+Connection headers are kept. Each operation is one pass over the messages in time order, into a `CopyWriter`.
 Commands encrypt the new bag with the key of the old one.
 """
 
@@ -24,10 +24,10 @@ class MessageSelection:
     """A selection of messages; by default all.
 
     Attributes:
-        topics: names or patterns with ``*``; empty means all.
-        start: earliest time in nanoseconds, None for no limit.
-        end: latest time in nanoseconds, None for no limit.
-        drop: ids or publisher names of connections to leave out.
+        topics: topic names, or patterns with ``*``; empty means all.
+        start: earliest time in nanoseconds; None for no limit.
+        end: latest time in nanoseconds; None for no limit.
+        drop: connections to leave out, by id or by the publisher's name.
     """
 
     topics: Sequence[str] = ()
@@ -40,7 +40,7 @@ class MessageSelection:
         return {conn_id for conn_id, connection in bag.connections.items() if self._selects(connection)}
 
     def messages(self, bag: BagReader) -> Iterator[RawMessage]:
-        """Yield the selected messages of a bag, in order of time."""
+        """Yield the selected messages of a bag, in time order."""
         return bag.messages(self.connections(bag), self.start, self.end)
 
     def _selects(self, connection: Connection) -> bool:
@@ -51,7 +51,7 @@ class MessageSelection:
 
 
 def merge(bags: Sequence[BagReader], selection: MessageSelection | None = None) -> Iterator[RawMessage]:
-    """Yield the messages of several bags in order of time; messages of the same time are in the order of the bags.
+    """Yield the messages of several bags in time order; messages with the same time are in the order of the bags.
 
     Raises:
         BagError: a bag cannot be read.
@@ -61,7 +61,7 @@ def merge(bags: Sequence[BagReader], selection: MessageSelection | None = None) 
 
 
 class CopyWriter:
-    """Writes messages of other bags into a new one.
+    """Writes messages from other bags into a new bag.
 
     Connections with the same topic and header are merged into one.
 
@@ -81,6 +81,7 @@ class CopyWriter:
         """Write a message.
 
         Args:
+            message: the message, with its connection in the other bag.
             time: time in nanoseconds; None for the message's own time.
 
         Raises:
@@ -117,14 +118,14 @@ def copy(
     retime: Callable[[RawMessage], int] | None = None,
     progress: Callable[[int], object] | None = None,
 ) -> int:
-    """Write messages into a new bag.
+    """Write messages into a new bag, in the given order.
 
     Args:
-        messages: messages of one bag or several.
+        messages: messages from one bag or several.
         target: the new file; replaced if it exists.
         compression: ``none``, ``bz2`` or ``lz4``.
         chunk_threshold: size in bytes, uncompressed, above which a chunk is closed.
-        cipher: encrypts the new bag.
+        cipher: encrypts the new bag; None for an unencrypted bag.
         rename: returns a topic's new name.
         retime: returns a message's new time in nanoseconds.
         progress: called with the number of bytes written so far, before compression.
@@ -144,7 +145,7 @@ def copy(
             bytes_done += len(message.data) + RECORD_OVERHEAD
             if progress is not None:
                 progress(bytes_done)
-            del message  # it may be large, and must not stay in memory while the next one is read
+            del message  # it may be large, and must not stay in memory while the next message is read
         return writer.messages
 
 
@@ -163,14 +164,14 @@ def split(
     """Write messages into several bags, one after the other.
 
     Args:
-        messages: messages in order of time.
-        part_path: returns the path of a part, given its number from 0; an existing file is replaced as soon as the part
-            is complete.
+        messages: messages in time order.
+        part_path: returns the path of a part, given its number, from 0; an existing file is replaced as soon as the
+            part is complete.
         size: number of bytes after which a new part begins.
         duration: number of nanoseconds after which a new part begins.
         count: number of messages after which a new part begins.
         compression: ``none``, ``bz2`` or ``lz4``.
-        cipher: encrypts the new bags.
+        cipher: encrypts the new bags; None for unencrypted bags.
         repeat_latched: whether each part begins with the last message of each latched connection; these get the time of
             its first message.
         progress: called with the number of bytes processed so far, before compression.
@@ -227,7 +228,7 @@ def _open_part(path: str, compression: str, cipher: Cipher | None) -> Iterator[B
 
 
 def time_shifter(offset: int, rate: float = 1.0, origin: int = 0) -> Callable[[RawMessage], int]:
-    """Return a function that shifts times, for the `retime` argument of `copy`.
+    """Return a function that shifts message times, for the `retime` argument of `copy`.
 
     Args:
         offset: number of nanoseconds to add.

@@ -20,8 +20,10 @@ Migration = tuple[MessageClass, MessageClass | None, list[MissingRule]]
 
 
 def make_migrator(rule_paths: Iterable[str]) -> Migrator:
-    """Return a migrator to the installed definitions, with the rules from the given files; raises as
-    `Migrator.read_rules`.
+    """Return a migrator that converts to the installed definitions, with the rules from the given files.
+
+    Raises:
+        BagError, OSError: as for `Migrator.read_rules`.
     """
     migrator = Migrator(load_message)
     for path in rule_paths:
@@ -47,12 +49,12 @@ def find_migrations(bag: Bag, migrator: Migrator) -> list[Migration]:
 
 
 def migration_lines(migrations: Iterable[Migration]) -> Iterator[str]:
-    """Yield lines that describe migrations, for the terminal."""
-    for old_class, new_class, missing in migrations:
+    """Yield lines that describe migrations and their missing rules, for the terminal."""
+    for old_class, new_class, missing_steps in migrations:
         yield from _step_lines(old_class, new_class, "")
-        if missing:
-            yield f"    {len(missing)} rules missing:"
-            for step in missing:
+        if missing_steps:
+            yield f"    {len(missing_steps)} rules missing:"
+            for step in missing_steps:
                 yield from _step_lines(*step, "    ")
 
 
@@ -62,11 +64,11 @@ def _step_lines(old_class: MessageClass, new_class: MessageClass | None, indent:
 
 
 class MigratedBagWriter:
-    """Writes the messages of a bag into a new one, migrated where possible.
+    """Writes a bag's messages into a new bag, converting them to the installed definitions where possible.
 
     Args:
         bag: the old bag.
-        migrator: the migrator with the rules.
+        migrator: converts the messages.
 
     Raises:
         MessageError: a definition in the bag is wrong or missing.
@@ -80,7 +82,7 @@ class MigratedBagWriter:
             self._targets[conn_id] = self._choose_target(connection)
 
     def _choose_target(self, connection: Connection) -> tuple[MessageClass | None, Connection]:
-        """Return the new class of a connection's messages, None if they stay as they are, and the new connection."""
+        """Return the new class of a connection's messages, or None if they stay as they are, and the new connection."""
         old_class = self._bag.message_class(connection)
         new_class = self._migrator.current_class(old_class)
         if (
@@ -97,7 +99,7 @@ class MigratedBagWriter:
         """Write the new bag.
 
         Args:
-            path: the file.
+            path: path of the new bag.
             progress: called with the number of bytes of the old bag that have been processed so far.
 
         Raises:

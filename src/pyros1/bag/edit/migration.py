@@ -1,7 +1,7 @@
-"""Converts messages of old bags to current definitions (L139, L140), with rule files, or without rules where possible.
+"""Converts messages from old bags to current definitions (L139, L140), by rules from files, or without if possible.
 
 A rule file (.bmr) is a Python program given by the user; it is executed, as in stock. It defines subclasses of
-`MessageUpdateRule`. Each subclass converts messages from one old definition to a newer one.
+`MessageUpdateRule`. Each subclass converts messages from an old definition to a newer definition.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ def _type_key(cls: MessageClass) -> tuple[str, str]:
 
 
 class MessageUpdateRule:
-    """One step of a migration; rule files derive from this.
+    """One step of a migration; rule files define subclasses.
 
     Args:
         migrator: converts nested messages.
@@ -50,14 +50,14 @@ class MessageUpdateRule:
         self.new_class = from_definition(self.new_type, self.new_full_text.strip("\n"))
 
     def update(self, old_msg: Any, new_msg: Any) -> None:
-        """Fill a new message from an old one."""
+        """Fill a new message from an old message."""
         raise NotImplementedError(f"{self.location}: the rule for {self.old_type} has no update()")
 
     def get_new_class(self, name: str) -> MessageClass:
         """Return the class of the new definition, or of a type that it uses.
 
         Args:
-            name: name of the type; the package can be omitted if it is that of the definition.
+            name: name of the type; the package can be omitted if it is the definition's own package.
 
         Raises:
             KeyError: the definition uses no such type.
@@ -77,13 +77,15 @@ class MessageUpdateRule:
         return self.migrator.nested_class(cls, full_name)
 
     def migrate(self, old_msg: Message, new_msg: Message) -> None:
-        """Fill a nested message of the new message from one of the old message."""
+        """Fill a nested message in the new message from one in the old message."""
         converted = self.migrator.convert(old_msg, type(new_msg))
         for name in new_msg.__slots__:
             setattr(new_msg, name, getattr(converted, name))
 
     def migrate_array(self, old_array: Iterable[Message], new_array: list[Message], new_name: str) -> None:
-        """Fill an array of nested messages of the new message; `new_name` is their type."""
+        """Fill an array of nested messages in the new message from one in the old message; `new_name` is the new type
+        of the elements.
+        """
         cls = self.get_new_class(new_name)
         new_array[:] = [self.migrator.convert(item, cls) for item in old_array]
 
@@ -101,7 +103,7 @@ class Migrator:
         self._nested_classes: dict[tuple[str, str, str], MessageClass] = {}
 
     def read_rules(self, path: str) -> None:
-        """Execute a rule file.
+        """Execute a rule file, and add its rules.
 
         Raises:
             BagError: the file is not a Python program, or its rules are wrong.
@@ -132,15 +134,15 @@ class Migrator:
             return None
 
     def missing_rules(self, old: MessageClass, new: MessageClass | None, depth: int = 0) -> list[MissingRule]:
-        """Return the steps from one class to another for which there is no valid rule; empty if all have one."""
+        """Return the steps from one class to another that have no valid rule; empty if every step has one."""
         if new is None or depth > _MAX_STEPS:
             return [(old, None)]
         if _type_key(old) == _type_key(new):
             return []
         rule = self.rules.get(_type_key(old))
         if rule is not None:
-            unfinished: list[MissingRule] = [] if rule.valid else [(old, rule.new_class)]
-            return unfinished + self.missing_rules(rule.new_class, new, depth + 1)
+            invalid_steps: list[MissingRule] = [] if rule.valid else [(old, rule.new_class)]
+            return invalid_steps + self.missing_rules(rule.new_class, new, depth + 1)
         if not _have_same_fields(old, new):
             return [(old, new)]
         steps: dict[tuple[str, str], MissingRule] = {}
@@ -194,7 +196,7 @@ class Migrator:
         return result
 
     def nested_class(self, cls: MessageClass, name: str) -> MessageClass:
-        """Return the class of a type that is used by another class."""
+        """Return the class of a type that another class uses; `name` is the type's name."""
         key = (*_type_key(cls), name)
         if key not in self._nested_classes:
             texts = split_full_text(cls._type, cls._full_text)
@@ -209,7 +211,7 @@ class Migrator:
 
 
 def _have_same_fields(old: MessageClass, new: MessageClass) -> bool:
-    """Return whether two classes differ at most in constants and in the definitions of the types they use."""
+    """Return whether two classes differ only in constants and in the definitions of the types they use, if at all."""
     fields = [
         [
             (name, type_name if "/" not in type_name else type_name.partition("[")[1:])
@@ -222,7 +224,7 @@ def _have_same_fields(old: MessageClass, new: MessageClass) -> bool:
 
 def _nested_types(old: MessageClass, new: MessageClass) -> list[tuple[str, str]]:
     pairs = zip(old._slot_types, new._slot_types, strict=True)
-    return [(a.partition("[")[0], b.partition("[")[0]) for a, b in pairs if "/" in a]
+    return [(old_type.partition("[")[0], new_type.partition("[")[0]) for old_type, new_type in pairs if "/" in old_type]
 
 
 def _string_literal(text: str) -> str:

@@ -1,4 +1,4 @@
-"""Repairs bags that were not closed, or that are cut off, damaged or of version 1.2; no complete message is lost."""
+"""Repairs bags that were not closed, or are cut off, damaged or of version 1.2; no complete message is lost."""
 
 from __future__ import annotations
 
@@ -21,29 +21,29 @@ class ReindexResult:
     Attributes:
         messages: number of messages in the new bag.
         lost: number of complete messages that could not be copied, because they have no connection or an invalid time.
-        damages: places in the old bag that could not be read.
+        damaged_places: the places in the old bag that could not be read.
     """
 
     messages: int
     lost: int
-    damages: list[Damage]
+    damaged_places: list[Damage]
 
 
 def reindex(
     source: str | os.PathLike[str], target: str | os.PathLike[str], progress: Callable[[int], object] | None = None
 ) -> ReindexResult:
-    """Write all complete messages of a bag into a new one.
+    """Write all complete messages of a bag into a new bag.
 
     Complete chunks are copied unchanged, compressed or not, encrypted or not.
 
     Args:
-        source: the bag.
+        source: path of the damaged bag.
         target: the new file; replaced if it exists.
         progress: called with the current offset in the source, in bytes.
 
     Raises:
         NotABagError: the source is not a bag.
-        EncryptedError: it is encrypted, and its key is not available.
+        EncryptedError: the source is encrypted, and its key is not available.
         BagError: source and target are the same file.
         OSError: a file cannot be read or written.
     """
@@ -59,7 +59,7 @@ def reindex(
             for scanned_chunk in scanner.chunks():
                 rebuilder.add_chunk(scanned_chunk)
                 del scanned_chunk  # so that only one chunk is in memory
-        return ReindexResult(rebuilder.messages, rebuilder.lost, scanner.damages)
+        return ReindexResult(rebuilder.messages, rebuilder.lost, scanner.damaged_places)
     finally:
         file.close()
 
@@ -80,7 +80,7 @@ def _end_connections(file: BagFile) -> list[Connection]:
 
 
 class _BagRebuilder:
-    """Writes the scanner's findings into the new bag, with the same connection ids."""
+    """Writes the chunks that the scanner finds into the new bag, with the same connection ids."""
 
     def __init__(self, file: BagFile, scanner: Scanner, writer: BagWriter) -> None:
         self._file = file
@@ -91,24 +91,24 @@ class _BagRebuilder:
 
     def add_chunk(self, scanned_chunk: ScannedChunk) -> None:
         connections = self._scanner.connections
-        readable = scanned_chunk.messages.where(lambda conn, time: conn in connections and time <= MAX_TIME)
-        self.messages += len(readable)
-        self.lost += len(scanned_chunk.messages) - len(readable)
+        copyable = scanned_chunk.messages.where(lambda conn, time: conn in connections and time <= MAX_TIME)
+        self.messages += len(copyable)
+        self.lost += len(scanned_chunk.messages) - len(copyable)
         if scanned_chunk.header is not None and scanned_chunk.chunk.is_complete:
-            self._copy_chunk(scanned_chunk, readable)
+            self._copy_chunk(scanned_chunk, copyable)
         else:
-            for message in readable:
+            for message in copyable:
                 self._add_connection(message.conn, in_chunk=True)
                 self._writer.write(message.conn, message.time, scanned_chunk.content[message.start : message.end])
             self._writer.flush()
 
-    def _copy_chunk(self, scanned_chunk: ScannedChunk, readable: Messages) -> None:
+    def _copy_chunk(self, scanned_chunk: ScannedChunk, copyable: Messages) -> None:
         header = scanned_chunk.header
         assert header is not None
-        for conn in dict.fromkeys(readable.conns):
+        for conn in dict.fromkeys(copyable.conns):
             self._add_connection(conn, in_chunk=False)
         stored = self._file.read(header.data_offset, header.stored_size)
-        self._writer.copy_chunk(header.compression, header.size, stored, readable)
+        self._writer.copy_chunk(header.compression, header.size, stored, copyable)
 
     def _add_connection(self, conn: int, *, in_chunk: bool) -> None:
         if conn not in self._writer.connections:

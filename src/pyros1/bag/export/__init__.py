@@ -1,1 +1,1 @@
-"""Converts bags to images, videos, MCAP files and ROS 2 bags, and MCAP files and ROS 2 bags to bags."""
+"""Exports bags as tables, images, videos, MCAP files and ROS 2 bags; imports MCAP files and ROS 2 bags."""

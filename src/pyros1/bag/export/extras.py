@@ -9,14 +9,14 @@ from pyros1.ground.errors import Error
 
 
 def import_extra(module: str, extra: str) -> Any:
-    """Import and return a module of an optional package.
+    """Import and return a module from an optional package.
 
     Args:
         module: for example ``PIL.Image``.
         extra: name of the pyros1 extra that installs it.
 
     Raises:
-        Error: it is not installed; the message says how to install it.
+        Error: the package is not installed; the message says how to install it.
     """
     try:
         return import_module(module)

@@ -15,10 +15,10 @@ from pyros1.ground.errors import MessageError
 from pyros1.msgs import DefinitionCache
 from pyros1.msgs.spec import is_type_name
 
-_MD5SUM = re.compile(r"[0-9a-f]{32}|\*")
-_FIELD_NAME = re.compile("[!-<>-~]+")
+_MD5SUM_PATTERN = re.compile(r"[0-9a-f]{32}|\*")
+_FIELD_NAME_PATTERN = re.compile("[!-<>-~]+")
 _LATCHING_VALUES = {"true": "1", "false": "0"}
-"""Value of ``latching`` in MCAP's profile -> value in connection headers. Some MCAP writers already use the latter."""
+"""Value of ``latching`` in MCAP's ROS 1 profile -> value in connection headers, which some MCAP writers use instead."""
 _FIELDS_NOT_FROM_METADATA = ("type", "md5sum", "message_definition")
 
 
@@ -41,7 +41,7 @@ def import_ros1(
             if progress is not None:
                 progress(reader.position)
         for channel in reader.channels.values():
-            importer.connection_id(channel)  # including those without messages
+            importer.connection_id(channel)  # adds channels without messages, too
         result = importer.result
         result.messages, result.topics = (
             writer.messages,
@@ -62,7 +62,7 @@ class _Importer:
         self._conn_ids: dict[int, int | None] = {}
 
     def connection_id(self, channel: Channel) -> int | None:
-        """Return a channel's connection id in the bag; None if it is skipped."""
+        """Return the connection id for a channel in the bag, adding new connections; None if the channel is skipped."""
         if channel.id not in self._conn_ids:
             self._conn_ids[channel.id] = self._add_connection(channel) if self._is_selected(channel.topic) else None
         return self._conn_ids[channel.id]
@@ -78,7 +78,7 @@ class _Importer:
     def _connection_header(self, channel: Channel) -> dict[str, bytes]:
         if channel.encoding != ROS1_ENCODING:
             raise _NotRos1(f"its messages are encoded as {channel.encoding!r}, not {ROS1_ENCODING!r}")
-        schema = self._reader.schemas.get(channel.schema)
+        schema = self._reader.schemas.get(channel.schema_id)
         if schema is None:
             raise _NotRos1("the definition of its type is missing")
         if schema.encoding != ROS1_SCHEMA:
@@ -86,7 +86,7 @@ class _Importer:
         if not is_type_name(schema.name):
             raise _NotRos1(f"{schema.name!r} is not a ROS 1 type name")
         md5sum = channel.metadata.get("md5sum", "")
-        if not _MD5SUM.fullmatch(md5sum):
+        if not _MD5SUM_PATTERN.fullmatch(md5sum):
             try:
                 text = schema.data.decode("utf-8", "surrogateescape")
                 md5sum = DefinitionCache().get(schema.name, "*", text)._md5sum
@@ -96,7 +96,7 @@ class _Importer:
         fields = {name: text.encode("utf-8", "surrogateescape") for name, text in texts.items()}
         fields["message_definition"] = schema.data
         for name, text in channel.metadata.items():
-            if name in _FIELDS_NOT_FROM_METADATA or not _FIELD_NAME.fullmatch(name):
+            if name in _FIELDS_NOT_FROM_METADATA or not _FIELD_NAME_PATTERN.fullmatch(name):
                 continue
             value = _LATCHING_VALUES.get(text.lower(), text) if name == "latching" else text
             fields[name] = value.encode("utf-8", "surrogateescape")

@@ -112,7 +112,7 @@ class _Type:
 
 
 class _Types:
-    """The ROS 1 types that correspond to the types in the source."""
+    """The ROS 1 types that correspond to the source's ROS 2 types."""
 
     def __init__(self, source: Typestore) -> None:
         self._source = source
@@ -120,7 +120,7 @@ class _Types:
         self._types: dict[str, _Type] = {}
 
     def get(self, name: str) -> _Type:
-        """Return the ROS 1 type for a ROS 2 type; raises _NotInRos1 if there can be none.
+        """Return the ROS 1 type for a ROS 2 type; raises _NotInRos1 if ROS 1 cannot represent it.
 
         Args:
             name: ``package/msg/Type``.
@@ -158,8 +158,8 @@ class _Types:
         try:
             cls = load_message(f"{package}/{short_name}")
         except UnknownTypeError:
-            for nested in used_types(self._source, name):
-                self._register_known(nested, {*seen, name})
+            for used_type in used_types(self._source, name):
+                self._register_known(used_type, {*seen, name})
             return None
         known_store = empty_store()
         known_store.register(parse_types(cls._type, cls._full_text))

@@ -1,4 +1,4 @@
-"""Writes image files from sensor_msgs/Image and CompressedImage."""
+"""Writes image files from messages of the types sensor_msgs/Image and CompressedImage."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class PictureWriter:
 
     Args:
         folder: the folder to create.
-        mosaic: whether to leave Bayer images as they are.
+        mosaic: whether to write Bayer images as they are, instead of computing colours.
 
     Raises:
         Error: Pillow is not installed.
@@ -102,7 +102,7 @@ def lossless_extension(image: Pixels, encoding: str) -> str:
     """Return the extension of a file type that can store an image without loss.
 
     Raises:
-        MessageError: neither PNG nor TIFF can.
+        MessageError: neither PNG nor TIFF can store it.
     """
     channels = 1 if image.ndim == 2 else image.shape[2]
     if image.dtype in ("u1", "u2") and channels in (1, 3, 4):
@@ -113,7 +113,7 @@ def lossless_extension(image: Pixels, encoding: str) -> str:
 
 
 def image_file(message: Any) -> tuple[bytes, str]:
-    """Return the content of an image file and its extension.
+    """Return the content of an image file, and the extension for the file's name.
 
     Args:
         message: a sensor_msgs/CompressedImage.
@@ -136,7 +136,8 @@ def image_file(message: Any) -> tuple[bytes, str]:
 
 
 def compressed_pixels(message: Any, max_pixels: int = MAX_PIXELS) -> Pixels:
-    """Return the pixels of a sensor_msgs/CompressedImage: see `decode`, or `decode_depth` for compressed depth images.
+    """Return the pixels of a sensor_msgs/CompressedImage, as `decode` does, or `decode_depth` for compressed depth
+    images.
 
     Raises:
         MessageError: the image cannot be decoded.

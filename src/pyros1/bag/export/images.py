@@ -1,4 +1,4 @@
-"""Converts sensor_msgs/Image messages, in any encoding of ROS 1, to arrays of pixels."""
+"""Converts sensor_msgs/Image messages, in any ROS 1 encoding, to arrays of pixels."""
 
 from __future__ import annotations
 
@@ -28,8 +28,8 @@ _NAMED_ENCODINGS = {
 _YUV_POSITIONS = {"yuv422": (1, 0, 2), "uyvy": (1, 0, 2), "yuv422_yuy2": (0, 1, 3), "yuyv": (0, 1, 3)}
 """Encoding -> positions of the first Y, of U and of V in the four bytes of two pixels."""
 
-_GENERIC_ENCODING = re.compile(r"(8|16|32|64)([USF])C\(?([1-4])?\)?\Z")
-_BAYER_ENCODING = re.compile(r"bayer_(rggb|bggr|gbrg|grbg)(8|16)\Z")
+_GENERIC_ENCODING_PATTERN = re.compile(r"(8|16|32|64)([USF])C\(?([1-4])?\)?\Z")
+_BAYER_ENCODING_PATTERN = re.compile(r"bayer_(rggb|bggr|gbrg|grbg)(8|16)\Z")
 
 
 def pixels(message: Any, *, mosaic: bool = False) -> Pixels:
@@ -47,7 +47,7 @@ def pixels(message: Any, *, mosaic: bool = False) -> Pixels:
         MessageError: the encoding is unknown, or the message is shorter than its size says.
     """
     encoding = str(message.encoding)
-    bayer = _BAYER_ENCODING.match(encoding)
+    bayer = _BAYER_ENCODING_PATTERN.match(encoding)
     if encoding in _YUV_POSITIONS:
         return _from_yuv(_pixel_rows(message, "u1", 2), *_YUV_POSITIONS[encoding])
     if bayer:
@@ -71,7 +71,7 @@ def to_8_bits(image: Pixels) -> Pixels:
         return (image >> 8).astype(np.uint8)
     finite = np.isfinite(image)
     low, high = (float(image[finite].min()), float(image[finite].max())) if finite.any() else (0.0, 0.0)
-    with np.errstate(all="ignore"):  # the difference of the largest numbers overflows
+    with np.errstate(all="ignore"):  # the difference between the largest numbers overflows
         scaled = np.zeros(image.shape) if high <= low else (np.where(finite, image, low) - low) * (255.0 / (high - low))
         return np.rint(scaled).astype(np.uint8)
 
@@ -80,7 +80,7 @@ def _parse_encoding(encoding: str) -> tuple[str, int, str]:
     """Return an encoding's dtype, number of channels and order of the colours; raises MessageError if it is unknown."""
     if encoding in _NAMED_ENCODINGS:
         return _NAMED_ENCODINGS[encoding]
-    match = _GENERIC_ENCODING.match(encoding)
+    match = _GENERIC_ENCODING_PATTERN.match(encoding)
     if match is None or (match[2] == "F" and match[1] not in ("32", "64")) or (match[2] != "F" and match[1] == "64"):
         raise MessageError(f"images with the encoding {encoding!r} are not supported")
     channels = int(match[3] or 1)
@@ -89,7 +89,7 @@ def _parse_encoding(encoding: str) -> tuple[str, int, str]:
 
 
 def _pixel_rows(message: Any, dtype_name: str, channels: int) -> Pixels:
-    """Return the pixels without the padding at the end of rows."""
+    """Return a message's pixels without the padding at the end of rows; raises MessageError if any are missing."""
     height, width, step = int(message.height), int(message.width), int(message.step)
     dtype = np.dtype(f"{'>' if message.is_bigendian else '<'}{dtype_name}")
     row_size = width * channels * dtype.itemsize
@@ -126,7 +126,7 @@ def _from_yuv(pixel_pairs: Pixels, y_position: int, u_position: int, v_position:
 
 
 def _demosaic(raw: Pixels, pattern: str) -> Pixels:
-    """Return a Bayer image as colours: each colour that a pixel lacks is the mean of the neighbours that have it."""
+    """Return the colours of a Bayer image: each colour that a pixel lacks is a mean over neighbours that have it."""
     height, width = raw.shape
     colours = np.empty((height, width, 3), raw.dtype)
     for channel, channel_colour in enumerate("rgb"):
@@ -141,7 +141,7 @@ def _demosaic(raw: Pixels, pattern: str) -> Pixels:
 
 
 def _weighted_sum(values: Pixels) -> Pixels:
-    """Return, for each number, itself plus half of its direct and a quarter of its diagonal neighbours."""
+    """Return each number plus half the sum of its direct neighbours and a quarter of the sum of its diagonal ones."""
     padded = np.pad(values, 1)
     rows = padded[1:-1] + (padded[:-2] + padded[2:]) / 2
     total: Pixels = rows[:, 1:-1] + (rows[:, :-2] + rows[:, 2:]) / 2

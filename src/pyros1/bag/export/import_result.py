@@ -11,8 +11,8 @@ class ImportResult:
 
     Attributes:
         messages: number of messages written.
-        topics: number of topics.
-        skipped: topics that cannot be represented in ROS 1, each with the reason.
+        topics: number of topics imported.
+        skipped: topic that cannot be represented in ROS 1 -> the reason.
     """
 
     messages: int = 0

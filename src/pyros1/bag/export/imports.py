@@ -1,4 +1,4 @@
-"""Converts other programs' files to bags, with a reader chosen by the type of the file."""
+"""Imports MCAP files and ROS 2 bags, choosing a reader by the type of the file."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ def import_bag(
 ) -> ImportResult:
     """Convert a ROS 2 bag, or an MCAP file with ROS 1 or ROS 2 messages, to a bag.
 
-    ROS 1 messages are copied unchanged. ROS 2 types that are installed here get their ROS 1 definition and md5 sum,
-    and fields that differ are matched by name and type; all other types keep their own definition.
+    ROS 1 messages are copied unchanged. ROS 2 types that are also installed as ROS 1 types get the installed definition
+    and md5 sum; fields that differ are matched by name and type. All other types keep their own definition.
 
     Args:
         source: a folder with ``metadata.yaml``, an ``.mcap`` or a ``.db3`` file.

@@ -1,9 +1,9 @@
 """Chooses legal names for types that a ROS 2 distribution does not know; ROS 2's readers refuse all others.
 
-The rules are those of ROS 2's interface definitions
+The rules are the same as for ROS 2's interface definitions
 (https://docs.ros.org/en/jazzy/Concepts/Basic/About-Interfaces.html): packages and fields are in lower case with single
 underscores, types in camel case. So ``Mocap`` becomes ``mocap``, ``timeStamp`` becomes ``time_stamp``, ``my_type``
-becomes ``MyType``. If the new name is already in use, a number is added. Pure.
+becomes ``MyType``. If the new name is already in use, a number is added. Does no I/O.
 """
 
 from __future__ import annotations
@@ -18,14 +18,14 @@ from rosbags.interfaces.typing import Typesdict
 _LOWER_NAME = re.compile(r"[a-z](_?[a-z0-9])*")
 _TYPE_NAME = re.compile(r"[A-Z][A-Za-z0-9]*")
 _CONSTANT_NAME = re.compile(r"[A-Z](_?[A-Z0-9])*")
-_WORDS = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z0-9]+|[0-9]+")
+_WORD_PATTERN = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z0-9]+|[0-9]+")
 
 
 class LegalNames:
-    """Names of types and fields in ROS 2.
+    """Maps the names of types and fields to names that ROS 2 allows.
 
     Args:
-        known: types of the ROS 2 distribution, whose names and fields are not changed.
+        known: names of the ROS 2 distribution's types, whose names and fields are not changed.
 
     Attributes:
         changed: old name, for example ``package Mocap`` or ``field a/b.timeStamp`` -> new name.
@@ -57,7 +57,7 @@ class LegalNames:
         return legal
 
     def legal_types(self, types: Typesdict) -> Typesdict:
-        """Return the types with names that ROS 2 allows, for them and for their fields and constants."""
+        """Return the types with names that ROS 2 allows, for the types and for their fields and constants."""
         # Names that are already legal come first, so that they do not change.
         for name in sorted(types, key=lambda name: not _is_legal(name)):
             self.legal_type(name)
@@ -70,7 +70,10 @@ class LegalNames:
         ros1_name = name.replace("/msg/", "/")
         field_names = self._legal_names([field for field, _ in fields], _LOWER_NAME, _snake_case, f"field {ros1_name}.")
         constant_names = self._legal_names(
-            [constant for constant, *_ in constants], _CONSTANT_NAME, _upper_snake_case, f"constant {ros1_name}."
+            [constant for constant, *_ in constants],
+            _CONSTANT_NAME,
+            _upper_snake_case,
+            f"constant {ros1_name}.",
         )
         return (
             [(constant_names[constant], *rest) for constant, *rest in constants],
@@ -78,7 +81,7 @@ class LegalNames:
         )
 
     def _field_type(self, type_node: Any) -> Any:
-        """Return a field's type, which may be a list of other types."""
+        """Return a field's type with legal names; the type may be a list of other types."""
         node_type, nested = type_node
         if node_type == Nodetype.NAME:
             return node_type, self.legal_type(nested)
@@ -95,7 +98,7 @@ class LegalNames:
     def _legal_name(
         self, names: dict[str, str], name: str, rule: re.Pattern[str], convert: Callable[[str], str], label: str
     ) -> str:
-        """Return the new name from `names`; add one if it is missing."""
+        """Return the new name from `names`, choosing and adding one if there is none yet."""
         if name not in names:
             used_names = set(names.values())
             base_name = legal = name if rule.fullmatch(name) else convert(name)
@@ -114,7 +117,7 @@ def _is_legal(name: str) -> bool:
 
 
 def _snake_case(name: str) -> str:
-    text = "_".join(_WORDS.findall(name)).lower()
+    text = "_".join(_WORD_PATTERN.findall(name)).lower()
     return text if text[:1].isalpha() else f"x_{text}" if text else "x"
 
 
@@ -123,5 +126,5 @@ def _upper_snake_case(name: str) -> str:
 
 
 def _camel_case(name: str) -> str:
-    text = "".join(word[0].upper() + word[1:] for word in _WORDS.findall(name))
+    text = "".join(word[0].upper() + word[1:] for word in _WORD_PATTERN.findall(name))
     return text if text[:1].isalpha() else f"X{text}"

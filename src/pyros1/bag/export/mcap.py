@@ -1,4 +1,4 @@
-"""The records of MCAP files (https://mcap.dev/spec): bytes to values and back. Pure.
+"""The records of MCAP files (https://mcap.dev/spec): bytes to values and back. Does no I/O.
 
 A file is ``magic, records, magic``, a record ``u8 op, u64 length, content``. Lengths come from a file that may be
 damaged, so each is checked against the available bytes before it is used.
@@ -61,14 +61,14 @@ class Channel(NamedTuple):
 
     Attributes:
         id: its number in the file.
-        schema: id of the type; 0 for none.
+        schema_id: id of the type; 0 for none.
         topic: its topic.
         encoding: encoding of its messages.
         metadata: additional fields.
     """
 
     id: int
-    schema: int
+    schema_id: int
     topic: str
     encoding: str
     metadata: Mapping[str, str]
@@ -80,10 +80,10 @@ class ChunkIndex(NamedTuple):
     Attributes:
         start: earliest time in it, in nanoseconds.
         end: latest time in it.
-        offset: offset of its record.
+        offset: offset of its record in the file.
         length: length of its record in bytes.
         compression: compression of its content.
-        stored: size of its content in the file, in bytes.
+        stored_size: size of its content in the file, in bytes.
         size: size of its content, uncompressed, in bytes.
     """
 
@@ -92,7 +92,7 @@ class ChunkIndex(NamedTuple):
     offset: int
     length: int
     compression: str
-    stored: int
+    stored_size: int
     size: int
 
 
@@ -123,20 +123,20 @@ class Cursor:
         return self._data[begin:end]
 
     def read_number(self, number_format: struct.Struct) -> int:
-        """Read a number of the given format."""
+        """Read a number in the given format."""
         value: int = number_format.unpack(self.read_bytes(number_format.size))[0]
         return value
 
     def read_block(self) -> memoryview:
-        """Read bytes that are preceded by their length."""
+        """Read and return bytes that are preceded by their length."""
         return self.read_bytes(self.read_number(U32))
 
     def read_string(self) -> str:
-        """Read a string; bytes that are not UTF-8 become surrogate escapes."""
+        """Read and return a string; bytes that are not UTF-8 become surrogate escapes."""
         return bytes(self.read_block()).decode("utf-8", "surrogateescape")
 
     def read_map(self) -> dict[str, str]:
-        """Read a map from strings to strings."""
+        """Read and return a map from strings to strings."""
         entries = Cursor(self.read_block())
         result = {}
         while entries:
@@ -146,7 +146,7 @@ class Cursor:
 
 
 def parse_schema(content: Buffer) -> Schema:
-    """Return the message type from a record; raises RecordError, like the functions below."""
+    """Return the message type from a record; raises RecordError if it is malformed, like the functions below."""
     cursor = Cursor(content)
     return Schema(cursor.read_number(U16), cursor.read_string(), cursor.read_string(), bytes(cursor.read_block()))
 
@@ -171,7 +171,7 @@ def parse_chunk_index(content: Buffer) -> ChunkIndex:
 
 
 def make_chunk_index(content: Buffer, offset: int, size: int) -> ChunkIndex:
-    """Return the correct index entry of a chunk.
+    """Return the index entry that a chunk should have.
 
     Args:
         content: content of its record.
@@ -191,7 +191,7 @@ def check_index(index: Sequence[ChunkIndex], chunks: Mapping[int, ChunkIndex], l
 
     Args:
         index: the entries of the index.
-        chunks: offset -> correct entry of the chunk there.
+        chunks: offset -> the index entry that the chunk there should have.
         limit: maximum total size in bytes of chunks that overlap in time, since a reader keeps all of them in memory.
     """
     changes = []
@@ -247,7 +247,7 @@ def pack_schema(schema: Schema) -> bytes:
 
 def pack_channel(channel: Channel) -> bytes:
     """Return the record of a channel."""
-    numbers = U16.pack(channel.id) + U16.pack(channel.schema)
+    numbers = U16.pack(channel.id) + U16.pack(channel.schema_id)
     texts = (pack_string(channel.topic), pack_string(channel.encoding))
     metadata = pack_map(pack_string(name) + pack_string(value) for name, value in channel.metadata.items())
     return pack_record(OP_CHANNEL, numbers, *texts, metadata)
@@ -259,5 +259,5 @@ def pack_header(profile: str, library: str) -> bytes:
 
 
 def pack_offset(op: int, start: int, size: int) -> bytes:
-    """Return the record that says where the summary's records with a given op are."""
+    """Return the record that says where the summary's records with a given op begin, and their total size."""
     return pack_record(OP_SUMMARY_OFFSET, bytes([op]), U64.pack(start), U64.pack(size))

@@ -48,17 +48,17 @@ class McapReader:
     """An MCAP file open for reading.
 
     Args:
-        path: the file.
+        path: path of the file.
 
     Attributes:
         profile: name of the profile, for example ``ros1``; can be empty.
-        schemas: types found so far, by number.
-        channels: channels found so far, by number.
+        schemas: types found so far, by id.
+        channels: channels found so far, by id.
         position: number of bytes read so far.
 
     Raises:
-        NotABagError: it is not an MCAP file.
-        BagError: it is cut off or damaged.
+        NotABagError: the file is not an MCAP file.
+        BagError: the file is cut off or damaged.
         OSError: the file cannot be opened.
     """
 
@@ -77,7 +77,7 @@ class McapReader:
             raise
 
     def messages(self) -> Iterator[McapMessage]:
-        """Yield the messages in the order of the file. The bytes of a message are valid until the next one is read.
+        """Yield the messages in file order. A message's bytes are valid until the next message is read.
 
         Raises:
             BagError: the file is cut off or damaged, or its compression is not supported.
@@ -103,7 +103,7 @@ class McapReader:
                 yield message
 
     def check(self) -> None:
-        """Read the chunks, and compare the index with them, since other readers trust the index.
+        """Read all chunks, and compare the index with them, since other readers trust the index.
 
         Raises:
             BagError: as for `messages`; or the index does not match the chunks, or too many chunks overlap in time.
@@ -220,7 +220,7 @@ class McapReader:
         return content_bytes
 
     def _decompress(self, compression: str, stored: memoryview, size: int) -> bytes:
-        """Return the content, but at most ``size + 1`` bytes, so that a damaged chunk cannot exhaust memory."""
+        """Return the content, up to ``size + 1`` bytes, so that a damaged chunk cannot exhaust memory."""
         make_decompressor = self._choose_decompressor(compression)
         remaining: Any = stored
         parts: list[bytes] = []
@@ -244,7 +244,7 @@ class McapReader:
 
 
 def _import_first(path: str, compression: str, *names: str) -> Any:
-    """Return the first module that is installed; the error message names the package of the last one."""
+    """Import and return the first module that is installed; if none is, raise BagError with the last one's package."""
     for name in names:
         try:
             return import_module(name)

@@ -38,7 +38,7 @@ from pyros1.bag.format.reader import RawMessage
 from pyros1.bag.format.records import U32, U64, Connection
 
 CHUNK_THRESHOLD = 1 << 20
-"""Size in bytes above which a chunk is closed."""
+"""Size in bytes above which a chunk is written to the file."""
 
 MAX_ID = (1 << 16) - 1
 """Maximum number of channels and types: their ids have 16 bits."""

@@ -23,8 +23,8 @@ from pyros1.bag.format.records import Connection
 from pyros1.ground.errors import MessageError
 from pyros1.msgs import DefinitionCache
 
-STORAGES = {"sqlite3": StoragePlugin.SQLITE3, "mcap": StoragePlugin.MCAP}
-"""Kinds of storage in a ROS 2 bag."""
+STORAGE_PLUGINS = {"sqlite3": StoragePlugin.SQLITE3, "mcap": StoragePlugin.MCAP}
+"""Name of a storage format for ROS 2 bags -> rosbags' plugin for it."""
 
 _METADATA_VERSION: Literal[8] = 8
 """Version of the metadata file. ROS 2 distributions before Jazzy cannot read newer versions."""
@@ -42,7 +42,7 @@ class Ros2Writer:
         distribution: name of a ROS 2 distribution, for example ``jazzy``.
 
     Attributes:
-        names: the names that types and fields have in ROS 2.
+        names: the mapping of type and field names to ROS 2's.
 
     Raises:
         OSError: the folder cannot be created.
@@ -57,14 +57,14 @@ class Ros2Writer:
         self._connections: dict[int, tuple[Ros2Connection, Convert]] = {}
         self._ros2_connections: dict[tuple[str, str, bool], Ros2Connection] = {}
         self._sources: list[Connection] = []  # keeps the connections alive, so that their id() values are not reused
-        self._writer = Writer(self.path, version=_METADATA_VERSION, storage_plugin=STORAGES[storage])
+        self._writer = Writer(self.path, version=_METADATA_VERSION, storage_plugin=STORAGE_PLUGINS[storage])
         self._writer.open()
 
     def write_raw(self, stored: RawMessage) -> None:
         """Write a message.
 
         Raises:
-            BagError: its definition cannot be read, or it cannot be converted; the error names the message.
+            BagError: the definition cannot be read, or the message cannot be converted; the error names the message.
             OSError: the file cannot be written.
         """
         connection = stored.connection
@@ -113,7 +113,7 @@ class Ros2Writer:
         try:
             return convert(stored.data)
         except SerdeError:
-            # It may have extra bytes at the end, which are harmless.
+            # The message may have extra bytes at the end, which are harmless.
             connection, data = stored.connection, stored.data
             try:
                 cls = self._classes.get(connection.type, connection.md5sum, connection.definition)

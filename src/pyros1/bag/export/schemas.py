@@ -1,4 +1,4 @@
-"""Message types as the rosbags library represents them, and conversions between ROS 1 and ROS 2 messages."""
+"""Handles message types as the rosbags library represents them, and converts between ROS 1 and ROS 2 messages."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from rosbags.interfaces.typing import Typesdict
 from rosbags.typesys import Stores, TypesysError, get_types_from_msg, get_typestore
 from rosbags.typesys.store import Typestore
 
-_CONSTANT = re.compile(r"^[ \t]*\w+[ \t]+\w+[ \t]*=.*$", re.MULTILINE)
+_CONSTANT_PATTERN = re.compile(r"^[ \t]*\w+[ \t]+\w+[ \t]*=.*$", re.MULTILINE)
 
 Convert = Callable[[bytes], memoryview]
 
@@ -35,17 +35,17 @@ def parse_types(type_name: str, definition: str) -> Typesdict:
 
     Args:
         type_name: ``package/Type``.
-        definition: the definition of the type, followed by those of all types that it uses.
+        definition: the definition of the type, followed by the definitions of all types that it uses.
 
     Raises:
-        TypesysError: rosbags cannot read it.
+        TypesysError: rosbags cannot read the definition.
     """
     text = definition.replace("\r\n", "\n")
     try:
         return get_types_from_msg(text, ros2_name(type_name))
     except TypesysError:
         # rosbags cannot read every constant; without constants the encoding is the same.
-        return get_types_from_msg(_CONSTANT.sub("", text), ros2_name(type_name))
+        return get_types_from_msg(_CONSTANT_PATTERN.sub("", text), ros2_name(type_name))
 
 
 def empty_store() -> Typestore:
@@ -54,25 +54,25 @@ def empty_store() -> Typestore:
 
 
 def copy_types(target: Typestore, source: Typestore, name: str) -> None:
-    """Copy a type and the types that it uses from one store to another, except for those that the target already has.
+    """Copy a type and the types that it uses from one store to another, except for types that the target already has.
 
     Raises:
         KeyError: a type is missing in the source.
     """
-    missing: Typesdict = {}
+    missing_types: Typesdict = {}
 
     def collect(type_name: str) -> None:
-        if type_name not in target.fielddefs and type_name not in missing:
-            missing[type_name] = source.fielddefs[type_name]
-            for used in used_types(source, type_name):
-                collect(used)
+        if type_name not in target.fielddefs and type_name not in missing_types:
+            missing_types[type_name] = source.fielddefs[type_name]
+            for used_type in used_types(source, type_name):
+                collect(used_type)
 
     collect(name)
-    target.register(missing)
+    target.register(missing_types)
 
 
 def used_types(store: Typestore, name: str) -> Iterator[str]:
-    """Yield the message types of a type's fields."""
+    """Yield the names of the message types that a type's fields have."""
     for _, field_type in store.fielddefs[name][1]:
         element_type: Any = field_type[1][0] if field_type[0] in (Nodetype.ARRAY, Nodetype.SEQUENCE) else field_type
         if element_type[0] == Nodetype.NAME:
@@ -83,7 +83,7 @@ def make_converter(source: Typestore, target: Typestore, name: str, target_name:
     """Return the function that converts messages of a type between ROS 1 and ROS 2.
 
     If the fields on both sides have the same types in the same order, the bytes are rearranged. Otherwise fields are
-    matched by name and type, and those without a counterpart are zero.
+    matched by name and type, and fields without a counterpart are zero.
 
     Args:
         source: the store with `name`.
@@ -101,7 +101,7 @@ def make_converter(source: Typestore, target: Typestore, name: str, target_name:
         return partial(target.ros1_to_cdr, typename=target_name)
 
     def to_ros1(data: bytes) -> memoryview:
-        little_endian = data[:2] == b"\x00\x01"
-        return source.cdr_to_ros1(data, name) if little_endian else migrate(data)
+        is_little_endian = data[:2] == b"\x00\x01"
+        return source.cdr_to_ros1(data, name) if is_little_endian else migrate(data)
 
     return to_ros1

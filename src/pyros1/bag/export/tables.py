@@ -20,28 +20,28 @@ _TIME_TYPES = ("time", "duration")
 
 
 class Table:
-    """The table of a topic's messages, or of one of their fields: one row for each message.
+    """Writes a table of a topic's messages, or of one of their fields, with one row per message.
 
-    Times are in nanoseconds; booleans are 1 and 0. Arrays have a column for each element of the first message; arrays
+    Times are in nanoseconds; booleans are 1 and 0. An array has one column per element in the first message; arrays
     of bytes have none. Strings are written unchanged, without quotes.
 
     Args:
-        nostr: whether to leave out strings.
-        noarr: whether to leave out arrays.
-        field_filter: returns the names of the fields of a message that are written; None writes all.
+        omits_strings: whether to leave out strings.
+        omits_arrays: whether to leave out arrays.
+        field_filter: returns the names of a message's fields to write; None writes all.
     """
 
     def __init__(
         self,
         *,
-        nostr: bool = False,
-        noarr: bool = False,
+        omits_strings: bool = False,
+        omits_arrays: bool = False,
         field_filter: Callable[[Message], Iterable[str]] | None = None,
     ) -> None:
-        self._nostr, self._noarr, self._field_filter = nostr, noarr, field_filter
+        self._omits_strings, self._omits_arrays, self._field_filter = omits_strings, omits_arrays, field_filter
         self._fields_by_class: dict[type[Message], list[tuple[str, str, bool]]] = {}
 
-    def head(self, value: Any, emit: Emit) -> None:
+    def emit_header(self, value: Any, emit: Emit) -> None:
         """Emit the row of column names in pieces.
 
         Args:
@@ -50,7 +50,7 @@ class Table:
         """
         emit_row(emit, "%time", self._value_names(value, "field"))
 
-    def row(self, value: Any, time: int, emit: Emit, offset: Time | None = None) -> None:
+    def emit_message(self, value: Any, time: int, emit: Emit, offset: Time | None = None) -> None:
         """Emit a message's row in pieces.
 
         Args:
@@ -82,7 +82,7 @@ class Table:
             yield str(int(value) if isinstance(value, bool) else value)
 
     def _fields(self, message: Message) -> list[tuple[str, str, bool]]:
-        """Return (name, type of the elements, whether it is an array) of the fields that are printed."""
+        """Return (name, type or element type, whether it is an array) of each field that is printed."""
         cls = type(message)
         if self._field_filter is not None:
             names = set(self._field_filter(message))
@@ -95,8 +95,8 @@ class Table:
             fields = self._fields_by_class[cls] = []
             for name, slot_type in zip(cls.__slots__, cls._slot_types, strict=True):
                 element_type, bracket, _ = slot_type.partition("[")
-                is_hidden = (bracket and (self._noarr or element_type in _BYTE_TYPES)) or (
-                    self._nostr and element_type == "string"
+                is_hidden = (bracket and (self._omits_arrays or element_type in _BYTE_TYPES)) or (
+                    self._omits_strings and element_type == "string"
                 )
                 if not is_hidden:
                     fields.append((name, element_type, bool(bracket)))
@@ -136,8 +136,8 @@ def emit_row(emit: Emit, first: str, values: Iterator[str]) -> None:
     """Emit a row that begins with `first`, in pieces of a thousand values."""
     emit(f"{first},")
     separator = ""
-    while chunk := list(islice(values, _VALUES_PER_WRITE)):
+    while batch := list(islice(values, _VALUES_PER_WRITE)):
         emit(separator)
-        emit(",".join(chunk) if len(chunk) > 1 else chunk[0])
+        emit(",".join(batch) if len(batch) > 1 else batch[0])
         separator = ","
     emit("\n")

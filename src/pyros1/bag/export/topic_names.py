@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-_ILLEGAL_CHARACTER = re.compile(r"[^\w.~-]", re.ASCII)
+_ILLEGAL_CHARACTER_PATTERN = re.compile(r"[^\w.~-]", re.ASCII)
 
 
 class FileNames:
@@ -16,7 +16,7 @@ class FileNames:
     def __getitem__(self, topic: str) -> str:
         name = self._names.get(topic)
         if name is None:
-            base_name = _ILLEGAL_CHARACTER.sub("_", topic.strip("/").replace("/", "-")).lstrip(".") or "_"
+            base_name = _ILLEGAL_CHARACTER_PATTERN.sub("_", topic.strip("/").replace("/", "-")).lstrip(".") or "_"
             used_names = set(self._names.values())
             number = 2
             name = base_name

@@ -1,4 +1,4 @@
-"""Writes videos from sensor_msgs/Image and CompressedImage; frames are displayed for as long as in the bag."""
+"""Writes videos from sensor_msgs/Image and CompressedImage messages; each frame is shown as long as in the bag."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class VideoWriter:
     """Writes the images of each topic to a separate video.
 
     Args:
-        topic_path: returns the path of a topic's file, whose extension determines its format: ``.mp4``, ``.mkv``, ...
+        topic_path: returns the path of a topic's file; its extension determines the format: ``.mp4``, ``.mkv``, ...
 
     Raises:
         Error: PyAV or Pillow is not installed.
@@ -116,7 +116,9 @@ class _Video:
 
 
 def _pad_to_even(image: Pixels) -> Pixels:
-    """Return the image with an even width and height, as videos need; the last row or column is repeated if needed."""
+    """Return the image with an even width and height, as videos require; the last row or column is repeated if
+    needed.
+    """
     height, width = image.shape[:2]
     if not height % 2 and not width % 2:
         return image

@@ -1,4 +1,4 @@
-"""Adds messages to bags that were closed."""
+"""Appends messages to bags that have been closed."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ def append(
 ) -> BagWriter:
     """Return a writer that appends chunks to a bag. An encrypted bag stays encrypted.
 
-    Until the writer is closed, the bag has no index, like a new one.
+    Until the writer is closed, the bag has no index, like a new bag.
 
     Args:
         target, compression, chunk_threshold: as for `BagWriter`.
 
     Raises:
         UnindexedError: the bag was not closed, or its index is damaged.
-        BagError: it is not a bag, is of version 1.2, or cannot be decrypted.
+        BagError: the file is not a bag, has version 1.2, or cannot be decrypted.
         OSError: the file cannot be read or written.
     """
     with BagReader(target) as reader:

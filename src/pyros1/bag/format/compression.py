@@ -11,7 +11,7 @@ from pyros1.bag.format.records import LimitError, RecordError
 COMPRESSIONS = ("none", "bz2", "lz4")
 
 MAX_CHUNK_SIZE = 1 << 31
-"""Maximum size in bytes of the content of a chunk that is written."""
+"""Maximum size in bytes of the content of a chunk that pyros1 writes."""
 
 
 def check_size(size: int, limit: int) -> None:
@@ -44,7 +44,7 @@ def compress(compression: str, parts: Sequence[Buffer]) -> Sequence[Buffer]:
         compressor = bz2.BZ2Compressor(_BZ2_MAX_LEVEL)
         return [*map(compressor.compress, _split_into_pieces(parts)), compressor.flush()]
     if compression == "lz4":
-        # Stock's readers reject frames with a size, without a checksum, or with blocks that depend on earlier ones.
+        # Stock's readers reject frames with a size, without a checksum, or with blocks that depend on earlier blocks.
         frame = _import_lz4().LZ4FrameCompressor(
             block_size=_LZ4_BLOCK_SIZE_1_MB, block_linked=False, content_checksum=True
         )
@@ -63,11 +63,11 @@ def decompress(compression: str, data: bytes, size: int, limit: int, *, partial:
     """Return a stored chunk's content, at most `size` bytes, so that a damaged chunk cannot exhaust memory.
 
     Args:
-        compression: the compression in the chunk's header.
+        compression: name of the compression, from the chunk's header.
         data: the stored bytes.
-        size: size of the content in the chunk's header, in bytes.
+        size: size of the content in bytes, from the chunk's header.
         limit: maximum number of bytes of content.
-        partial: whether the chunk may be cut off or damaged; the readable part is returned then.
+        partial: whether the chunk may be cut off or damaged; if so, the readable part is returned.
 
     Raises:
         RecordError: the compression is unknown, the content is larger than the limit, or the bytes are damaged.
@@ -90,7 +90,7 @@ def _decompress(compression: str, data: bytes, size: int, partial: bool) -> byte
         decompressor: Any = bz2.BZ2Decompressor()
     else:
         decompressor = _import_lz4().LZ4FrameDecompressor()
-    content = BytesIO()  # grows in place and returns its bytes without copying
+    content = BytesIO()  # grows in place, and returns its bytes without copying them
     remaining = size
     # In small pieces, so that little of the data before a damaged part is lost.
     piece_size = _SMALL_PIECE_SIZE if partial else _PIECE_SIZE

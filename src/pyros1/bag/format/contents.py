@@ -1,4 +1,4 @@
-"""Index of the messages in a chunk's content, stored in columns. Pure.
+"""Index of the messages in a chunk's content, stored in columns. Does no I/O.
 
 A chunk of a few kilobytes can hold millions of small messages. As columns, their index takes half as much memory as the
 content; as objects, it would take many times as much.
@@ -28,7 +28,7 @@ from pyros1.bag.format.records import (
     parse_connection,
     split_record,
     time_of,
-    u32,
+    u32_field,
 )
 
 
@@ -75,10 +75,10 @@ class Messages:
         return self if all(mask) else self._transform(lambda column: compress(column, mask))
 
     def by_time(self, ranks: Mapping[int, int] | None = None) -> Messages:
-        """Return the messages in order of time; messages of the same time keep their order.
+        """Return the messages in time order; messages with the same time keep their order.
 
         Args:
-            ranks: connection id -> rank; if given, messages of the same time are sorted by rank first.
+            ranks: connection id -> rank; if given, messages with the same time are sorted by rank first.
         """
         times = self.times
         ordered = times if ranks is None else sorted(times)
@@ -115,7 +115,7 @@ class Messages:
 _CONN_FIRST_PARTS = (b"\x09\0\0\0conn=", b"\x04\0\0\0op=\x02\x0d\0\0\0time=")
 _OP_FIRST_LAYOUT = struct.Struct("<I17sI9sIII")
 _CONN_FIRST_LAYOUT = struct.Struct("<I9sI17sIII")
-_MESSAGE_HEADER = re.compile(
+_MESSAGE_HEADER_PATTERN = re.compile(
     re.escape(U32.pack(38))
     + b"(?:%b....%b|%b....%b)" % tuple(re.escape(word) for word in (*MESSAGE_HEADER_PARTS, *_CONN_FIRST_PARTS)),
     re.DOTALL,
@@ -123,13 +123,13 @@ _MESSAGE_HEADER = re.compile(
 
 
 def read_content(data: bytes, *, partial: bool = False) -> tuple[Messages, dict[int, Connection]]:
-    """Return the messages in the uncompressed content of a chunk, in order, and the connections in it, by id.
+    """Return the messages in the uncompressed content of a chunk, in order, and the connections defined there, by id.
 
     If several connections have the same id, the first one is used.
 
     Args:
-        partial: whether the content may be cut off or damaged anywhere; all complete messages are returned then, and no
-            error is raised.
+        partial: whether the content may be cut off or damaged anywhere; if so, all complete messages are returned, and
+            no error is raised.
 
     Raises:
         RecordError: a record is not complete (the message names its offset in the content), or there are too many
@@ -168,7 +168,7 @@ def read_content(data: bytes, *, partial: bool = False) -> tuple[Messages, dict[
             op = op_of(fields)
             next_position = stop  # from here on, the record is skipped as a whole even if other parts of it are wrong
             if op == OP_MESSAGE:
-                messages.add(u32(fields, "conn"), time_of(fields), position, start, stop)
+                messages.add(u32_field(fields, "conn"), time_of(fields), position, start, stop)
             elif op == OP_CONNECTION:
                 _add_connection(connections, fields, data[start:stop])
         except RecordError as error:
@@ -182,7 +182,7 @@ def read_content(data: bytes, *, partial: bool = False) -> tuple[Messages, dict[
 
 
 def _add_connection(connections: dict[int, Connection], fields: Fields, data: bytes) -> None:
-    conn_id = u32(fields, "conn")
+    conn_id = u32_field(fields, "conn")
     if conn_id in connections:
         return
     if len(connections) >= MAX_CONNECTIONS:
@@ -192,5 +192,5 @@ def _add_connection(connections: dict[int, Connection], fields: Fields, data: by
 
 def _find_next_message(data: bytes, position: int) -> int:
     """Return the offset of the next message header from `position` on, or the end of the content."""
-    match = _MESSAGE_HEADER.search(data, position)
+    match = _MESSAGE_HEADER_PATTERN.search(data, position)
     return len(data) if match is None else match.start()

@@ -55,7 +55,7 @@ class Cipher:
         return b"".join(self.encrypt_parts([data]))
 
     def encrypt_parts(self, parts: Iterable[Buffer]) -> list[bytes]:
-        """Return the encrypted bytes of the joined parts in pieces; the first one is the initialization vector."""
+        """Return the encrypted bytes of the joined parts, in pieces; the first piece is the initialization vector."""
         vector = os.urandom(_BLOCK_SIZE)
         encryptor = self._make_cipher(vector).encryptor()
         output, size = [vector], 0
@@ -69,7 +69,7 @@ class Cipher:
         """Return the decrypted bytes.
 
         Args:
-            partial: whether the data may be cut off; the part that can be decrypted is returned then.
+            partial: whether the data may be cut off; if so, the part that can be decrypted is returned.
 
         Raises:
             RecordError: the data were not encrypted with this key, or are damaged.
@@ -79,7 +79,7 @@ class Cipher:
         if len(data) < (1 if partial else 2) * _BLOCK_SIZE or len(data) % _BLOCK_SIZE:
             raise RecordError("the encrypted data are cut off")
         decryptor = self._make_cipher(data[:_BLOCK_SIZE]).decryptor()
-        output = BytesIO()  # grows in place, and returns its bytes without a copy
+        output = BytesIO()  # grows in place, and returns its bytes without copying them
         last_piece = b""
         for piece in _split_into_pieces(memoryview(data)[_BLOCK_SIZE:]):
             last_piece = decryptor.update(piece)
@@ -100,7 +100,7 @@ def new_cipher(user: str = _DEFAULT_USER) -> Cipher:
     """Return a cipher with a new key.
 
     Args:
-        user: name, address or fingerprint of the gpg key that encrypts it; ``*`` for the first secret key that gpg has.
+        user: name, address or fingerprint of the gpg key that encrypts the new key; ``*`` for gpg's first secret key.
 
     Raises:
         KeyUnavailableError: gpg has no such key, or a program or package is not installed.
@@ -130,17 +130,17 @@ def open_cipher(header: Mapping[str, bytes]) -> Cipher:
     """Return the cipher of an encrypted bag.
 
     Args:
-        header: the fields of its bag header.
+        header: the fields of the bag header.
 
     Raises:
-        KeyUnavailableError: its encryptor is unknown, gpg does not have the key, or a program or package is not
+        KeyUnavailableError: the encryptor is unknown, gpg does not have the key, or a program or package is not
             installed.
     """
     encryptor = header.get("encryptor", b"").decode("latin-1")
     if encryptor != AES_ENCRYPTOR:
         raise KeyUnavailableError(f"the bag is encrypted by {encryptor}, which is not supported")
     fields = {name: header[name] for name in ("encryptor", "gpg_user", "encrypted_key") if name in header}
-    _import_ciphers()  # before the user is asked for a passphrase
+    _import_ciphers()  # fails before the user is asked for a passphrase
     return Cipher(fields, run_gpg("--max-output", "4096", "--decrypt", data=header.get("encrypted_key", b"")))
 
 
@@ -152,7 +152,7 @@ def _import_ciphers() -> Any:
 
 
 def run_gpg(*args: str, data: bytes = b"") -> bytes:
-    """Run gpg with `data` as its input and return its output; raises KeyUnavailableError if that fails."""
+    """Run gpg with `data` as its input and return its output; raises KeyUnavailableError if gpg fails."""
     import subprocess  # noqa: PLC0415 - most bags are not encrypted
 
     try:

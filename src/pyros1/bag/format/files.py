@@ -1,4 +1,4 @@
-"""Access to an open bag file, for all readers: its version and header, and single records by offset."""
+"""Gives all readers access to an open bag file: to its version and header, and to single records by offset."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from pyros1.bag.errors import BagError, EncryptedError, NotABagError
 from pyros1.bag.format.encryption import NO_ENCRYPTOR, Cipher, KeyUnavailableError, open_cipher
 from pyros1.bag.format.records import (
     BAG_HEADER_SIZE,
-    FIRST_LINE,
+    FIRST_LINE_PATTERN,
     MAX_CONNECTIONS,
     MAX_HEADER_SIZE,
     OP_BAG,
@@ -28,8 +28,8 @@ from pyros1.bag.format.records import (
     op_of,
     parse_connection,
     parse_fields,
-    u32,
-    u64,
+    u32_field,
+    u64_field,
 )
 from pyros1.bag.limits import chunk_limit
 
@@ -77,12 +77,12 @@ class Chunk:
     """A chunk: messages that are stored together.
 
     Attributes:
-        pos: offset of its record in the file; for messages outside of chunks, that of the first message.
+        pos: offset of its record in the file; for messages outside of chunks, offset of the first message.
         start: earliest time in it, in nanoseconds.
-        end: latest time in it.
+        end: latest time in it, in nanoseconds.
         counts: connection id -> number of messages.
         loose_size: size in bytes of a run of messages outside of chunks; 0 for a chunk.
-        is_complete: whether it is complete; if not, only a part of it can be read.
+        is_complete: whether the chunk is complete; if not, only part of it can be read.
     """
 
     pos: int
@@ -113,7 +113,7 @@ class ChunkHeader:
         """Return the number of stored bytes to read: less than `stored_size` if the two lengths contradict each other.
 
         Args:
-            limit: maximum size of the content.
+            limit: maximum size of the content in bytes.
         """
         size = min(self.size, limit)
         return min(self.stored_size, max(size + size // 32, _TRUSTED_SIZE))
@@ -130,11 +130,12 @@ class BagFile:
     """An open bag file.
 
     Args:
-        source: path of the file, or an open binary file, which stays open when this is closed.
+        source: path of the file, or an open binary file, which stays open when this object is closed.
         limit: maximum size in bytes of the content of a chunk, and of a message outside of chunks; None means the limit
             from the environment (`pyros1.bag.limits.chunk_limit`).
 
     Attributes:
+        path: path of the file, or the name of an open file, for error messages.
         limit: the limit in bytes.
         size: size of the file in bytes, when it was opened.
         version: 200, or 102 for the old version 1.2.
@@ -144,7 +145,7 @@ class BagFile:
         bytes_read: number of bytes read so far; bytes read twice count twice.
 
     Raises:
-        NotABagError: the file is not a bag.
+        BagError: the file is not a bag (NotABagError), or its header cannot be read.
         OSError: the file cannot be opened.
     """
 
@@ -170,9 +171,9 @@ class BagFile:
 
     @property
     def index_pos(self) -> int:
-        """Offset of the end section; 0 if the bag was not closed, or its header does not say where."""
+        """Offset of the end section; 0 if the bag was not closed, or its header does not contain the offset."""
         try:
-            return u64(self.header, "index_pos")
+            return u64_field(self.header, "index_pos")
         except RecordError:
             return 0  # treated as a bag without an index: everything else can be read
 
@@ -199,7 +200,7 @@ class BagFile:
         """Return bytes of an unlocked bag, decrypted if the bag is encrypted.
 
         Args:
-            partial: whether the bytes may be cut off; the part that can be decrypted is returned then.
+            partial: whether the bytes may be cut off; if so, the part that can be decrypted is returned.
 
         Raises:
             RecordError: the bytes are damaged.
@@ -232,17 +233,16 @@ class BagFile:
         """Ask the system to fetch the records at these offsets in parallel, before they are read one by one."""
         if self._owns_file and hasattr(os, "posix_fadvise"):
             descriptor = self._file.fileno()
-            os.posix_fadvise(
-                descriptor, 0, 0, os.POSIX_FADV_RANDOM
-            )  # so that the system does not fetch the bytes around them
+            # So that the system does not fetch the bytes around the records.
+            os.posix_fadvise(descriptor, 0, 0, os.POSIX_FADV_RANDOM)
             for position in positions:
                 if position < self.size:
                     os.posix_fadvise(descriptor, position, _HEAD_SIZE, os.POSIX_FADV_WILLNEED)
             os.posix_fadvise(descriptor, 0, 0, os.POSIX_FADV_NORMAL)
 
     def record(self, position: int) -> tuple[Fields, int, int]:
-        """Return the record at an offset: its fields, the offset of its data, and the length that it claims for its
-        data.
+        """Return the record at an offset: its fields, the offset of its data, and the length that it gives for the
+        data, which may be wrong.
 
         Raises:
             RecordError: there is no record at the offset, or its header is cut off.
@@ -273,7 +273,7 @@ class BagFile:
         fields, data, length = self.record(position)
         if op_of(fields) != OP_CHUNK:
             raise RecordError("there is no chunk here")
-        return ChunkHeader(fields.get("compression", b"").decode("latin-1"), u32(fields, "size"), data, length)
+        return ChunkHeader(fields.get("compression", b"").decode("latin-1"), u32_field(fields, "size"), data, length)
 
     def connection(self, position: int) -> tuple[Connection, int]:
         """Return the connection whose record is at an offset outside of chunks, and the offset after it.
@@ -294,7 +294,7 @@ class BagFile:
         Raises:
             RecordError: a connection is damaged, or there are too many.
         """
-        position, count = self.index_pos, u32(self.header, "conn_count")
+        position, count = self.index_pos, u32_field(self.header, "conn_count")
         if count > MAX_CONNECTIONS:
             raise RecordError(f"the number of connections, {count}, is too large")
         for _ in range(count):
@@ -317,7 +317,7 @@ class BagFile:
         if self.size == 0:
             raise NotABagError(self.path, "the file is empty: nothing was recorded")
         line = self.read(0, 64)
-        match = FIRST_LINE.match(line)
+        match = FIRST_LINE_PATTERN.match(line)
         if match is not None:
             major, minor = map(int, match.groups())
             if (major, minor) in ((2, 0), (1, 2)):
@@ -340,8 +340,8 @@ class BagFile:
         return {}, begin  # chunks may follow a damaged header, and version 1.2 without an index has none
 
     def _first_record_offset(self, begin: int, end: int) -> int:
-        """Return the offset of the first record: `end`, or `begin` if the padding's length is damaged, so that the
-        record must be searched for from there.
+        """Return the offset of the first record, which is `end`; if the padding's length is damaged, return `begin`,
+        where the search for the first record must start.
         """
         try:
             self.record(end)

@@ -1,4 +1,4 @@
-"""Reads a bag's messages in order of time. Only the index of the chunks and the chunks being read are in memory."""
+"""Reads a bag's messages in time order. Only the index of the chunks and the chunks being read are in memory."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ class LocatedMessage(NamedTuple):
 
 
 class Entry(NamedTuple):
-    """A message in the index.
+    """A message's entry in the index.
 
     Attributes:
         conn: id of its connection.
@@ -78,19 +78,20 @@ class BagReader:
     """A bag open for reading.
 
     Args:
-        source: path of the file, or an open binary file, which stays open when this is closed.
+        source: path of the file, or an open binary file, which stays open when the reader is closed.
         unindexed: whether to also read bags without a valid index. They are scanned first, as bags of version 1.2
             always are.
         progress: called with the offset in bytes while the file is scanned.
-        chunk_limit: maximum size in bytes of the content of a chunk. None means the value of the environment variable
-            ``PYROS1_BAG_CHUNK_LIMIT``, in MiB; without it, 256 MiB. For the memory needed, see `pyros1.bag.limits`.
-        written: the writer of the bag, if it is not closed yet; replaces the file's index.
+        chunk_limit: maximum size in bytes of a chunk's content. None means the value of the environment variable
+            ``PYROS1_BAG_CHUNK_LIMIT``, in MiB, or 256 MiB if it is not set. `pyros1.bag.limits` lists the memory
+        needed.
+        unfinished_writer: the bag's writer, if it is not closed yet; it provides the index, which is not in the file.
 
     Attributes:
-        connections: connections by id.
-        chunks: chunks in the order of the index.
-        damages: places that could not be read, if the file was scanned.
-        scanned: whether the file was scanned.
+        connections: the connections, by id.
+        chunks: the chunks, in index order.
+        damaged_places: places that could not be read, if the file was scanned.
+        was_scanned: whether the file was scanned.
 
     Raises:
         NotABagError: the file is not a bag.
@@ -106,25 +107,25 @@ class BagReader:
         unindexed: bool = False,
         progress: Callable[[int], object] | None = None,
         chunk_limit: int | None = None,
-        written: BagWriter | None = None,
+        unfinished_writer: BagWriter | None = None,
     ) -> None:
         self.file = BagFile(source, chunk_limit)
         self.connections: dict[int, Connection] = {}
         self.chunks: list[Chunk] = []
-        self.damages: list[Damage] = []
-        self.scanned = False
+        self.damaged_places: list[Damage] = []
+        self.was_scanned = False
         self._old_connections: OldConnections | None = None
         self._positions: list[int] = []  # offsets of the chunks in the index, sorted
         try:
-            if written is not None:
-                self.file.cipher = written.cipher
-                self._set_index(dict(written.connections), list(written.chunks))
+            if unfinished_writer is not None:
+                self.file.cipher = unfinished_writer.cipher
+                self._set_index(dict(unfinished_writer.connections), list(unfinished_writer.chunks))
                 return
             self.file.unlock()
             if self.file.version == 102:
                 self._scan(progress)
                 if not unindexed:
-                    check_version_1_2(self.file, self.damages)
+                    check_version_1_2(self.file, self.damaged_places)
                 return
             try:
                 self._set_index(*read_index(self.file))
@@ -179,14 +180,14 @@ class BagReader:
         *,
         ranks: Mapping[int, int] | None = None,
     ) -> Iterator[RawMessage]:
-        """Yield messages in order of time; messages of the same time are in the order of the file.
+        """Yield messages in time order; messages with the same time are in file order.
 
         Args:
             connections: ids of the wanted connections; None means all.
-            start: only messages of this time or later, in nanoseconds.
-            end: only messages of this time or earlier.
-            ranks: connection id -> rank; if given, messages of the same time are in the order of their ranks, and those
-                of the same rank in the order of the file.
+            start: earliest time in nanoseconds; None for no limit.
+            end: latest time in nanoseconds; None for no limit.
+            ranks: connection id -> rank; if given, messages with the same time are sorted by rank, and those with the
+                same rank are in file order.
 
         Raises:
             BagError: a chunk cannot be read.
@@ -221,51 +222,51 @@ class BagReader:
 
         ids = known.keys() if connections is None else known.keys() & set(connections)
 
-        def select(found: Messages) -> Messages:
+        def select(messages: Messages) -> Messages:
             if start is not None or end is not None:
-                found = found.where(lambda conn, time: conn in ids and first <= time <= last)
-            elif not ids >= set(found.conns):
-                found = found.where(lambda conn, time: conn in ids)
-            return found.by_time(ranks)
+                messages = messages.where(lambda conn, time: conn in ids and first <= time <= last)
+            elif not ids >= set(messages.conns):
+                messages = messages.where(lambda conn, time: conn in ids)
+            return messages.by_time(ranks)
 
-        def sort_key(found: Messages, index: int) -> tuple[int, int]:
-            return found.times[index], 0 if ranks is None else ranks[found.conns[index]]
+        def sort_key(selected: Messages, index: int) -> tuple[int, int]:
+            return selected.times[index], 0 if ranks is None else ranks[selected.conns[index]]
 
         is_located = message_type is LocatedMessage
-        heap: list[tuple[tuple[int, int], int, int, Chunk]] = []  # sort key, offset, index of next, chunk
-        contents = _ChunkCache(self, select)
+        heap: list[tuple[tuple[int, int], int, int, Chunk]] = []  # sort key, offset, index of next message, chunk
+        cache = _ChunkCache(self, select)
         while pending or heap:
             while pending and (not heap or pending[0].start <= heap[0][0][0]):
                 chunk = pending.popleft()
-                found = contents.get(chunk)[1]
-                if found:
-                    heapq.heappush(heap, (sort_key(found, 0), chunk.pos, 0, chunk))
+                selected = cache.get(chunk)[1]
+                if selected:
+                    heapq.heappush(heap, (sort_key(selected, 0), chunk.pos, 0, chunk))
                 else:
-                    contents.drop(chunk)
+                    cache.drop(chunk)
             if not heap:
                 continue
             _, pos, index, chunk = heapq.heappop(heap)
-            content, found = contents.get(chunk)
+            content, selected = cache.get(chunk)
             next_time = min(heap[0][0][0] if heap else MAX_TIME + 1, pending[0].start if pending else MAX_TIME + 1)
-            next_index = bisect_left(found.times, next_time, index + 1)
+            next_index = bisect_left(selected.times, next_time, index + 1)
             last_index = next_index - 1
             if last_index > index and is_located:
-                for positions in found.iter_range(index, last_index):
+                for positions in selected.iter_range(index, last_index):
                     conn, time, begin, stop = positions[:4]
-                    yield LocatedMessage(known[conn], time, content[begin:stop], (pos, found.offsets[index]))
+                    yield LocatedMessage(known[conn], time, content[begin:stop], (pos, selected.offsets[index]))
                     index += 1
             elif last_index > index:
-                for conn, time, begin, stop in found.iter_range(index, last_index):
+                for conn, time, begin, stop in selected.iter_range(index, last_index):
                     yield RawMessage(known[conn], time, content[begin:stop])
-            ((conn, time, begin, stop),) = found.iter_range(last_index, next_index)
-            location = ((pos, found.offsets[last_index]),) if is_located else ()
+            ((conn, time, begin, stop),) = selected.iter_range(last_index, next_index)
+            location = ((pos, selected.offsets[last_index]),) if is_located else ()
             message = message_type(known[conn], time, content[begin:stop], *location)
-            if next_index < len(found):
-                heapq.heappush(heap, (sort_key(found, next_index), pos, next_index, chunk))
+            if next_index < len(selected):
+                heapq.heappush(heap, (sort_key(selected, next_index), pos, next_index, chunk))
             else:
-                contents.drop(chunk)
-            # A large message has a chunk of its own. Neither may stay in memory longer than needed.
-            del content, found
+                cache.drop(chunk)
+            # A large message has a chunk of its own; neither may stay in memory longer than needed.
+            del content, selected
             yield message
             del message
 
@@ -273,7 +274,7 @@ class BagReader:
         """Return the message at a location. Its whole chunk is read.
 
         Raises:
-            BagError: there is no message, or its chunk cannot be read.
+            BagError: there is no message at the location, or its chunk cannot be read.
         """
         pos, offset = location
         for chunk in self.chunks:
@@ -291,7 +292,7 @@ class BagReader:
     def entries(self) -> Iterator[Entry]:
         """Yield an index entry for each message, in no particular order; raises the same errors as :meth:`times`."""
         for chunk in self.chunks:
-            ranges = None if self.scanned else entry_ranges(self.file, chunk, self.header(chunk))
+            ranges = None if self.was_scanned else entry_ranges(self.file, chunk, self.header(chunk))
             if ranges is None:
                 messages = self.content(chunk)[1]
                 for conn, time, offset in zip(messages.conns, messages.times, messages.offsets, strict=True):
@@ -312,7 +313,7 @@ class BagReader:
         return ((entry.conn, entry.time) for entry in self.entries())
 
     def headers(self) -> Iterator[ChunkHeader]:
-        """Yield the headers of all chunks. This is fast even for many chunks, since the system prefetches them.
+        """Yield the headers of all chunks. This is fast even for many chunks, since the system prefetches the headers.
 
         Raises:
             BagError: a header cannot be read.
@@ -338,7 +339,7 @@ class BagReader:
             raise self._damage_error(chunk, str(error)) from None
 
     def content(self, chunk: Chunk) -> tuple[bytes, Messages]:
-        """Return a chunk's content, and its messages in the file's order.
+        """Return a chunk's content, and the positions of the messages in it, in file order.
 
         Raises:
             BagError: the chunk cannot be read.
@@ -404,8 +405,8 @@ class BagReader:
             if scanned_chunk.messages:
                 self.chunks.append(scanned_chunk.chunk)
         self.connections = scanner.connections
-        self.damages = scanner.damages
-        self.scanned = True
+        self.damaged_places = scanner.damaged_places
+        self.was_scanned = True
         if self.file.version == 102:
             self._old_connections = scanner.old_connections
 
@@ -416,7 +417,7 @@ class _ChunkCache:
 
     Args:
         reader: reads the chunks.
-        select: chooses and sorts the messages of a chunk.
+        select: selects and sorts the messages of a chunk.
     """
 
     def __init__(self, reader: BagReader, select: Callable[[Messages], Messages]) -> None:
@@ -429,7 +430,7 @@ class _ChunkCache:
         cached = self._cache.get(chunk.pos)
         if cached is not None:
             if self._memory_size > MAX_OPEN_BYTES // 2:
-                self._cache[chunk.pos] = self._cache.pop(chunk.pos)  # now the most recently used one
+                self._cache[chunk.pos] = self._cache.pop(chunk.pos)  # now the most recently used chunk
             return cached
         content, messages = self._reader.content(chunk)
         cached = self._cache[chunk.pos] = content, self._select(messages)

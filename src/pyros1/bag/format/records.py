@@ -1,4 +1,4 @@
-"""The records of bag files (https://wiki.ros.org/Bags/Format/2.0): bytes to values and back. Pure.
+"""The records of bag files (https://wiki.ros.org/Bags/Format/2.0): bytes to values and back. Does no I/O.
 
 A record is a header of named fields followed by data, each preceded by its length::
 
@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 MAGIC_20 = b"#ROSBAG V2.0\n"
 
-FIRST_LINE = re.compile(rb"#ROS[^\n]{0,32}? V(\d)\.(\d)\r?\n")
+FIRST_LINE_PATTERN = re.compile(rb"#ROS[^\n]{0,32}? V(\d)\.(\d)\r?\n")
 """Pattern of the first line in all versions; before 2.0, recorders wrote another word instead of ``BAG``."""
 
 OP_DEFINITION = 0x01
@@ -96,7 +96,7 @@ class Connection:
 
     id: int
     topic: str
-    header: Mapping[str, bytes] = field(repr=False)  # the definition would fill the screen
+    header: Mapping[str, bytes] = field(repr=False)  # its message definition would fill the screen
 
     def text(self, name: str, default: str = "") -> str:
         """Return a field of the header as a string; bytes that are not UTF-8 become surrogate escapes."""
@@ -115,7 +115,7 @@ class Connection:
 
     @property
     def definition(self) -> str:
-        """The type's definition, followed by those of the types that it uses."""
+        """The type's definition, followed by the definitions of the types that it uses."""
         return self.text("message_definition")
 
     @property
@@ -125,7 +125,7 @@ class Connection:
 
     @property
     def latching(self) -> bool:
-        """Whether the publisher latched."""
+        """Whether the publisher latched its messages."""
         return self.text("latching") == "1"
 
 
@@ -176,22 +176,22 @@ def op_of(fields: Mapping[str, bytes]) -> int:
     return op[0]
 
 
-def u32(fields: Mapping[str, bytes], name: str) -> int:
+def u32_field(fields: Mapping[str, bytes], name: str) -> int:
     """Return the value of a u32 field.
 
     Raises:
         RecordError: the field is missing, or has another size.
     """
-    return _number(fields, name, U32)
+    return _unpack_field(fields, name, U32)
 
 
-def u64(fields: Mapping[str, bytes], name: str) -> int:
-    """Return the value of a u64 field; raises the same errors as :func:`u32`."""
-    return _number(fields, name, U64)
+def u64_field(fields: Mapping[str, bytes], name: str) -> int:
+    """Return the value of a u64 field; raises the same errors as :func:`u32_field`."""
+    return _unpack_field(fields, name, U64)
 
 
 def time_of(fields: Mapping[str, bytes], name: str = "time") -> int:
-    """Return the value of a time field in nanoseconds; raises the same errors as :func:`u32`."""
+    """Return the value of a time field in nanoseconds; raises the same errors as :func:`u32_field`."""
     value = fields.get(name, b"")
     if len(value) != 8:
         raise RecordError(f"the record has no field {name} of 8 bytes")
@@ -204,7 +204,7 @@ def pack_time(time: int) -> bytes:
     return _TIME.pack(*divmod(time, NS))
 
 
-def _number(fields: Mapping[str, bytes], name: str, number_format: struct.Struct) -> int:
+def _unpack_field(fields: Mapping[str, bytes], name: str, number_format: struct.Struct) -> int:
     value = fields.get(name, b"")
     if len(value) != number_format.size:
         raise RecordError(f"the record has no field {name} of {number_format.size} bytes")
@@ -236,7 +236,7 @@ def make_bag_header(
     return U32.pack(len(header)) + header + U32.pack(padding) + b" " * padding
 
 
-def make_connection(connection: Connection, encrypt: Callable[[bytes], bytes] | None = None) -> bytes:
+def make_connection_record(connection: Connection, encrypt: Callable[[bytes], bytes] | None = None) -> bytes:
     """Return the record of a connection.
 
     Args:
@@ -252,17 +252,17 @@ def make_connection(connection: Connection, encrypt: Callable[[bytes], bytes] | 
 
 
 def parse_connection(fields: Fields, data: bytes) -> Connection:
-    """Return the connection from a record; raises RecordError like :func:`u32`."""
+    """Return the connection from a record's fields and data; raises RecordError if a field is missing or malformed."""
     topic = fields.get("topic", b"").decode("utf-8", "surrogateescape")
     header = parse_fields(data)
     for name in ("type", "md5sum", "message_definition"):
         if name not in header:
             raise RecordError(f"the connection's header has no field {name}")
-    return Connection(u32(fields, "conn"), topic, header)
+    return Connection(u32_field(fields, "conn"), topic, header)
 
 
 def message_head(conn: int) -> bytes:
-    """Return the beginning of a message's record, up to the time."""
+    """Return the beginning of a message's record, up to and not including the time."""
     return U32.pack(38) + MESSAGE_HEADER_PARTS[0] + U32.pack(conn) + MESSAGE_HEADER_PARTS[1]
 
 

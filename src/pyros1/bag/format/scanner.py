@@ -1,6 +1,6 @@
 """Reads a bag from beginning to end without its index, and does not trust any length in it.
 
-The scanner finds all complete messages of bags that were not closed, are cut off or damaged. Only one chunk is in
+The scanner finds all complete messages in bags that were not closed, are cut off, or are damaged. Only one chunk is in
 memory at a time.
 """
 
@@ -25,7 +25,7 @@ from pyros1.bag.format.records import (
     RecordError,
     op_of,
     split_record,
-    u32,
+    u32_field,
 )
 from pyros1.bag.format.version_1_2 import MAX_BEGIN_LENGTH, OldConnections, find_record_starts, read_old_messages
 
@@ -37,8 +37,8 @@ _MAX_SEARCH_SIZE = 1 << 20
 _FIRST_SEARCH_SIZE = 1 << 12
 
 _MAX_READ_FACTOR = 64
-"""Maximum average number of reads of each byte: without a limit, every wrong length could claim the rest of the file
-and make it be read again.
+"""Maximum number of times that a byte is read on average: without a limit, every wrong length could claim the rest of
+the file, which would be read again each time.
 """
 MIN_READ_BUDGET = 64 << 20
 
@@ -48,7 +48,7 @@ _TRUSTED_SIZE = 1 << 16
 
 @dataclass(frozen=True)
 class Damage:
-    """A place in the file where it cannot be read.
+    """A place in the file that cannot be read.
 
     Attributes:
         offset: offset in bytes.
@@ -68,26 +68,26 @@ class ScannedChunk:
         header: its header; None for messages outside of chunks.
         content: its content, uncompressed.
         messages: its complete messages, in order.
-        defined: the connections defined in it, by id.
+        defined_connections: the connections defined in it, by id.
     """
 
     chunk: Chunk
     header: ChunkHeader | None
     content: bytes
     messages: Messages
-    defined: dict[int, Connection]
+    defined_connections: dict[int, Connection]
 
 
 class Scanner:
     """One pass over a bag.
 
     Args:
-        file: the bag.
+        file: the bag file to read.
         progress: called occasionally with the current offset in bytes.
 
     Attributes:
         connections: connections found so far, by id.
-        damages: places that could not be read.
+        damaged_places: places that could not be read.
         old_connections: the connections of a bag of version 1.2.
 
     Raises:
@@ -99,26 +99,26 @@ class Scanner:
         self._file = file
         self._progress = progress
         self.connections: dict[int, Connection] = {}
-        self.damages: list[Damage] = []
+        self.damaged_places: list[Damage] = []
         self.old_connections = OldConnections(self.connections)
         self._definitions_size = 0  # total size of the connection headers in bytes
         self._read_budget = file.bytes_read + MIN_READ_BUDGET + _MAX_READ_FACTOR * file.size
         self._loose_read_size = _LOOSE_READ_SIZE
 
     def chunks(self) -> Iterator[ScannedChunk]:
-        """Yield the chunks in the order of the file, and messages outside of chunks in pieces."""
+        """Yield the chunks in file order, and messages outside of chunks in pieces."""
         position = self._file.begin
         while position < self._file.size:
             if self._has_exhausted_budget():
-                self.damages.append(
+                self.damaged_places.append(
                     Damage(position, "there is so much damage that the rest of the file was not searched")
                 )
                 return
             if self._progress is not None:
                 self._progress(position)
             scanned_chunk, next_position = self._next_record(position)
-            if scanned_chunk is not None and (scanned_chunk.messages or scanned_chunk.defined):
-                for connection in scanned_chunk.defined.values():
+            if scanned_chunk is not None and (scanned_chunk.messages or scanned_chunk.defined_connections):
+                for connection in scanned_chunk.defined_connections.values():
                     self._add_connection(connection)
                 yield scanned_chunk
             del scanned_chunk  # so that only one chunk is in memory
@@ -128,7 +128,7 @@ class Scanner:
         return self._file.bytes_read > self._read_budget
 
     def _next_record(self, position: int) -> tuple[ScannedChunk | None, int]:
-        """Read the record at an offset; return the messages in it, or None, and the offset at which to continue."""
+        """Read the record at an offset; return the chunk it contains, or None, and the offset at which to continue."""
         file = self._file
         try:
             if file.cipher is not None and self._is_in_end_section(position):
@@ -177,9 +177,9 @@ class Scanner:
 
     @staticmethod
     def _index_length(fields: Fields, length: int) -> int:
-        """Return the length of an index record's data; recorders of 2010 wrote a wrong length, but a correct count."""
+        """Return the length of an index record's data; recorders from 2010 wrote a wrong length but a correct count."""
         if fields.get("ver") == b"\1\0\0\0" and len(fields.get("count", b"")) == 4:
-            return 12 * u32(fields, "count")
+            return 12 * u32_field(fields, "count")
         return length
 
     def _read_chunk(self, position: int, header: ChunkHeader) -> tuple[ScannedChunk | None, int]:
@@ -193,40 +193,43 @@ class Scanner:
             is_cut = header.data_offset + header.stored_size > file.size
             reason = "the chunk is cut off" if is_cut else "the chunk's lengths contradict each other"
         content, messages = b"", Messages()
-        defined: dict[int, Connection] = {}
+        defined_connections: dict[int, Connection] = {}
         try:
             check_size(header.size, file.limit)
             if not reason:
                 content = decompress(header.compression, file.decrypt(stored), header.size, file.limit)
-                messages, defined = read_content(content)
+                messages, defined_connections = read_content(content)
         except RecordError as error:
             reason = str(error)
         if reason:
-            self.damages.append(Damage(position, reason))
+            self.damaged_places.append(Damage(position, reason))
             del content, messages
-            content, messages, defined = self._salvage_chunk(header, stored, header.size)
+            content, messages, defined_connections = self._salvage_chunk(header, stored, header.size)
             next_position = self._continue_after(position, next_position, is_cut=len(stored) < header.stored_size)
         chunk = _make_chunk(position, messages)
         chunk.is_complete = not reason
-        return ScannedChunk(chunk, header, content, messages, defined), next_position
+        return ScannedChunk(chunk, header, content, messages, defined_connections), next_position
 
     def _read_unfinished_chunk(self, position: int, header: ChunkHeader) -> tuple[ScannedChunk | None, int]:
-        """Return the readable part of a chunk that the recorder did not finish, so that its header still says it is
+        """Return the readable part of a chunk that the recorder did not finish: its header still says that the chunk is
         empty.
         """
-        self.damages.append(Damage(position, "the last chunk was not finished"))
+        self.damaged_places.append(Damage(position, "the last chunk was not finished"))
         if header.compression == "none":
             return None, header.data_offset  # its messages follow as if they were outside of chunks
         stored = self._file.read(header.data_offset, self._file.limit)
-        content, messages, defined = self._salvage_chunk(header, stored, self._file.limit)
+        content, messages, defined_connections = self._salvage_chunk(header, stored, self._file.limit)
         chunk = _make_chunk(position, messages)
         chunk.is_complete = False
-        return ScannedChunk(chunk, header, content, messages, defined), self._find_next_record(header.data_offset)
+        return (
+            ScannedChunk(chunk, header, content, messages, defined_connections),
+            self._find_next_record(header.data_offset),
+        )
 
     def _salvage_chunk(
         self, header: ChunkHeader, stored: bytes, size: int
     ) -> tuple[bytes, Messages, dict[int, Connection]]:
-        """Return the readable part of a damaged chunk."""
+        """Return the readable part of a damaged chunk: its content, messages and connections."""
         file = self._file
         try:
             content = decompress(header.compression, file.decrypt(stored, partial=True), size, file.limit, partial=True)
@@ -248,7 +251,11 @@ class Scanner:
         return self._find_next_record(position + 1)
 
     def _read_loose(self, position: int) -> tuple[ScannedChunk | None, int]:
-        """Return messages outside of chunks: those of an unfinished chunk, or of a bag of version 1.2."""
+        """Read messages outside of chunks: those of an unfinished chunk, or of a bag of version 1.2.
+
+        Returns:
+            As for `_next_record`.
+        """
         file = self._file
         _, data, length = file.record(position)
         if data + length > file.size:
@@ -256,8 +263,8 @@ class Scanner:
         check_size(length, file.limit)
         self._check_length(data, length)
         content = file.read(position, max(self._loose_read_size, data + length - position))
-        messages, defined, used_size = self._parse_loose(content)
-        # The size of the next piece depends on how much of this one could be used.
+        messages, defined_connections, used_size = self._parse_loose(content)
+        # The size of the next piece depends on how much of this piece could be used.
         self._loose_read_size = (
             _LOOSE_READ_SIZE if 2 * used_size > len(content) else max(_FIRST_SEARCH_SIZE, self._loose_read_size // 4)
         )
@@ -265,7 +272,7 @@ class Scanner:
             return None, self._skip_damage(position, "the message is cut off")
         chunk = _make_chunk(position, messages)
         chunk.loose_size = used_size
-        return ScannedChunk(chunk, None, content[:used_size], messages, defined), position + used_size
+        return ScannedChunk(chunk, None, content[:used_size], messages, defined_connections), position + used_size
 
     def _parse_loose(self, content: bytes) -> tuple[Messages, dict[int, Connection], int]:
         if self._file.version == 102:
@@ -276,7 +283,7 @@ class Scanner:
 
     def _skip_damage(self, position: int, reason: str) -> int:
         if self._file.size - position > 0:
-            self.damages.append(Damage(position, reason))
+            self.damaged_places.append(Damage(position, reason))
         return self._find_next_record(position + 1)
 
     def _find_next_record(self, position: int) -> int:
@@ -296,7 +303,7 @@ class Scanner:
             block = self._file.read(position, size)
             match = block.find(marker)
             while match >= 0:
-                for distance in (16, 8, 17 + 8):  # the field is the second one, the first one, or after the size
+                for distance in (16, 8, 17 + 8):  # the field may be the second, the first, or the one after the size
                     start = position + match - distance
                     if start >= earliest and (self._has_exhausted_budget() or self._is_chunk(start)):
                         return start

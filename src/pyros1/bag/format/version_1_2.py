@@ -1,6 +1,6 @@
 """Reads bags of version 1.2 (http://wiki.ros.org/Bags/Format/1.2).
 
-They contain no chunks; each message has the names of its topic and type.
+They contain no chunks; each message record contains the names of its topic and type.
 
 Newer recorders wrote a file header at the beginning and an index at the end; older ones wrote neither. The index is not
 needed, since one pass over the file finds all messages and definitions.
@@ -22,12 +22,12 @@ from pyros1.bag.format.records import (
     RecordError,
     op_of,
     split_record,
-    u32,
+    u32_field,
 )
 
 _ConnectionKey = tuple[bytes, bytes, bytes, bytes, bytes]
 
-_RECORD_START = re.compile(rb"...\0...\0(?:callerid|def|latching|md5|nsec|op|sec|topic|type)=", re.DOTALL)
+_RECORD_START_PATTERN = re.compile(rb"...\0...\0(?:callerid|def|latching|md5|nsec|op|sec|topic|type)=", re.DOTALL)
 """Pattern of the beginning of a message or definition record: two lengths below 16 MiB and the name of a field."""
 
 MAX_BEGIN_LENGTH = 17
@@ -38,7 +38,7 @@ class OldConnections:
     """Assigns ids to the connections of a bag of version 1.2.
 
     Args:
-        connections: the dict to which they are added, by id.
+        connections: the dict to which they are added: id -> connection.
     """
 
     def __init__(self, connections: dict[int, Connection]) -> None:
@@ -90,7 +90,7 @@ def read_old_messages(content: bytes, connections: OldConnections) -> tuple[Mess
             if op == OP_DEFINITION:
                 connections.add_definition(fields)
             elif op == OP_MESSAGE:
-                time = u32(fields, "sec") * NS + u32(fields, "nsec")
+                time = u32_field(fields, "sec") * NS + u32_field(fields, "nsec")
                 messages.add(connections.connection_id(fields), time, position, start, stop)
             else:
                 break
@@ -102,7 +102,7 @@ def read_old_messages(content: bytes, connections: OldConnections) -> tuple[Mess
 
 def find_record_starts(data: bytes, position: int) -> Iterator[int]:
     """Yield the positions from `position` on at which a record may begin, for resuming after damage."""
-    match = _RECORD_START.search(data, position)
+    match = _RECORD_START_PATTERN.search(data, position)
     while match is not None:
         yield match.start()
-        match = _RECORD_START.search(data, match.start() + 1)
+        match = _RECORD_START_PATTERN.search(data, match.start() + 1)

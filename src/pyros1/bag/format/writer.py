@@ -27,7 +27,7 @@ from pyros1.bag.format.records import (
     U64,
     Connection,
     make_bag_header,
-    make_connection,
+    make_connection_record,
     make_record,
     message_head,
     pack_time,
@@ -44,12 +44,12 @@ _INDEX_ENTRY = struct.Struct("<III")
 _CONN_AND_COUNT = struct.Struct("<II")
 
 _LARGE_MESSAGE_SIZE = 256 * 1024
-"""Size in bytes from which a message is the last one of its chunk, unless chunks are compressed."""
+"""Size in bytes from which a message is the last one in its chunk, unless chunks are compressed."""
 
 Entries = dict[int, bytes | bytearray]
-"""Connection id -> data of its index record: time and offset in the content of each message, sorted by time.
+"""Connection id -> data of its index record: each message's time and offset in the chunk's content.
 
-Stock's readers use binary search in it.
+The messages are sorted by time, since stock's readers use binary search.
 """
 
 
@@ -59,7 +59,7 @@ class ExistingBag:
 
     Attributes:
         connections: its connections by id.
-        chunks: its chunks, in the order of the index.
+        chunks: its chunks, in index order.
         end: offset in the file after the last chunk's index records.
     """
 
@@ -75,7 +75,7 @@ class BagWriter:
     example on a full disk, the incomplete record is removed, so that the bag can still be closed.
 
     Args:
-        target: path of the file, which is replaced if it exists; or an open binary file, for reading and writing, which
+        target: path of the file, which is replaced if it exists; or a binary file open for reading and writing, which
             stays open when the bag is closed.
         compression: ``none``, ``bz2`` or ``lz4``.
         chunk_threshold: uncompressed size in bytes above which a chunk is closed.
@@ -89,7 +89,8 @@ class BagWriter:
         messages: number of messages written, including those that were already in the file.
 
     Raises:
-        OSError: the file cannot be created, or the disk is full; then no file is left.
+        OSError: the file cannot be created, or the disk is full; no new file is left behind.
+        ValueError: the compression is unknown.
     """
 
     def __init__(
@@ -109,7 +110,7 @@ class BagWriter:
         self._message_heads = {conn_id: message_head(conn_id) for conn_id in self.connections}
         self._next_id = max(self.connections, default=-1) + 1
         self._chunks: list[Chunk] = [] if existing is None else list(existing.chunks)
-        self.messages = sum(sum(info.counts.values()) for info in self._chunks)
+        self.messages = sum(sum(chunk.counts.values()) for chunk in self._chunks)
         self._content = bytearray()
         self._index: dict[int, list[tuple[int, int]]] = {}  # connection id -> time in ns, offset
         self._cipher = cipher
@@ -140,7 +141,7 @@ class BagWriter:
 
     @property
     def chunks(self) -> Sequence[Chunk]:
-        """The chunks that were written, in the order of the file."""
+        """The chunks that were written, in file order."""
         return tuple(self._chunks)
 
     @property
@@ -173,6 +174,9 @@ class BagWriter:
 
         Args:
             in_chunk: whether to write it into the open chunk as well; False if it is in a copied chunk.
+
+        Returns:
+            The id of the connection.
         """
         conn_id = self._next_id if conn is None else conn
         self._next_id = max(self._next_id, conn_id + 1)
@@ -180,7 +184,7 @@ class BagWriter:
         self.connections[conn_id] = connection
         self._message_heads[conn_id] = message_head(conn_id)
         if in_chunk:
-            self._content += make_connection(connection)
+            self._content += make_connection_record(connection)
         return conn_id
 
     def write(self, conn: int, time: int, data: bytes | memoryview) -> None:
@@ -224,7 +228,7 @@ class BagWriter:
             raise
 
     def flush(self) -> None:
-        """Write the open chunk to the file, so that it survives a crash of this process."""
+        """Write the open chunk to the file, so that its messages survive a crash of this process."""
         if not self._content:
             return
         state_before = self._rollback_state()
@@ -238,8 +242,8 @@ class BagWriter:
             raise
 
     def _rollback_state(self) -> tuple[bytearray, int, int, dict[int, list[tuple[int, int]]], int, int]:
-        """Return, for `_roll_back`: the open chunk, its size, the file's size, the index, the numbers of chunks and
-        messages.
+        """Return the state that `_roll_back` restores: the open chunk, its size, the file's size, the index, and the
+        numbers of chunks and messages.
         """
         content = self._content
         return content, len(content), self._size, self._index, len(self._chunks), self.messages
@@ -289,8 +293,8 @@ class BagWriter:
         Args:
             compression: compression of its content.
             size: size of its content in bytes, uncompressed.
-            stored: its stored bytes, encrypted with the key of this bag if that is encrypted.
-            messages: the messages in it.
+            stored: its stored bytes, encrypted with this bag's key if this bag is encrypted.
+            messages: the positions of the messages in it.
         """
         self._write_stored_chunk(compression, size, [stored], _index_entries(messages))
 
@@ -348,8 +352,8 @@ class BagWriter:
     def _write_end(self) -> None:
         index_pos = self._size
         encrypt = None if self._cipher is None else self._cipher.encrypt
-        parts = [make_connection(connection, encrypt) for connection in self.connections.values()]
-        parts += [_chunk_info_record(info) for info in self._chunks]
+        parts = [make_connection_record(connection, encrypt) for connection in self.connections.values()]
+        parts += [_chunk_info_record(chunk) for chunk in self._chunks]
         self._append(b"".join(parts))
         self._file.seek(len(MAGIC_20))
         self._write_fully(self._bag_header(index_pos))

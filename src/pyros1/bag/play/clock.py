@@ -1,4 +1,4 @@
-"""Bag time during playback, as a function of wall time. Pure."""
+"""Bag time during playback, as a function of wall time. Does no I/O."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class Timeline:
         return self._bag_origin + round((wall_time - self._wall_origin) * self._rate * NS)
 
     def wall_at(self, bag_time: int) -> float:
-        """Return the wall time, in seconds, at which bag time reaches a value in nanoseconds, unless it is paused."""
+        """Return the wall time, in seconds, at which a bag time, in nanoseconds, is reached unless playback pauses."""
         return self._wall_origin + (bag_time - self._bag_origin) / (self._rate * NS)
 
     def set_paused(self, wall_time: float, is_paused: bool) -> None:
@@ -58,13 +58,13 @@ class Ticker:
 
     def __init__(self, period: float) -> None:
         self._period = period
-        self.due = 0.0
+        self.due_at = 0.0
         """Wall time of the next tick."""
 
     def tick(self, now: float) -> None:
-        """Schedule the next tick, given the current wall time. Late ticks do not delay the others, unless one was
+        """Schedule the next tick, given the current wall time. A late tick does not delay later ticks, unless one was
         missed.
         """
-        self.due += self._period
-        if self.due <= now:
-            self.due = now + self._period
+        self.due_at += self._period
+        if self.due_at <= now:
+            self.due_at = now + self._period

@@ -10,23 +10,23 @@ from collections.abc import Callable
 
 
 class Control:
-    """The user's playback commands.
+    """The state of playback that the user's commands change, and a way to wait for changes.
 
     Args:
         paused: whether to start paused.
 
     Attributes:
-        paused: whether playback is paused.
+        is_paused: whether playback is paused.
         steps: number of messages still to play while paused.
         pause_on_topics: whether to pause before messages of certain topics.
-        ended: whether playback should end.
+        has_ended: whether playback should end.
     """
 
     def __init__(self, paused: bool = False) -> None:
-        self.paused = paused
+        self.is_paused = paused
         self.steps = 0
         self.pause_on_topics = True
-        self.ended = False
+        self.has_ended = False
         self._lock = threading.Lock()
         # Unlike locks, sockets can be used in signal handlers; unlike pipes, select() supports them on Windows.
         self._wake_receiver, self._wake_sender = socket.socketpair()
@@ -36,7 +36,7 @@ class Control:
         self._on_key: Callable[[], object] = lambda: None
 
     def watch(self, descriptor: int, on_key: Callable[[], object]) -> None:
-        """Let `wait` call a function when a descriptor becomes readable.
+        """Make `wait` call a function when a descriptor becomes readable.
 
         Args:
             descriptor: the file descriptor; -1 for none.
@@ -47,23 +47,23 @@ class Control:
     def set_paused(self, paused: bool) -> bool:
         """Pause or continue playback; return whether the state has changed. Thread-safe."""
         with self._lock:
-            has_changed, self.paused = self.paused != paused, paused
+            has_changed, self.is_paused = self.is_paused != paused, paused
         self.wake()
         return has_changed
 
     def toggle(self) -> None:
         """Pause playback, or continue if it is paused."""
-        self.set_paused(not self.paused)
+        self.set_paused(not self.is_paused)
 
     def step(self) -> None:
         """Play one message if playback is paused."""
-        if self.paused:
+        if self.is_paused:
             self.steps += 1
             self.wake()
 
     def end(self) -> None:
         """Request the end of playback. Safe in signal handlers: acquires no lock."""
-        self.ended = True
+        self.has_ended = True
         self.wake()
 
     def wake(self) -> None:
@@ -87,6 +87,6 @@ class Control:
             self._on_key()
 
     def close(self) -> None:
-        """Close the sockets; later calls of `wake` do nothing."""
+        """Close the sockets; later calls to `wake` do nothing."""
         self._wake_receiver.close()
         self._wake_sender.close()

@@ -12,12 +12,12 @@ from pyros1.bag.play.control import Control
 
 
 class Keyboard:
-    """Reads single keys from the terminal, if there is one. A context manager, which restores the terminal on exit.
+    """Reads single keys from the terminal, if there is one. A context manager that restores the terminal on exit.
 
     When a stopped job is continued in the foreground, the terminal is set up again.
 
     Args:
-        control: the playback control: space pauses, ``s`` steps, ``t`` toggles pausing on topics.
+        control: the playback control; space pauses or continues, ``s`` steps, ``t`` toggles pausing on topics.
 
     Attributes:
         is_available: whether there is a terminal.

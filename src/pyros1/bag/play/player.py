@@ -41,10 +41,11 @@ class PlayOptions:
         rate: speed factor.
         start: seconds to skip at the beginning.
         duration: seconds to play; None for the whole bag.
-        skip_empty: maximum gap in seconds of bag time; longer gaps are skipped; None for no limit.
+        skip_empty: gaps between messages that are longer than this, in seconds of bag time, are skipped; None skips
+        none.
         loop: whether to start again at the end.
         pause_topics: topics before whose messages playback pauses.
-        max_delay: seconds by which `Player.rate_stamp` may lag behind before playback waits.
+        max_delay: seconds by which `Player.rate_stamp` may lag behind the bag time before playback waits.
     """
 
     prefix: str = ""
@@ -147,15 +148,17 @@ class Player:
         self._send_functions[bag_index, connection.id] = send
 
     def wait_for_subscribers(self) -> None:
-        """Wait until every topic has a subscriber, or the user ends the wait."""
-        while not self._control.ended and not all(publisher.num_connections for publisher in self._publishers.values()):
+        """Wait until every topic has a subscriber, or the user ends playback."""
+        while not self._control.has_ended and not all(
+            publisher.num_connections for publisher in self._publishers.values()
+        ):
             self._control.wait(_POLL_PERIOD)
 
     def now(self) -> int:
         """Return the bag time in nanoseconds."""
         return self._timeline.bag_at(perf_counter())
 
-    def follow(self, stamp: int) -> None:
+    def set_rate_stamp(self, stamp: int) -> None:
         """Set the newest stamp, in nanoseconds, on the topic that controls the pace. Thread-safe."""
         self.rate_stamp = stamp
         self._control.wake()
@@ -168,12 +171,13 @@ class Player:
         """Wait until slow subscribers have received all their messages; give up when none receives anything for 5 s.
 
         Returns:
-            Whether all subscribers have received all messages; False if the user has ended the wait.
+            Whether all subscribers have received all messages; False if the time ran out or the user has ended
+            playback.
         """
         fewest_waiting, deadline = inf, perf_counter() + _DRAIN_TIMEOUT
         while True:
             waiting = sum({publisher.name: publisher.waiting for publisher in self._publishers.values()}.values())
-            if not waiting or self._control.ended or perf_counter() > deadline:
+            if not waiting or self._control.has_ended or perf_counter() > deadline:
                 return not waiting
             if waiting < fewest_waiting:
                 fewest_waiting, deadline = waiting, perf_counter() + _DRAIN_TIMEOUT
@@ -187,7 +191,7 @@ class Player:
     # Playing ----------------------------------------------------------------------------------------------------------
 
     def read_ahead(self) -> None:
-        """Start reading, so that playback can start without delay. `run` does this if necessary.
+        """Start reading messages, so that playback can begin without delay. `run` calls this if necessary.
 
         Raises:
             BagError: a chunk of a bag cannot be read.
@@ -216,7 +220,7 @@ class Player:
         if self._read_ahead is None:
             self.read_ahead()
         try:
-            while not self._control.ended:
+            while not self._control.has_ended:
                 for item in self._latched_messages:
                     self._publish(item)
                 count = self._play()
@@ -234,7 +238,7 @@ class Player:
         self._last_time = None
         read_ahead, self._read_ahead = self._read_ahead, None
         with read_ahead or ReadAhead(self._messages()) as source:
-            while not control.ended:
+            while not control.has_ended:
                 batch = source.take(_POLL_PERIOD)
                 if batch is None:
                     break
@@ -248,7 +252,7 @@ class Player:
         return count
 
     def _publish(self, item: PlayItem) -> None:
-        send = self._send_functions.get((item.bag, item.message.connection.id))
+        send = self._send_functions.get((item.bag_index, item.message.connection.id))
         if send is not None:
             send(AnyMsg(item.message.data))
 
@@ -267,28 +271,28 @@ class Player:
         ):
             control.set_paused(True)
         self._last_time = time
-        while not control.ended:
-            must_wait = control.paused or self._is_delayed(timeline.bag_at(now))
+        while not control.has_ended:
+            must_wait = control.is_paused or self._is_delayed(timeline.bag_at(now))
             if must_wait or timeline.is_paused:
                 timeline.set_paused(now, must_wait)
-            if control.paused and control.steps:
+            if control.is_paused and control.steps:
                 control.steps -= 1
                 return self._step(time, now)
             if not must_wait and options.immediate:
                 return self._step(time, now)
-            due = inf if must_wait else timeline.wall_at(time)
-            if now >= self._clock_ticker.due or now >= self._status_ticker.due:
+            due_at = inf if must_wait else timeline.wall_at(time)
+            if now >= self._clock_ticker.due_at or now >= self._status_ticker.due_at:
                 self._report(min(timeline.bag_at(now), time), now)
-            if due <= now:
+            if due_at <= now:
                 return True
-            control.wait(min(due, self._clock_ticker.due, self._status_ticker.due) - now)
+            control.wait(min(due_at, self._clock_ticker.due_at, self._status_ticker.due_at) - now)
             now = perf_counter()
         return False
 
     def _start_clock(self, time: int, now: float) -> None:
         self._timeline.set(time, now)
-        self._clock_ticker.due = now
-        self._status_ticker.due = now
+        self._clock_ticker.due_at = now
+        self._status_ticker.due_at = now
         if self.rate_stamp is not None:
             self.rate_stamp = time
 
@@ -298,28 +302,28 @@ class Player:
     def _step(self, time: int, now: float) -> bool:
         """Jump to a message's time; return False if the user has ended playback."""
         self._jump_to(time, now)
-        if now >= self._status_ticker.due:
+        if now >= self._status_ticker.due_at:
             self._control.wait(0)
             self._report(time, now)
-        return not self._control.ended
+        return not self._control.has_ended
 
     def _jump_to(self, time: int, now: float) -> None:
-        """Set the bag time to that of the next message, and publish it on /clock."""
+        """Set the bag time to the time of the next message, and publish it on /clock."""
         self._timeline.set(time, now)
         self._publish_clock(time)
-        if now >= self._clock_ticker.due:
+        if now >= self._clock_ticker.due_at:
             self._clock_ticker.tick(now)
 
     def _report(self, time: int, now: float) -> None:
         """Publish /clock and the status, if they are due."""
-        if now >= self._clock_ticker.due:
+        if now >= self._clock_ticker.due_at:
             self._clock_ticker.tick(now)
             self._publish_clock(time)
-        if now >= self._status_ticker.due:
+        if now >= self._status_ticker.due_at:
             self._status_ticker.tick(now)
-            self._control.wait(0)  # to read keys even if messages follow so fast that there is no other wait
+            self._control.wait(0)  # to read keys even if messages follow each other so fast that there is no other wait
             if self._on_status is not None:
-                state = "PAUSED" if self._control.paused else "DELAYED" if self._timeline.is_paused else "RUNNING"
+                state = "PAUSED" if self._control.is_paused else "DELAYED" if self._timeline.is_paused else "RUNNING"
                 self._on_status(Status(state, time / NS, (time - self._start) / NS, self._length / NS))
 
     def _publish_clock(self, time: int) -> None:

@@ -18,7 +18,7 @@ MAX_AHEAD_BYTES = 32 << 20
 _MAX_BATCH_BYTES = 1 << 20
 _MAX_BATCH_MESSAGES = 500
 _MESSAGE_OVERHEAD = 1500
-"""Bytes counted for a message in addition to its data. This is more than it takes, to limit the number of messages: the
+"""Bytes counted per message in addition to its data. This is more than it takes, to limit the number of messages: the
 garbage collector visits them all.
 """
 _MAX_STATIC_CHUNKS = 20
@@ -29,19 +29,19 @@ class PlayItem(NamedTuple):
     """A message to play.
 
     Attributes:
-        bag: index of its bag.
+        bag_index: index of its bag.
         message: the message with its connection and time.
     """
 
-    bag: int
+    bag_index: int
     message: RawMessage
 
 
 class Bags:
-    """A set of open bags. A context manager, which closes the bags on exit.
+    """A set of open bags. A context manager that closes the bags on exit.
 
     Args:
-        sources: paths of the files, or readers, which stay open when this is closed.
+        sources: paths of the files, or readers, which stay open when this object is closed.
         topics: the topics to play; None for all.
 
     Raises:
@@ -71,7 +71,7 @@ class Bags:
 
     @property
     def end(self) -> int:
-        """Latest time, in nanoseconds."""
+        """Latest time, in nanoseconds, of all bags; 0 without messages."""
         return max((reader.end for reader in self.readers), default=0)
 
     def connections(self) -> Iterator[tuple[int, Connection]]:
@@ -82,11 +82,11 @@ class Bags:
                     yield bag_index, connection
 
     def messages(self, start: int, end: int) -> Iterator[PlayItem]:
-        """Yield messages in order of time; messages of the same time are in the order of the bags.
+        """Yield messages in time order; messages with the same time are in the order of the bags.
 
         Args:
             start: earliest time in nanoseconds.
-            end: latest time.
+            end: latest time in nanoseconds.
 
         Raises:
             BagError: a chunk cannot be read.
@@ -101,7 +101,7 @@ class Bags:
         return map(PlayItem, repeat(bag_index), messages)  # map() keeps no message while the next one is read
 
     def latched_messages_before(self, time: int) -> list[PlayItem]:
-        """Return the last message of each latched connection before a time, in order of time, for new subscribers.
+        """Return, for new subscribers, the last message before a time from each latched connection, in time order.
 
         Static transforms at the beginning of the bag are included, since Python programs and the filters of other tools
         store several publishers as one connection.
@@ -148,7 +148,7 @@ def _first_messages(reader: BagReader, conn_ids: set[int], time: int) -> Iterato
 
 
 def _last_messages_before(reader: BagReader, conn_ids: set[int], time: int) -> Iterator[RawMessage]:
-    """Yield the last message before a time of each given connection. Only chunks that may contain one are read."""
+    """Yield each given connection's last message before a time. Only chunks that may contain one are read."""
     latest: dict[int, RawMessage] = {}
     chunks = sorted((chunk for chunk in reader.chunks if chunk.start < time), key=lambda chunk: chunk.end, reverse=True)
     for chunk in chunks:
@@ -171,7 +171,7 @@ def _last_messages_before(reader: BagReader, conn_ids: set[int], time: int) -> I
 
 
 class ReadAhead:
-    """Fetches messages from an iterator in a thread, before they are needed. A context manager, which ends the thread
+    """Fetches messages from an iterator in a thread, before they are needed. A context manager that ends the thread
     on exit.
 
     Args:
@@ -195,7 +195,7 @@ class ReadAhead:
         """Return the next messages: an empty list if none is ready yet, or None after the last one.
 
         Args:
-            timeout: maximum number of seconds to wait for them.
+            timeout: maximum number of seconds to wait for messages.
 
         Raises:
             BagError: a chunk cannot be read.
@@ -246,7 +246,7 @@ class ReadAhead:
             return not self._is_closed
 
     def close(self) -> None:
-        """End the thread, and wait for it."""
+        """Stop the thread, and wait until it has ended."""
         with self._changed:
             self._is_closed = True
             self._changed.notify_all()

@@ -1,5 +1,5 @@
 """Static transforms in bags: each publisher latched its own; the player publishes those of all publishers together.
-Pure.
+Does no I/O.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ def is_static_transforms(connection: Connection) -> bool:
 
 
 class StaticTransforms:
-    """Publishes static transforms, always together with all earlier ones; of each child frame, only the latest.
+    """Publishes static transforms, always together with all earlier ones: for each child frame, only the latest.
 
     Args:
         send: publishes a message.
@@ -39,7 +39,7 @@ class StaticTransforms:
         self._transforms: dict[str, Any] = {}
 
     def publish(self, message: AnyMsg) -> None:
-        """Publish a message with all earlier transforms; one that cannot be decoded is published unchanged."""
+        """Publish a message with all earlier transforms; a message that cannot be decoded is published unchanged."""
         try:
             received = self._class._decode(message._buff, 0, len(message._buff)).transforms
             transforms = self._transforms | {transform.child_frame_id: transform for transform in received}

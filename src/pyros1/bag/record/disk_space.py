@@ -19,7 +19,7 @@ class SpaceGuard:
     Args:
         folder: a folder on the disk.
         minimum: number of bytes that must stay free.
-        warn: called with a warning, at most every 20 s, while less than five times that much is free.
+        warn: called with a warning, at most every 20 s, while less than five times the minimum is free.
     """
 
     def __init__(self, folder: str, minimum: int, warn: Callable[[str], object]) -> None:

@@ -119,12 +119,12 @@ class RecordFile(Generic[_K]):
     """An open recording.
 
     Args:
-        path: final name of the file.
+        path: final path of the file.
         compression: ``none``, ``bz2`` or ``lz4``.
         chunk_threshold: size in bytes above which a chunk is closed.
 
     Attributes:
-        moved_to: the new path of a file that a killed recording had left at this path; usually empty.
+        moved_to: the new path of a file that a killed recording had left behind under the same name; usually empty.
 
     Raises:
         BagError: another recording is writing to the file.
@@ -134,7 +134,9 @@ class RecordFile(Generic[_K]):
     def __init__(self, path: str, compression: str, chunk_threshold: int) -> None:
         self.path = path
         if os.path.isdir(path):
-            raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), path)  # now, not after the recording
+            raise IsADirectoryError(
+                errno.EISDIR, os.strerror(errno.EISDIR), path
+            )  # reported now rather than after the recording
         self.moved_to = set_aside_leftover(path + ACTIVE_SUFFIX)
         self._writer = RecordWriter(path + ACTIVE_SUFFIX, compression, chunk_threshold)
         self._keys: dict[int, _K] = {}
@@ -163,8 +165,8 @@ class RecordFile(Generic[_K]):
         Args:
             key: identifies its connection.
             topic: its topic.
-            header: its publisher's connection header; as the topic, it is used for the first message of a connection
-                only.
+            header: its publisher's connection header; like the topic, it is used only for the first message from a
+                connection.
             stamp: receive time in nanoseconds.
             data: its bytes.
 
@@ -182,7 +184,7 @@ class RecordFile(Generic[_K]):
         self._writer.write(conn, stamp, data)
 
     def tick(self) -> None:
-        """Flush and sync data when due; must be called often.
+        """Flush data, and request a sync to disk, about once a second; must be called often.
 
         Raises:
             OSError: the file cannot be written.

@@ -34,12 +34,12 @@ class StopSignal:
         self._requests.put(None)
 
     def wait(self, seconds: float) -> bool:
-        """Wait at most `seconds` for the request; return whether it was made."""
+        """Wait up to `seconds` for the request; return whether it was made."""
         try:
             self._requests.get(timeout=seconds)
         except Empty:
             return False
-        self.stop()  # for later calls
+        self.stop()  # so that later calls return True, too
         return True
 
 
@@ -54,7 +54,7 @@ def follow(
 
     Args:
         search: finds the topics.
-        stop_signal: ends the function.
+        stop_signal: ends this function.
         subscribe: called with each new topic.
         report: called about once a second.
         is_finished: returns whether nothing is left to do; called often.
@@ -76,11 +76,11 @@ def follow(
 
 def wait_for_time(node: Node, stop_signal: StopSignal) -> bool:
     """Wait until simulated time has begun; return False if the end of the command is requested first."""
-    started_at, warned = time.monotonic(), False
+    started_at, has_warned = time.monotonic(), False
     while node.now().is_zero():
-        if not warned and time.monotonic() - started_at > _CLOCK_WARN_DELAY:
+        if not has_warned and time.monotonic() - started_at > _CLOCK_WARN_DELAY:
             node.log.warn("/use_sim_time set to true and no clock published.  Still waiting for valid time...")
-            warned = True
+            has_warned = True
         if stop_signal.wait(_POLL_PERIOD):
             return False
     return True

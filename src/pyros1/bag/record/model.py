@@ -17,15 +17,15 @@ class RecordOptions:
 
     Attributes:
         names: the file names.
-        split: whether to start a new file at a limit; otherwise the recording ends there.
+        split: whether to start a new file when a file reaches a limit; otherwise the recording ends then.
         max_size: maximum size of a file in bytes; 0 for no limit.
         max_duration: maximum duration of a file in seconds; 0 for no limit.
-        max_splits: number of files to keep, removing the oldest; 0 for all.
+        max_splits: number of files to keep: the oldest are removed; 0 keeps all.
         buffer_size: maximum number of bytes waiting to be written; 0 for no limit.
         chunk_size: size of a chunk in bytes.
         compression: ``none``, ``bz2`` or ``lz4``.
         limit: number of messages to record per topic; 0 for no limit.
-        repeat_latched: whether to start each further file with the latched messages.
+        repeat_latched: whether each file after the first starts with the latched messages.
         min_space: bytes that must stay free on the disk.
     """
 
@@ -51,7 +51,8 @@ class Topic:
         messages: number of messages received so far.
         bytes: total size of these messages in bytes.
         dropped: number of these messages that were not written because the buffer or the disk was full.
-        after_limit: number of these messages that were not written because they arrived after the recording had ended.
+        received_after_end: number of these messages that were not written because they arrived after the recording had
+        ended.
         subscriber: the subscriber that receives the messages.
     """
 
@@ -59,13 +60,13 @@ class Topic:
     messages: int = 0
     bytes: int = 0
     dropped: int = 0
-    after_limit: int = 0
+    received_after_end: int = 0
     subscriber: Any = None
 
     @property
     def written(self) -> int:
         """Number of messages that are in the files, or will be."""
-        return self.messages - self.dropped - self.after_limit
+        return self.messages - self.dropped - self.received_after_end
 
 
 @dataclass(eq=False)
@@ -73,7 +74,7 @@ class Source:
     """A publisher on a recorded topic.
 
     Attributes:
-        topic: the topic.
+        topic: the topic on which it publishes.
         header: its connection header as received.
         latching: whether it latches its messages.
         latched: its last message, if it is latching.
@@ -94,12 +95,12 @@ class Sources:
         self._by_content: dict[frozenset[tuple[str, str]], Source] = {}
 
     def get(self, header: dict[str, str]) -> Source:
-        """Return the publisher with a connection header; it is added if it is new."""
+        """Return the publisher with the given connection header; a new one is added."""
         entry = self._by_header_id.get(id(header))
         if entry is not None:
             return entry[1]
         if len(self._by_header_id) > 1000:
-            self._by_header_id.clear()  # entries of closed connections would accumulate
+            self._by_header_id.clear()  # otherwise entries of closed connections would accumulate
         key = frozenset(header.items())
         source = self._by_content.get(key)
         if source is None:

@@ -1,4 +1,4 @@
-"""File names of recordings, and the selection of topics to record. Pure."""
+"""File names of recordings, and the selection of topics to record. Does no I/O."""
 
 from __future__ import annotations
 
@@ -45,9 +45,9 @@ class Selection:
 
     Attributes:
         topics: full names, or regular expressions.
-        regex: whether `topics` are regular expressions, which must match the whole name.
+        uses_regex: whether `topics` are regular expressions, which must match the whole name.
         all_topics: whether to record all topics.
-        exclude: regular expression of topics to leave out, among those that `all_topics`, `regex` or `node` selects.
+        exclude: regular expression for topics to leave out of those that `all_topics`, `uses_regex` or `node` selects.
         node: name of a node; the topics to which it subscribes are recorded.
 
     Raises:
@@ -55,7 +55,7 @@ class Selection:
     """
 
     topics: Sequence[str] = ()
-    regex: bool = False
+    uses_regex: bool = False
     all_topics: bool = False
     exclude: str = ""
     node: str = ""
@@ -63,7 +63,7 @@ class Selection:
     _exclude: re.Pattern[str] | None = field(init=False, default=None)
 
     def __post_init__(self) -> None:
-        if self.regex:
+        if self.uses_regex:
             self._patterns = [_compile(topic) for topic in self.topics]
         if self.exclude:
             self._exclude = _compile(self.exclude)
@@ -71,11 +71,11 @@ class Selection:
     @property
     def needs_polling(self) -> bool:
         """Whether the master must be polled for new topics."""
-        return self.all_topics or self.regex or bool(self.node)
+        return self.all_topics or self.uses_regex or bool(self.node)
 
     def fixed_topics(self) -> list[str]:
         """Return the topics to record even if they have no publisher."""
-        return [] if self.regex else list(self.topics)
+        return [] if self.uses_regex else list(self.topics)
 
     def selects(self, topic: str, node_topics: Collection[str] = ()) -> bool:
         """Return whether to record a discovered topic.

@@ -12,7 +12,7 @@ _S = TypeVar("_S")
 MESSAGE_OVERHEAD = 250
 """Bytes of memory that a waiting message takes in addition to its own size."""
 _MAX_BATCH_BYTES = 4 << 20
-"""Number of bytes that `take` removes at a time; they are in memory in addition to the limit."""
+"""Number of bytes that `take` removes at a time; these are in memory in addition to the queue's limit."""
 _WAKE_BYTES = 1 << 20
 """Number of waiting bytes at which the writer is woken early."""
 
@@ -22,9 +22,9 @@ class RecordQueue(Generic[_S]):
 
     Args:
         limit: maximum size in bytes; 0 for no limit.
-        on_put: called with the source and size in bytes of each accepted message, before it can be removed, so that
-            counts are complete when the queue is closed.
-        on_drop: called with the source of each dropped message, in the thread that adds a newer one.
+        on_put: called with the source and size in bytes of each accepted message, before the message can be taken, so
+            that the callback's counts are complete when the queue is closed.
+        on_drop: called with the source of each dropped message, in the thread that adds a newer message.
     """
 
     def __init__(self, limit: int, on_put: Callable[[_S, int], object], on_drop: Callable[[_S], object]) -> None:
@@ -68,7 +68,7 @@ class RecordQueue(Generic[_S]):
         """Remove and return some of the oldest messages.
 
         Args:
-            timeout: seconds to wait for messages to accumulate, unless many are waiting already.
+            timeout: seconds to wait for messages to accumulate, unless many are already waiting.
         """
         if self._bytes <= self._wake_at:
             self._wake.wait(timeout)

@@ -34,21 +34,21 @@ class Events:
     """The callbacks of a recorder; all are called in its writing thread.
 
     Attributes:
-        opened: called with the path of a file that was opened.
-        closing: called with the path of a file that is being closed.
-        warning: called with a warning.
-        ended: called when the recording has ended by itself, at a limit or after an error.
+        on_opened: called with the path of each file that has been opened.
+        on_closing: called with the path of each file that is about to be closed.
+        on_warning: called with a warning.
+        on_ended: called when the recording has ended by itself, at a limit or after an error.
     """
 
-    opened: Callable[[str], object] = lambda path: None
-    closing: Callable[[str], object] = lambda path: None
-    warning: Callable[[str], object] = lambda text: None
-    ended: Callable[[], object] = lambda: None
+    on_opened: Callable[[str], object] = lambda path: None
+    on_closing: Callable[[str], object] = lambda path: None
+    on_warning: Callable[[str], object] = lambda text: None
+    on_ended: Callable[[], object] = lambda: None
 
 
 @dataclass
 class Report:
-    """Result of a recording.
+    """The files of a recording.
 
     Attributes:
         files: paths of the finished files, in order.
@@ -67,7 +67,7 @@ class Recorder:
     Args:
         node: the node that subscribes.
         options: the recording options.
-        events: the callbacks.
+        events: the callbacks; None for no callbacks.
 
     Attributes:
         topics: the recorded topics, by name.
@@ -99,10 +99,10 @@ class Recorder:
         self._has_reached_limit = False  # whether a topic has reached the limit of messages
         self._has_dropped = False  # whether messages were dropped since the last warning
         folder = os.path.dirname(options.names.name(0, time.time())) or "."
-        self._space = SpaceGuard(folder, options.min_space, self._events.warning)
+        self._space = SpaceGuard(folder, options.min_space, self._events.on_warning)
         self._space.check()
         self._file: RecordFile[Source] | None = self._open(0)
-        self._events.opened(self._file.path)
+        self._events.on_opened(self._file.path)
         self._thread = threading.Thread(target=self._run, name="bag:writer", daemon=True)
         self._thread.start()
 
@@ -114,7 +114,7 @@ class Recorder:
         topic.subscriber = self._node.subscribe(name, AnyMsg, self._make_callback(topic), transports=transports)
 
     def _make_callback(self, topic: Topic) -> Callable[[AnyMsg], None]:
-        """Return the callback of a topic; its calls never overlap."""
+        """Return the callback for a topic's messages; its calls never overlap."""
         source_of, now, enqueue, limit = Sources(topic).get, self._now, self._queue.put, self._options.limit
 
         def on_message(message: AnyMsg) -> None:
@@ -128,7 +128,9 @@ class Recorder:
         return on_message
 
     def unsubscribe_finished(self) -> bool:
-        """Unsubscribe from topics that have reached the limit; return whether all have."""
+        """Unsubscribe from topics that have reached the limit of messages; return whether all topics have reached
+        it.
+        """
         limit = self._options.limit
         if not limit or not self._has_reached_limit:
             return False
@@ -145,16 +147,16 @@ class Recorder:
 
     def _count_dropped(self, source: Source) -> None:
         source.topic.dropped += 1
-        self._has_dropped = True  # the writing thread reports it, so as not to delay this receiving thread
+        self._has_dropped = True  # reported by the writing thread, so as not to delay this receiving thread
 
     def _warn(self, text: str) -> None:
-        """Report a warning that every message could cause; warnings that begin in the same way only once in five
-        seconds.
+        """Report a warning that every message could cause: warnings that begin with the same text are reported at most
+        once in five seconds.
         """
         now, warning_key = time.monotonic(), text[:20]
         if now - self._warned_at.get(warning_key, -_WARN_PERIOD) >= _WARN_PERIOD:
             self._warned_at[warning_key] = now
-            self._events.warning(text)
+            self._events.on_warning(text)
 
     @property
     def size(self) -> int:
@@ -185,7 +187,7 @@ class Recorder:
             self.error = error
         for source, _, _ in chain(self._unwritten_messages, self._queue.close()):
             if self.error is None:
-                source.topic.after_limit += 1
+                source.topic.received_after_end += 1
             else:
                 source.topic.dropped += 1
         try:
@@ -193,7 +195,7 @@ class Recorder:
         except OSError as error:
             self.error = self.error or error
         if not self._stop_event.is_set():
-            self._events.ended()
+            self._events.on_ended()
 
     def _write_all(self) -> None:
         """Write messages until the recording ends, on request or at a limit."""
@@ -212,13 +214,13 @@ class Recorder:
             self._space.check()
 
     def _write_batch(self, batch: list[tuple[Source, int, bytes]]) -> bool:
-        """Write messages; return False if the recording ends at a limit."""
+        """Write messages; return False if the recording has reached a limit and ends."""
         taken_count = 0
         try:
             for source, stamp, data in batch:
                 if not self._split_if_due(stamp):
                     return False
-                taken_count += 1  # if it cannot be written, the file counts it as lost
+                taken_count += 1  # a message that cannot be written is counted as lost by the file
                 self._write(source, stamp, data)
         finally:
             self._unwritten_messages = batch[taken_count:]
@@ -236,7 +238,7 @@ class Recorder:
             self._latching_sources[source] = None
 
     def _split_if_due(self, stamp: int) -> bool:
-        """Start a new file at a limit; return False if the recording ends there."""
+        """Start a new file if this one has reached a limit; return False if the recording ends instead."""
         options, file = self._options, self._file
         assert file is not None
         is_split_due = bool(options.max_size and file.size > options.max_size)
@@ -255,7 +257,7 @@ class Recorder:
         return True
 
     def _split(self) -> bool:
-        """Start the next file. Return False, and continue with this one, if the process cannot open more files now."""
+        """Start the next file; if the process cannot open more files now, keep the current one and return False."""
         file = self._file
         assert file is not None
         try:
@@ -274,7 +276,7 @@ class Recorder:
         self._file = next_file
         self._file_number += 1
         self._remove_oldest()
-        self._events.opened(next_file.path)
+        self._events.on_opened(next_file.path)
         if self._options.repeat_latched:
             now = self._now()
             for source in self._latching_sources:
@@ -287,7 +289,7 @@ class Recorder:
         path = options.names.name(file_number, time.time())
         file = RecordFile[Source](path, options.compression, options.chunk_size)
         if file.moved_to:
-            self._events.warning(
+            self._events.on_warning(
                 f"{path}.active of a recording that was not closed was renamed to {file.moved_to}; "
                 "`pyros1 bag reindex` can repair it"
             )
@@ -297,7 +299,7 @@ class Recorder:
         file, self._file = self._file, None
         if file is None:
             return
-        self._events.closing(file.path)
+        self._events.on_closing(file.path)
         try:
             file.close()
         finally:

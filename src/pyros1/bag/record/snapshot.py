@@ -1,4 +1,4 @@
-"""Keeps the latest messages of topics in memory, and writes them to a bag on request."""
+"""Keeps the latest messages on some topics in memory, and writes them to a bag on request."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ Entry = tuple[int, Source, bytes]
 
 
 class MessageRing:
-    """The latest messages of one topic; at least one from each latching publisher is kept.
+    """The latest messages on one topic; at least one from each latching publisher is kept.
 
     Args:
         duration: nanoseconds to keep; 0 for no limit.
@@ -78,7 +78,7 @@ class MessageRing:
 
 
 class Snapshots:
-    """Keeps the latest messages of topics.
+    """Keeps the latest messages on some topics.
 
     Args:
         node: the node that subscribes.
@@ -156,8 +156,8 @@ class Snapshots:
             if not (latched_entries or entries):
                 return "", 0
             entries.sort(key=itemgetter(0))
-            # Old latched messages get the time of the first message: a bag that began at their own time would be mostly
-            # empty.
+            # Old latched messages get the time of the first current message: a bag that began at their own times would
+            # be mostly empty.
             begin = entries[0][0] if entries else now
             self._space.check()
             options = self._options

@@ -13,7 +13,7 @@ from pyros1.node import Node
 class TopicSearch:
     """Searches the master for topics to record.
 
-    Topics are returned as requested, or as the master names them; remappings apply when they are subscribed to, as in
+    Topic names are returned as requested, or as the master lists them; remappings apply only on subscription, as in
     stock.
 
     Args:
@@ -30,10 +30,10 @@ class TopicSearch:
         self._unreturned_topics = [node.resolve(name, remap=False) for name in selection.fixed_topics()]
 
     def new_topics(self) -> list[str]:
-        """Return the topics to record that were not returned before."""
+        """Return the topics to record that have not been returned yet."""
         names, self._unreturned_topics = self._unreturned_topics, []
         if self._selection.needs_polling:
-            with contextlib.suppress(Error):  # the master does not respond; it may come back
+            with contextlib.suppress(Error):  # the master does not respond, but may come back
                 names += self._find_published()
         new_names = [name for name in dict.fromkeys(names) if name not in self._returned_topics]
         self._returned_topics.update(new_names)

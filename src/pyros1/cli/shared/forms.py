@@ -94,7 +94,7 @@ class PlotFormat:
         self._now = now
         self._shows_offsets = bool(options.offset)
         self._uses_bag_time = bool(options.bag)
-        self._table = Table(nostr=bool(options.nostr), noarr=bool(options.noarr))
+        self._table = Table(omits_strings=bool(options.nostr), omits_arrays=bool(options.noarr))
         self._has_written_header = False
 
     def __call__(self, message: Message, value: Any, type_name: str | None, write: WriteFunction) -> None:
@@ -105,5 +105,5 @@ class PlotFormat:
         with BufferedOutput(write, lines) as out:
             if not self._has_written_header:
                 self._has_written_header = True
-                self._table.head(value, out.add)
-            self._table.row(value, nanoseconds, out.add, now if self._shows_offsets else None)
+                self._table.emit_header(value, out.add)
+            self._table.emit_message(value, nanoseconds, out.add, now if self._shows_offsets else None)

@@ -72,7 +72,7 @@ class ForkedProcess:
                 data = link.recv(NUMBER_FORMAT.size)
         if len(data) == NUMBER_FORMAT.size:
             return int(NUMBER_FORMAT.unpack(data)[0])
-        while _is_running(self.pid):  # the server was killed, so this process must poll
+        while _is_running(self.pid):  # the server was killed, so the launcher must poll
             time.sleep(0.1)
         return -signal.SIGKILL
 
@@ -174,7 +174,7 @@ class Preloader:
         Args:
             words: the command line.
             environ: the complete environment.
-            folder: the working folder.
+            folder: the working directory.
             out, err: descriptors of the standard output and standard error.
 
         Returns:

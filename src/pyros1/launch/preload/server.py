@@ -1,4 +1,4 @@
-"""A process that has imported pyros1 once, and forks for each request to become a Python program.
+"""A process that has already imported pyros1, and on each request forks a process that becomes a Python program.
 
 Fifty nodes would import the same modules fifty times, which takes most of their startup time. With ``--preload``, the
 launcher starts this program; see `preloader` for its side. It has only one thread. The modules that it imports start no
@@ -6,7 +6,7 @@ threads, and depend only on the environment variables in `preloader.SHARED_VARIA
 behaves as if started normally: with its own session, working directory, environment, arguments, output and
 ``__main__``.
 
-The program must run at the top level, so `become` returns its code.
+A program must run at the top level of its process, so `become` returns the program's code instead of running it.
 """
 
 from __future__ import annotations
@@ -29,8 +29,13 @@ from typing import Any
 LENGTH_FORMAT = struct.Struct("<I")
 NUMBER_FORMAT = struct.Struct("<i")
 """A number sent to the launcher: a process id, or an exit code."""
-_PRELOADED = ("pyros1.node", "pyros1.msgs.std_msgs.msg", "pyros1.msgs.geometry_msgs.msg", "pyros1.msgs.sensor_msgs.msg")
-_PRELOADED_ROSPY = (
+_PRELOADED_MODULES = (
+    "pyros1.node",
+    "pyros1.msgs.std_msgs.msg",
+    "pyros1.msgs.geometry_msgs.msg",
+    "pyros1.msgs.sensor_msgs.msg",
+)
+_PRELOADED_ROSPY_MODULES = (
     "rospy",
     "std_msgs.msg",
     "std_srvs.srv",
@@ -65,18 +70,18 @@ class Request:
 
 
 def preload() -> None:
-    """Import what most nodes import, including pyros1's rospy and related modules if this interpreter finds them."""
+    """Import what most nodes import, including pyros1's rospy and related modules if this interpreter can find them."""
     import pyros1.node.node  # noqa: F401, PLC0415
     from pyros1.msgs import load_message  # noqa: PLC0415
 
-    for name in _PRELOADED:
+    for name in _PRELOADED_MODULES:
         __import__(name)
     for name in ("rosgraph_msgs/Log", "rosgraph_msgs/Clock", "std_msgs/Float64", "std_msgs/String"):
         load_message(name)()
     rospy_spec = find_spec("rospy")
     if rospy_spec is None or _OUR_MODULES not in str(rospy_spec.origin):
         return
-    for name in _PRELOADED_ROSPY:
+    for name in _PRELOADED_ROSPY_MODULES:
         with contextlib.suppress(ImportError):
             __import__(name)
 
@@ -85,7 +90,7 @@ def serve(control: socket.socket) -> Request | None:
     """Serve requests until the launcher has exited.
 
     Returns:
-        None in this process, when the launcher has exited; in a forked process, the request for its program.
+        In this process, None when the launcher has exited; in a forked process, the request for the program to run.
     """
     children: dict[int, socket.socket] = {}
     wake_receiver, wake_sender = socket.socketpair()
@@ -109,7 +114,7 @@ def serve(control: socket.socket) -> Request | None:
         try:
             request = Request(descriptors)
             child = os.fork()
-        except (OSError, ValueError):  # the launcher notices this, and starts the program in the usual way
+        except (OSError, ValueError):  # the launcher notices the failure, and starts the program in the usual way
             for descriptor in descriptors:
                 os.close(descriptor)
             continue
@@ -144,7 +149,7 @@ def read_message(link: int) -> bytes:
     """Receive a message, which is preceded by its length.
 
     Raises:
-        ConnectionError: the launcher exited before everything was sent.
+        ConnectionError: the launcher exited before it had sent everything.
     """
     data = b""
     while len(data) < LENGTH_FORMAT.size or len(data) < LENGTH_FORMAT.size + LENGTH_FORMAT.unpack_from(data)[0]:
@@ -205,11 +210,13 @@ def hide_launcher_frames(script: str) -> None:
     """Make tracebacks start at the script, not at this module."""
     previous_hook = sys.excepthook
 
-    def excepthook(kind: type[BaseException], error: BaseException, traceback: types.TracebackType | None) -> None:
+    def excepthook(
+        error_type: type[BaseException], error: BaseException, traceback: types.TracebackType | None
+    ) -> None:
         script_traceback = traceback
         while script_traceback is not None and script_traceback.tb_frame.f_code.co_filename != script:
             script_traceback = script_traceback.tb_next
-        previous_hook(kind, error.with_traceback(script_traceback), script_traceback)
+        previous_hook(error_type, error.with_traceback(script_traceback), script_traceback)
 
     sys.excepthook = excepthook
 

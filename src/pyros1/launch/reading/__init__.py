@@ -1,1 +1,1 @@
-"""Reads launch files into a plan. Pure, except `world` and `xacro_tool`."""
+"""Reads launch files into a plan. Only `world` and `xacro_tool` access the system directly."""

@@ -1,4 +1,4 @@
-"""Parses the ``wait-for`` attribute: conditions for the start of a node."""
+"""Parses the ``wait-for`` attribute: conditions that must be met before a node starts."""
 
 from __future__ import annotations
 

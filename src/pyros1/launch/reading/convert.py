@@ -60,7 +60,10 @@ def _convert_automatically(text: str, stripped: str) -> Any:
             return int(stripped)
     except ValueError:
         pass
-    if text.lower() in ("true", "false"):  # not stripped: the output of a command or a file ends with a newline
+    if text.lower() in (
+        "true",
+        "false",
+    ):  # not stripped: text from a command or file ends with a newline
         return text.lower() == "true"
     return text
 

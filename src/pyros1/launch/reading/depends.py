@@ -1,4 +1,4 @@
-"""Finds the packages that launch files need, and those that are missing in ``package.xml`` (L174, L175)."""
+"""Finds the packages that launch files need, and those that ``package.xml`` does not declare (L174, L175)."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ _DEPENDENCY_TAGS = ("depend", "exec_depend", "run_depend")
 
 @dataclass
 class FileNeeds:
-    """The packages and nodes that a launch file needs.
+    """The packages and nodes that one launch file needs.
 
     Attributes:
         file: path of the file, as it was specified.
         package: the package that contains the file; None if it is in no package.
         nodes: ``(package, executable)`` of the nodes and tests, in order, without duplicates.
-        packages: packages of the nodes and tests, and packages of included files if they differ from that of this file;
+        packages: packages of the nodes and tests, and packages of included files other than this file's own package;
             in order, without duplicates.
     """
 
@@ -32,7 +32,7 @@ class FileNeeds:
 
 
 def file_needs(plan: Plan) -> list[FileNeeds]:
-    """Return the needs of each file in a plan that `load_plan` made, in reading order."""
+    """Return the packages and nodes that each file in a plan from `load_plan` needs, in reading order."""
     needs = {file: FileNeeds(file, package_containing(file)) for file in plan.files}
     for node in sorted([*plan.nodes, *plan.tests], key=lambda node: node.line):
         _append(needs[node.file].nodes, (node.package, node.type))
@@ -50,30 +50,30 @@ def _append(items: list, item: object) -> None:  # type: ignore[type-arg]
 
 
 def package_containing(file: str) -> str | None:
-    """Return the package that contains a file; None if it is in no package."""
+    """Return the name of the package that contains a file; None if no package does."""
     folder, name = enclosing_package(Path(file))
     return name if _manifest(folder) is not None else None
 
 
-def undeclared(needs: Iterable[FileNeeds], *, test_depends: bool = False) -> dict[str, list[str]]:
+def find_undeclared(needs: Iterable[FileNeeds], *, test_depends: bool = False) -> dict[str, list[str]]:
     """Return, for each package, the packages that its files need but its ``package.xml`` does not declare.
 
     Args:
-        needs: the needs of the files.
+        needs: what each file needs, from `file_needs`.
         test_depends: whether ``<test_depend>`` is accepted as a declaration.
 
     Raises:
         LaunchError: a package.xml cannot be read.
     """
-    missing: dict[str, list[str]] = {}
-    for file in needs:
-        if file.package is None:
+    undeclared_by_package: dict[str, list[str]] = {}
+    for entry in needs:
+        if entry.package is None:
             continue
-        undeclared_packages = missing.setdefault(file.package, [])
-        known = {file.package, *declared_depends(enclosing_package(Path(file.file))[0], test_depends=test_depends)}
-        known |= set(undeclared_packages)
-        undeclared_packages += [package for package in file.packages if package not in known]
-    return missing
+        undeclared = undeclared_by_package.setdefault(entry.package, [])
+        known = {entry.package, *declared_depends(enclosing_package(Path(entry.file))[0], test_depends=test_depends)}
+        known |= set(undeclared)
+        undeclared += [package for package in entry.packages if package not in known]
+    return undeclared_by_package
 
 
 def declared_depends(folder: Path, *, test_depends: bool = False) -> list[str]:
@@ -81,12 +81,12 @@ def declared_depends(folder: Path, *, test_depends: bool = False) -> list[str]:
 
     Args:
         folder: the package's folder.
-        test_depends: whether to include those in ``<test_depend>``.
+        test_depends: whether to include the dependencies in ``<test_depend>``.
 
     Raises:
         LaunchError: the file cannot be read.
     """
-    # Imported only where needed; it has no stubs.
+    # Imported only where needed. The package has no stubs.
     from defusedxml.ElementTree import ParseError, fromstring  # type: ignore[import-untyped] # noqa: PLC0415
 
     path = _manifest(folder)

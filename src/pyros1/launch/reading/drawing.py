@@ -9,10 +9,10 @@ from collections.abc import Iterator
 from pyros1.launch.plan import NodePlan, Plan
 
 
-def tree(plan: Plan) -> str:
-    """Return files and nodes as an indented tree, in the order of the files.
+def tree_text(plan: Plan) -> str:
+    """Return a plan's files and nodes as an indented tree, in the order in which the files were read.
 
-    The content of a file, including that of its included files, is printed only at its first occurrence.
+    The content of a file, including its included files, is printed only where the file occurs first.
     """
     visited: set[str] = set()
     return "\n".join(line for top in _top_files(plan) for line in _branch(plan, top, "", visited))
@@ -46,8 +46,8 @@ def _branch(plan: Plan, file: str, indent: str, visited: set[str]) -> Iterator[s
             yield from following
 
 
-def dot(plan: Plan) -> str:
-    """Return files, nodes and machines in Graphviz's dot language, as boxes, ellipses and clusters.
+def dot_text(plan: Plan) -> str:
+    """Return a plan's files, nodes and machines in Graphviz's dot language, as boxes, ellipses and clusters.
 
     Arrows point from a file to the files that it includes and to its nodes. Dashed arrows point from a node to what it
     waits for.

@@ -1,6 +1,6 @@
 """Evaluates ``$(eval ...)``: a small, safe subset of Python's expressions (X71, https://wiki.ros.org/roslaunch/XML).
 
-The language is that of `pyros1.ground.expressions`, with all its functions and those of ``math`` without a prefix.
+`pyros1.ground.expressions` defines the language; all its functions, and those of ``math``, need no prefix.
 """
 
 from __future__ import annotations
@@ -20,10 +20,10 @@ def evaluate(text: str, variables: Mapping[str, Any], functions: Mapping[str, Ca
     """Evaluate the expression of ``$(eval text)``.
 
     Args:
-        text: the expression.
-        variables: the launch arguments by name, as typed values. Like in stock, they take precedence over Python's
+        text: the expression to evaluate.
+        variables: the launch arguments by name, as typed values. As in stock, they take precedence over Python's
             builtins: ``map`` is an argument of that name, if there is one.
-        functions: ``arg``, ``env``, ``find``, ...; they take precedence over variables, and so do the members of
+        functions: ``arg``, ``env``, ``find`` and so on; they take precedence over variables, as do the members of
             ``math``.
 
     Returns:

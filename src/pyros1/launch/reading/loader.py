@@ -1,6 +1,6 @@
 """Reads launch files into a `Plan`, tag by tag (https://wiki.ros.org/roslaunch/XML).
 
-Each tag has a handler method, which receives the element and its scope, and adds to the plan.
+Each tag has a handler method, which is called with the element and its scope, and adds what it reads to the plan.
 """
 
 from __future__ import annotations
@@ -13,14 +13,14 @@ from pyros1.ground.suggest import did_you_mean
 from pyros1.launch.plan import ArgPlan, IncludePlan, Plan
 from pyros1.launch.reading.convert import convert_bool, convert_condition
 from pyros1.launch.reading.document import Element, parse_document
-from pyros1.launch.reading.machines import SETTINGS, read_machine
+from pyros1.launch.reading.machines import SETTING_NAMES, read_machine
 from pyros1.launch.reading.nodes import NodeReader
 from pyros1.launch.reading.params import ParamReader
 from pyros1.launch.reading.resources import Resources
 from pyros1.launch.reading.scope import Scope, ScopeSubstituter
 from pyros1.launch.reading.substitution import substitute
 
-STDIN = "-"
+STDIN_NAME = "-"
 _Handlers = dict[str, Callable[[Element, Scope], None]]
 _REPEATEDLY = " (repeatedly)"
 _MAX_INCLUDES = 100
@@ -39,7 +39,7 @@ _NODE_ATTRIBUTES = (
     "wait-timeout",
 )
 _TEST_ATTRIBUTES = (*_NODE_ATTRIBUTES, "test-name", "cwd", "launch-prefix")
-ATTRIBUTES: dict[str, tuple[str, ...]] = {
+ATTRIBUTES_BY_TAG: dict[str, tuple[str, ...]] = {
     "launch": ("deprecated",),
     "arg": ("name", "value", "default", "doc"),
     "include": ("file", "ns", "clear_params", "pass_all_args"),
@@ -50,7 +50,7 @@ ATTRIBUTES: dict[str, tuple[str, ...]] = {
     "rosparam": ("command", "file", "param", "ns", "subst_value"),
     "remap": ("from", "to"),
     "env": ("name", "value"),
-    "machine": ("name", "address", *SETTINGS),
+    "machine": ("name", "address", *SETTING_NAMES),
 }
 """The attributes of each tag, except if and unless."""
 
@@ -71,10 +71,10 @@ def load_plan(
         arguments: the ``name:=value`` arguments of the command line, which apply to every file. ``__ns`` is the
             namespace of everything (default: ``ROS_NAMESPACE``).
         resources: access to files, packages and the environment.
-        only_args: whether to read only the ``<arg>`` tags at the top level of the files, which then need no values.
+        only_args: whether to read only the ``<arg>`` tags at the top level of the files; these then need no values.
         problems: a list to which all errors are added; reading continues after the element with the error. None to
             raise the first error.
-        plan: the plan to add to; None for a new one.
+        plan: the plan to add to; None for a new plan.
 
     Returns:
         The plan.
@@ -84,7 +84,7 @@ def load_plan(
     """
     loader = _Loader(resources, only_args, problems, plan or Plan())
     for file in files:
-        loader.top_level(file, arguments)
+        loader.read_top_level(file, arguments)
     loader.report_unused(arguments)
     return loader.plan
 
@@ -100,32 +100,32 @@ class _Loader:
         self._known_args: set[str] = set()
         self._params = ParamReader(self.plan)
         self._nodes = NodeReader(self.plan, self._params, self.attribute, self.children)
-        self._tags: _Handlers = {
+        self._handlers: _Handlers = {
             "arg": self._arg,
             "include": self._include,
             "group": self._group,
-            "node": self._nodes.node,
-            "test": self._nodes.test,
-            "param": lambda element, scope: self._params.param(element, scope, self.attribute),
-            "rosparam": lambda element, scope: self._params.rosparam(element, scope, self.attribute),
+            "node": self._nodes.add_node,
+            "test": self._nodes.add_test,
+            "param": lambda element, scope: self._params.read_param(element, scope, self.attribute),
+            "rosparam": lambda element, scope: self._params.read_rosparam(element, scope, self.attribute),
             "remap": self._remap,
             "env": self._env,
             "machine": self._machine,
         }
 
-    def top_level(self, file: str, arguments: Mapping[str, str]) -> None:
+    def read_top_level(self, file: str, arguments: Mapping[str, str]) -> None:
         """Read a file that was specified by the user."""
-        name = "<stdin>" if file == STDIN else file
+        name = "<stdin>" if file == STDIN_NAME else file
         try:
-            root = parse_document(self._resources.stdin() if file == STDIN else self._read(file), name)
+            root = parse_document(self._resources.read_stdin() if file == STDIN_NAME else self._read(file), name)
         except LaunchError as error:
             self._report(error)
             return
         self.plan.files.append(name)
-        self.plan.args.clear()  # the arguments of the last file are documented
+        self.plan.args.clear()  # only the last file's arguments are documented
         scope = Scope(self._resources, name, args=dict(arguments), known_args=self._known_args)
         namespace = arguments.get("__ns") or self._resources.environ.get("ROS_NAMESPACE")
-        self._launch(root, scope.child("/" + namespace) if namespace else scope)
+        self._read_root(root, scope.child("/" + namespace) if namespace else scope)
 
     def report_unused(self, arguments: Mapping[str, str]) -> None:
         """Warn about arguments that are declared in no file, as they may be misspelt."""
@@ -143,25 +143,27 @@ class _Loader:
         try:
             return self._resources.read_bytes(file)
         except OSError as error:
-            raise LaunchError(f"cannot read [{file}]: {error.strerror}{self._resources.near_file(file)}") from error
+            raise LaunchError(
+                f"cannot read [{file}]: {error.strerror}{self._resources.similar_file_hint(file)}"
+            ) from error
 
-    def _launch(self, root: Element, scope: Scope) -> None:
+    def _read_root(self, root: Element, scope: Scope) -> None:
         self._check_attributes(root, scope)
         if root.attributes.get("deprecated"):  # without substitution
             self.plan.warnings.append(f"[{scope.file}] DEPRECATED: {root.attributes['deprecated']}")
-        self.children(root, scope, self._tags)
+        self.children(root, scope, self._handlers)
 
     # Shared by all tags --------------------------------------------------------------------------------------------
 
-    def children(self, parent: Element, scope: Scope, tags: _Handlers) -> None:
-        """Handle the children of `parent`. Tags that are not in `tags` only cause a warning (X56)."""
+    def children(self, parent: Element, scope: Scope, handlers: _Handlers) -> None:
+        """Handle the children of `parent`. Tags without a handler only cause a warning (X56)."""
         for element in parent.children:
             # Tags inside <node> and <include> may be in upper case.
-            handler = tags.get(element.tag if tags is self._tags else element.tag.lower())
+            handler = handlers.get(element.tag if handlers is self._handlers else element.tag.lower())
             if self._only_args and element.tag != "arg":
                 continue
             if handler is None:
-                self._unknown_tag(element, parent, tags)
+                self._unknown_tag(element, parent, handlers)
                 continue
             try:
                 if self._applies(element, scope):
@@ -175,14 +177,14 @@ class _Loader:
                     located_error.__cause__ = error
                     self._report(located_error)
 
-    def _unknown_tag(self, element: Element, parent: Element, tags: _Handlers) -> None:
+    def _unknown_tag(self, element: Element, parent: Element, handlers: _Handlers) -> None:
         if element.tag == "master" and parent.tag == "launch":
             self.plan.warnings.append("ignoring defunct <master /> tag")
             return
         text = f"unrecognized tag {element.tag}"
         if parent.tag != "launch":
             text = f"unrecognized '{element.tag}' child tag in the parent tag element: <{parent.tag}>"
-        self.plan.warnings.append(f"[{element.place}] {text}{did_you_mean(element.tag, tags)}")
+        self.plan.warnings.append(f"[{element.place}] {text}{did_you_mean(element.tag, handlers)}")
 
     def _applies(self, element: Element, scope: Scope) -> bool:
         if "if" in element.attributes and "unless" in element.attributes:
@@ -195,11 +197,11 @@ class _Loader:
 
     def _check_attributes(self, element: Element, scope: Scope) -> None:
         tag = element.tag.lower()
-        known = ATTRIBUTES[tag]
+        known_names = ATTRIBUTES_BY_TAG[tag]
         for name in element.attributes:
-            if name not in known and name not in ("if", "unless") and not name.startswith("xmlns"):
+            if name not in known_names and name not in ("if", "unless") and not name.startswith("xmlns"):
                 self.plan.warnings.append(
-                    f"[{element.place}] unknown <{tag}> attribute '{name}'{did_you_mean(name, known)}"
+                    f"[{element.place}] unknown <{tag}> attribute '{name}'{did_you_mean(name, known_names)}"
                 )
 
     def attribute(self, element: Element, scope: Scope, name: str) -> str | None:
@@ -211,7 +213,7 @@ class _Loader:
 
     def _arg(self, element: Element, scope: Scope) -> None:
         name, value, default = self._declare(element, scope, scope)
-        if not value and not scope.included:
+        if not value and not scope.is_included:
             self.plan.args[name] = ArgPlan(name, default, self.attribute(element, scope, "doc"))
 
     def _declare(self, element: Element, scope: Scope, target: Scope) -> tuple[str, str | None, str | None]:
@@ -230,10 +232,10 @@ class _Loader:
 
     def _group(self, element: Element, scope: Scope) -> None:
         group_scope = scope.child(self._namespace(element, scope))
-        self._clear(element, scope, group_scope)
+        self._clear_params(element, scope, group_scope)
         group_scope.wait_for = f"{scope.wait_for} {self.attribute(element, scope, 'wait-for') or ''}".strip()
         group_scope.wait_timeout = self.attribute(element, scope, "wait-timeout") or scope.wait_timeout
-        self.children(element, group_scope, self._tags)
+        self.children(element, group_scope, self._handlers)
         scope.default_machine = group_scope.default_machine
 
     def _namespace(self, element: Element, scope: Scope) -> str | None:
@@ -242,7 +244,7 @@ class _Loader:
             raise LaunchError(f"<{element.tag}> tag has an empty 'ns' attribute")
         return namespace
 
-    def _clear(self, element: Element, scope: Scope, inner_scope: Scope) -> None:
+    def _clear_params(self, element: Element, scope: Scope, inner_scope: Scope) -> None:
         text = self.attribute(element, scope, "clear_params")
         if text and convert_bool(text, "clear_params"):
             if "ns" not in element.attributes:
@@ -256,7 +258,7 @@ class _Loader:
         pass_all_text = self.attribute(element, scope, "pass_all_args")
         has_pass_all = pass_all_text is not None and convert_bool(pass_all_text, "pass_all_args")
         inner_scope = scope.child(self._namespace(element, scope))
-        self._clear(element, scope, inner_scope)
+        self._clear_params(element, scope, inner_scope)
         args_scope = self._include_args(
             element,
             inner_scope,
@@ -264,16 +266,16 @@ class _Loader:
         )
         included = args_scope.child(
             file=file,
-            included=True,
+            is_included=True,
             args=dict(args_scope.args),
             declared=set(),
             pass_all=has_pass_all,
-            anonymous={},
-            # Like in stock: private parameters that an included file sets for all its nodes also apply to nodes after
+            anonymous_names={},
+            # As in stock: private parameters that an included file sets for all its nodes also apply to nodes after
             # the <include>, but only if there were such parameters before.
             private_params=scope.private_params or [],
         )
-        if file in self._too_deep_files:  # already reported; a file may include itself more than once
+        if file in self._too_deep_files:  # already reported: a file may include itself more than once
             return
         if self._depth >= _MAX_INCLUDES:
             self._too_deep_files.add(file)
@@ -282,15 +284,15 @@ class _Loader:
         self.plan.files.append(file)
         self.plan.includes.append(IncludePlan(scope.file, element.line, file))
         self._depth += 1
-        problems_before = len(self._problems or [])
+        problem_count_before = len(self._problems or [])
         try:
-            self._launch(root, included)
+            self._read_root(root, included)
         except LaunchError as error:
             _add_includer(error, element)
             raise
         finally:
             self._depth -= 1
-        for problem in (self._problems or [])[problems_before:]:
+        for problem in (self._problems or [])[problem_count_before:]:
             _add_includer(problem, element)
         scope.default_machine = included.default_machine
         unused = [] if has_pass_all else [name for name in args_scope.args if name not in included.declared]
@@ -333,7 +335,7 @@ class _Loader:
 
 
 def _add_includer(error: LaunchError, include: Element) -> None:
-    """Append to an error where its file was included; only once if files include each other."""
+    """Append the place of an ``<include>`` to an error in the included file; only once if files include each other."""
     lines, line = str(error).split("\n"), f"  included at {include.place}"
     if line + _REPEATEDLY in lines:
         return
@@ -345,5 +347,5 @@ def _add_includer(error: LaunchError, include: Element) -> None:
 
 
 def absolute_files(files: Sequence[str]) -> list[str]:
-    """Return the paths that ``--files`` prints: absolute, in the order of reading, without duplicates."""
+    """Return the paths that ``--files`` prints: absolute, in reading order, without duplicates."""
     return [os.path.abspath(file) for file in dict.fromkeys(files) if file != "<stdin>"]

@@ -9,18 +9,18 @@ from pyros1.ground.errors import LaunchError
 from pyros1.launch.plan import MachinePlan, Plan
 from pyros1.launch.reading.document import Element
 
-SETTINGS = ("env-loader", "ssh-port", "user", "password", "default", "timeout")
+SETTING_NAMES = ("env-loader", "ssh-port", "user", "password", "default", "timeout")
 _DEFAULT_PORT = 22
 _DEFAULT_TIMEOUT = 10.0
 
 
 def read_machine(element: Element, attribute: Callable[[str], str | None], plan: Plan) -> str | None:
-    """Add the machine of a tag to the plan.
+    """Add the machine that a ``<machine>`` tag declares to the plan.
 
     Args:
-        element: the element.
+        element: the ``<machine>`` element.
         attribute: returns an attribute's value, or None if the element does not have it.
-        plan: the plan.
+        plan: the plan to add to.
 
     Returns:
         The machine's name if it becomes the default machine, else None.
@@ -37,7 +37,7 @@ def read_machine(element: Element, attribute: Callable[[str], str | None], plan:
             raise LaunchError(f"<machine> tag cannot have a '{key}' attribute; use 'env-loader' instead")
     if any(child.tag == "env" for child in element.children):
         raise LaunchError("<machine> tag cannot have an <env> tag in it; use 'env-loader' instead")
-    settings = {key: attribute(key) or "" for key in SETTINGS if key in element.attributes}
+    settings = {key: attribute(key) or "" for key in SETTING_NAMES if key in element.attributes}
     machine = MachinePlan(name, address, tuple(settings.items()))
     comparable = _comparable_settings(machine)
     if _comparable_settings(plan.machines.setdefault(machine.name, machine)) != comparable:
@@ -46,7 +46,7 @@ def read_machine(element: Element, attribute: Callable[[str], str | None], plan:
 
 
 def _comparable_settings(machine: MachinePlan) -> tuple[Any, ...]:
-    """Return the settings in a form that can be compared.
+    """Return a machine's address and settings in a form in which equal settings compare equal.
 
     Raises:
         LaunchError: a setting is invalid.

@@ -19,14 +19,14 @@ from pyros1.launch.reading.params import Attribute, ParamReader
 from pyros1.launch.reading.scope import Scope
 
 Children = Callable[[Element, Scope, dict[str, Callable[[Element, Scope], None]]], None]
-_NOT_FOR_TESTS = ("respawn", "respawn_delay", "output", "on-death")
+_ATTRIBUTES_NOT_FOR_TESTS = ("respawn", "respawn_delay", "output", "on-death")
 
 
 class NodeReader:
     """Adds nodes to a plan.
 
     Args:
-        plan: the plan.
+        plan: the plan to add nodes to.
         params: adds parameters to the plan.
         attribute: returns the value of an element's attribute.
         children: handles the children of an element.
@@ -39,13 +39,13 @@ class NodeReader:
         self._children = children
         self._node_locations: dict[str, str] = {}
 
-    def node(self, element: Element, scope: Scope) -> None:
-        """Handle a ``<node>``."""
+    def add_node(self, element: Element, scope: Scope) -> None:
+        """Handle a ``<node>``: add it to the plan's nodes, and its parameters to the plan."""
         self._with_node_errors(element, lambda: self._plan.nodes.append(self._read(element, scope)))
 
-    def test(self, element: Element, scope: Scope) -> None:
+    def add_test(self, element: Element, scope: Scope) -> None:
         """Handle a ``<test>``: add it to the plan's tests, and its parameters to the plan."""
-        for name in _NOT_FOR_TESTS:
+        for name in _ATTRIBUTES_NOT_FOR_TESTS:
             if name in element.attributes:
                 raise LaunchError(f"Invalid <node> tag: <test> tags cannot have '{name}' attribute.")
         if "test-name" not in element.attributes:
@@ -103,7 +103,7 @@ class NodeReader:
         if "ns" in element.attributes and not text("ns"):
             raise LaunchError(f"<{element.tag}> tag has an empty 'ns' attribute")
         node_scope = scope.child(text("ns"))
-        if text("clear_params") and flag("clear_params"):  # empty is false, as for groups, and only here
+        if text("clear_params") and flag("clear_params"):  # only here and for groups, an empty value means false
             self._plan.clear_params.append(node_scope.child(name).namespace)
         self._read_children(element, node_scope, name)
         package, node_type = text("pkg") or "", text("type") or ""
@@ -151,8 +151,8 @@ class NodeReader:
             element,
             scope,
             {
-                "param": lambda child, _: self._params.param(child, node_scope, self._attribute, private=True),
-                "rosparam": lambda child, _: self._params.rosparam(child, node_scope, self._attribute),
+                "param": lambda child, _: self._params.read_param(child, node_scope, self._attribute, private=True),
+                "rosparam": lambda child, _: self._params.read_rosparam(child, node_scope, self._attribute),
                 "remap": lambda child, _: scope.remap(text(child, "from"), text(child, "to")),
                 "env": lambda child, _: scope.set_env(text(child, "name"), text(child, "value")),
             },

@@ -1,5 +1,5 @@
-"""Parses the ``on-death`` attribute: an action to take when a node exits, so that its last command is not left in
-effect.
+"""Parses the ``on-death`` attribute: an action to take when a node exits, so that its last command does not
+remain in effect.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pyros1.ground.errors import LaunchError
 from pyros1.ground.names import ns_join, resolve_name
 
-USAGE = "use pub TOPIC TYPE VALUE, or run PACKAGE PROGRAM ARGUMENTS"
+_USAGE_HINT = "use pub TOPIC TYPE VALUE, or run PACKAGE PROGRAM ARGUMENTS"
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,7 @@ def parse_on_death(text: str, namespace: str, name: str, remappings: Iterable[tu
         text: the attribute's value.
         namespace: namespace for relative names.
         name: the node's base name, for private names.
-        remappings: the node's remappings, which apply to the topic as well.
+        remappings: the node's remappings, which also apply to the topic.
 
     Raises:
         LaunchError: the value has neither of the two forms, or unbalanced quotes.
@@ -49,7 +49,7 @@ def parse_on_death(text: str, namespace: str, name: str, remappings: Iterable[tu
     if not kind:
         return None
     if kind not in ("pub", "run") or len(words) < 2:
-        raise LaunchError(f"'on-death' cannot be '{text}': {USAGE}")
+        raise LaunchError(f"'on-death' cannot be '{text}': {_USAGE_HINT}")
     if kind == "pub":
         node = ns_join(namespace, name)
         resolved_remappings = {

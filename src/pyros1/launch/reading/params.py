@@ -24,26 +24,26 @@ class ParamReader:
     """Adds parameters to a plan.
 
     Args:
-        plan: the plan.
+        plan: the plan to add parameters to.
     """
 
     def __init__(self, plan: Plan) -> None:
         self._plan = plan
 
-    def param(self, element: Element, scope: Scope, attribute: Attribute, *, private: bool = False) -> None:
+    def read_param(self, element: Element, scope: Scope, attribute: Attribute, *, private: bool = False) -> None:
         """Handle a ``<param>``.
 
         Args:
-            element: the element.
-            scope: the scope of the element.
-            attribute: returns the value of an attribute.
+            element: the ``<param>`` element.
+            scope: the element's scope.
+            attribute: returns the value of an element's attribute.
             private: whether the element is in a ``<node>``, where all names are private.
         """
         name = attribute(element, scope, "name")
         if name is None:
             raise LaunchError("<param> tag is missing required attribute: 'name'")
         name = name.strip()
-        # In another namespace, an empty name sets the parameter with the name of the namespace.
+        # In any other namespace, an empty name sets the parameter with the namespace's name.
         if not name and not private and scope.namespace == "/":
             raise LaunchError("<param> tag has an empty 'name': a single value cannot replace all parameters")
         try:
@@ -52,7 +52,7 @@ class ParamReader:
             if error.line is not None or str(error).startswith("<param>"):
                 raise
             raise LaunchError(f"Invalid <param> tag: {error}") from error
-        if private or is_private(name):  # it is set for all later nodes in the scope
+        if private or is_private(name):  # a private parameter is set for all later nodes in the scope
             scope.private_params.append((name.removeprefix("~"), value))
         else:
             self.add(ns_join(scope.namespace, name), value)
@@ -83,8 +83,8 @@ class ParamReader:
         except LaunchError as error:
             raise LaunchError(f"Cannot load command parameter [{name}]: {error}") from error
 
-    def rosparam(self, element: Element, scope: Scope, attribute: Attribute) -> None:
-        """Handle a ``<rosparam>``; for the arguments see `param`."""
+    def read_rosparam(self, element: Element, scope: Scope, attribute: Attribute) -> None:
+        """Handle a ``<rosparam>``; arguments as for `read_param`."""
         command = attribute(element, scope, "command") or "load"
         file = attribute(element, scope, "file")
         inner_name = ns_join(attribute(element, scope, "ns") or "", attribute(element, scope, "param") or "")
@@ -142,7 +142,7 @@ class ParamReader:
             self.add(key, leaf)
 
     def add(self, name: str, value: Any) -> None:
-        """Add a parameter by its full name, and warn if it conflicts with another one (X76)."""
+        """Add a parameter by its full name, and warn if it conflicts with another parameter (X76)."""
         name = canonicalize_name(name)
         params = self._plan.params
         parent = name.rpartition("/")[0]

@@ -12,11 +12,11 @@ _MAX_VALUE_LENGTH = 20
 
 
 def summary(plan: Plan, extra_params: Mapping[str, Any] | None = None, machines: Iterable[str] | None = None) -> str:
-    """Return the block that is printed before anything is started.
+    """Return the SUMMARY block, which is printed before anything is started.
 
     Args:
-        plan: the plan.
-        extra_params: additional parameters, which are those of the core.
+        plan: the plan to summarise.
+        extra_params: the core's parameters, which are listed as well.
         machines: names of the machines to list; None for all machines if any node runs on another machine, else none.
     """
     lines = ["", "SUMMARY", "========"]
@@ -40,8 +40,8 @@ def summary(plan: Plan, extra_params: Mapping[str, Any] | None = None, machines:
     return "\n".join([*lines, ""])
 
 
-def contents(plan: Plan) -> str:
-    """Return lines that list everything that was read (``-v``, L162)."""
+def list_contents(plan: Plan) -> str:
+    """Return one line for each file, parameter, machine and node that was read (``-v``, L162)."""
     from pyros1.launch.reading.loader import absolute_files  # noqa: PLC0415 - only needed here
 
     lines = [f"... loading XML file [{file}]" for file in absolute_files(plan.files)]
@@ -90,11 +90,11 @@ def node_arg_words(node: NodePlan, words: list[str], environ: Mapping[str, str])
     """Return the environment variables and command line of a node, as a list of words.
 
     Args:
-        node: the node.
+        node: the planned node.
         words: the node's command line, without ``__log``.
         environ: this process's environment; only variables that differ from it are included.
     """
-    env = dict(environ)  # so that its variables are first, in their order
+    env = dict(environ)  # so that these variables come first, in their order
     env.pop("ROS_NAMESPACE", None)
     if not environ.get("ROS_MASTER_URI"):
         env["ROS_MASTER_URI"] = f"{DEFAULT_MASTER_URI}/"

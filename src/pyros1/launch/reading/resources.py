@@ -1,4 +1,4 @@
-"""Gives the loader access to files, packages, the environment and commands; it has no other access to them."""
+"""Gives the loader access to files, packages, the environment and commands; the loader has no other access to them."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def read_bounded(stream: IO[bytes], name: str) -> bytes:
     """Return the content of a stream, which may be endless.
 
     Args:
-        stream: the stream.
+        stream: the binary stream to read.
         name: the stream's name, for error messages.
 
     Raises:
@@ -65,23 +65,23 @@ def _no_commands(words: list[str]) -> str:
 
 @dataclass
 class Resources:
-    """Access to everything that is needed to make a plan.
+    """Access to everything outside the launch files that is needed to make a plan.
 
     Attributes:
         packages: finds packages.
         environ: environment variables.
         read_bytes: returns a file's content; raises OSError, or LaunchError if the file is too large.
         run_command: runs a command (a list of words) and returns its standard output; raises LaunchError.
-        unique: returns a string that makes ``$(anon x)`` unique; called once per identifier.
-        stdin: returns the content of standard input, for ``-``.
+        make_unique_suffix: returns a string that makes the name from ``$(anon x)`` unique; called once per identifier.
+        read_stdin: returns the content of standard input, for the file name ``-``.
     """
 
     packages: PackageFinder
     environ: Mapping[str, str]
     read_bytes: Callable[[str], bytes] = _read_bytes
     run_command: Callable[[list[str]], str] = _no_commands
-    unique: Callable[[], str] = lambda: "0"
-    stdin: Callable[[], str] = lambda: ""
+    make_unique_suffix: Callable[[], str] = lambda: "0"
+    read_stdin: Callable[[], str] = lambda: ""
 
     def read_text(self, path: str) -> str:
         """Return the content of a text file.
@@ -106,8 +106,8 @@ class Resources:
             raise LaunchError(f"cannot read [{path}]: it is not a regular file")
         return self.read_text(path)
 
-    def near_file(self, path: str) -> str:
-        """Return a hint about a file in the same folder with a similar name; an empty string if there is none."""
+    def similar_file_hint(self, path: str) -> str:
+        """Return a hint that names a similarly named file in the same folder; an empty string if there is none."""
         try:
             return did_you_mean(os.path.basename(path), os.listdir(os.path.dirname(path) or "."))
         except OSError:

@@ -14,29 +14,29 @@ from pyros1.launch.reading.resources import Resources
 
 @dataclass
 class Scope:
-    """The scope of an element. Groups and includes use copies, so that their changes are local (X60, X61).
+    """The scope of an element. Groups and includes get copies, so that their changes stay local (X60, X61).
 
     Attributes:
         resources: access to files, packages and the environment.
         file: the current file.
-        included: whether the file was included by another one.
+        is_included: whether another file has included this file.
         namespace: the namespace, with a trailing slash.
         args: arguments that have a value: from the command line, the ``<include>``, or an ``<arg>`` in this file.
         declared: names of all ``<arg>`` tags in this file so far.
-        pass_all: whether pass_all_args was set, so that ``<arg>`` tags may change existing values.
-        known_args: names of all arguments that any file has declared or used; one set for all scopes.
+        pass_all: whether ``pass_all_args`` is set, so that ``<arg>`` tags may change existing values.
+        known_args: names of all arguments that any file has declared or used; all scopes share one set.
         remappings: ``from`` -> ``to``.
         env: environment variables to set.
-        private_params: ``~name`` parameters for all later nodes.
+        private_params: ``(name, value)`` of the private parameters to set for all later nodes.
         default_machine: machine of nodes without a ``machine`` attribute.
-        wait_for: the ``wait-for`` of the enclosing groups.
+        wait_for: the ``wait-for`` conditions of the enclosing groups.
         wait_timeout: the ``wait-timeout`` of the innermost group that has one.
-        anonymous: the names that ``$(anon x)`` has returned so far.
+        anonymous_names: identifier -> the name that ``$(anon identifier)`` stands for.
     """
 
     resources: Resources
     file: str
-    included: bool = False
+    is_included: bool = False
     namespace: str = "/"
     args: dict[str, str] = field(default_factory=dict)
     declared: set[str] = field(default_factory=set)
@@ -48,7 +48,7 @@ class Scope:
     default_machine: str | None = None
     wait_for: str = ""
     wait_timeout: str = ""
-    anonymous: dict[str, str] = field(default_factory=dict)
+    anonymous_names: dict[str, str] = field(default_factory=dict)
 
     def child(self, namespace: str | None = None, **changes: Any) -> Scope:
         """Return a copy for a group or an include.
@@ -60,22 +60,22 @@ class Scope:
         Raises:
             LaunchError: the namespace is private.
         """
-        inner = self.namespace
+        child_namespace = self.namespace
         if namespace is not None:
-            inner = ns_join(self.namespace, namespace)
-            if is_private(inner):
+            child_namespace = ns_join(self.namespace, namespace)
+            if is_private(child_namespace):
                 raise LaunchError(f"a namespace cannot be private: {namespace}")
-            inner = canonicalize_name(inner).rstrip("/") + "/"
+            child_namespace = canonicalize_name(child_namespace).rstrip("/") + "/"
         copies: dict[str, Any] = {
             "args": dict(self.args),
             "declared": set(self.declared),
             "remappings": dict(self.remappings),
             "env": dict(self.env),
             "private_params": list(self.private_params),
-            "anonymous": dict(self.anonymous),
+            "anonymous_names": dict(self.anonymous_names),
             "pass_all": False,
         }
-        return replace(self, **{**copies, "namespace": inner, **changes})
+        return replace(self, **{**copies, "namespace": child_namespace, **changes})
 
     def declare(self, name: str, value: str | None, default: str | None) -> None:
         """Apply an ``<arg>`` tag (X57).
@@ -100,7 +100,7 @@ class Scope:
             self.args.setdefault(name, default)
 
     def remap(self, old: str | None, new: str | None) -> None:
-        """Apply a ``<remap>`` tag, which replaces an earlier remapping of the same name (X67).
+        """Apply a ``<remap>`` tag; it replaces an earlier remapping of the same name (X67).
 
         Raises:
             LaunchError: an attribute is missing or not a legal name.
@@ -125,7 +125,7 @@ class Scope:
             raise LaunchError(f"not a valid name or value of an environment variable: {name!r}")
         self.env[name] = value
 
-    # Substituter ---------------------------------------------------------------------------------------------------
+    # Environment ---------------------------------------------------------------------------------------------------
 
     def env_value(self, name: str) -> str:
         """Return the value of an environment variable.
@@ -144,10 +144,10 @@ class ArgNotSetError(LaunchError):
 
 
 class ScopeSubstituter:
-    """Provides the values that replace ``$(...)`` in a scope.
+    """Provides the values that replace ``$(...)`` for the elements of a scope.
 
     Args:
-        scope: the scope of the element.
+        scope: the scope from which the values come.
     """
 
     def __init__(self, scope: Scope) -> None:
@@ -166,10 +166,10 @@ class ScopeSubstituter:
         return self._scope.resources.find(package, path)
 
     def anon(self, identifier: str) -> str:
-        """Return the unique name for an identifier, which is the same for each call."""
-        names = self._scope.anonymous
+        """Return the unique name for an identifier; within a file, each call returns the same name."""
+        names = self._scope.anonymous_names
         if identifier not in names:
-            unique = f"{identifier}_{self._scope.resources.unique()}"
+            unique = f"{identifier}_{self._scope.resources.make_unique_suffix()}"
             names[identifier] = unique.replace(".", "_").replace("-", "_").replace(":", "_")
         return names[identifier]
 
@@ -182,7 +182,7 @@ class ScopeSubstituter:
         self._scope.known_args.add(name)
         value = self._scope.args.get(name)
         if value is None:
-            prefix = "included file " if self._scope.included else ""
+            prefix = "included file " if self._scope.is_included else ""
             declared = self._scope.declared
             hint = "" if name in declared else did_you_mean(name, declared) or did_you_mean(name, self._scope.args)
             raise ArgNotSetError(f"{prefix}[{self._scope.file}] requires the '{name}' arg to be set{hint}")

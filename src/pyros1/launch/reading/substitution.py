@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 MAX_GROWTH = 1 << 18
 """Maximum number of characters that substitutions may add to a value. Without a limit, an argument that contains
-another argument ten times, which in turn contains another one ten times, and so on, would exhaust the memory. The
+another argument ten times, which in turn contains a third one ten times, and so on, would exhaust the memory. The
 system limits the length of a program's argument to half as many characters anyway."""
 
 _COMMANDS = ("find", "env", "optenv", "dirname", "anon", "arg")
@@ -31,13 +31,13 @@ def substitute(text: str, source: ScopeSubstituter) -> str:
 
     Args:
         text: an attribute's value, or YAML text with ``subst_value``.
-        source: provides the values.
+        source: provides the values to insert.
 
     Returns:
-        The text without substitutions.
+        The text with all substitutions replaced.
 
     Raises:
-        LaunchError: a command is unknown or nested, has the wrong number of arguments, or has no value.
+        LaunchError: a substitution is unknown or nested, has the wrong number of arguments, or has no value.
     """
     if "$(" not in text:
         return text

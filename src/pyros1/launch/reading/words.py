@@ -9,11 +9,11 @@ import sys
 from pyros1.finding.packages import OWN_PACKAGES
 from pyros1.ground.errors import LaunchError, PackageNotFoundError
 from pyros1.ground.suggest import argument_hint, did_you_mean
-from pyros1.launch.reading.loader import STDIN
+from pyros1.launch.reading.loader import STDIN_NAME
 from pyros1.launch.reading.resources import Resources
 
 _MAX_NAMES_SHOWN = 20
-_ARGUMENT = re.compile(r"[A-Za-z~/_][\w/]*:=.*")
+_ARGUMENT_PATTERN = re.compile(r"[A-Za-z~/_][\w/]*:=.*")
 
 
 class WordsError(LaunchError):
@@ -28,7 +28,7 @@ def parse_arguments(argv: list[str]) -> dict[str, str]:
     """
     arguments: dict[str, str] = {}
     for word in argv:
-        if not _ARGUMENT.fullmatch(word):
+        if not _ARGUMENT_PATTERN.fullmatch(word):
             continue
         name, value, *more = (part.strip() for part in word.split(":="))
         if more:
@@ -41,7 +41,7 @@ def parse_arguments(argv: list[str]) -> dict[str, str]:
 def find_files(words: list[str], resources: Resources) -> list[str]:
     """Convert ``pkg file``, ``file...`` and ``-`` to paths (X01, X05).
 
-    A name that is not a file in the current folder may also be that of a launch file in one of pyros1's own packages.
+    A name that is not a file in the current folder may also name a launch file in one of pyros1's own packages.
 
     Args:
         words: the command line without options and ``name:=value`` arguments.
@@ -51,9 +51,9 @@ def find_files(words: list[str], resources: Resources) -> list[str]:
         WordsError: the command line does not specify existing launch files.
         LaunchError: a file does not exist.
     """
-    if words.count(STDIN) > 1:
+    if words.count(STDIN_NAME) > 1:
         raise WordsError("Only a single instance of the dash ('-') may be specified.")
-    if len(words) > 1 and words[0] != STDIN:
+    if len(words) > 1 and words[0] != STDIN_NAME:
         path = _in_package(words[0], words[1], resources)
         if path:
             words = [path, *words[2:]]
@@ -69,15 +69,15 @@ def find_files(words: list[str], resources: Resources) -> list[str]:
             raise LaunchError(
                 f"[{file}] is neither a launch file in package [{package}] nor is [{package}] a launch file name{hint}"
             )
-    if len(words) == 1 and words[0] != STDIN and not os.path.isfile(words[0]):
+    if len(words) == 1 and words[0] != STDIN_NAME and not os.path.isfile(words[0]):
         own_file = _own_file(words[0])
         if own_file is None:
-            hint = resources.near_file(words[0])
+            hint = resources.similar_file_hint(words[0])
             if not hint and _is_package(words[0], resources):
                 hint = _files_hint(words[0], "", resources)
             raise LaunchError(f"[{words[0]}] is not a launch file name{hint}")
         return [own_file]
-    missing = [word for word in words if word != STDIN and not os.path.exists(word)]
+    missing = [word for word in words if word != STDIN_NAME and not os.path.exists(word)]
     if missing:
         hints = [f"\n{hint}" for hint in map(argument_hint, missing) if hint]
         raise WordsError(f"The following input files do not exist: {', '.join(missing)}{''.join(hints)}")
@@ -93,7 +93,7 @@ def _is_package(name: str, resources: Resources) -> bool:
 
 
 def _files_hint(package: str, file: str, resources: Resources) -> str:
-    """Return a hint with the launch files in a package, to append to a message that the package lacks a file."""
+    """Return a hint that lists a package's launch files, to append to a message that a file is not in the package."""
     names: set[str] = set()
     for _, folders, files in os.walk(resources.packages.find(package)):
         folders[:] = [name for name in folders if name[0] != "."]
@@ -106,15 +106,15 @@ def _files_hint(package: str, file: str, resources: Resources) -> str:
 
 def _in_package(package: str, file: str, resources: Resources) -> str | None:
     try:
-        found = resources.packages.find_resource(package, file)
+        found_paths = resources.packages.find_resource(package, file)
     except PackageNotFoundError:
         return None
-    if len(found) > 1:
-        listing = "\n".join(f" * {path}" for path in found)
+    if len(found_paths) > 1:
+        listing = "\n".join(f" * {path}" for path in found_paths)
         raise LaunchError(
             f"multiple files named [{file}] in package [{package}]:\n{listing}\nPlease specify full path instead"
         )
-    return str(found[0]) if found else None
+    return str(found_paths[0]) if found_paths else None
 
 
 def _own_file(name: str) -> str | None:

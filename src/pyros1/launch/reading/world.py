@@ -22,12 +22,12 @@ def make_resources() -> Resources:
         packages=PackageIndex(os.environ),
         environ=os.environ,
         run_command=run_command,
-        unique=_unique,
-        stdin=sys.stdin.read,
+        make_unique_suffix=_make_unique_suffix,
+        read_stdin=sys.stdin.read,
     )
 
 
-def _unique() -> str:
+def _make_unique_suffix() -> str:
     # Rarely needed, so imported here.
     import random  # noqa: PLC0415
     import socket  # noqa: PLC0415
@@ -36,7 +36,7 @@ def _unique() -> str:
 
 
 def run_command(words: list[str]) -> str:
-    """Run a command that a launch file contains, and return its output.
+    """Run a command from a launch file, and return its output.
 
     Args:
         words: the command; xacro can be run even if it is not installed as a command.
@@ -58,8 +58,8 @@ def run_command(words: list[str]) -> str:
         raise LaunchError(f"no such command [{words}].") from error
     except OSError as error:
         raise LaunchError(f"command [{words}] failed: {error}") from error
-    output, is_in_time = _read_output(process, f"the output of command [{words}]")
-    if not is_in_time:
+    output, exited_in_time = _read_output(process, f"the output of command [{words}]")
+    if not exited_in_time:
         raise LaunchError(f"command [{words}] failed: it did not exit within {COMMAND_TIMEOUT_S:g} seconds")
     if process.returncode:
         raise LaunchError(f"command [{words}] returned with code [{process.returncode}].")
@@ -70,7 +70,7 @@ def run_command(words: list[str]) -> str:
 
 
 def _read_output(process: subprocess.Popen[bytes], name: str) -> tuple[bytes, bool]:
-    """Return the output of a command until it exits, and whether it did so in time."""
+    """Return the output of a command until it exits or times out, and whether it exited in time."""
     import threading  # noqa: PLC0415
 
     timed_out = threading.Event()

@@ -1,6 +1,6 @@
 """Runs ``xacro`` in a separate process: ``python -m pyros1.launch.reading.xacro_tool ARGUMENTS``.
 
-It is the xacro from PyPI, which is installed with pyros1 and looks for packages in the index of ROS 2. Here that index
+This is the xacro from PyPI, which is installed with pyros1 and looks for packages in ROS 2's index. Here that index
 is replaced with pyros1's package finder, so ``$(find pkg)`` means the same in xacro files and launch files.
 """
 
@@ -25,8 +25,8 @@ _OPTIONS_WITH_VALUE = ("-o", "--verbosity", "--root-dir")
 def xacro_words(words: list[str]) -> list[str]:
     """Return the command line to run for a command: ``words`` itself, unless it is xacro and pyros1 runs it.
 
-    pyros1 runs ``$(find xacro)/xacro`` if that is pyros1's own package, and a plain ``xacro`` if this interpreter has
-    the module, or if no such program is installed.
+    pyros1 runs ``$(find xacro)/xacro`` if that is in pyros1's own package, and a plain ``xacro`` if this interpreter
+    has the module xacro, or if no such program is installed.
     """
     if not words or os.path.basename(words[0]) not in _XACRO_NAMES:
         return words
@@ -34,8 +34,8 @@ def xacro_words(words: list[str]) -> list[str]:
     if folder:
         uses_own = os.path.realpath(folder) == os.path.realpath(os.path.join(OWN_PACKAGES, "xacro"))
     else:
-        found = importlib.util.find_spec("xacro")
-        uses_own = (found is not None and found.origin is not None) or shutil.which(words[0]) is None
+        module_spec = importlib.util.find_spec("xacro")
+        uses_own = (module_spec is not None and module_spec.origin is not None) or shutil.which(words[0]) is None
     return [sys.executable, "-m", __name__, *words[1:]] if uses_own else words
 
 

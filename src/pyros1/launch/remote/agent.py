@@ -1,7 +1,8 @@
 """The remote end of `over_ssh`: starts nodes on another machine, and stops them when the connection is closed.
 
-This file is sent to the machine and run by its ``python3`` (3.7 or newer). To find nodes, it needs pyros1 or ``rosrun``
-of stock ROS, and nothing else. It reads lines of JSON from standard input and writes them to standard output.
+This file is sent to the machine and run by its ``python3`` (3.7 or newer). To find nodes, it needs pyros1, or stock
+ROS's ``rosrun``, and nothing else. It reads messages from standard input and writes messages to standard output, each a
+line of JSON.
 """
 
 from __future__ import annotations
@@ -27,8 +28,8 @@ class _Agent:
         self._nodes: dict[str, subprocess.Popen[bytes]] = {}
         self._lock = threading.Lock()
         self._lines: queue.Queue[bytes] = queue.Queue()
-        self._find = finder()
-        self._tools: dict[str, Any] = {"__name__": "usage"}  # as in the launcher's module of this name
+        self._find = make_finder()
+        self._tools: dict[str, Any] = {"__name__": "usage"}  # the namespace of the launcher's module ``usage``
 
     def send(self, **message: Any) -> None:
         with self._lock, contextlib.suppress(OSError, ValueError):
@@ -84,19 +85,19 @@ class _Agent:
     def _spawn(self, label: str, message: dict[str, Any]) -> subprocess.Popen[bytes]:
         words = self._find(message["package"], message["type"])
         home = os.environ.get("ROS_HOME") or os.path.join(os.path.expanduser("~"), ".ros")
-        logs = os.path.join(os.environ.get("ROS_LOG_DIR") or os.path.join(home, "log"), message["run_id"])
-        os.makedirs(logs, exist_ok=True)
-        base = os.path.join(logs, label.replace("/", "-"))
+        log_folder = os.path.join(os.environ.get("ROS_LOG_DIR") or os.path.join(home, "log"), message["run_id"])
+        os.makedirs(log_folder, exist_ok=True)
+        log_base = os.path.join(log_folder, label.replace("/", "-"))
         env = dict(os.environ)
         env.pop("ROS_NAMESPACE", None)
         env.update(message["env"])
-        command = message["prefix"] + words + message["args"] + [f"__log:={base}.log"]
+        command = message["prefix"] + words + message["args"] + [f"__log:={log_base}.log"]
         options: dict[str, Any] = {"env": env, "cwd": os.path.dirname(words[-1]) if message["cwd"] == "node" else home}
         if message["screen"]:
             options.update(stdout=subprocess.PIPE, stderr=subprocess.PIPE)
         else:
             mode = "ab" if message["again"] else "wb"
-            options.update(stdout=open(f"{base}-stdout.log", mode), stderr=open(f"{base}-stderr.log", mode))  # noqa: SIM115
+            options.update(stdout=open(f"{log_base}-stdout.log", mode), stderr=open(f"{log_base}-stderr.log", mode))  # noqa: SIM115
         try:
             node = subprocess.Popen(command, stdin=subprocess.DEVNULL, start_new_session=True, **options)
         finally:
@@ -145,7 +146,7 @@ _MODULE_NAMES = (
     ("pyros1.finding.packages", "pyros1.launch.running.command_line"),
     ("pyros1.msgs.packages", "pyros1.launch.command_line"),
 )
-"""Names of pyros1's modules that find packages and create command lines: now, and in version 0.1.0."""
+"""Names of pyros1's modules that find packages and create command lines, now and in version 0.1.0."""
 
 
 def group_exists(pid: int) -> bool:
@@ -157,23 +158,25 @@ def group_exists(pid: int) -> bool:
     return True
 
 
-def finder() -> Callable[[str, str], list[str]]:
-    """Return a function that returns a node's command line; it uses pyros1 if installed, else stock ROS."""
+def make_finder() -> Callable[[str, str], list[str]]:
+    """Return a function that finds a node with pyros1, or else with stock ROS, and returns the node's command line."""
     for packages_name, command_line_name in _MODULE_NAMES:
         try:
             packages_module, command_line_module = import_module(packages_name), import_module(command_line_name)
         except ImportError:
             continue
         packages = packages_module.PackageIndex(os.environ)
-        return lambda package, kind: command_line_module.executable_words(
-            command_line_module.locate(package, kind, packages)
+        return lambda package, executable_name: command_line_module.executable_words(
+            command_line_module.locate(package, executable_name, packages)
         )
     return _ask_rosrun
 
 
-def _ask_rosrun(package: str, kind: str) -> list[str]:
+def _ask_rosrun(package: str, executable_name: str) -> list[str]:
     try:
-        result = subprocess.run(["rosrun", "--prefix", "echo", package, kind], capture_output=True, check=False)
+        result = subprocess.run(
+            ["rosrun", "--prefix", "echo", package, executable_name], capture_output=True, check=False
+        )
     except FileNotFoundError:
         raise RuntimeError(
             "neither pyros1 nor stock ROS was found with the machine's python3 and PATH; install pyros1 for that "
@@ -181,7 +184,7 @@ def _ask_rosrun(package: str, kind: str) -> list[str]:
         ) from None
     path = result.stdout.decode().strip()
     if result.returncode or not path:
-        raise RuntimeError(result.stderr.decode().strip() or f"no [{kind}] in package [{package}]")
+        raise RuntimeError(result.stderr.decode().strip() or f"no [{executable_name}] in package [{package}]")
     return [path]
 
 

@@ -1,8 +1,8 @@
 """The remote end for a stock launcher: ``roslaunch -c NAME -u URI --run_id ID`` (L151-L153, X91).
 
 A stock parent starts this child through ssh, waits for its registration, sends it the nodes as a launch file, and later
-tells it to shut down. The child reports to the parent each line of output and each exit of a process. pyros1's launcher
-does not use this module, see `over_ssh`.
+tells it to shut down. The child reports each line of output and each exit of a process to the parent. pyros1's launcher
+does not use this module; see `over_ssh`.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from typing import Any, TextIO
 
 from pyros1.ground.errors import Error, LaunchError
 from pyros1.launch.plan import NodePlan, Plan
-from pyros1.launch.reading.loader import STDIN, load_plan
+from pyros1.launch.reading.loader import STDIN_NAME, load_plan
 from pyros1.launch.reading.resources import Resources
 from pyros1.launch.running.api import LaunchServer, Triple
 from pyros1.launch.running.console import Console
@@ -39,7 +39,7 @@ _ALL_ENDED = "all processes on machine have died"
 
 
 class Parent:
-    """The launcher that started this one.
+    """The launcher that started this launcher.
 
     A thread reports events to the parent, in order. If the parent does not respond, reporting stops.
 
@@ -170,8 +170,8 @@ class Child:
             sigterm_timeout=options.sigterm_timeout,
             guarded=True,
         )
-        self._supervisor.on_death = self._parent.report_exit
-        self._supervisor.num_expected = 1  # the parent's nodes
+        self._supervisor.on_process_exit = self._parent.report_exit
+        self._supervisor.num_expected = 1  # stands for the parent's nodes, which have not been received yet
         self._server: LaunchServer | None = None
         self._shut_down_event = threading.Event()
 
@@ -205,7 +205,7 @@ class Child:
             self._log.close()
 
     def _announce(self, *, withdraw: bool = False) -> None:
-        """Make the nodes on this machine visible to `pyros1 node status`; with ``withdraw``, undo that."""
+        """Make the nodes on this machine visible to `pyros1 node status` or, with ``withdraw``, invisible again."""
         server = self._server
         if server is None:
             return
@@ -227,7 +227,7 @@ class Child:
             The API's triple, with the processes that were started, and the names of the nodes that were not.
         """
         try:
-            plan = load_plan([STDIN], {}, replace(self._resources, stdin=lambda: xml))
+            plan = load_plan([STDIN_NAME], {}, replace(self._resources, read_stdin=lambda: xml))
         except Error as error:
             return [-1, f"ERROR: {error}", [[], []]]
         started = threading.Event()
@@ -270,7 +270,7 @@ class Child:
         return label if self._supervisor.start(spec) else ""
 
     def shutdown(self) -> Triple:
-        """Stop everything, and return when that is done. Called by the parent."""
+        """Stop everything, and return when everything has stopped. Called by the parent."""
         self.stop()
         self._shut_down_event.wait(self._options.sigint_timeout + self._options.sigterm_timeout + _END_TIMEOUT)
         return [1, "success", 1]

@@ -31,14 +31,14 @@ from pyros1.launch.running.console import Console
 from pyros1.launch.running.process import Process
 from pyros1.launch.running.process_spec import ProcessSpec
 from pyros1.launch.running.screen import Screen
-from pyros1.launch.running.usage import UNKNOWN, Usage
+from pyros1.launch.running.usage import UNKNOWN_USAGE, Usage
 from pyros1.launch.running.warden import Warden
 
 SSH_VARIABLE = "PYROS1_SSH"
 """Environment variable that contains a command to use instead of ``ssh``, for example ``ssh -F myconfig``."""
 
 _SSH_OPTIONS = ["-T", "-o", "ServerAliveInterval=5", "-o", "ServerAliveCountMax=3"]
-# The agent's code is sent through the pipe, so that it need not be installed there. This code only runs the agent's.
+# This code reads the agent's code from the pipe and runs it, so that the agent need not be installed on the machine.
 _BOOT_CODE = "import sys; b = sys.stdin.buffer; exec(compile(b.read(int(b.readline())), 'agent', 'exec'))"
 _HEARTBEAT_INTERVAL = 5.0
 _CONNECT_TIMEOUT = "10"
@@ -79,10 +79,10 @@ class Machine:
     """A connection to a machine.
 
     Args:
-        plan: the machine, as described in the launch file.
+        plan: the machine, as declared in the launch file.
         environ: this process's environment.
         master_uri: ROS_MASTER_URI for the nodes there.
-        stages: seconds to wait after SIGINT and after SIGTERM when stopping nodes after the connection broke.
+        stages: seconds to wait after SIGINT and after SIGTERM when the agent stops the nodes of a broken connection.
         console: prints lines for the user.
         on_reconnected: called with the machine's processes after a reconnection, in the thread of the connection.
     """
@@ -114,7 +114,7 @@ class Machine:
         self._threads: list[threading.Thread] = []
 
     def connect(self) -> None:
-        """Start connecting.
+        """Start connecting, without waiting for the machine.
 
         Raises:
             LaunchError: ssh cannot be run.
@@ -162,10 +162,10 @@ class Machine:
             f"Try: {shlex.join(ssh_words(self.plan, self._environ)[:-1])} python3 --version"
         )
 
-    def process(self, node: NodePlan, run_id: str) -> _ProcessFactory:
-        """Return a function that creates the process of a node on the machine."""
+    def make_process_factory(self, node: NodePlan, run_id: str) -> _ProcessFactory:
+        """Return a function that creates the process of a node on this machine, for `Supervisor.start`."""
 
-        def make(
+        def make_process(
             spec: ProcessSpec, on_exit: Callable[[Process], object], warden: Warden | None, screen: Screen | None
         ) -> Process:
             process = RemoteProcess(spec, on_exit, screen=screen)
@@ -173,7 +173,7 @@ class Machine:
             self._processes[spec.label] = process
             return process
 
-        return make
+        return make_process
 
     def send(self, message: dict[str, Any]) -> None:
         """Send a message to the agent. Errors are ignored, since the listening thread notices a dead connection."""
@@ -269,10 +269,10 @@ class Machine:
             if not self._usages_received.wait(_USAGE_TIMEOUT):
                 self._usages = {}
             self._usages_at = time.monotonic()
-        return self._usages.get(label, UNKNOWN)
+        return self._usages.get(label, UNKNOWN_USAGE)
 
     @property
-    def lost(self) -> bool:
+    def is_lost(self) -> bool:
         """Whether the connection is currently broken."""
         return self._is_lost
 
@@ -307,7 +307,7 @@ def make_machine(
     console: Console,
     on_reconnected: Callable[[list[Process]], object],
 ) -> Machine:
-    """Create a machine to connect to; warn if its nodes cannot reach the master, or if the tag has a password."""
+    """Return a machine to connect to; warn if its nodes cannot reach the master, or if its tag has a password."""
     if dict(plan.settings).get("password"):
         console.warning(
             f"the password of machine [{plan.name}] is not used, and anybody can read it in the launch file: use an "

@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING, Any
 
 from pyros1.launch.plan import NodePlan
 from pyros1.launch.running.process import Process
-from pyros1.launch.running.usage import UNKNOWN, Usage
+from pyros1.launch.running.usage import UNKNOWN_USAGE, Usage
 
 if TYPE_CHECKING:
     from pyros1.launch.remote.over_ssh import Machine
 
 _LOST_EXIT_CODE = 255
-_SIGKILL = 9  # SIGKILL on the other machine; this one may not have it
+_SIGKILL = 9  # SIGKILL on the other machine; this machine may not have it
 START_TIMEOUT = 10.0
 """Timeout in seconds for the other machine to confirm the start of a node."""
 
@@ -26,15 +26,15 @@ class RemoteProcess(Process):
     """A process on another machine."""
 
     def attach(self, machine: Machine, node: NodePlan, run_id: str) -> None:
-        """Set the machine on which to run, and the node to run."""
+        """Set the machine to run on, and the node to run there."""
         self._machine, self._node, self._run_id = machine, node, run_id
         self.machine = machine.plan.name
         self._answer: dict[str, Any] | None = None
         self._answered = threading.Event()
         self._announce: Callable[[Process], object] = lambda process: None
         self._pid = 0
-        self._running = False
-        self._given_up = False  # the confirmation of the start was not received in time
+        self._is_running = False
+        self._has_given_up = False  # whether the confirmation of the start was not received in time
 
     @property
     def pid(self) -> int:
@@ -44,12 +44,12 @@ class RemoteProcess(Process):
     @property
     def alive(self) -> bool:
         """Whether the process is running, as far as the launcher knows."""
-        return self._running
+        return self._is_running
 
     @property
-    def gone(self) -> bool:
+    def is_gone(self) -> bool:
         """Whether the process has exited. The agent stops the other members of its process group."""
-        return not self._running
+        return not self._is_running
 
     def start(self, announce: Callable[[Process], object] = lambda process: None) -> None:
         """Start the process, for the first time or again.
@@ -60,15 +60,15 @@ class RemoteProcess(Process):
         Raises:
             OSError: the process cannot be started, or the machine cannot be reached.
         """
-        if self._machine.lost:
-            self.disconnected = True
+        if self._machine.is_lost:
+            self.is_disconnected = True
             raise OSError(0, "the connection is lost", f"machine {self._machine.plan.name}")
         node = self._node
         env = {"ROS_MASTER_URI": self._machine.master_uri}
         if node.namespace.strip("/"):
             env["ROS_NAMESPACE"] = node.namespace.rstrip("/")
         self._answer = None
-        self._given_up = False
+        self._has_given_up = False
         self._announce = announce
         self._answered.clear()
         self._ended = threading.Event()
@@ -90,10 +90,10 @@ class RemoteProcess(Process):
         self._answered.wait(START_TIMEOUT)
         answer = self._answer
         if answer is None:
-            self.disconnected = self._machine.lost
-            self._given_up = not self.disconnected
+            self.is_disconnected = self._machine.is_lost
+            self._has_given_up = not self.is_disconnected
         if answer is None or answer.get("event") != "started":
-            silence_reason = "no answer in time" if self._given_up else "the connection is lost"
+            silence_reason = "no answer in time" if self._has_given_up else "the connection is lost"
             reason = answer.get("why") if answer else silence_reason
             raise OSError(0, str(reason), f"machine {self._machine.plan.name}")
 
@@ -104,15 +104,15 @@ class RemoteProcess(Process):
             stream = sys.stderr if message.get("stream") == 2 else sys.stdout
             self._show(str(message.get("text", "")), stream)
         elif event == "ended":
-            if self._running:
-                self._exited(int(message.get("code", 0)))
-        elif self._given_up:
+            if self._is_running:
+                self._handle_exit(int(message.get("code", 0)))
+        elif self._has_given_up:
             if event == "started":  # too late: the start has already been reported as failed
                 self._machine.send({"do": "signal", "label": self.spec.label, "number": _SIGKILL})
         else:
             self._pid = int(message.get("pid", 0))
-            self._running = event == "started"
-            if self._running:  # in this thread, so that output and exit are reported later
+            self._is_running = event == "started"
+            if self._is_running:  # announced in this thread, so that output and exit are reported later
                 self.exit_code = None
                 self.spawn_count += 1
                 self.started_at = time.monotonic()
@@ -129,23 +129,23 @@ class RemoteProcess(Process):
             stream.flush()
 
     def on_connection_lost(self) -> None:
-        """Handle a broken connection, after which the agent stops the process."""
-        self.disconnected = True
+        """Handle the loss of the connection, after which the agent stops the process."""
+        self.is_disconnected = True
         self._answered.set()
-        if self._running:
-            self._exited(_LOST_EXIT_CODE)
+        if self._is_running:
+            self._handle_exit(_LOST_EXIT_CODE)
 
-    def _exited(self, code: int) -> None:
+    def _handle_exit(self, code: int) -> None:
         self.exit_code = code
-        self._running = False
+        self._is_running = False
         self._ended.set()
         self.on_exit(self)
 
     def usage(self, local_usages: Mapping[int, Usage]) -> Usage:
         """Return the CPU and memory usage on the other machine."""
-        return self._machine.usage(self.spec.label) if self._running else UNKNOWN
+        return self._machine.usage(self.spec.label) if self._is_running else UNKNOWN_USAGE
 
     def signal(self, number: int) -> None:
         """Send a signal to the process group."""
-        if self._running:
+        if self._is_running:
             self._machine.send({"do": "signal", "label": self.spec.label, "number": int(number)})

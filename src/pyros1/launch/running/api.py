@@ -185,7 +185,7 @@ def _describe_process(process: Process, usage: Usage, now: float, *, has_ended: 
 
 def _state(process: Process, has_ended: bool) -> str:
     if process.alive:
-        return "stopping" if process.is_stopped or process.restarting else "running"
+        return "stopping" if process.is_stopped or process.is_restarting else "running"
     if process.is_stopped:
         return "stopped"
     if has_ended:

@@ -1,4 +1,4 @@
-"""Finds requirements of a plan that are not met on this machine."""
+"""Finds what a plan requires but this machine does not have, and other errors that would prevent nodes from running."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def missing_parts(plan: Plan, packages: PackageFinder, environ: Mapping[str, str
         try:
             executable = locate(node.package, node.type, packages)
         except LaunchError as error:
-            yield _error(node, f"{error}{near_executable(node, packages)}")
+            yield _error(node, f"{error}{similar_executable_hint(node, packages)}")
         try:
             if executable is not None:
                 check_script(node, executable, environ)
@@ -72,7 +72,7 @@ def missing_parts(plan: Plan, packages: PackageFinder, environ: Mapping[str, str
 
 
 def unrunnable_python(plan: Plan, packages: PackageFinder, environ: Mapping[str, str]) -> Iterator[LaunchError]:
-    """Yield an error for each syntax error and missing import of the Python nodes that run on this machine.
+    """Yield an error for each syntax error and each missing import in the Python nodes that run on this machine.
 
     Stock does not have this check. The programs are not executed.
     """
@@ -129,7 +129,9 @@ def endless_waits(plan: Plan) -> Iterator[LaunchError]:
 
 
 def _find_cycle(start: str, waits: Mapping[str, list[str]]) -> list[str]:
-    """Return the chain of waiting nodes from a node back to itself; an empty list if there is none."""
+    """Return the chain of nodes that wait for each other, from a node back to itself; an empty list if there is
+    none.
+    """
     paths = [[start]]
     seen: set[str] = set()
     while paths:
@@ -143,7 +145,7 @@ def _find_cycle(start: str, waits: Mapping[str, list[str]]) -> list[str]:
     return []
 
 
-def near_executable(node: NodePlan, packages: PackageFinder) -> str:
+def similar_executable_hint(node: NodePlan, packages: PackageFinder) -> str:
     """Return a hint for a misspelt package or type, or an empty string if no name is similar."""
     try:
         return did_you_mean(node.type, packages.executables(node.package))

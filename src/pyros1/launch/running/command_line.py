@@ -1,4 +1,4 @@
-"""The command line and environment of a planned node (X83, X84)."""
+"""Makes the command line and the environment of a planned node (X83, X84)."""
 
 from __future__ import annotations
 
@@ -24,15 +24,15 @@ def locate(package: str, executable_name: str, packages: PackageFinder) -> Path:
         LaunchError: the package is unknown, or has no executable with this name.
     """
     try:
-        found = packages.find_executable(package, executable_name)
+        executables = packages.find_executable(package, executable_name)
     except PackageNotFoundError as error:
         raise LaunchError(str(error)) from error
-    if not found:
+    if not executables:
         raise LaunchError(
             f"Cannot locate node of type [{executable_name}] in package [{package}]. Make sure file exists in package "
             f"path and permission is set to executable (chmod +x)"
         )
-    return found[0]
+    return executables[0]
 
 
 def check_prefix(node: NodePlan, environ: Mapping[str, str]) -> None:
@@ -50,7 +50,7 @@ def check_prefix(node: NodePlan, environ: Mapping[str, str]) -> None:
 
 
 def check_script(node: NodePlan, executable: Path, environ: Mapping[str, str]) -> None:
-    """Check that the system can start a node's executable if that is a script.
+    """Check that the system can start a node's executable if the executable is a script.
 
     Raises:
         LaunchError: the system cannot start the script; the message says why.
@@ -102,7 +102,7 @@ def node_environment(node: NodePlan, executable: Path, environ: Mapping[str, str
     """Return the environment of a node.
 
     Args:
-        node: the node.
+        node: the planned node.
         executable: path of the node's executable.
         environ: this process's environment.
         master_uri: the value of ROS_MASTER_URI.

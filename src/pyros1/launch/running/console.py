@@ -15,7 +15,7 @@ class Console:
         out: stream for ordinary lines; None for stdout.
         err: stream for errors and warnings; None for stderr.
         log: a file to which everything is written as well.
-        title: whether to set the terminal's title, if ``out`` is a terminal.
+        title: whether `title` sets the terminal's title, if ``out`` is a terminal.
     """
 
     def __init__(
@@ -55,9 +55,8 @@ class Console:
         """Set the terminal's title."""
         if self._sets_title and self._out.isatty():
             with self._lock:
-                out = getattr(
-                    self._out, "underlying", self._out
-                )  # not a command's own stream, which escapes control characters
+                # Not through a command's own stream, which escapes control characters.
+                out = getattr(self._out, "underlying", self._out)
                 out.write(f"\033]2;{text}\007")
                 out.flush()
 

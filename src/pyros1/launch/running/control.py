@@ -1,4 +1,4 @@
-"""Accesses running launches: lists their processes, and stops, starts or restarts them.
+"""Controls running launches: lists their processes, and stops, starts or restarts them.
 
 Every launch stores its URI in a parameter below ``/roslaunch/uris`` (X81). Stock launches do so as well; they report
 the state of their processes, but cannot be controlled. Any program may answer at such a URI, so the structure of
@@ -13,19 +13,19 @@ from math import isfinite
 from typing import Any
 
 from pyros1.ground.errors import Error, LaunchError, MasterError, ParameterNotSetError, ProtocolError, XmlRpcFault
-from pyros1.launch.running.usage import UNKNOWN, group_usages, launch_files, process_age
+from pyros1.launch.running.usage import UNKNOWN_USAGE, group_usages, launch_files, process_age
 from pyros1.net.hosts import is_local, parse_uri
 from pyros1.net.master_client import MasterClient, unpack_reply
 from pyros1.net.xmlrpc_client import XmlRpcClient
 
 URIS_PARAM = "/roslaunch/uris"
-STATES = ("running", "waiting", "stopping", "stopped", "finished", "died", "ended")
+PROCESS_STATES = ("running", "waiting", "stopping", "stopped", "finished", "died", "ended")
 _TIMEOUT = 5.0
 _MAX_PROCESSES = 2_000
 _MAX_QUERIED = 200
 """Maximum number of processes that are queried one by one from a stock launch."""
 _MAX_TEXT_LENGTH = 1_000
-"""Maximum number of characters of a string in a response."""
+"""Maximum number of characters in a string from a response."""
 _STOCK_REFUSAL = "this is a stock roslaunch, which reports the state of its nodes, but cannot stop or start them"
 
 
@@ -39,7 +39,7 @@ class Status:
         state: ``running``, ``waiting`` (to be respawned), ``stopping``, ``stopped`` (by the user), ``finished``,
             ``died``, or ``ended`` (with an unknown exit code).
         pid: the process id; 0 if it has never been started.
-        starts: how many times it was started.
+        starts: how many times it has been started.
         uptime: seconds since the last start; negative if it is not running or if unknown.
         cpu: CPU time used so far in seconds; negative if unknown.
         memory: resident memory in bytes; negative if unknown.
@@ -150,7 +150,7 @@ class Launch:
             info = self.info(label) if index < _MAX_QUERIED else {}
             entry = stock_status(label, count, is_running, info)
             if is_on_this_machine and entry.state == "running":
-                usage = usages.get(entry.pid, UNKNOWN)
+                usage = usages.get(entry.pid, UNKNOWN_USAGE)
                 entry = replace(entry, cpu=usage.cpu, memory=usage.memory, uptime=process_age(entry.pid))
             processes.append(entry)
         title = _check_text(launch_files(pid)) if is_on_this_machine else ""
@@ -173,11 +173,11 @@ class Launch:
         try:
             info = self._call("process_info", label)
         except (XmlRpcFault, MasterError, ProtocolError):
-            return {}  # stock has no information about dead processes, and fails for the master
+            return {}  # stock has no information about dead processes, and raises a fault for the master
         return info if isinstance(info, dict) else {}
 
     def request(self, verb: str, node: str) -> None:
-        """Request the launch to stop, start or restart a node, without waiting until it has done so.
+        """Ask the launch to stop, start or restart a node, without waiting until it has done so.
 
         Args:
             verb: ``stop``, ``start`` or ``restart``.
@@ -202,7 +202,7 @@ def _read_status(entry: Mapping[str, Any]) -> Status:
     return Status(
         label=_check_text(entry["label"]),
         node=_check_text(entry["node"]),
-        state=state if state in STATES else "died",
+        state=state if state in PROCESS_STATES else "died",
         pid=int(entry["pid"]),
         starts=int(entry["starts"]),
         uptime=_check_seconds(entry.get("uptime", -1.0)),
@@ -221,8 +221,8 @@ def stock_status(label: str, starts: int, is_active: bool, info: Mapping[str, An
 
     Args:
         label: the process's name in the launch.
-        starts: how many times it was started.
-        active: whether it is running or may be respawned.
+        starts: how many times it has been started.
+        is_active: whether it is running or may be respawned.
         info: the result of ``process_info``; empty if there is none.
     """
     args = info.get("args")
@@ -269,7 +269,7 @@ def _int_or_default(value: Any, default: Any) -> Any:
 
 
 def launch_uris(master: MasterClient) -> dict[str, str]:
-    """Return the URIs of a system's launches, by the names of their parameters; some of the launches may have exited.
+    """Return parameter name -> URI for a system's launches; some of the launches may have exited.
 
     Args:
         master: the client of the system's master.
@@ -303,5 +303,5 @@ def running_launches(master: MasterClient) -> list[tuple[Launch, list[Status]]]:
         try:
             launches.append((launch, launch.status()))
         except Error:
-            launch.close()  # it was killed, and only its parameter is left
+            launch.close()  # the launch was killed, and only its parameter is left
     return launches

@@ -23,10 +23,11 @@ if TYPE_CHECKING:
 
 LOG_LEVELS = ("debug", "info", "warn", "error", "fatal")
 MASTER_LOG_SIZE = 100_000_000
+"""Maximum size of master.log in bytes."""
 MASTER_LOG_PARTS = 10
-"""Maximum size of master.log in bytes, and number of older files to keep."""
+"""Number of older log files to keep."""
 MAX_LINE_LENGTH = 100_000
-"""Maximum number of characters of a line in master.log."""
+"""Maximum number of characters per line in master.log."""
 ROSVERSION = "1.16.0\n"
 ROSDISTRO = "noetic\n"
 _RESTART_DELAY_S = 0.2
@@ -41,14 +42,14 @@ class Core:
     Args:
         port: port to listen on.
         address: addresses to listen on and to advertise.
-        uri: the master's URI for nodes.
+        uri: the master's URI, as given to nodes.
         log_folder: folder of master.log and rosout.log.
         environ: this process's environment.
         on_shutdown: called with the reason when a client asks the master to shut down.
         notify_timeout: maximum number of seconds for a node to respond to a notification; None for the default.
         log_level: minimum level in master.log: debug (includes each call to the master), info, warn, error or fatal.
         allowlist: decides which hosts may connect to the master; None admits all.
-        core_journal: the journal, with the state to restore; None for no journal.
+        core_journal: the journal and the state to restore; None for no journal.
     """
 
     def __init__(
@@ -112,7 +113,7 @@ class Core:
             if error.errno == errno.EADDRINUSE:
                 reason = "the port is in use, by another master or by a program that is not a ROS master"
             raise LaunchError(f"cannot start a master at {self._uri}: {reason}") from error
-        self._log_writer.write("", "")  # create the file, even if nothing is logged
+        self._log_writer.write("", "")  # creates the file, even if nothing is logged
 
     def start_rosout(self, warn: Callable[[str], object] = lambda text: None) -> None:
         """Start the rosout node in a thread, so that the launch does not wait for the node's imports.
@@ -171,7 +172,7 @@ class Core:
             self._rosout_thread.start()
 
     def _restart_rosout(self, node: Node) -> None:
-        node.shutdown()  # wait until it has shut down
+        node.shutdown()  # waits until the node has shut down
         self._warn_rosout("[rosout-1] process has finished cleanly")
         if self._ending.wait(_RESTART_DELAY_S):
             return
@@ -192,9 +193,9 @@ class Core:
             self._rosout.shutdown("the core is shutting down")
             self._rosout = None
 
-    def stop_master(self, *, keep: bool = False) -> None:
-        """Stop the master. With ``keep``, its journal is kept, so that the next master can restore its state."""
-        self._master.stop(keep_journal=keep)
+    def stop_master(self, *, keep_journal: bool = False) -> None:
+        """Stop the master. With ``keep_journal``, keep its journal, so that the next master can restore the state."""
+        self._master.stop(keep_journal=keep_journal)
         self._terminal_writer.close()
         self._log_writer.close()
         self._log.close()

@@ -1,4 +1,4 @@
-"""The nodes and parameters of a core, which a user's ``roscore.xml`` may change (X94)."""
+"""Reads the nodes and parameters of a core, which a user's ``roscore.xml`` may change (X94)."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ class CoreFile:
     """The nodes and parameters to start together with a master.
 
     Attributes:
-        rosout: whether to start pyros1's rosout node.
+        starts_rosout: whether to start pyros1's rosout node.
         params: the parameters by name.
         nodes: the other nodes, in order.
     """
 
-    rosout: bool = True
+    starts_rosout: bool = True
     params: Mapping[str, Any] = field(default_factory=lambda: dict(CORE_PARAMS))
     nodes: tuple[NodePlan, ...] = ()
 
@@ -32,7 +32,7 @@ class CoreFile:
 def read_core_file(environ: Mapping[str, str], packages: PackageFinder) -> CoreFile:
     """Return the content of ``$ROS_ETC_DIR/roscore.xml``, or the default if the file does not exist.
 
-    The rosout node of stock ROS is replaced with that of pyros1.
+    Stock's rosout node is replaced with pyros1's.
 
     Args:
         environ: environment variables.

@@ -1,4 +1,4 @@
-"""The journal of a core: if the core is killed, the next core restores its state from it."""
+"""The journal of a core, from which the next core restores the state if this one is killed."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ if TYPE_CHECKING:
 
 
 class CoreJournal:
-    """The journal of a core, and the state restored from that of the previous core.
+    """The journal of a core, and the state restored from the previous core's journal.
 
     Args:
         environ: environment variables; ROS_HOME is used.
         port: port of the master. Each host, port and user has a separate journal.
-        console: prints what is restored, and why something is not restored.
+        console: prints what is restored or why nothing is.
 
     Attributes:
         journal: the journal of this core; None if there is none.

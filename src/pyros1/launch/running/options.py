@@ -10,9 +10,9 @@ class Options:
     """The options of a launch.
 
     Attributes:
-        core: whether to run only a core; another running master is then an error.
-        port: port of a master that is started here; None for the port in ROS_MASTER_URI.
-        run_id: the run id, which must be that of the master.
+        core: whether to run only a core; if so, it is an error if a master is already running.
+        port: port for a master that is started here; None for the port in ROS_MASTER_URI.
+        run_id: the run id, which must equal the master's run id; None to use the master's, or a new one.
         screen: whether to send all output to the screen (True) or to log files (False); None for each node's setting.
         required: whether to make every node required.
         local: whether to skip nodes on other machines.
@@ -21,12 +21,13 @@ class Options:
         show_title: whether to set the terminal's title.
         sigint_timeout: seconds between SIGINT and SIGTERM.
         sigterm_timeout: seconds between SIGTERM and SIGKILL.
-        title: start of the terminal's title.
-        notify_timeout: maximum number of seconds that a master started here waits for a node to respond.
+        title: beginning of the terminal's title.
+        notify_timeout: maximum number of seconds that a master started here waits for a node to respond; None for the
+            default.
         prefix: whether to print the node's name before each line of its output on the screen.
         master_log_level: minimum level in the log of a master started here: debug, info, warn, error or fatal.
         keep_running: whether to continue when no process is left, as a core does.
-        preload: whether to start Python nodes by forking a process that has imported pyros1.
+        preload: whether to start Python nodes by forking a process that has already imported pyros1.
         journal: whether the core has a journal, and restores the state of a core that was killed.
     """
 

@@ -13,15 +13,15 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from pyros1.launch.running.process_spec import ProcessSpec
-from pyros1.launch.running.usage import UNKNOWN, Usage
-from pyros1.launch.running.warden import GROUPS, group_exists, is_leaderless
+from pyros1.launch.running.usage import UNKNOWN_USAGE, Usage
+from pyros1.launch.running.warden import HAS_PROCESS_GROUPS, group_exists, is_leaderless
 
 if TYPE_CHECKING:
     from pyros1.launch.preload.preloader import ForkedProcess, Preloader
     from pyros1.launch.running.screen import Screen
     from pyros1.launch.running.warden import Warden
 
-KILL = getattr(signal, "SIGKILL", signal.SIGTERM)
+KILL_SIGNAL = getattr(signal, "SIGKILL", signal.SIGTERM)
 """A signal that no process can ignore."""
 
 
@@ -37,14 +37,14 @@ class Process:
         preloader: starts the process if it is a Python program that can be forked.
 
     Attributes:
-        spawn_count: how many times the process was started.
+        spawn_count: how many times the process has been started.
         exit_code: the exit code, negative for a signal; None while the process is running.
         started_at: time of the last start, in seconds of the monotonic clock.
-        is_stopped: whether the user has stopped it, and may start it again.
-        restarting: whether to start the process again as soon as it has exited.
+        is_stopped: whether the user has stopped the process, and may start it again.
+        is_restarting: whether to start the process again as soon as it has exited.
         machine: name of the process's machine; empty for this machine.
-        disconnected: whether the machine can currently not be reached.
-        restart_due: whether to start the process as soon as the machine can be reached again.
+        is_disconnected: whether the machine is currently unreachable.
+        is_restart_due: whether to start the process as soon as the machine can be reached again.
     """
 
     spec: ProcessSpec
@@ -56,10 +56,10 @@ class Process:
     exit_code: int | None = None
     started_at: float = 0.0
     is_stopped: bool = False
-    restarting: bool = False
+    is_restarting: bool = False
     machine: str = ""
-    disconnected: bool = False
-    restart_due: bool = False
+    is_disconnected: bool = False
+    is_restart_due: bool = False
     _popen: subprocess.Popen[bytes] | ForkedProcess | None = None
     _ended: threading.Event = field(default_factory=threading.Event)
     _watcher: threading.Thread | None = None
@@ -77,13 +77,13 @@ class Process:
         return self._popen is not None and not self._ended.is_set()
 
     @property
-    def gone(self) -> bool:
+    def is_gone(self) -> bool:
         """Whether the process and all members of its groups, including those of previous runs, have exited."""
         return not self.alive and not self._groups()
 
     def _groups(self) -> set[int]:
         """Return the process groups of previous runs that still have members."""
-        with self._lock:  # the watching thread may be adding one
+        with self._lock:  # the watching thread may be adding a group
             leftover_groups = set(self._leftover_groups)
         ended_groups = {pid for pid in leftover_groups if not is_leaderless(pid)}
         with self._lock:
@@ -94,7 +94,7 @@ class Process:
         """Start the process, for the first time or again.
 
         Args:
-            announce: called with this object immediately, before any output is read.
+            announce: called with this object as soon as the process runs, before any of its output is read.
 
         Raises:
             OSError: the process cannot be started.
@@ -105,15 +105,13 @@ class Process:
         with self._outputs() as (out, err):
             self._popen = self._spawn(out, err)
             if self.warden is not None:  # before `announce`: whoever is notified may kill this launcher immediately
-                on_death_command = spec.on_death
-                warden_command = (
-                    None
-                    if on_death_command is None
-                    else (on_death_command.words, on_death_command.env, on_death_command.cwd)
+                on_death_spec = spec.on_death_spec
+                on_death_command = (
+                    None if on_death_spec is None else (on_death_spec.words, on_death_spec.env, on_death_spec.cwd)
                 )
-                self.warden.watch(self._popen.pid, warden_command)
+                self.warden.watch(self._popen.pid, on_death_command)
             if not isinstance(self._popen, subprocess.Popen):
-                self._popen.begin()  # only now, since the warden cannot find it by its command line
+                self._popen.begin()  # only now, since the warden cannot find a forked process by its command line
             announce(self)
         self._ended = threading.Event()
         self.exit_code = None
@@ -127,7 +125,7 @@ class Process:
 
     @contextlib.contextmanager
     def _outputs(self) -> Iterator[tuple[int | None, int | None]]:
-        """Yield descriptors for standard output and error; None to inherit those of this process."""
+        """Yield descriptors for standard output and error; None to inherit this process's stream."""
         spec = self.spec
         with contextlib.ExitStack() as files:
             if not spec.to_screen and spec.log_base is not None:
@@ -140,7 +138,7 @@ class Process:
                 else:
                     yield stdout.fileno(), files.enter_context(open(f"{spec.log_base}-stderr.log", mode)).fileno()
             elif self.screen is not None:
-                yield files.enter_context(self.screen.opened(spec))
+                yield files.enter_context(self.screen.open_outputs(spec))
             else:
                 yield None, None
 
@@ -161,7 +159,7 @@ class Process:
             with self._lock:
                 self._leftover_groups.add(popen.pid)
         if self.warden is not None:
-            self.warden.ended(popen.pid)
+            self.warden.report_exit(popen.pid)
         ended.set()
         self.on_exit(self)
 
@@ -172,7 +170,7 @@ class Process:
         well; any other signal terminates it immediately.
         """
         popen = self._popen
-        if not GROUPS:
+        if not HAS_PROCESS_GROUPS:
             if popen is not None and number != signal.SIGINT:
                 popen.terminate()
         elif popen is not None and not self._ended.is_set():
@@ -192,10 +190,10 @@ class Process:
         Args:
             local_usages: usage of the process groups on this machine, by group id.
         """
-        return local_usages.get(self.pid, UNKNOWN) if self.alive else UNKNOWN
+        return local_usages.get(self.pid, UNKNOWN_USAGE) if self.alive else UNKNOWN_USAGE
 
     def wait(self, deadline: float) -> bool:
-        """Wait until the process has exited, but not beyond ``deadline`` (monotonic seconds); return whether it has."""
+        """Wait until the process has exited, up to ``deadline`` in monotonic seconds; return whether it has exited."""
         return self._popen is None or self._ended.wait(max(0.0, deadline - time.monotonic()))
 
     def join(self, timeout: float = 5.0) -> None:
@@ -205,4 +203,4 @@ class Process:
 
     def kill(self) -> None:
         """Kill the process immediately."""
-        self.signal(KILL)
+        self.signal(KILL_SIGNAL)

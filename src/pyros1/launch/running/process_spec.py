@@ -23,7 +23,7 @@ class ProcessSpec:
         exit_policy: whether to restart the process, or to shut down the launch, when it exits.
         ends_launch: whether to shut down the launch when the process exits, without a report, because it is a test, or
             the ``on-death`` action of a required process.
-        on_death: the process to start when this one has exited without being stopped; None if there is none.
+        on_death_spec: the process to start when this process has exited without being stopped; None for no process.
         package: the node's package.
     """
 
@@ -36,6 +36,6 @@ class ProcessSpec:
     to_screen: bool = True
     exit_policy: ExitPolicy = field(default_factory=ExitPolicy)
     ends_launch: bool = False
-    on_death: ProcessSpec | None = None
+    on_death_spec: ProcessSpec | None = None
     errors_to_file: bool = False
     package: str = ""

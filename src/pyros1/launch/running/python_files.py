@@ -1,4 +1,4 @@
-"""Finds errors that prevent Python nodes from starting: syntax of another Python version, and missing modules."""
+"""Finds errors that prevent Python nodes from starting: syntax errors, and modules that cannot be found."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ def python_problems(files: Mapping[Path, Mapping[str, str]]) -> Iterator[Problem
 
     Args:
         files: executables with their environment variables. Programs that are not written in Python are skipped, and
-            so are those of pyros1.
+            so are pyros1's own programs.
     """
     groups: dict[tuple[str, ...], dict[Path, list[Import]]] = {}
     for file, environ in files.items():
@@ -84,26 +84,30 @@ def python_problems(files: Mapping[Path, Mapping[str, str]]) -> Iterator[Problem
         except OSError:
             continue
         try:
-            found_imports = imports(source, str(file))
+            found_imports = find_imports(source, str(file))
         except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
             yield Problem(file, _syntax_problem(file, error))
         else:
             groups.setdefault((environ.get("PYTHONPATH", ""), *python), {})[file] = found_imports
     for (_, *words), group in groups.items():
         missing = _find_missing(words, group, files[next(iter(group))])
-        for file, each in ((file, each) for file, file_imports in group.items() for each in file_imports):
-            if (str(file.resolve().parent), each.module) in missing:
-                hint = _module_hint(each.module, files[file]) if ("", _OUR_PACKAGE) in missing else ""
-                yield Problem(file, f"{file}:{each.line}: {words[-1]} cannot find module {each.module}{hint}")
+        for file, found_import in (
+            (file, found_import) for file, file_imports in group.items() for found_import in file_imports
+        ):
+            if (str(file.resolve().parent), found_import.module) in missing:
+                hint = _module_hint(found_import.module, files[file]) if ("", _OUR_PACKAGE) in missing else ""
+                yield Problem(
+                    file, f"{file}:{found_import.line}: {words[-1]} cannot find module {found_import.module}{hint}"
+                )
 
 
-def imports(source: bytes, name: str = "?") -> list[Import]:
+def find_imports(source: bytes, name: str = "?") -> list[Import]:
     """Return the top-level modules that a program imports whenever it runs, each once.
 
     Imports in functions and in ``try`` statements are ignored, as they may be optional.
 
     Args:
-        source: the program.
+        source: the program's source code.
         name: name of the file, for error messages.
 
     Raises:
@@ -115,11 +119,11 @@ def imports(source: bytes, name: str = "?") -> list[Import]:
     imports_by_module: dict[str, Import] = {}
     statements = list(tree.body)
     for statement in statements:
-        if isinstance(statement, ast.If) and _tests_name(statement.test):
+        if isinstance(statement, ast.If) and _mentions_dunder_name(statement.test):
             statements += statement.body
         elif isinstance(statement, ast.Import):
-            for each in statement.names:
-                module = each.name.partition(".")[0]
+            for alias in statement.names:
+                module = alias.name.partition(".")[0]
                 imports_by_module.setdefault(module, Import(module, statement.lineno))
         elif isinstance(statement, ast.ImportFrom) and not statement.level and statement.module:
             module = statement.module.partition(".")[0]
@@ -156,12 +160,12 @@ def _parse(source: bytes, name: str) -> ast.Module:
     return result
 
 
-def _tests_name(test: ast.expr) -> bool:
+def _mentions_dunder_name(test: ast.expr) -> bool:
     return any(isinstance(node, ast.Name) and node.id == "__name__" for node in ast.walk(test))
 
 
 def _interpreter_words(file: Path, environ: Mapping[str, str]) -> tuple[str, ...]:
-    """Return the command line of a program's interpreter; empty if it is not Python 3, or is pyros1's own."""
+    """Return the command line of a program's interpreter; empty if that is not Python 3, or the program is pyros1's."""
     if is_own(file):
         return ()
     try:
@@ -202,14 +206,20 @@ def _syntax_problem(file: Path, error: BaseException) -> str:
 def _find_missing(
     python: list[str], files: Mapping[Path, list[Import]], environ: Mapping[str, str]
 ) -> set[tuple[str, str]]:
-    """Return (folder of the program, module) of each import that an interpreter cannot find."""
-    modules = sorted({(str(file.resolve().parent), each.module) for file, imports in files.items() for each in imports})
+    """Return (folder of the program, module) for each imported module that an interpreter cannot find."""
+    modules = sorted(
+        {
+            (str(file.resolve().parent), found_import.module)
+            for file, imports in files.items()
+            for found_import in imports
+        }
+    )
     env = {**environ, **program_environment(next(iter(files)), environ)}
     try:
         result = subprocess.run(
             [*python, "-c", _SEARCH_PROGRAM],
             env=env,
-            input=json.dumps([*modules, ("", _OUR_PACKAGE)]).encode(),  # there may be too many for an argument
+            input=json.dumps([*modules, ("", _OUR_PACKAGE)]).encode(),  # there may be too many modules for an argument
             capture_output=True,
             timeout=_TIMEOUT,
             check=True,

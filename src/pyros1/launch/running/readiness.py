@@ -26,7 +26,7 @@ class _WaitingNode:
 
 
 class ConditionWatcher:
-    """Polls the master while nodes are waiting, with one call for all of them.
+    """Polls the master while nodes are waiting, with one call for all nodes.
 
     Args:
         master_uri: the master's URI.
@@ -51,10 +51,10 @@ class ConditionWatcher:
         """Add a waiting node.
 
         Args:
-            conditions: the conditions.
-            timeout: timeout in seconds; 0 for no limit.
+            conditions: the conditions for which the node waits.
+            timeout: maximum number of seconds to wait; 0 for no limit.
             on_ready: called when all conditions are met.
-            on_timeout: called after the timeout with the unmet conditions, as a string.
+            on_timeout: called after the timeout with the unmet conditions, as one string.
         """
         deadline = time.monotonic() + timeout if timeout > 0 else float("inf")
         with self._lock:
@@ -87,7 +87,7 @@ class ConditionWatcher:
             self._closed.wait(_POLL_PERIOD)
 
     def _find_unmet(self, conditions: set[Condition]) -> set[Condition]:
-        """Return those of the conditions that are not met; all of them if the master does not respond."""
+        """Return the conditions that are not met; all of them if the master does not respond."""
         if not conditions:
             return set()
         params = [condition for condition in conditions if condition.kind == "param"]
@@ -108,5 +108,5 @@ class ConditionWatcher:
             for _, nodes in registrations
             for node in nodes
         }
-        existing |= {condition for condition, has in zip(params, has_params, strict=True) if has is True}
+        existing |= {condition for condition, exists in zip(params, has_params, strict=True) if exists is True}
         return conditions - existing

@@ -1,4 +1,4 @@
-"""Writes the output of nodes to the screen, with the name of the node before each line.
+"""Writes the output of nodes to the screen, with the node's name before each line.
 
 If the launcher writes to a terminal, the nodes use a pseudo terminal, so that they write line by line and in colour, as
 if they were run directly. The output is read to its end, including a last line without a line break.
@@ -34,7 +34,7 @@ class Screen:
         self._readers: list[threading.Thread] = []
 
     @contextlib.contextmanager
-    def opened(self, spec: ProcessSpec) -> Iterator[tuple[int, int]]:
+    def open_outputs(self, spec: ProcessSpec) -> Iterator[tuple[int, int]]:
         """Yield file descriptors for a node's standard output and error, and close them afterwards.
 
         Reading starts at the end of the ``with`` block, so anything written to the screen in the block precedes the
@@ -44,7 +44,7 @@ class Screen:
         for stream in self._streams:
             read_end, write_end = os.openpty() if stream.isatty() and hasattr(os, "openpty") else os.pipe()
             pipes.append(write_end)
-            arguments = (read_end, stream, self.tag(spec.node, stream))
+            arguments = (read_end, stream, self.line_prefix(spec.node, stream))
             # A daemon, since children of an exited node may keep its output open forever.
             readers.append(
                 threading.Thread(target=self._read, args=arguments, name=f"screen {spec.label}", daemon=True)
@@ -58,14 +58,14 @@ class Screen:
                 reader.start()
             self._readers += readers
 
-    def tag(self, node: str, stream: TextIO) -> bytes:
+    def line_prefix(self, node: str, stream: TextIO) -> bytes:
         """Return the prefix of a node's lines. A node has the same colour in each run."""
         text = f"[{node.lstrip('/')}] "
         if self._colour if self._colour is not None else stream.isatty():
             text = f"\033[{_COLOURS[sum(node.encode()) % len(_COLOURS)]}m{text}\033[0m"
         return text.encode()
 
-    def _read(self, read_end: int, stream: TextIO, tag: bytes) -> None:
+    def _read(self, read_end: int, stream: TextIO, line_prefix: bytes) -> None:
         partial_line = b""
         while True:
             try:
@@ -76,21 +76,21 @@ class Screen:
             if not data and partial_line:
                 lines, partial_line = [partial_line], b""
             if lines:
-                self._write(stream, b"".join(tag + line + b"\n" for line in lines))
+                self._write(stream, b"".join(line_prefix + line + b"\n" for line in lines))
             if not data:
                 os.close(read_end)
                 return
 
     def write(self, node: str, stream: TextIO, text: str) -> None:
-        """Write output of a node on another machine, in whole lines.
+        """Write whole lines of output from a node on another machine.
 
         Args:
             node: the node's name.
             stream: the stream to write to.
             text: one or more lines.
         """
-        tag = self.tag(node, stream)
-        self._write(stream, b"".join(tag + line + b"\n" for line in text.encode().splitlines()))
+        line_prefix = self.line_prefix(node, stream)
+        self._write(stream, b"".join(line_prefix + line + b"\n" for line in text.encode().splitlines()))
 
     def _write(self, stream: TextIO, data: bytes) -> None:
         with self._lock, contextlib.suppress(BrokenPipeError, ValueError):

@@ -78,7 +78,7 @@ class TestTrial:
 
 @dataclass
 class Session:
-    """A launch.
+    """A launch: runs a plan from its start to its end.
 
     Args:
         plan: the nodes, parameters and so on.
@@ -100,13 +100,13 @@ class Session:
     on_started: Callable[[], object] | None = None
     exit_code: int = 0
     _core: Core | None = None
-    _has_started_all = False  # everything has been started
+    _has_started_all = False  # whether everything in the plan has been started
     _core_file: CoreFile = field(default_factory=CoreFile)
     _core_journal: CoreJournal | None = None
     _server: LaunchServer | None = None
     _starter: Starter | None = None
     _log: TextIO | None = None
-    _stopped: bool = False  # not an Event, since a signal handler must not acquire locks
+    _is_stopped: bool = False  # not an Event, since a signal handler must not acquire locks
 
     def __post_init__(self) -> None:
         self._address: LocalAddress = addresses_from_environment(self.environ, {})
@@ -127,7 +127,7 @@ class Session:
     def _master_uri(self) -> str:
         port = self.options.port
         if port is None and not self.environ.get("ROS_MASTER_URI") and self._address.bind not in WILDCARD_ADDRESSES:
-            port = parse_uri(DEFAULT_MASTER_URI)[1]  # a master that listens on one address can only be reached there
+            port = parse_uri(DEFAULT_MASTER_URI)[1]  # a master that listens on one address can be reached only there
         if port is not None:
             return make_uri(self._address.advertised, port)
         return master_uri(self.environ, {})
@@ -149,7 +149,7 @@ class Session:
 
     def stop(self, reason: str = "") -> None:
         """Make `run` stop everything and return. May be called in any thread or signal handler."""
-        self._stopped = True
+        self._is_stopped = True
         self._supervisor.stop(reason)
 
     def stop_waiting(self) -> None:
@@ -179,7 +179,7 @@ class Session:
                 set_aside_journal(self.environ, parse_uri(self._uri)[1], self.console)
             if trial is not None and self._starter is not None:
                 self._starter.start_test(trial.test)
-                self._supervisor.after(trial.time_limit, _TIME_LIMIT)
+                self._supervisor.stop_after(trial.time_limit, _TIME_LIMIT)
             if self.on_started is not None:
                 self.on_started()
             self._has_started_all = True
@@ -196,7 +196,7 @@ class Session:
     # Before anything runs ------------------------------------------------------------------------------------------
 
     def _find_master(self) -> bool:
-        """Return whether a master is running; if the options require that, wait until one is running."""
+        """Return whether a master is running; wait until one is running if the options say so."""
         is_waiting = False
         while True:
             try:
@@ -214,7 +214,7 @@ class Session:
                     is_waiting = True
                     self.console.line("roscore/master is not yet running, will wait for it to start")
                 time.sleep(_POLL_PERIOD)
-                if self._stopped:
+                if self._is_stopped:
                     raise LaunchError("interrupted while waiting for the master") from None
                 continue
             if self.options.core:
@@ -311,7 +311,7 @@ class Session:
         self._set_params()
         with self._starter.environment_copied():
             for node in self.plan.nodes:
-                if self._stopped:
+                if self._is_stopped:
                     return
                 if not (self.options.local and self._starter.is_remote(node)):
                     self._starter.start(node)
@@ -320,7 +320,7 @@ class Session:
 
     def _start_core_nodes(self, core: Core, starter: Starter) -> None:
         """Start rosout and the other nodes of the core."""
-        if self._core_file.rosout:
+        if self._core_file.starts_rosout:
             core.start_rosout(self.console.line)
             if not self.plan.nodes:
                 core.await_rosout()
@@ -387,7 +387,7 @@ class Session:
                 raise LaunchError(f"cannot dump {action.name} to {action.path}: {error.strerror}") from error
 
     def _set_params(self) -> None:
-        """Delete and set all parameters, with one call to delete and one to set, before any node is started."""
+        """Delete and set all parameters, with one call each, before any node is started."""
         namespaces = [name for name in self.plan.clear_params if name != "/"]
         if namespaces:
             self._master.multicall([("deleteParam", (name.rstrip("/"),)) for name in namespaces])
@@ -421,12 +421,12 @@ class Session:
         self._master.close()
         had_processes = self._core is not None or self._supervisor.dead
         if self._core is not None:
-            if self._core_file.rosout:
+            if self._core_file.starts_rosout:
                 self.console.line("[rosout-1] killing on exit")
             self._core.stop_rosout()
             self.console.line("[master] killing on exit")
             is_restored = self._core_journal is not None and self._core_journal.previous is not None
-            self._core.stop_master(keep=is_restored and not self._has_started_all)
+            self._core.stop_master(keep_journal=is_restored and not self._has_started_all)
             self._core = None
         if was_started:
             self.console.line("shutting down processing monitor...")

@@ -13,7 +13,7 @@ _BOM = b"\xef\xbb\xbf"
 
 
 def script_problem(file: Path, environ: Mapping[str, str]) -> str:  # noqa: PLR0911 - one per problem
-    """Return why a script cannot be started and how to fix that; an empty string if there is no error, or no script.
+    """Return why a script cannot be started and how to fix it; an empty string if it can, or if it is not a script.
 
     Args:
         file: an executable file.
@@ -60,7 +60,7 @@ def _env_problem(env: str, words: list[str], environ: Mapping[str, str]) -> str:
     has_split_option = words[:1] in (["-S"], ["-vS"])
     if has_split_option:
         words = words[1:]
-    elif len(words) > 1 and sys.platform == "linux":  # Linux passes them as one argument
+    elif len(words) > 1 and sys.platform == "linux":  # Linux passes all words as one argument
         return f"its first line passes more than one argument to {env}: write #!{env} -S {' '.join(words)}"
     while words and "=" in words[0]:
         words = words[1:]

@@ -1,4 +1,4 @@
-"""Starts the nodes of a plan: on this and on other machines, and when their ``wait-for`` conditions are met."""
+"""Starts the nodes of a plan, on this machine and on others, as soon as their ``wait-for`` conditions are met."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class Run:
         run_id: the master's run id.
         folder: folder of the log files.
         log: path of the launcher's own log file.
-        counter: number in the label of the process started last.
+        counter: number in the label of the most recently started process.
     """
 
     master_uri: str
@@ -63,7 +63,7 @@ class Starter:
     """Starts nodes.
 
     Args:
-        plan: the plan.
+        plan: the plan whose nodes are started.
         options: the options of the launch.
         packages: finds executables.
         environ: this process's environment.
@@ -164,7 +164,7 @@ class Starter:
         self.run.counter += 1
         label = f"{node.full_name.lstrip('/')}-{self.run.counter}"
         spec = self.make_spec(node, label)
-        spec.on_death = self._on_death_spec(node, spec)
+        spec.on_death_spec = self._on_death_spec(node, spec)
         if not self.supervisor.start(spec):
             raise LaunchError(f"node [{node.full_name}] cannot be started")
         return self.supervisor.find(label)
@@ -187,13 +187,13 @@ class Starter:
         machine = self._remote_machine(node)
         try:
             spec = self.make_spec(node, label) if machine is None else self._remote_spec(node, label)
-            spec.on_death = self._on_death_spec(node, spec)
+            spec.on_death_spec = self._on_death_spec(node, spec)
         except LaunchError as error:
             hint = ""
             if machine is None:
-                from pyros1.launch.running.check import near_executable  # noqa: PLC0415
+                from pyros1.launch.running.check import similar_executable_hint  # noqa: PLC0415
 
-                hint = near_executable(node, self.packages)
+                hint = similar_executable_hint(node, self.packages)
             self.console.error(
                 f"cannot launch node of type [{node.package}/{node.type}]: {error}{hint}{_location(node)}"
             )
@@ -201,7 +201,7 @@ class Starter:
         if machine is None:
             self.supervisor.start(spec)
         else:
-            self.supervisor.start(spec, self._machines[machine.name].process(node, self.run.run_id))
+            self.supervisor.start(spec, self._machines[machine.name].make_process_factory(node, self.run.run_id))
 
     def make_spec(self, node: NodePlan, label: str) -> ProcessSpec:
         """Return the description of a node's process on this machine.
@@ -251,7 +251,7 @@ class Starter:
         """Return the process to start on this machine when a node exits; None if there is none.
 
         Raises:
-            LaunchError: it would not be possible to start the process.
+            LaunchError: the process could not be started when it is needed.
         """
         if node.on_death is None:
             return None

@@ -1,7 +1,7 @@
-"""Supervises a set of processes as described by their specs, and stops them in order (X87-X90).
+"""Supervises processes as their specs say, and stops them in order (X87-X90).
 
 All events are in one queue: a process has exited, a signal was received, a client shut down the master, a user stops a
-node. The thread in `run` waits for an event or a timer, and checks for signals meanwhile (`pyros1.net.signal_safe`).
+node. The thread in `run` waits for an event or a timer, and meanwhile checks for signals (`pyros1.net.signal_safe`).
 Nothing else is polled, except for the remaining members of an exited node's process group: only their parent could wait
 for them.
 """
@@ -17,10 +17,10 @@ from typing import TYPE_CHECKING, Literal, NamedTuple
 from pyros1.ground.errors import LaunchError
 from pyros1.ground.interrupts import InterruptCounter, install_handler
 from pyros1.launch.running.console import Console
-from pyros1.launch.running.process import KILL, Process
+from pyros1.launch.running.process import KILL_SIGNAL, Process
 from pyros1.launch.running.process_spec import ProcessSpec
 from pyros1.launch.running.screen import Screen
-from pyros1.launch.running.warden import GROUPS, ON_DEATH_TIMEOUT, Warden
+from pyros1.launch.running.warden import HAS_PROCESS_GROUPS, ON_DEATH_TIMEOUT, Warden
 from pyros1.net.signal_safe import POLL_INTERVAL
 
 if TYPE_CHECKING:
@@ -33,10 +33,10 @@ Event = tuple[Literal["exit", "stop", "hurry", "do"], "_Exit | str | Callable[[]
 
 
 class _Exit(NamedTuple):
-    """The exit of a process, in its run with number ``run``: it may be restarted before the event is handled."""
+    """The exit of a process, with the number of the run: it may be restarted before the event is handled."""
 
     process: Process
-    run: int
+    run_number: int
 
 
 class Supervisor:
@@ -55,7 +55,7 @@ class Supervisor:
         required_failed: whether a required process has exited with an error.
         num_expected: number of processes that have not been started yet.
         keep_running: whether to continue when no process is left.
-        on_death: called with each process that exits during `run`; may be None.
+        on_process_exit: called with each process that exits during `run`; may be None.
     """
 
     def __init__(
@@ -71,11 +71,11 @@ class Supervisor:
     ) -> None:
         self._console = console
         self._stages = [
-            (signal.SIGINT, sigint_timeout if GROUPS else min(sigint_timeout, _NO_SIGINT_TIMEOUT)),
+            (signal.SIGINT, sigint_timeout if HAS_PROCESS_GROUPS else min(sigint_timeout, _NO_SIGINT_TIMEOUT)),
             (signal.SIGTERM, sigterm_timeout),
-            (KILL, _SIGKILL_TIMEOUT),
+            (KILL_SIGNAL, _SIGKILL_TIMEOUT),
         ]
-        self._guarded = guarded and GROUPS
+        self._guarded = guarded and HAS_PROCESS_GROUPS
         self._warden: Warden | None = None
         self._screen = screen
         self._preloader = preloader
@@ -88,7 +88,7 @@ class Supervisor:
         self.required_failed = False
         self.num_expected = 0
         self.keep_running = keep_running
-        self.on_death: Callable[[Process], object] | None = None
+        self.on_process_exit: Callable[[Process], object] | None = None
 
     @property
     def active(self) -> list[Process]:
@@ -97,7 +97,7 @@ class Supervisor:
 
     @property
     def dead(self) -> list[Process]:
-        """The processes that have exited and are not respawned."""
+        """The processes that have exited and will not be respawned."""
         return list(self._dead.values())
 
     def start(self, spec: ProcessSpec, make_process: Callable[..., Process] = Process) -> bool:
@@ -137,7 +137,9 @@ class Supervisor:
         self._events.put(("stop", reason))
 
     def stop_waiting(self) -> None:
-        """Stop waiting, and send the next signal now. May be called in any thread or signal handler."""
+        """Stop waiting for processes to exit, and send the next signal now. May be called in any thread or signal
+        handler.
+        """
         self._events.put(("hurry", None))
 
     def do(self, action: Callable[[], object]) -> None:
@@ -153,14 +155,14 @@ class Supervisor:
             if event is None:
                 self._run_due_timers()
                 continue
-            kind, payload = event
-            if kind == "stop":
+            event_kind, payload = event
+            if event_kind == "stop":
                 return str(payload or "")
-            if kind == "do" and callable(payload):
+            if event_kind == "do" and callable(payload):
                 payload()
             elif (
                 isinstance(payload, _Exit)
-                and payload.run == payload.process.spawn_count
+                and payload.run_number == payload.process.spawn_count
                 and self._handle_exit(payload.process)
             ):
                 return "required process died"
@@ -168,7 +170,9 @@ class Supervisor:
     def _next_event(self) -> Event | None:
         timeout = POLL_INTERVAL
         if self._timers:
-            timeout = max(0.0, min(POLL_INTERVAL, min(due for due, _ in self._timers.values()) - time.monotonic()))
+            timeout = max(
+                0.0, min(POLL_INTERVAL, min(due_at for due_at, _ in self._timers.values()) - time.monotonic())
+            )
         try:
             return self._events.get(timeout=timeout)
         except queue.Empty:
@@ -176,13 +180,13 @@ class Supervisor:
 
     def _run_due_timers(self) -> None:
         now = time.monotonic()
-        for label, (due, action) in list(self._timers.items()):
-            if due <= now:
-                del self._timers[label]
+        for key, (due_at, action) in list(self._timers.items()):
+            if due_at <= now:
+                del self._timers[key]
                 action()
 
-    def after(self, seconds: float, reason: str) -> None:
-        """Make `run` return ``reason`` after some seconds, unless it returns earlier."""
+    def stop_after(self, seconds: float, reason: str) -> None:
+        """Make `run` return ``reason`` after `seconds`, unless it returns earlier."""
         self._schedule("", seconds, lambda: self._events.put(("stop", reason)))
 
     def _schedule(self, key: str, seconds: float, action: Callable[[], object]) -> None:
@@ -191,10 +195,10 @@ class Supervisor:
     def _handle_exit(self, process: Process) -> bool:
         """Report the exit of a process and react to it; return whether the launch must be shut down."""
         spec = process.spec
-        if self.on_death is not None:
-            self.on_death(process)
+        if self.on_process_exit is not None:
+            self.on_process_exit(process)
         log_hint = f"\nlog file: {spec.log_base}*.log" if spec.log_base else ""
-        if process.is_stopped or process.restarting:
+        if process.is_stopped or process.is_restarting:
             self._finish_stop(process)
             return False
         if process.exit_code:
@@ -202,15 +206,15 @@ class Supervisor:
             self._console.plain_error(f"[{spec.label}] {text}{log_hint}")
         else:
             self._console.bold(f"[{spec.label}] process has finished cleanly{log_hint}")
-        is_on_death_running = spec.on_death is not None and self._run_on_death(spec, spec.on_death)
+        is_on_death_running = spec.on_death_spec is not None and self._run_on_death(spec, spec.on_death_spec)
         if spec.ends_launch:
             self._mark_dead(process)
             return True
-        if spec.exit_policy.respawn and process.disconnected:
-            process.restart_due = True
+        if spec.exit_policy.respawn and process.is_disconnected:
+            process.is_restart_due = True
             return False
         if spec.exit_policy.respawn:
-            process.signal(signal.SIGTERM)  # otherwise processes left behind would accumulate with each run
+            process.signal(signal.SIGTERM)  # otherwise, processes that are left behind would accumulate with each run
             self._schedule(spec.label, spec.exit_policy.respawn_delay, lambda: self._respawn(process))
             return False
         self._mark_dead(process)
@@ -219,40 +223,42 @@ class Supervisor:
             line = "=" * 80
             self._console.plain_error(f"{line}\nREQUIRED process [{spec.label}] has died!")
             self._console.plain_error(f"Initiating shutdown!\n{line}")
-            if is_on_death_running:  # the launch is shut down when it exits
+            if is_on_death_running:  # the launch is shut down when the on-death process exits
                 self._schedule(
                     " on-death", ON_DEATH_TIMEOUT, lambda: self._events.put(("stop", "required process died"))
                 )
             return not is_on_death_running
-        if spec.label in self._rerun_on_death:  # this is an on-death process, whose node has died again meanwhile
+        if spec.label in self._rerun_on_death:  # an on-death process whose node has died again meanwhile
             self._rerun_on_death.discard(spec.label)
             self._dead.pop(spec.label, None)
             self.start(spec)
         return False
 
-    def _run_on_death(self, spec: ProcessSpec, command: ProcessSpec) -> bool:
-        """Start the on-death process of a process; return whether it is running.
+    def _run_on_death(self, spec: ProcessSpec, on_death_spec: ProcessSpec) -> bool:
+        """Start the on-death process of a process; return whether the on-death process is running.
 
-        If it is still running after an earlier exit, it is not interrupted: for a node that keeps dying it would never
+        If it is still running after an earlier exit, it is not interrupted: for a node that keeps dying, it would never
         finish. It is restarted when it has exited, or after ON_DEATH_TIMEOUT.
         """
-        self._console.line(f"[{spec.label}] on-death: {' '.join(command.words)}")
-        running = self._processes.get(command.label)
-        if running is not None:
-            if command.label not in self._rerun_on_death:
-                self._rerun_on_death.add(command.label)
+        self._console.line(f"[{spec.label}] on-death: {' '.join(on_death_spec.words)}")
+        running_process = self._processes.get(on_death_spec.label)
+        if running_process is not None:
+            if on_death_spec.label not in self._rerun_on_death:
+                self._rerun_on_death.add(on_death_spec.label)
                 self._schedule(
-                    f" again {command.label}", ON_DEATH_TIMEOUT, lambda: self._rerun_on_death_command(command.label)
+                    f" again {on_death_spec.label}",
+                    ON_DEATH_TIMEOUT,
+                    lambda: self._rerun_on_death_command(on_death_spec.label),
                 )
             return True
-        self._dead.pop(command.label, None)
-        return self.start(command)
+        self._dead.pop(on_death_spec.label, None)
+        return self.start(on_death_spec)
 
     def _rerun_on_death_command(self, label: str) -> None:
-        running = self._processes.get(label)
-        if label in self._rerun_on_death and running is not None:
+        running_process = self._processes.get(label)
+        if label in self._rerun_on_death and running_process is not None:
             self._rerun_on_death.discard(label)
-            self.restart_node(running)
+            self.restart_node(running_process)
 
     def _mark_dead(self, process: Process) -> None:
         process.join()
@@ -265,29 +271,29 @@ class Supervisor:
 
     def _restart(self, process: Process) -> None:
         process.join()
-        process.restart_due = process.disconnected
-        if process.restart_due:
+        process.is_restart_due = process.is_disconnected
+        if process.is_restart_due:
             self._console.line(f"[{process.spec.label}] waiting for machine [{process.machine}]")
             return
         self._console.line(f"[{process.spec.label}] restarting process")
         if not self._start(process):
-            process.restart_due = process.disconnected and process.spec.exit_policy.respawn
-            if not process.restart_due:
+            process.is_restart_due = process.is_disconnected and process.spec.exit_policy.respawn
+            if not process.is_restart_due:
                 self._mark_dead(process)
 
     def resume(self, processes: Iterable[Process]) -> None:
-        """Handle the reconnection to the machine on which processes run, and start those that are due to be restarted.
-        Must be called in the thread of `run`.
+        """Note that the machine of the given processes is connected again, and start the processes that are due to
+        restart. Must be called in the thread of `run`.
         """
         for process in processes:
-            process.disconnected = False
-            if process.restart_due and not process.is_stopped:
+            process.is_disconnected = False
+            if process.is_restart_due and not process.is_stopped:
                 self._restart(process)
 
     # User requests while it runs --------------------------------------------------------------------------------------
 
     def find(self, name: str) -> Process:
-        """Return the process with a label, or that of a node.
+        """Return the process with the given label, or of the given node.
 
         Raises:
             LaunchError: there is no such process.
@@ -299,17 +305,17 @@ class Supervisor:
 
     def stop_node(self, process: Process) -> None:
         """Stop a process until it is started again. Must be called in the thread of `run`."""
-        process.is_stopped, process.restarting = True, False
+        process.is_stopped, process.is_restarting = True, False
         self._stop_process(process)
 
     def end_node(self, process: Process) -> None:
         """Stop a process as if it had exited by itself: it may be respawned. Must be called in the thread of `run`."""
-        process.is_stopped = process.restarting = False
+        process.is_stopped = process.is_restarting = False
         self._stop_process(process)
 
     def start_node(self, process: Process) -> None:
         """Start a process that was stopped or has exited. Must be called in the thread of `run`."""
-        process.restarting = process.alive and (process.is_stopped or process.restarting)
+        process.is_restarting = process.alive and (process.is_stopped or process.is_restarting)
         process.is_stopped = False
         if not process.alive:
             self._timers.pop(process.spec.label, None)
@@ -322,13 +328,13 @@ class Supervisor:
         if not process.alive:
             self.start_node(process)
             return
-        process.is_stopped, process.restarting = False, True
+        process.is_stopped, process.is_restarting = False, True
         self._stop_process(process)
 
     def _stop_process(self, process: Process, stage: int = 0) -> None:
-        """Send the signal of a stage, and later that of the next stage if the process is still running."""
+        """Send the signal of a stage, and later the signal of the next stage if the process is still running."""
         self._timers.pop(process.spec.label, None)
-        if process.gone or stage == len(self._stages):
+        if process.is_gone or stage == len(self._stages):
             return
         signal_number, seconds = self._stages[stage]
         action_text = "stopping" if not stage else f"escalating to {signal_number.name}"
@@ -338,14 +344,14 @@ class Supervisor:
 
     def _finish_stop(self, process: Process) -> None:
         """Handle the exit of a process that was stopped: wait for its children, and restart it if requested."""
-        if not process.gone and process.spec.label in self._timers:
+        if not process.is_gone and process.spec.label in self._timers:
             self._schedule(
                 f"{process.spec.label} remains", _REMAINING_POLL_INTERVAL, lambda: self._finish_stop(process)
             )
             return
         self._timers.pop(process.spec.label, None)
-        if process.restarting:
-            process.restarting = False
+        if process.is_restarting:
+            process.is_restarting = False
             self._restart(process)
         else:
             self._console.bold(f"[{process.spec.label}] stopped")
@@ -355,7 +361,7 @@ class Supervisor:
     def shut_down(self) -> None:
         """Stop all processes: send SIGINT in reverse order, then SIGTERM and SIGKILL to those still running."""
         self._timers.clear()
-        running = [process for process in reversed([*self.dead, *self.active]) if not process.gone]
+        running = [process for process in reversed([*self.dead, *self.active]) if not process.is_gone]
         for stage, (signal_number, seconds) in enumerate(self._stages):
             for process in running:
                 if stage or process.alive:
@@ -375,21 +381,21 @@ class Supervisor:
             self._preloader.close()
 
     def _wait(self, running: list[Process], seconds: float) -> list[Process]:
-        """Wait for processes to exit; return those still running after some seconds, or after `stop_waiting`."""
+        """Wait for processes to exit; return those still running after `seconds`, or after `stop_waiting`."""
         deadline = time.monotonic() + seconds
         while True:
-            running = [process for process in running if not process.gone]
+            running = [process for process in running if not process.is_gone]
             remaining = min(POLL_INTERVAL, deadline - time.monotonic())
             if not running or remaining <= 0:
                 return running
             if not any(process.alive for process in running):
                 remaining = min(remaining, _REMAINING_POLL_INTERVAL)
             try:
-                kind, _ = self._events.get(timeout=remaining)
+                event_kind, _ = self._events.get(timeout=remaining)
             except queue.Empty:
                 continue
-            if kind == "hurry":
-                return [process for process in running if not process.gone]
+            if event_kind == "hurry":
+                return [process for process in running if not process.is_gone]
 
 
 def install_signals(

@@ -20,7 +20,7 @@ class Usage(NamedTuple):
     memory: int
 
 
-UNKNOWN = Usage(-1.0, -1)
+UNKNOWN_USAGE = Usage(-1.0, -1)
 
 
 def group_usages(proc: Path = Path("/proc")) -> dict[int, Usage]:
@@ -46,7 +46,7 @@ def group_usages(proc: Path = Path("/proc")) -> dict[int, Usage]:
 
 
 def process_age(pid: int, proc: Path = Path("/proc")) -> float:
-    """Return the seconds since a process on this machine was started; negative if unknown.
+    """Return the number of seconds since a process on this machine was started; negative if unknown.
 
     Args:
         pid: the process id.

@@ -1,8 +1,8 @@
-"""Stops the nodes of a launcher that was killed.
+"""Stops the nodes of a launcher that has been killed.
 
 A small separate process, the warden, reads the list of process groups from a pipe. The system closes the pipe when the
 launcher exits, for any reason. The warden then stops the remaining groups as the launcher would have done, and runs the
-``on-death`` commands of their nodes, since nobody requested to stop these.
+``on-death`` commands of their nodes, since nobody asked for these nodes to be stopped.
 
 This file is run as a script and does not import pyros1, so it starts quickly. It works on every POSIX system. A node
 that the launcher has started but not yet reported is found by its ``__log`` argument, on Linux only.
@@ -19,8 +19,8 @@ import threading
 import time
 from pathlib import Path
 
-GROUPS = hasattr(os, "killpg")
-"""Whether the system has process groups; without them (Windows), a launch only knows the processes that it started."""
+HAS_PROCESS_GROUPS = hasattr(os, "killpg")
+"""Whether the system has process groups; without them (Windows), a launch knows only the processes that it started."""
 _POLL_PERIOD = 0.05
 _SIGKILL_TIMEOUT = 2.0
 RELEASE_TIMEOUT = 5.0
@@ -57,20 +57,20 @@ class Warden:
         """Announce that a process with ``word`` as an argument is about to be started."""
         self._send("expect", word)
 
-    def watch(self, pid: int, on_death: OnDeathCommand | None = None) -> None:
+    def watch(self, pid: int, on_death_command: OnDeathCommand | None = None) -> None:
         """Report that the announced process is running, and is the leader of a new process group.
 
         Args:
             pid: the process id.
-            on_death: a command to run after the process has been stopped because the launcher was killed.
+            on_death_command: a command to run after the process has been stopped because the launcher was killed.
         """
-        if on_death is not None:
+        if on_death_command is not None:
             import json  # noqa: PLC0415 - the warden starts faster without it
 
-            self._send("answer", json.dumps([pid, *on_death]))
+            self._send("answer", json.dumps([pid, *on_death_command]))
         self._send("watch", str(pid))
 
-    def ended(self, pid: int) -> None:
+    def report_exit(self, pid: int) -> None:
         """Report that a process has exited. Its group may still have members."""
         self._send("ended", str(pid))
 
@@ -91,7 +91,7 @@ class Warden:
             self._process.stdin.close()
         try:
             self._process.wait(RELEASE_TIMEOUT)
-        except subprocess.TimeoutExpired:  # it is stopped, or gets no CPU time; it has nothing left to do
+        except subprocess.TimeoutExpired:  # the warden is suspended, or gets no CPU time; it has nothing left to do
             self._process.kill()
             self._process.wait()
 
@@ -101,20 +101,20 @@ def groups_alive(groups: set[int]) -> set[int]:
 
     Zombies, which wait to be reaped by process 1, are ignored if the system provides the necessary information.
     """
-    existing = set()
-    for group in groups if GROUPS else ():
+    existing_groups = set()
+    for group in groups if HAS_PROCESS_GROUPS else ():
         with contextlib.suppress(ProcessLookupError, PermissionError):
             os.killpg(group, 0)
-            existing.add(group)
-    if not existing or not os.path.exists("/proc/self/stat"):
-        return existing
+            existing_groups.add(group)
+    if not existing_groups or not os.path.exists("/proc/self/stat"):
+        return existing_groups
     living_groups = set()
     for path in Path("/proc").glob("[0-9]*/stat"):
         with contextlib.suppress(OSError):
             state, _, group_text = path.read_text().rpartition(")")[2].split()[:3]
             if state not in "ZX":
                 living_groups.add(int(group_text))
-    return existing & living_groups
+    return existing_groups & living_groups
 
 
 def group_exists(group: int) -> bool:
@@ -127,7 +127,7 @@ def is_leaderless(group: int) -> bool:
 
     If a process with the group's id exists, the id was reused for another group.
     """
-    if not GROUPS:
+    if not HAS_PROCESS_GROUPS:
         return False  # on Windows, os.kill(group, 0) would send Ctrl-C
     try:
         os.kill(group, 0)
@@ -143,7 +143,7 @@ def end_groups(groups: set[int], stages: list[tuple[int, float]]) -> None:
 
     Args:
         groups: ids of the groups.
-        stages: signals, each with the seconds to wait after it.
+        stages: the signals to send, each with the number of seconds to wait after it.
     """
     for number, seconds in stages:
         for group in groups:
@@ -166,24 +166,28 @@ def processes_with(word: str) -> set[int]:
 
 
 def run_commands(on_death_commands: list[OnDeathCommand]) -> None:
-    """Run commands in parallel, and kill those still running after ON_DEATH_TIMEOUT seconds."""
-    started = []
+    """Run on-death commands in parallel, and kill those still running after ON_DEATH_TIMEOUT seconds."""
+    started_processes = []
     for words, env, cwd in on_death_commands:
         with contextlib.suppress(OSError):
-            started.append(subprocess.Popen(words, env=env, cwd=cwd, stdin=subprocess.DEVNULL, start_new_session=True))
+            started_processes.append(
+                subprocess.Popen(words, env=env, cwd=cwd, stdin=subprocess.DEVNULL, start_new_session=True)
+            )
     deadline = time.monotonic() + ON_DEATH_TIMEOUT
-    for process in started:
+    for process in started_processes:
         with contextlib.suppress(subprocess.TimeoutExpired):
             process.wait(max(0.0, deadline - time.monotonic()))
-    end_groups({process.pid for process in started if process.poll() is None}, [(signal.SIGKILL, _SIGKILL_TIMEOUT)])
+    end_groups(
+        {process.pid for process in started_processes if process.poll() is None}, [(signal.SIGKILL, _SIGKILL_TIMEOUT)]
+    )
 
 
 def main() -> None:
     """Read reports until the launcher has exited, then stop the remaining processes."""
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, signal.SIG_IGN)
-    running: set[int] = set()
-    ended: set[int] = set()
+    running_groups: set[int] = set()
+    ended_groups: set[int] = set()
     on_death_commands: dict[int, OnDeathCommand] = {}
     expected = ""
     for line in sys.stdin.buffer:
@@ -196,16 +200,16 @@ def main() -> None:
             pid, *on_death = json.loads(argument)
             on_death_commands[pid] = on_death
         elif verb == "watch":
-            running.add(int(argument))
+            running_groups.add(int(argument))
             expected = ""
         elif verb == "ended":
-            running.discard(int(argument))
+            running_groups.discard(int(argument))
             on_death_commands.pop(int(argument), None)
             if group_exists(int(argument)):
-                ended.add(int(argument))
+                ended_groups.add(int(argument))
         else:
             return
-    groups = running | {group for group in ended if is_leaderless(group)}
+    groups = running_groups | {group for group in ended_groups if is_leaderless(group)}
     if expected:
         groups |= processes_with(expected)
     sigint, sigterm = map(float, sys.argv[1:3])

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from xml.sax.saxutils import escape, quoteattr
 
-_NOT_XML = re.compile("[^\t\n\r -\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
+_NOT_XML_CHARACTER_PATTERN = re.compile("[^\t\n\r -\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 
 
 @dataclass
@@ -54,16 +54,16 @@ class Results:
 
 
 def read_results(path: Path, suite: str) -> Results:
-    """Return the results that a test program has written in JUnit's or gtest's format.
+    """Return the results that a test program has written to a file in JUnit's or gtest's format.
 
     Args:
         path: path of the file.
-        suite: prefix of the names of the cases.
+        suite: prefix for the names of the cases.
 
     Returns:
         The results, which contain an error if the file cannot be read.
     """
-    # Imported only after a test has run; it has no stubs.
+    # Imported only after a test has run. The package has no stubs.
     from defusedxml.ElementTree import ParseError, fromstring  # type: ignore[import-untyped] # noqa: PLC0415
 
     try:
@@ -118,16 +118,16 @@ def results_text(name: str, results: Results, out: str, err: str) -> str:
         lines.append(
             f'<testcase classname={_quoted(case.classname)} name={_quoted(case.name)} time="{case.seconds:.4f}">'
         )
-        for tag, found in (("failure", case.failures), ("error", case.errors)):
-            lines += [f"<{tag} type={_quoted(kind)}>{_escaped(text)}</{tag}>" for kind, text in found]
+        for tag, problems in (("failure", case.failures), ("error", case.errors)):
+            lines += [f"<{tag} type={_quoted(type_name)}>{_escaped(text)}</{tag}>" for type_name, text in problems]
         lines.append("</testcase>")
     lines.append(f"<system-out>{_escaped(out)}</system-out><system-err>{_escaped(err)}</system-err></testsuite>\n")
     return "\n".join(lines)
 
 
 def printable(text: str) -> str:
-    """Replace characters that XML cannot represent."""
-    return _NOT_XML.sub("\ufffd", text)
+    """Return the text with a replacement character for each character that XML cannot represent."""
+    return _NOT_XML_CHARACTER_PATTERN.sub("\ufffd", text)
 
 
 def _escaped(text: str) -> str:
@@ -139,22 +139,22 @@ def _quoted(text: str) -> str:
 
 
 def describe_case(case: Case) -> str:
-    """Return the summary of a test case."""
+    """Return lines that describe the result of a test case."""
     blocks = [("FAILURE", text) for _, text in case.failures] + [("ERROR", text) for _, text in case.errors]
     if not blocks:
         return f"[{case.name}][passed]\n"
-    return "".join(f"{f'[{case.name}][{kind}]':-<80}\n{text}\n{'-' * 80}\n\n" for kind, text in blocks)
+    return "".join(f"{f'[{case.name}][{label}]':-<80}\n{text}\n{'-' * 80}\n\n" for label, text in blocks)
 
 
 def summary(runs: Results, results: Results) -> str:
     """Return the summary to print at the end of a test run.
 
     Args:
-        runs: a case for each test program, which says whether it could be run.
+        runs: one case per test program, which says whether the program could be run.
         results: results of the test programs.
     """
 
-    def counted(word: str, count: int) -> str:
+    def count_line(word: str, count: int) -> str:
         return f"\033[1;31m * {word}: {count}\033[0m" if count else f" * {word}: 0"
 
     failed_names = [case.name for case in runs.cases if case.failures or case.errors]
@@ -166,8 +166,8 @@ def summary(runs: Results, results: Results) -> str:
         "SUMMARY",
         "\033[32m * RESULT: SUCCESS\033[0m" if passed else "\033[1;31m * RESULT: FAIL\033[0m",
         f" * TESTS: {len(results.cases)}",
-        counted("ERRORS", errors),
-        counted("FAILURES", failures),
+        count_line("ERRORS", errors),
+        count_line("FAILURES", failures),
     ]
     if failed_names:
         lines += ["", "ERROR: The following tests failed to run:", *(f" * {name}" for name in failed_names)]

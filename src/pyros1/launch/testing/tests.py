@@ -1,4 +1,4 @@
-"""Runs the ``<test>`` tags of a launch file, each with a new master and all nodes (L186)."""
+"""Runs the ``<test>`` tags in a launch file, each with a new master and all of the file's nodes (L186)."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from pyros1.net.master_client import MasterClient
 
 _CLASS_NAME = "rostest.runner.RosTest"
 _KEPT_PARAM_PREFIXES = ("/run_id", "/rosversion", "/rosdistro", "/roslaunch/")
-"""Prefixes of parameters of the master and of running launchers, which were not set by tests."""
+"""Prefixes of parameters that belong to the master and to running launchers, not to tests."""
 _FILE_NAME_REPLACEMENTS = str.maketrans(dict.fromkeys(" \"'&$!`/\\", "_"))
 
 
@@ -44,7 +44,7 @@ def results_file(folder: Path, package: str, kind: str, name: str) -> Path:
     Args:
         folder: the folder of all test results.
         package: the package of the test.
-        kind: ``rosunit`` for results that a test writes, ``rostest`` for those of a launch file's tests.
+        kind: ``rosunit`` for results that a test writes, ``rostest`` for the results of a launch file's tests.
         name: name of the test.
 
     Raises:
@@ -59,10 +59,10 @@ def results_file(folder: Path, package: str, kind: str, name: str) -> Path:
 
 
 def name_from_path(package: Path, file: Path) -> str:
-    """Return the name of a launch file's results, which is its path in the package with ``_`` instead of slashes."""
+    """Return the name for a launch file's results: the file's path in the package, with ``_`` instead of slashes."""
     path = file.resolve()
-    inside = path.relative_to(package.resolve()) if package.resolve() in path.parents else path
-    return inside.with_suffix("").as_posix().replace("/", "_")
+    relative_path = path.relative_to(package.resolve()) if package.resolve() in path.parents else path
+    return relative_path.with_suffix("").as_posix().replace("/", "_")
 
 
 @dataclass
@@ -75,12 +75,12 @@ class TestRun:
         environ: this process's environment.
         package: name of the package in whose folder the results are stored.
         folder: the folder of all test results.
-        text: whether tests write to the screen instead of files.
+        text: whether tests write their results to the screen instead of files.
         reuse_master: whether to use the running master.
         clear: whether to delete all parameters of the running master before each test.
 
     Attributes:
-        runs: a case for each test, which says whether it could be run.
+        runs: one case per test, which says whether the test could be run.
         results: results of the tests.
         out: stdout during the tests.
         err: stderr during the tests.
@@ -116,7 +116,7 @@ class TestRun:
             self._session.stop_waiting()
 
     def run(self) -> None:
-        """Run all tests, in the order of their names."""
+        """Run all tests, sorted by name."""
         names = [test.test_name for test in self.plan.tests]
         for _, test in sorted({test.test_name: test for test in self.plan.tests}.items()):
             if self.stopped:

@@ -12,7 +12,7 @@ from collections.abc import Sized
 from typing import TYPE_CHECKING, Any, Protocol
 
 from pyros1.ground.errors import LengthError, MessageError
-from pyros1.msgs.large_arrays import layout
+from pyros1.msgs.large_arrays import find_layout
 from pyros1.node.log.levels import ERROR, WARN
 from pyros1.node.subscribing.queues import UNBOUNDED_LIMIT, Inbox
 from pyros1.node.subscribing.tcp_source import MIN_LARGE_FRAME, TcpSource
@@ -237,11 +237,11 @@ class Dispatcher:
 
 def _expect_array(source: Source, message: Any, size: int) -> None:
     """Tell a TCP link where the array of a large message was in its frame."""
-    array_layout = layout(type(message))
+    array_layout = find_layout(type(message))
     if array_layout is not None and isinstance(source, TcpSource):
         array = getattr(message, array_layout.field, None)
         if isinstance(array, Sized) and len(array) >= MIN_LARGE_FRAME:  # a program's own class may hold anything there
-            source.set_expected_layout(size, len(array), array_layout.tail, array_layout.has_length_field)
+            source.set_expected_layout(size, len(array), array_layout.tail_size, array_layout.has_length_field)
 
 
 class SpinQueue:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 from pyros1.ground.errors import NodeShutdownError
 from pyros1.msgs import AnyMsg
 from pyros1.msgs.base import View
-from pyros1.msgs.large_arrays import Layout, SplitBody, decode_split, layout
+from pyros1.msgs.large_arrays import Layout, SplitBody, decode_split, find_layout
 from pyros1.node.context import wait_for_links
 
 if TYPE_CHECKING:
@@ -34,14 +34,14 @@ def array_view(arrays: str | None) -> View | None:
     """
     if arrays is None:
         return None
-    from pyros1.msgs.array_views import memoryview_view, numpy_view  # noqa: PLC0415  few programs use them
+    from pyros1.msgs.array_views import make_numpy_view, memoryview_view  # noqa: PLC0415  few programs use them
 
     if arrays == "memoryview":
         return memoryview_view
     if arrays == "numpy":
         import numpy  # noqa: PLC0415  not cheap
 
-        return numpy_view(numpy)
+        return make_numpy_view(numpy)
     raise ValueError(f'arrays must be None, "memoryview" or "numpy", not {arrays!r}')
 
 
@@ -96,7 +96,7 @@ class Subscriber(Generic[_M]):
     @cached_property
     def _layout(self) -> Layout | None:
         decodes_itself = getattr(self.type, "_has_own_deserialize", False)  # AnyMsg does not have it
-        return None if decodes_itself else layout(self.type)
+        return None if decodes_itself else find_layout(self.type)
 
     def decode_item(self, item: Item, exact: bool = False) -> Any:
         """Return the message that an item contains, decoded if necessary.

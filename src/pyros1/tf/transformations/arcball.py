@@ -33,8 +33,8 @@ class Arcball:
         self._axes: list[Array] | None = None
         self._axis: Array | None = None  # axis of the current drag; None for any
         self._constrain = False
-        self._grabbed = np.array((0.0, 0.0, 1.0))
-        self._start = self._last = self._current_rotation = _rotation(initial)
+        self._grabbed_point = np.array((0.0, 0.0, 1.0))
+        self._start_rotation = self._last_rotation = self._current_rotation = _to_quaternion(initial)
 
     def place(self, center: ArrayLike, radius: float) -> None:
         """Set the sphere's position on the screen: its center (2,) and its radius, in pixels."""
@@ -59,29 +59,31 @@ class Arcball:
 
     def down(self, point: ArrayLike) -> None:
         """Start a drag at a point on the screen (2,)."""
-        self._grabbed = arcball_map_to_sphere(point, self._center, self._radius)
-        self._start = self._last = self._current_rotation
+        self._grabbed_point = arcball_map_to_sphere(point, self._center, self._radius)
+        self._start_rotation = self._last_rotation = self._current_rotation
         self._axis = None
         if self._constrain and self._axes is not None:
-            self._axis = arcball_nearest_axis(self._grabbed, self._axes)
-            self._grabbed = arcball_constrain_to_axis(self._grabbed, self._axis)
+            self._axis = arcball_nearest_axis(self._grabbed_point, self._axes)
+            self._grabbed_point = arcball_constrain_to_axis(self._grabbed_point, self._axis)
 
     def drag(self, point: ArrayLike) -> None:
         """Continue a drag to a point on the screen (2,)."""
-        dragged = arcball_map_to_sphere(point, self._center, self._radius)
+        dragged_point = arcball_map_to_sphere(point, self._center, self._radius)
         if self._axis is not None:
-            dragged = arcball_constrain_to_axis(dragged, self._axis)
-        self._last = self._current_rotation
-        normal = np.cross(self._grabbed, dragged)
+            dragged_point = arcball_constrain_to_axis(dragged_point, self._axis)
+        self._last_rotation = self._current_rotation
+        normal = np.cross(self._grabbed_point, dragged_point)
         if normal @ normal < EPS:
-            self._current_rotation = self._start
+            self._current_rotation = self._start_rotation
         else:  # the quaternion for twice the angle between the two points
-            self._current_rotation = quaternion_multiply(np.append(normal, self._grabbed @ dragged), self._start)
+            self._current_rotation = quaternion_multiply(
+                np.append(normal, self._grabbed_point @ dragged_point), self._start_rotation
+            )
 
     def next(self, acceleration: float = 0.0) -> None:
         """Continue the rotation of the last step by the same angle, plus ``acceleration`` times that angle."""
-        extrapolated = quaternion_slerp(self._last, self._current_rotation, 2.0 + acceleration, 0)
-        self._last, self._current_rotation = self._current_rotation, extrapolated
+        extrapolated = quaternion_slerp(self._last_rotation, self._current_rotation, 2.0 + acceleration, 0)
+        self._last_rotation, self._current_rotation = self._current_rotation, extrapolated
 
     def matrix(self) -> Array:
         """Return the rotation as a matrix (4, 4)."""
@@ -94,7 +96,8 @@ def arcball_map_to_sphere(point: ArrayLike, center: ArrayLike, radius: float) ->
     For positions outside the sphere, return the nearest point on its edge.
 
     Args:
-        center: center of the sphere on the screen (2,), where y points down.
+        point: the position on the screen (2,), where y points down.
+        center: center of the sphere on the screen (2,).
         radius: radius of the sphere on the screen.
     """
     (px, py), (cx, cy) = float_array(point, 2).tolist(), float_array(center, 2).tolist()
@@ -128,7 +131,7 @@ def arcball_nearest_axis(point: ArrayLike, axes: list[Array]) -> Array:
     return max(axes, key=lambda axis: float(arcball_constrain_to_axis(p, axis) @ p))
 
 
-def _rotation(initial: ArrayLike | None) -> Array:
+def _to_quaternion(initial: ArrayLike | None) -> Array:
     if initial is None:
         return np.array((0.0, 0.0, 0.0, 1.0))
     rotation = np.asarray(initial, np.float64)

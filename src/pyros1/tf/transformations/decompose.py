@@ -24,7 +24,7 @@ def translation_from_matrix(matrix: ArrayLike) -> Array:
 def rotation_from_matrix(matrix: ArrayLike) -> tuple[float, Array, Array]:
     """Return the angle by which a matrix (4, 4) rotates, and the direction (3,) and a point (x, y, z, 1) of the axis.
 
-    The point is the one on the axis that is nearest to the origin, even if the matrix also translates along the axis.
+    The point is the axis's nearest point to the origin, even if the matrix also translates along the axis.
 
     Raises:
         ValueError: the matrix is not a rotation.
@@ -55,7 +55,7 @@ def reflection_from_matrix(matrix: ArrayLike) -> tuple[Array, Array]:
 
 def scale_from_matrix(matrix: ArrayLike) -> tuple[float, Array, Array | None]:
     """Return the factor, origin (x, y, z, 1) and direction (3,) of a matrix (4, 4) that scales; the direction is None
-    if it scales in all directions.
+    if the matrix scales equally in all directions.
 
     Raises:
         ValueError: the last row of the matrix is not 0, 0, 0, 1, or the matrix contains infinite numbers or nan.
@@ -156,7 +156,7 @@ def _fixed_point(matrix: Array) -> Array:
     """Return the point (x, y, z, 1) nearest to the origin among those that a matrix (4, 4) moves the least.
 
     Raises:
-        ValueError: its last row is not 0, 0, 0, 1, or it contains infinite numbers or nan.
+        ValueError: the matrix's last row is not 0, 0, 0, 1, or the matrix contains infinite numbers or nan.
     """
     if not np.isfinite(matrix).all():  # LAPACK would hang on some of them
         raise ValueError("the matrix contains infinite numbers or nan")

@@ -31,7 +31,7 @@ def translation_matrix(direction: ArrayLike) -> Array:
 
 def rotation_matrix(angle: float, direction: ArrayLike, point: ArrayLike | None = None) -> Array:
     """Return the matrix (4, 4) that rotates about an axis in a direction (3,), through a point (3,) or the origin."""
-    return _about_point(quaternion_matrix(quaternion_about_axis(angle, _unit(direction)))[:3, :3], point)
+    return _about_point(quaternion_matrix(quaternion_about_axis(angle, _unit_direction(direction)))[:3, :3], point)
 
 
 def random_rotation_matrix(rand: ArrayLike | None = None) -> Array:
@@ -43,7 +43,7 @@ def scale_matrix(factor: float, origin: ArrayLike | None = None, direction: Arra
     """Return the matrix (4, 4) that scales about a point (3,) or the origin, in a direction (3,) or everywhere."""
     if direction is None:
         return _about_point(factor * np.identity(3), origin)
-    u = _unit(direction)
+    u = _unit_direction(direction)
     return _about_point(np.identity(3) + (factor - 1.0) * np.outer(u, u), origin)
 
 
@@ -64,7 +64,7 @@ def shear_matrix(angle: float, direction: ArrayLike, point: ArrayLike, normal: A
     Raises:
         ValueError: the direction and the normal are not perpendicular.
     """
-    d, n = _unit(direction), _unit(normal)
+    d, n = _unit_direction(direction), _unit_direction(normal)
     if abs(d @ n) > _MAX_COSINE:
         raise ValueError("the direction must lie in the plane: perpendicular to its normal")
     return _about_point(np.identity(3) + tan(angle) * np.outer(d, n), point)
@@ -84,10 +84,10 @@ def projection_matrix(
         normal: the plane's normal (3,).
         direction: direction of projection (3,), unless ``perspective`` is given; None for the normal's direction.
         perspective: the point (3,) through which all rays pass.
-        pseudo: whether to keep the depth behind the plane, so that only a projection along the normal remains to be
-            done.
+        pseudo: whether to keep the depth behind the plane, so that the result must still be projected along the
+            normal.
     """
-    n = _unit(normal)
+    n = _unit_direction(normal)
     if perspective is None:
         d = n if direction is None else float_array(direction, 3)
         return _about_point(np.identity(3) - np.outer(d, n) / (d @ n), point)
@@ -186,7 +186,7 @@ def superimposition_matrix(v0: ArrayLike, v1: ArrayLike, scaling: bool = False, 
 
     Args:
         v0: x, y and z of the points, as three rows (3, n) with n of at least 3; further rows are ignored.
-        v1: the points (3, n) to which those of ``v0`` are mapped.
+        v1: the points (3, n) to which the points in ``v0`` are mapped.
         scaling: whether to scale by a common factor as well.
         usesvd: ignored; both of stock's methods give the same result.
 
@@ -228,7 +228,7 @@ def is_same_transform(matrix0: ArrayLike, matrix1: ArrayLike) -> bool:
     return np.allclose(m0 / m0[3, 3], m1 / m1[3, 3])
 
 
-def _unit(direction: ArrayLike) -> Array:
+def _unit_direction(direction: ArrayLike) -> Array:
     return unit_vector(float_array(direction, 3))
 
 

@@ -31,7 +31,7 @@ _MAX_CACHED_BYTES = 64 << 20
 """Maximum size of the cached chunks in bytes, so that small movements of the cursor need no reading."""
 _MAX_CACHED_TIMES = 4_000_000
 """Maximum number of cached message times, of 8 bytes each."""
-_MAX_DISPLAYED_DAMAGES = 5
+_MAX_DISPLAYED_PLACES = 5
 _MAX_CHUNKS_READ = 200
 """Maximum number of chunks whose index is read for one histogram, which takes up to 0.3 s."""
 _MAX_CHUNKS_UNPACKED = 20
@@ -118,7 +118,7 @@ class OpenBag:
         problems = []
         try:
             summary = summarize(reader)
-            storage = {name: [entry.chunks, entry.size, entry.stored] for name, entry in summary.storage.items()}
+            storage = {name: [entry.chunks, entry.size, entry.stored_size] for name, entry in summary.storage.items()}
             version, encryption = summary.version, summary.encryption
         except BagError as error:
             storage, version, encryption = {}, "2.0", reader.file.encryptor_name
@@ -127,15 +127,16 @@ class OpenBag:
             problems.append(
                 "an old bag of version 1.2, which has no times in its index; `pyros1 bag reindex` converts it"
             )
-        elif reader.scanned:
+        elif reader.was_scanned:
             problems.append(
                 "this bag was not closed, or is damaged: it had to be read completely; `pyros1 bag reindex` repairs it"
             )
         problems += [
-            f"at byte {damage.offset}: {untrusted(damage.reason)}" for damage in reader.damages[:_MAX_DISPLAYED_DAMAGES]
+            f"at byte {damage.offset}: {untrusted(damage.reason)}"
+            for damage in reader.damaged_places[:_MAX_DISPLAYED_PLACES]
         ]
-        if len(reader.damages) > _MAX_DISPLAYED_DAMAGES:
-            problems.append(f"and {len(reader.damages) - _MAX_DISPLAYED_DAMAGES} more damaged places")
+        if len(reader.damaged_places) > _MAX_DISPLAYED_PLACES:
+            problems.append(f"and {len(reader.damaged_places) - _MAX_DISPLAYED_PLACES} more damaged places")
         topics = list(self.topics.values())[:MAX_TOPICS]
         return {
             "path": untrusted(reader.path),
@@ -176,7 +177,7 @@ class OpenBag:
         first = self.nanoseconds(begin)
         last = max(first + columns, self.nanoseconds(end))
         rows = [self._row_by_topic[name] for name in topics]
-        max_chunks = _MAX_CHUNKS_UNPACKED if self.bag.reader.scanned else _MAX_CHUNKS_READ
+        max_chunks = _MAX_CHUNKS_UNPACKED if self.bag.reader.was_scanned else _MAX_CHUNKS_READ
         return self._density.histogram(first, last, columns, rows, self._chunk_times, max_chunks)
 
     def messages_at(self, time: float, topics: Collection[str]) -> dict[str, BagMessage]:
@@ -250,7 +251,7 @@ class OpenBag:
 
     def _read_times(self, chunk: Chunk) -> list[tuple[int, NDArray[np.int64]]]:
         reader = self.bag.reader
-        index_ranges = None if reader.scanned else entry_ranges(reader.file, chunk, reader.header(chunk))
+        index_ranges = None if reader.was_scanned else entry_ranges(reader.file, chunk, reader.header(chunk))
         if index_ranges is None:
             messages = reader.content(chunk)[1]
             conns, times = np.asarray(messages.conns, np.int64), np.asarray(messages.times, np.int64)

@@ -180,7 +180,7 @@ class Playback:
     @staticmethod
     def _wait_for_subscribers(control: Control) -> None:
         deadline = monotonic() + _CONNECT_TIMEOUT
-        while not control.ended and (remaining := deadline - monotonic()) > 0:
+        while not control.has_ended and (remaining := deadline - monotonic()) > 0:
             control.wait(remaining)
 
     def _on_status(self, status: Status) -> None:

@@ -74,7 +74,7 @@ class Recording:
         self._stop_event = threading.Event()
         self._topic_search = TopicSearch(node, Selection(topics or (), all_topics=topics is None))
         options = RecordOptions(names=_FileNamesInFolder(prefix, folder=folder), compression=compression)
-        events = Events(opened=self._on_opened, warning=self._on_warning, ended=self._stop_event.set)
+        events = Events(on_opened=self._on_opened, on_warning=self._on_warning, on_ended=self._stop_event.set)
         try:
             self._recorder = Recorder(node, options, events)
         except OSError as error:

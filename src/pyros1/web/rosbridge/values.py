@@ -18,7 +18,7 @@ import numpy as np
 from pyros1.ground.errors import MessageError
 from pyros1.ground.timing import Time
 from pyros1.msgs import Message
-from pyros1.msgs.array_views import numpy_view
+from pyros1.msgs.array_views import make_numpy_view
 from pyros1.msgs.json_form import from_json
 from pyros1.web.rosbridge.frames import tagged
 
@@ -40,7 +40,7 @@ _CBOR_TAGS = {
 _TIME_TYPES = ("time", "duration")
 _HEADER_TYPES = ("std_msgs/Header", "roslib/Header")
 _Converter = Callable[[Any], Any]
-_numpy_view = numpy_view(np)
+_numpy_view = make_numpy_view(np)
 
 
 def decode(cls: type[Message], data: bytes) -> Message:

@@ -188,18 +188,18 @@ def _play(node: Node, bags: Bags, options: Any, control: Control) -> int:
         _print_status(options, f"\nWaiting {options.delay:g} seconds after advertising topics...", end="")
         _wait_until_ended(control, options.delay)
         _print_status(options, " done.")
-    if options.wait_for_subscribers and not control.ended:
+    if options.wait_for_subscribers and not control.has_ended:
         status_line.print_message("Waiting for subscribers.")
         player.wait_for_subscribers()
     with Keyboard(control) as keyboard:
         if keyboard.is_available:
             _print_status(options, "\nHit space to toggle paused, or 's' to step.")
         player.run()
-        if not control.ended and options.keep_alive:
+        if not control.has_ended and options.keep_alive:
             status_line.print_message(
                 "All messages were played; still running for the latched topics. Press Ctrl-C to stop."
             )
-            while not control.ended:
+            while not control.has_ended:
                 control.wait(1.0)
     status_line.clear()
     if not player.wait_until_sent():
@@ -207,7 +207,7 @@ def _play(node: Node, bags: Bags, options: Any, control: Control) -> int:
     dropped_count = player.dropped()
     if dropped_count:
         node.log.warn("%d messages were dropped because subscribers were too slow; see --queue", dropped_count)
-    if not control.ended:
+    if not control.has_ended:
         _print_status(options, "\nDone.")
     return 0
 
@@ -221,7 +221,7 @@ def _print_status(options: Any, text: str, end: str = "\n") -> None:
 
 def _wait_until_ended(control: Control, seconds: float) -> None:
     deadline = monotonic() + seconds
-    while not control.ended and monotonic() < deadline:
+    while not control.has_ended and monotonic() < deadline:
         control.wait(deadline - monotonic())
 
 
@@ -248,7 +248,7 @@ def _control_rate(node: Node, player: Player, topic: str) -> None:
         except MessageError as error:
             node.log.error("%s: %s", topic, error, throttle=5.0)
             return
-        player.follow(message.header.stamp.to_nsec() if has_header else player.now())
+        player.set_rate_stamp(message.header.stamp.to_nsec() if has_header else player.now())
 
     node.subscribe(topic, AnyMsg, on_message)
 

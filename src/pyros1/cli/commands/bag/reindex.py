@@ -26,10 +26,10 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
             raise BagError(source, f"{_no_messages_text(result)}; the file was not changed")
         if options.quiet:
             return
-        for damage in result.damages[:_MAX_ERRORS_SHOWN]:
+        for damage in result.damaged_places[:_MAX_ERRORS_SHOWN]:
             print(f"{source}: at byte {damage.offset}: {damage.reason}", file=sys.stderr)
-        if len(result.damages) > _MAX_ERRORS_SHOWN:
-            print(f"{source}: {len(result.damages) - _MAX_ERRORS_SHOWN} more damaged places", file=sys.stderr)
+        if len(result.damaged_places) > _MAX_ERRORS_SHOWN:
+            print(f"{source}: {len(result.damaged_places) - _MAX_ERRORS_SHOWN} more damaged places", file=sys.stderr)
         lost = f"; {result.lost} are lost because they have no connection record or valid time" if result.lost else ""
         print(f"{source}: {result.messages} messages{lost}")
 
@@ -51,5 +51,5 @@ VERB = Verb(
 def _no_messages_text(result: ReindexResult) -> str:
     if result.lost:
         return f"the {result.lost} messages found in it have no connection record or no valid time"
-    reasons = "".join(f"; at byte {damage.offset}: {damage.reason}" for damage in result.damages[:1])
+    reasons = "".join(f"; at byte {damage.offset}: {damage.reason}" for damage in result.damaged_places[:1])
     return f"no messages were found in it{reasons}"

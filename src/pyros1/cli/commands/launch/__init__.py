@@ -80,9 +80,9 @@ def _launch_or_query(options: Any, args: list[str], arguments: dict[str, str]) -
         return print_answer(files, arguments, resources, options)
     plan = load_plan(files, arguments, resources)
     if options.verbose:
-        from pyros1.launch.reading.report import contents  # noqa: PLC0415
+        from pyros1.launch.reading.report import list_contents  # noqa: PLC0415
 
-        print(contents(plan))
+        print(list_contents(plan))
     return launch(plan, options, resources, title=",".join(os.path.basename(file) for file in files) or "roscore")
 
 

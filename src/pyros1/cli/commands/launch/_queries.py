@@ -69,7 +69,7 @@ def _result_text(plan: Plan, options: Any) -> str:
     if options.graph or options.tree:
         from pyros1.launch.reading import drawing  # noqa: PLC0415 - only some queries need it
 
-        return drawing.dot(plan) if options.graph else drawing.tree(plan)
+        return drawing.dot_text(plan) if options.graph else drawing.tree_text(plan)
     return _format_names([node.full_name for node in [*plan.nodes, *plan.tests]], options)
 
 

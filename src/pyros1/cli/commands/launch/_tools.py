@@ -17,7 +17,7 @@ from pyros1.cli.running import run_verb
 from pyros1.cli.shared.launching import print_exception
 from pyros1.finding.packages import enclosing_package, files_below
 from pyros1.ground.errors import Error, LaunchError, MasterError, ParameterNotSetError
-from pyros1.launch.reading.depends import FileNeeds, file_needs, package_containing, undeclared
+from pyros1.launch.reading.depends import FileNeeds, file_needs, find_undeclared, package_containing
 from pyros1.launch.reading.loader import load_plan
 from pyros1.launch.reading.resources import Resources
 from pyros1.launch.reading.scope import ArgNotSetError
@@ -71,7 +71,7 @@ def _print_needed_packages(invocation: Invocation, options: Any, files: list[str
         )
         if options.warn:
             print("\nMissing declarations:")
-            for package, missing_names in undeclared(needs_by_file.values()).items():
+            for package, missing_names in find_undeclared(needs_by_file.values()).items():
                 if missing_names:
                     print(
                         f"{package}/manifest.xml:",
@@ -270,7 +270,7 @@ def _find_problems(file: str, arguments: dict[str, str], resources: Resources, o
     texts = [*map(str, errors), *map(str, missing_parts(plan, resources.packages, resources.environ))]
     if not called_as("roslaunch-check"):
         texts += map(str, unrunnable_python(plan, resources.packages, resources.environ))
-    for package, undeclared_names in undeclared(file_needs(plan), test_depends=options.test_depends).items():
+    for package, undeclared_names in find_undeclared(file_needs(plan), test_depends=options.test_depends).items():
         if undeclared_names:
             texts.append(f"Missing package dependencies: {package}/package.xml: {', '.join(sorted(undeclared_names))}")
     return texts

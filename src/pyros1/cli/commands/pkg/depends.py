@@ -8,7 +8,7 @@ from pyros1.cli.commands.pkg._graph import check_known, packages_and_name
 from pyros1.cli.commands.pkg._rospack import PkgError, Request, make_verb
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import JSON_FLAG, Argument, Flag, Option, RunFunction, Verb
-from pyros1.finding.crawl import profile, search_folders
+from pyros1.finding.crawl import measure_folders, search_folders
 from pyros1.ground.errors import PackageNotFoundError
 
 
@@ -60,7 +60,7 @@ def _print_manifests(invocation: Invocation, request: Request, args: list[str]) 
 
 
 def _print_profile(invocation: Invocation, request: Request, args: list[str]) -> None:
-    folder_timings = profile(search_folders(os.environ))
+    folder_timings = measure_folders(search_folders(os.environ))
     if "zombie-only" in request.options:
         for _, folder, has_manifest in folder_timings:
             if not has_manifest:
@@ -85,7 +85,7 @@ def _print_system_packages(invocation: Invocation, request: Request, args: list[
     package_names = (
         [package_name] if request.verb == "rosdep0" else [*packages.dependencies(package_name), package_name]
     )
-    is_catkin = packages.manifest(package_name).catkin
+    is_catkin = packages.manifest(package_name).is_catkin
     rosdep_keys: set[str] = set()
     for package in package_names:
         manifest = packages.manifest(package)

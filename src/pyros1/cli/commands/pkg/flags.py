@@ -21,7 +21,7 @@ def _print_flags(invocation: Invocation, request: Request, args: list[str]) -> N
     flags: list[str] = []
     has_pkg_config_flags = False
     for manifest in selected_manifests(request, packages, package_name):
-        if not manifest.catkin:
+        if not manifest.is_catkin:
             for value in manifest.exported_values("cpp", "cflags" if is_compiler else "lflags"):
                 flags += _select_flags(shlex.split(value), flag_kind)
         elif not has_pkg_config_flags:

@@ -9,7 +9,7 @@ from typing import Any
 
 from genpy.rostime import Time as AnyTime
 
-from pyros1.bag.format.records import FIRST_LINE
+from pyros1.bag.format.records import FIRST_LINE_PATTERN
 from pyros1.msgs import Message
 from pyros1.msgs.base import message_class
 from rosbag._parts import BagMessage, BagMessageWithConnectionHeader, ROSBagException
@@ -73,7 +73,7 @@ def version_of(file: Any) -> int:
     file.seek(0)
     if not line:
         raise ROSBagException("empty file")
-    found = FIRST_LINE.match(line)
+    found = FIRST_LINE_PATTERN.match(line)
     if found is None:
         raise ROSBagException("This does not appear to be a bag file")
     major, minor = map(int, found.groups())

@@ -182,7 +182,7 @@ class Bag(Writing, Facts):
             state = len(self._writer.chunks)
             if self._known is None or self._known[0] != state:
                 self._readers.retire(self._known and self._known[1])
-                self._known = state, BagReader(self._target, written=self._writer)
+                self._known = state, BagReader(self._target, unfinished_writer=self._writer)
             return self._known[1]
 
     def read_messages(

@@ -10,7 +10,7 @@ from typing import Any
 
 import pyros1.launch.scripting as _scripting
 from pyros1.finding.packages import enclosing_package
-from pyros1.launch.reading.depends import declared_depends, file_needs, undeclared
+from pyros1.launch.reading.depends import declared_depends, file_needs, find_undeclared
 from pyros1.launch.reading.loader import absolute_files, load_plan
 from pyros1.launch.reading.words import find_files, parse_arguments
 from pyros1.launch.reading.world import make_resources
@@ -110,7 +110,7 @@ def check_roslaunch(f: str, use_test_depends: bool = False, ignore_unset_args: b
     needs = file_needs(load_plan([f], parse_arguments(sys.argv), make_resources(), problems=[]))
     declared = {name for each in needs for name in declared_depends(enclosing_package(Path(each.file))[0])}
     errors = []
-    for package, found in undeclared(needs, test_depends=use_test_depends).items():
+    for package, found in find_undeclared(needs, test_depends=use_test_depends).items():
         names = set(found)
         text = f"Missing package dependencies: {package}/package.xml: {', '.join(sorted(names))}"
         if names - declared:

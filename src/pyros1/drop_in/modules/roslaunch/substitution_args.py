@@ -31,7 +31,7 @@ class _Source(ScopeSubstituter):
     def __init__(self, context: dict[str, Any], filename: str) -> None:
         self._context = context
         self._arguments: dict[str, Any] = context.get("arg", {})
-        super().__init__(Scope(make_resources(), filename, anonymous=context.setdefault("anon", {})))
+        super().__init__(Scope(make_resources(), filename, anonymous_names=context.setdefault("anon", {})))
 
     def arg(self, name: str) -> str:
         """Return an argument's value."""

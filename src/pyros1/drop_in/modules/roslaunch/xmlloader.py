@@ -10,7 +10,7 @@ from pyros1.drop_in.missing import members, missing
 from pyros1.ground.errors import Error
 from pyros1.launch.plan import Plan
 from pyros1.launch.reading.loader import load_plan
-from pyros1.launch.reading.report import contents
+from pyros1.launch.reading.report import list_contents
 from pyros1.launch.reading.words import parse_arguments
 from pyros1.launch.reading.world import make_resources
 from roslaunch.core import Param, RLException
@@ -64,7 +64,7 @@ class XmlLoader:
 
     def load_string(self, xml_text: str, ros_config: Any, core: bool = False, verbose: bool = True) -> None:
         """Read a file's contents; see `load`."""
-        resources = replace(make_resources(), stdin=lambda: xml_text)
+        resources = replace(make_resources(), read_stdin=lambda: xml_text)
         self._load("-", resources, ros_config, core, [], verbose)
 
     def _load(self, file: str, resources: Any, config: Any, core: bool, words: list[str], verbose: bool) -> None:
@@ -74,7 +74,7 @@ class XmlLoader:
             raise XmlParseException(str(error)) from error
         self.root_context = plan
         if verbose:
-            print(contents(plan))
+            print(list_contents(plan))
         for warning in plan.warnings:
             config.logger.warning("%s", warning)
         for name in plan.files:

@@ -194,10 +194,10 @@ class CallbackEcho:
         """Write a row of values with its time, and before the first one a row of names."""
         if self._table is None:
             self._table = Table(field_filter=self.field_filter)
-            self._table.head(value, sys.stdout.write)
+            self._table.emit_header(value, sys.stdout.write)
         if current_time is not None:
             moment = current_time
         else:
             moment = value.header.stamp if getattr(value, "_has_header", False) else rospy.get_rostime()
         nanoseconds = moment.to_nsec() - (offset.to_nsec() if offset is not None else 0)
-        self._table.row(value, nanoseconds, sys.stdout.write, offset)
+        self._table.emit_message(value, nanoseconds, sys.stdout.write, offset)

@@ -41,7 +41,7 @@ class CsvWriter:
                 f"a CSV file holds one topic, but {len(topics)} are selected: select one with --topics, "
                 "or give a folder as output"
             )
-        self._table = Table(nostr=bool(options.nostr), noarr=bool(options.noarr))
+        self._table = Table(omits_strings=bool(options.nostr), omits_arrays=bool(options.noarr))
         self._names = FileNames()
         self._files: dict[str, TextIO] = {}
         self._exit_stack = ExitStack()
@@ -54,8 +54,8 @@ class CsvWriter:
             file = self._files[topic] = self._open(topic)
         with BufferedOutput(file.write) as out:
             if is_new:
-                self._table.head(message, out.add)
-            self._table.row(message, time.to_nsec(), out.add)
+                self._table.emit_header(message, out.add)
+            self._table.emit_message(message, time.to_nsec(), out.add)
 
     def close(self) -> None:
         """Close the files. If the target is a single file, it is created even if no message was written."""
