@@ -19,7 +19,7 @@ pytest does not rewrite the asserts of pyros1: PYTEST_DONT_REWRITE
 
 from __future__ import annotations
 
-TYPE_CHECKING = False  # as in typing, which small programs need not load
+TYPE_CHECKING = False  # as in typing, which small programs thus need not load
 if TYPE_CHECKING:
     from typing import Any
 
@@ -115,7 +115,7 @@ _EXPORTS = {
 
 
 def __getattr__(name: str) -> Any:
-    """Load and return a public name when it is first used, so that small commands start without them."""
+    """Load and return a public name when it is first used, so that small commands do not load what they do not use."""
     from pyros1.ground.lazy import load  # noqa: PLC0415 - most imports never get here
 
     return load(__name__, _EXPORTS, name)

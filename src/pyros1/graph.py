@@ -36,7 +36,7 @@ _CONNECTION_INFO = re.compile(r"(?:TCPROS|LOCAL) connection on port (\d+) to \[(
 
 
 class Master(Protocol):
-    """The part of MasterClient that is used in this module."""
+    """The methods of MasterClient that this module uses."""
 
     caller_id: str
 
@@ -107,7 +107,7 @@ class Graph:
     """Queries to a master and to registered nodes.
 
     Args:
-        master: a MasterClient. All methods raise MasterUnreachableError if it does not respond.
+        master: a MasterClient. All methods raise MasterUnreachableError if the master does not respond.
     """
 
     def __init__(self, master: Master) -> None:
@@ -122,7 +122,7 @@ class Graph:
         return SystemState(publishers, subscribers, services)
 
     def topic_types(self) -> dict[str, str]:
-        """Return the types, including ``*``, by topic, for all topics that ever had one, in the master's order."""
+        """Return the types, including ``*``, by topic, for all topics that ever had a type, in the master's order."""
         return {untrusted(entry[0]): untrusted(entry[1]) for entry in self.master.get_topic_types()}
 
     def published_types(self) -> dict[str, str]:
@@ -130,7 +130,7 @@ class Graph:
         return {untrusted(entry[0]): untrusted(entry[1]) for entry in self.master.get_published_topics("")}
 
     def find_topic(self, name: str) -> tuple[str, str, str] | None:
-        """Split a name such as ``/topic/field`` after the registered topic.
+        """Split a name such as ``/topic/field`` into the registered topic and the path of the field.
 
         Returns:
             (topic, type, field path). The path is empty or begins with ``/`` or ``[``. None if there is no such topic
@@ -164,7 +164,7 @@ class Graph:
             return None
 
     def node_api(self, uri: str, timeout: float = NODE_TIMEOUT) -> NodeApi:
-        """Return a client for the API of the node at a URI."""
+        """Return a client for the API of the node with the given URI."""
         return NodeApi(self.master.caller_id, uri, timeout)
 
 
@@ -227,7 +227,7 @@ class NodeApi:
         )
 
     def shutdown(self, reason: str) -> None:
-        """Request the node to shut down."""
+        """Ask the node to shut down."""
         self._call("shutdown", reason)
 
     def close(self) -> None:
@@ -236,10 +236,11 @@ class NodeApi:
 
 
 def parse_bus_entry(entry: Any) -> Connection:
-    """Return the connection in an entry of ``getBusInfo``, of which the last two elements may be missing.
+    """Return the connection that an entry of ``getBusInfo`` describes. The last two elements of the entry may be
+    missing.
 
     Raises:
-        ProtocolError: the value is not an entry of ``getBusInfo``.
+        ProtocolError: the argument is not an entry of ``getBusInfo``.
     """
     if not isinstance(entry, (list, tuple)) or len(entry) < 5:
         raise ProtocolError(f"not an entry of getBusInfo: {entry!r}"[:200])
@@ -294,7 +295,7 @@ def probe_service(name: str, uri: str, caller_id: str, timeout: float = PROBE_TI
 
 
 def names_in_namespace(names: Iterable[str], namespace: str | None) -> list[str]:
-    """Return the names that equal ``namespace`` or are below it; all names if it is None or the root."""
+    """Return the names that equal ``namespace`` or are below it; all names if ``namespace`` is None or the root."""
     if not namespace or namespace == SEP:
         return list(names)
     prefix = namespace.rstrip(SEP) + SEP

@@ -78,13 +78,13 @@ class OneGoal(RuleBasedStateMachine):
     @rule(skipped=st.integers(0, 3))
     def status_comes(self, skipped: int) -> None:
         self.newest = min(self.newest + skipped, len(self.said) - 1)
-        self.client.take_statuses({"g": self.said[self.newest]})
+        self.client.handle_statuses({"g": self.said[self.newest]})
 
     @precondition(lambda self: self.ended is not None)
     @rule()
     def result_comes(self) -> None:
         first = not self.client.done
-        self.client.take_result(self.ended, "result")
+        self.client.handle_result(self.ended, "result")
         assert self.client.done
         assert self.client.result == "result"
         if first:
@@ -127,14 +127,14 @@ def test_unknown_statuses_are_odd() -> None:
 
 def test_a_goal_that_the_server_forgets_is_lost() -> None:
     progress = Progress("g", lambda _: None)
-    progress.take_statuses({})
+    progress.handle_statuses({})
     assert not progress.done  # it may not have come yet
     assert progress.ask_to_cancel()
-    progress.take_statuses({})
+    progress.handle_statuses({})
     assert not progress.done
-    progress.take_statuses({"g": SimpleNamespace(status=1, text="on")})
+    progress.handle_statuses({"g": SimpleNamespace(status=1, text="on")})
     assert progress.stage is Stage.WAITING_FOR_CANCEL_ACK
-    progress.take_statuses({})
+    progress.handle_statuses({})
     assert progress.done
     assert progress.status is Status.LOST
 
@@ -142,7 +142,7 @@ def test_a_goal_that_the_server_forgets_is_lost() -> None:
 def test_a_result_without_an_end_is_odd() -> None:
     oddities: list[str] = []
     progress = Progress("g", lambda _: None, oddities.append)
-    progress.take_result(SimpleNamespace(status=1, text=""), "result")
+    progress.handle_result(SimpleNamespace(status=1, text=""), "result")
     assert progress.done
     assert progress.status is Status.LOST
     assert len(oddities) == 1

@@ -25,7 +25,7 @@ from pyros1.msgs.json_form import to_json
 from pyros1.msgs.spec import action_messages, parse_message, parse_service
 from pyros1.msgs.text import format_message
 from pyros1.observe.expression import Expression
-from pyros1.reconfigure.values import choices
+from pyros1.reconfigure.values import parse_choices
 from pyros1.urdf.model import UrdfError
 from pyros1.urdf.reading import read_robot
 from pyros1.values import YamlError, dump_yaml, load_all_yaml
@@ -223,7 +223,7 @@ def names(data: bytes) -> None:
 
 def userdata(data: bytes) -> None:
     """Read what another state machine sends, which is a pickle; and the choices of a parameter, which are Python."""
-    choices(_text(data))
+    parse_choices(_text(data))
     local_data.decode(data.decode("latin-1"))
 
 

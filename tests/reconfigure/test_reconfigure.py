@@ -16,8 +16,8 @@ from pyros1.reconfigure.encoding import (
     build_tree,
     decode,
     decode_description,
-    describe,
     encode,
+    encode_description,
     groups_of,
     parameters_of,
 )
@@ -44,7 +44,7 @@ def test_descriptions(parameters: Parameters) -> None:
         ("Lamp", 1, 0),
         ("Colour", 2, 1),
     ]
-    message = describe(root, parameters.max, parameters.min, parameters.defaults)
+    message = encode_description(root, parameters.max, parameters.min, parameters.defaults)
     seen = decode_description(message)
     assert [each["name"] for each in parameters_of(seen)] == list(parameters.defaults)
     assert seen["groups"]["Lamp"]["groups"]["Colour"]["parameters"][0]["default"] == "red"

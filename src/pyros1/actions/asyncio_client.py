@@ -21,7 +21,7 @@ _POLL_INTERVAL = 0.5
 
 
 class AsyncGoal:
-    """A goal that was sent; see `ClientGoal`."""
+    """A goal that an `AsyncClient` has sent; see `ClientGoal`."""
 
     def __init__(self, goal: ClientGoal, client: Client) -> None:
         self._goal = goal
@@ -30,7 +30,7 @@ class AsyncGoal:
         loop = asyncio.get_running_loop()
 
         def wake() -> None:
-            with suppress(RuntimeError):  # the loop is closed
+            with suppress(RuntimeError):  # the asyncio loop is closed
                 loop.call_soon_threadsafe(self._changed.set)
 
         goal.on_change(wake)
@@ -83,7 +83,7 @@ class AsyncGoal:
             yield goal.next_feedback()
 
     def cancel(self) -> None:
-        """Request the server to cancel the goal; does not wait."""
+        """Ask the server to cancel the goal; does not wait."""
         self._goal.cancel()
 
     def forget(self) -> None:
@@ -158,5 +158,5 @@ class AsyncClient:
         return AsyncGoal(client.send(goal, timeout=0.0), client)
 
     def cancel_all(self) -> None:
-        """Request the server to cancel all its goals, including those of other clients. Does not wait."""
+        """Ask the server to cancel all its goals, including those of other clients; does not wait."""
         self.sync.cancel_all()

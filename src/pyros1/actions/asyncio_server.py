@@ -33,7 +33,7 @@ class AsyncServer:
         name: name of the action.
         action: the action's class, or the name of its type.
         execute: coroutine function, called with each `ServerGoal`. If it returns a result message, the goal has
-            succeeded with that result; otherwise it must end the goal itself and return None. If a client requests to
+            succeeded with that result; otherwise it must end the goal itself and return None. If a client asks to
             cancel the goal, the task is cancelled; to send a result in that case, the coroutine must catch
             ``asyncio.CancelledError`` and call ``goal.cancel(result)``.
         most: maximum number of concurrent goals; further ones are rejected.
@@ -66,7 +66,7 @@ class AsyncServer:
         return self
 
     async def __aexit__(self, *_: object) -> None:
-        """Cancel all goals, wait until their tasks have ended, and stop."""
+        """Cancel all goals, wait until their tasks have ended, and stop the server."""
         tasks = list(self._tasks)
         for task in tasks:
             task.cancel()
@@ -76,10 +76,10 @@ class AsyncServer:
 
     def _on_goal(self, goal: ServerGoal) -> None:
         assert self._loop is not None
-        with suppress(RuntimeError):  # the loop is closed
-            self._loop.call_soon_threadsafe(self._start, goal)
+        with suppress(RuntimeError):  # the asyncio loop is closed
+            self._loop.call_soon_threadsafe(self._start_goal, goal)
 
-    def _start(self, goal: ServerGoal) -> None:
+    def _start_goal(self, goal: ServerGoal) -> None:
         loop = self._loop
         assert loop is not None
         try:
@@ -88,8 +88,8 @@ class AsyncServer:
                 return
             goal.accept()
         except ActionError:
-            return  # a client has just cancelled it
-        task = loop.create_task(self._run(goal))
+            return  # a client has just cancelled the goal
+        task = loop.create_task(self._run_goal(goal))
         self._tasks.add(task)
         task.add_done_callback(self._tasks.discard)
 
@@ -99,7 +99,7 @@ class AsyncServer:
 
         goal.on_cancel(cancel_task)
 
-    async def _run(self, goal: ServerGoal) -> None:
+    async def _run_goal(self, goal: ServerGoal) -> None:
         try:
             result = await self._execute(goal)
             if not goal.ended and result is None:

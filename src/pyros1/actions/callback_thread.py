@@ -10,7 +10,7 @@ from pyros1.net.signal_safe import Condition
 from pyros1.node.log.logger import Log
 
 _IDLE_TIMEOUT = 0.5
-"""Seconds for which the thread waits for another callback."""
+"""Seconds for which the idle thread waits for another callback before it calls the check, or exits."""
 
 
 class CallbackThread:

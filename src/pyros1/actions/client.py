@@ -29,7 +29,9 @@ _INBOX_SIZE = 1000
 
 
 class Client:
-    """Sends goals to an action's server, and follows them. Thread-safe. Also a context manager that closes it.
+    """Sends goals to an action's server, and follows them. Thread-safe.
+
+    As a context manager, the client closes itself on exit.
 
     The callbacks of goals run one after the other, in a separate thread, even in a node that spins. They may send goals
     and wait for them.
@@ -52,8 +54,8 @@ class Client:
         self._names = GoalNames(node.name)
         self._open_goals: dict[str, ClientGoal] = {}
         self._condition = Condition()
-        self._callbacks = CallbackThread(f"pyros1-action {self.name}", node.log, self._check)
-        self._has_status = False  # a status was received, so a server is running
+        self._callbacks = CallbackThread(f"pyros1-action {self.name}", node.log, self._check_server)
+        self._has_status = False  # whether a status was received, so that a server must be running
         self._server_name = ""  # name of the node that sent the status
         self._disconnected_since: float | None = None
         self._closed = False
@@ -205,7 +207,7 @@ class Client:
         return True
 
     def watch(self) -> None:
-        """Check whether the server still exists; if it has been gone for `LOST_AFTER` seconds, its goals are lost.
+        """Check whether the server still exists; if it has been gone for `LOST_AFTER` seconds, mark its goals as lost.
 
         Raises:
             NodeShutdownError: the node is shutting down.
@@ -219,7 +221,7 @@ class Client:
         elif monotonic() - self._disconnected_since > LOST_AFTER:
             self._lose_goals("the action server is gone")
 
-    def _check(self) -> bool:
+    def _check_server(self) -> bool:
         """Check whether the server still exists; return whether to check again, because goals are open."""
         with suppress(NodeShutdownError):
             self.watch()
@@ -250,7 +252,7 @@ class Client:
         """The links that carry cancel requests to the server."""
         return links_of_node(self._cancel_publisher.links, self._server_name, lambda link: link.peer)
 
-    # Received ---------------------------------------------------------------------------------------------------------
+    # Received messages ------------------------------------------------------------------------------------------------
 
     def _on_statuses(self, message: Any) -> None:
         self._has_status = True
@@ -266,8 +268,8 @@ class Client:
 
     def _on_result(self, message: Any) -> None:
         goal = self._open_goals.get(message.status.goal_id.id)
-        if goal is not None:  # otherwise: a goal of another client
-            goal.take(lambda progress: progress.take_result(message.status, message.result))
+        if goal is not None:  # otherwise, another client has sent the goal
+            goal.take(lambda progress: progress.handle_result(message.status, message.result))
 
     def _on_feedback(self, message: Any) -> None:
         goal = self._open_goals.get(message.status.goal_id.id)

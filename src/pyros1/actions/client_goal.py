@@ -44,7 +44,7 @@ class ClientGoal:
         self._on_feedback = on_feedback
         self._on_stage = on_stage
         self._on_done = on_done
-        self._feedback: deque[Any] = deque(maxlen=_MAX_FEEDBACK)
+        self._feedback_queue: deque[Any] = deque(maxlen=_MAX_FEEDBACK)
         self._listeners: list[Callable[[], object]] = []
 
     @property
@@ -74,7 +74,7 @@ class ClientGoal:
             timeout: maximum number of seconds of wall time; None for no limit.
 
         Returns:
-            Whether it has ended.
+            Whether the goal has ended.
 
         Raises:
             NodeShutdownError: the node is shutting down.
@@ -116,20 +116,20 @@ class ClientGoal:
         """
         check_timeout(timeout)
         while True:
-            if not self._client.wait(lambda: self._feedback or self._progress.done, timeout):
+            if not self._client.wait(lambda: self._feedback_queue or self._progress.done, timeout):
                 raise WaitTimeoutError(f"no feedback for goal {self.name} within {timeout} s")
-            if not self._feedback:
+            if not self._feedback_queue:
                 return
-            yield self._feedback.popleft()
+            yield self._feedback_queue.popleft()
 
     @property
     def has_feedback(self) -> bool:
         """Whether a feedback message is waiting for an iteration."""
-        return bool(self._feedback)
+        return bool(self._feedback_queue)
 
     def next_feedback(self) -> Any:
         """Return the oldest waiting feedback message; raises IndexError if there is none."""
-        return self._feedback.popleft()
+        return self._feedback_queue.popleft()
 
     def cancel(self) -> None:
         """Ask the server to cancel the goal, which ends when the server confirms. Do nothing if the goal has ended."""
@@ -143,15 +143,15 @@ class ClientGoal:
             self._cancel_requested_on = self._client.cancel(self.name)
 
     def forget(self) -> None:
-        """Stop following the goal: its callbacks are no longer called, and its waits end as if it were lost."""
+        """Stop following the goal: its callbacks are no longer called, and its waits end as if the goal were lost."""
         self._on_feedback = self._on_stage = self._on_done = None
         self.take(lambda progress: progress.lose("the client has forgotten the goal"))
 
     def on_change(self, listener: Callable[[], object]) -> None:
-        """Call a function after each change and each feedback message, in any thread."""
+        """Register a function to be called, in any thread, after each change and each feedback message."""
         self._listeners.append(listener)
 
-    # Received, in any thread ------------------------------------------------------------------------------------------
+    # Called in any thread ---------------------------------------------------------------------------------------------
 
     def take(self, change: Callable[[Progress], object]) -> None:
         """Apply a function to the progress, under the client's lock; then notify listeners if the stage has changed."""
@@ -167,15 +167,15 @@ class ClientGoal:
     def take_statuses(
         self, statuses: dict[str, Any], links: frozenset[object], asking: frozenset[object], now: float
     ) -> None:
-        """Handle a list of statuses; see `Progress.take_statuses`. A lost cancel request is sent again.
+        """Handle a list of statuses; see `Progress.handle_statuses`. A lost cancel request is sent again.
 
         Args:
-            statuses, now: as for `Progress.take_statuses`.
+            statuses, now: see `Progress.handle_statuses`.
             links: the current links for goals and results.
             asking: the current links for cancel requests.
         """
         has_all_links = bool(self.links) and self.links <= links
-        self.take(lambda progress: progress.take_statuses(statuses, not has_all_links, now))
+        self.take(lambda progress: progress.handle_statuses(statuses, not has_all_links, now))
         requested_on = self._cancel_requested_on
         awaits_cancel_ack = self.stage is Stage.WAITING_FOR_CANCEL_ACK and self.name in statuses
         if awaits_cancel_ack and requested_on is not None and asking and not requested_on & asking:
@@ -186,7 +186,7 @@ class ClientGoal:
         with self._client.lock:
             if self._progress.done:
                 return
-            self._feedback.append(feedback)
+            self._feedback_queue.append(feedback)
             callback = self._on_feedback
             if callback is not None:
                 self._client.call(lambda: callback(feedback))

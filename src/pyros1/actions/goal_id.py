@@ -1,4 +1,4 @@
-"""Goal names, and which goals a cancel request is for."""
+"""Creates goal names, and determines which goals a cancel request is for."""
 
 from __future__ import annotations
 

@@ -46,27 +46,26 @@ TOO_OLD_TEXT = (
 
 
 class GoalTable(Generic[_T]):
-    """All goals whose status a server publishes. The caller must hold the locks.
+    """All goals whose status a server publishes. Not thread-safe: the caller must hold a lock.
 
     Attributes:
         goals: the goals in order of arrival.
-        kept: how long a goal's status is published after the goal has ended.
+        keep_duration: how long a goal's status is published after the goal has ended.
         last_cancel: the latest time up to which goals were cancelled.
     """
 
-    def __init__(self, kept: Duration) -> None:
+    def __init__(self, keep_duration: Duration) -> None:
         self.goals: list[_T] = []
-        self.kept = kept
+        self.keep_duration = keep_duration
         self.last_cancel = Time()
         self._last_time = Time()  # the time last passed to `forget`
 
     def find(self, name: str) -> _T | None:
-        """Return the goal with a name; None if it is not known."""
+        """Return the goal with the given name; None if there is no such goal."""
         return next((goal for goal in self.goals if goal.status.goal_id.id == name), None)
 
     def find_arrived(self, name: str, now: Time) -> tuple[_T | None, bool]:
-        """Find the known goal with the name of an arriving one; mark it as recalled if it was cancelled before it
-        arrived.
+        """Find the known goal with an arriving goal's name; mark it as recalled if it was cancelled before its arrival.
 
         Returns:
             The known goal, or None; and whether it was marked as recalled, in which case the client needs a result now.
@@ -81,7 +80,7 @@ class GoalTable(Generic[_T]):
         return known, is_recalled
 
     def is_too_old(self, goal_id: Any) -> bool:
-        """Return whether an earlier request has already cancelled a new goal because of the goal's time."""
+        """Return whether a new goal is covered by an earlier request to cancel all goals up to some time."""
         return bool(goal_id.stamp) and bool(goal_id.stamp <= self.last_cancel)
 
     def match_cancel(self, request: Any) -> list[_T]:
@@ -90,17 +89,19 @@ class GoalTable(Generic[_T]):
         return [goal for goal in self.goals if matches(request, goal.status.goal_id)]
 
     def forget(self, now: Time) -> list[_T]:
-        """Remove and return the goals that ended more than ``kept`` ago.
+        """Remove and return the goals that ended more than ``keep_duration`` ago.
 
-        Called at each change and regularly. When simulated time has jumped back, as when a bag is replayed, the time
-        of ended goals is counted from then on, and earlier cancel requests no longer apply.
+        Must be called at each change, and at regular intervals. When simulated time has jumped back, as when a bag is
+        replayed, goals that ended later count as having ended now, and a later `last_cancel` is set back to now.
         """
         if now < self._last_time:
             self.last_cancel = min(self.last_cancel, now)
             for goal in self.goals:
                 goal.ended_at = goal.ended_at and min(goal.ended_at, now)
         self._last_time = now
-        expired = [goal for goal in self.goals if goal.ended_at is not None and goal.ended_at + self.kept < now]
+        expired = [
+            goal for goal in self.goals if goal.ended_at is not None and goal.ended_at + self.keep_duration < now
+        ]
         if expired:
             self.goals = [goal for goal in self.goals if goal not in expired]
         return expired

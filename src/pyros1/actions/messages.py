@@ -1,4 +1,4 @@
-"""The message classes of an action, and its subscriptions."""
+"""Finds the message classes of an action, and subscribes to its topics."""
 
 from __future__ import annotations
 
@@ -58,7 +58,8 @@ def subscribe_direct(
 
 
 def links_of_node(links: Iterable[Any], name: str, name_of: Callable[[Any], str | None]) -> frozenset[object]:
-    """Return the links to one node, since others may only be listening; all links if none leads to it, as with a relay.
+    """Return the links to one node, as other nodes may only be listening; all links if none leads to it, as with a
+    relay.
 
     Args:
         links: the links of a publisher or subscriber.

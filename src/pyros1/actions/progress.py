@@ -1,4 +1,4 @@
-"""A goal as its client sees it, without communication: stages derived from the server's messages, in any order."""
+"""A goal as its client sees it, without communication: derives stages from the server's messages in any order."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ LOST_AFTER = 5.0
 
 
 class Progress:
-    """Stage, status and result of one goal. The caller must hold the locks.
+    """Stage, status and result of one goal. Not thread-safe: the caller must hold a lock.
 
     Attributes:
         name: the goal's name, unique in the system.
@@ -45,7 +45,7 @@ class Progress:
         """Whether the goal has ended for this client."""
         return self.stage is Stage.DONE
 
-    def take_statuses(self, statuses: dict[str, Any], link_lost: bool = False, now: float = 0.0) -> None:
+    def handle_statuses(self, statuses: dict[str, Any], link_lost: bool = False, now: float = 0.0) -> None:
         """Handle a list of statuses.
 
         A server that no longer knows a goal has been restarted: the goal is lost. It is also lost if links have broken,
@@ -61,7 +61,7 @@ class Progress:
         status = statuses.get(self.name)
         if status is not None:
             self._silent_since = None
-            self._take_status(status.status, status.text)
+            self._apply_status(status.status, status.text)
         elif self._is_known_to_server and self.stage is not Stage.WAITING_FOR_RESULT:
             self.lose("the action server no longer knows the goal")
         elif link_lost:
@@ -70,12 +70,12 @@ class Progress:
             elif now - self._silent_since > LOST_AFTER:
                 self.lose("a connection broke, and the action server does not know the goal")
 
-    def take_result(self, status: Any, result: Any) -> None:
+    def handle_result(self, status: Any, result: Any) -> None:
         """Handle the goal's result and the actionlib_msgs/GoalStatus sent with it; ignore all results but the first."""
         if self.done:
             return
         self.result = result
-        self._take_status(status.status, status.text)
+        self._apply_status(status.status, status.text)
         if not self.status.ended:
             self._on_violation(f"goal {self.name} got a result while its status was {self.status.name}")
             self.status = Status.LOST
@@ -90,12 +90,12 @@ class Progress:
         return True
 
     def lose(self, reason: str) -> None:
-        """End the goal without a message from the server."""
+        """Mark the goal as lost, without a message from the server."""
         if not self.done:
             self.status, self.text = Status.LOST, reason
             self._enter(Stage.DONE)
 
-    def _take_status(self, status: int, text: str) -> None:
+    def _apply_status(self, status: int, text: str) -> None:
         self._is_known_to_server = True
         stages = stages_after(self.stage, status)
         if stages is None:

@@ -23,8 +23,9 @@ _INBOX_SIZE = 1000
 
 
 class Server:
-    """Receives goals and reports their state to clients. Also a context manager that closes it. `SimpleServer` is for
-    the usual case.
+    """Receives goals and reports their state to clients. In the usual case, `SimpleServer` is easier to use.
+
+    As a context manager, the server closes itself on exit.
 
     The callbacks run in separate threads, even in a node that spins. They should return quickly: execute goals in other
     threads.
@@ -34,7 +35,7 @@ class Server:
         name: name of the action.
         action: the action's class, such as FibonacciAction, or the name of its type, "actionlib_tutorials/Fibonacci".
         on_goal: called with each new `ServerGoal`, which it accepts or rejects, now or later.
-        on_cancel: called with each goal that a client requests to cancel; its ``cancel_requested`` is already set.
+        on_cancel: called with each goal that a client asks to cancel; its ``cancel_requested`` is already set.
         frequency: number of status messages per second; one is also sent after every change.
         kept: seconds for which a goal's status is still published after the goal has ended.
 
@@ -64,7 +65,7 @@ class Server:
         self._on_cancel = on_cancel
         self._names = GoalNames(node.name)
         self._table: GoalTable[Tracked] = GoalTable(Duration.from_sec(kept))
-        self._goals: dict[str, ServerGoal] = {}
+        self._goals_by_name: dict[str, ServerGoal] = {}
         self._status_array: Any = load_message("actionlib_msgs/GoalStatusArray")
         self._closed = False
         self._status_publisher = node.advertise(
@@ -113,7 +114,7 @@ class Server:
                 return
             now = self.node.now()
             for expired in self._table.forget(now):
-                self._goals.pop(expired.status.goal_id.id, None)
+                self._goals_by_name.pop(expired.status.goal_id.id, None)
             message = self._status_array(status_list=[tracked.status for tracked in self._table.goals])
             message.header.stamp = now
             self._status_publisher.publish(message)
@@ -145,17 +146,17 @@ class Server:
         with self.lock:
             now = self.node.now()
             goal_id = message.goal_id
-            known, is_recalled = self._table.find_arrived(goal_id.id, now)
-            if known is not None:
+            known_goal, is_recalled = self._table.find_arrived(goal_id.id, now)
+            if known_goal is not None:
                 if is_recalled:
-                    self.publish_result(known.status, None)
+                    self.publish_result(known_goal.status, None)
                 return
             goal_id.id = goal_id.id or self._names.next(now)
             if not goal_id.stamp:
                 goal_id.stamp = now
             tracked = Tracked(goal_id, goal=message)
             self._table.goals.append(tracked)
-            goal = self._goals[goal_id.id] = ServerGoal(self, tracked)
+            goal = self._goals_by_name[goal_id.id] = ServerGoal(self, tracked)
             if self._table.is_too_old(goal_id):
                 goal.cancel(text=TOO_OLD_TEXT)
                 return
@@ -168,10 +169,10 @@ class Server:
             matching = self._table.match_cancel(request)
             for tracked in matching:
                 if tracked.apply(Transition.ASK_TO_CANCEL):
-                    goal = self._goals.get(tracked.status.goal_id.id)
+                    goal = self._goals_by_name.get(tracked.status.goal_id.id)
                     if goal is not None:
                         goals_to_cancel.append(goal)
-            if request.id and self._table.find(request.id) is None:  # its goal may still arrive
+            if request.id and self._table.find(request.id) is None:  # the goal may still arrive
                 placeholder = Tracked(request)
                 placeholder.apply(Transition.ASK_TO_CANCEL)
                 placeholder.ended_at = self.node.now()

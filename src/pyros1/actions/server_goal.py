@@ -35,9 +35,7 @@ class ServerGoal:
 
     @property
     def cancel_requested(self) -> bool:
-        """Whether a client or a newer goal has requested this goal to stop; it should then end soon, for example by
-        `cancel`.
-        """
+        """Whether a client or a newer goal has asked this goal to stop; it should end soon, for example by `cancel`."""
         return self.status in (Status.RECALLING, Status.PREEMPTING)
 
     @property
@@ -49,7 +47,8 @@ class ServerGoal:
         """Accept the goal.
 
         Raises:
-            ActionError: the goal's state does not allow it; `reject`, `succeed`, `abort` and `cancel` raise it as well.
+            ActionError: the goal's state does not allow it; `reject`, `succeed`, `abort` and `cancel` also raise this
+                error.
         """
         self._transition(Transition.ACCEPT, text)
 
@@ -89,7 +88,7 @@ class ServerGoal:
         self._server.publish_feedback(self._tracked.status, feedback)
 
     def ask_to_cancel(self) -> None:
-        """Request the goal to stop, as a client would."""
+        """Ask the goal to stop, as a client would."""
         with self._server.lock:
             if not self._tracked.apply(Transition.ASK_TO_CANCEL):
                 return
@@ -97,7 +96,7 @@ class ServerGoal:
         self.hear_cancel()
 
     def on_cancel(self, listener: Callable[[], object]) -> None:
-        """Call a function when the goal is requested to stop, in any thread; immediately if that happened before."""
+        """Call a function, in any thread, when the goal is asked to stop; immediately if that has already happened."""
         with self._server.lock:
             self._listeners.append(listener)
             already_requested = self.cancel_requested

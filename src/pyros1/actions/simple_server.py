@@ -16,11 +16,13 @@ if TYPE_CHECKING:
     from pyros1.node import Node
 
 REPLACED_TEXT = "This goal was canceled because another goal was received by the simple action server"
+"""Stock's text for a waiting goal that was replaced by a newer one."""
 _POLL_INTERVAL = 0.5
+"""Maximum number of seconds until a shutdown of the node is noticed."""
 
 
 class SimpleServer:
-    """Executes one goal at a time: a new goal requests the current one to stop, and replaces a waiting one.
+    """Executes one goal at a time: a new goal asks the current one to stop, and replaces a waiting one.
 
     ::
 
@@ -70,15 +72,15 @@ class SimpleServer:
         self._thread.start()
 
     def close(self, timeout: float | None = 5.0) -> None:
-        """Request the current goal to stop, wait until it has ended, and stop the server.
+        """Ask the current goal to stop, wait until it has ended, and stop the server.
 
         Args:
             timeout: maximum number of seconds to wait for the current goal; None for no limit.
         """
         self._closed = True
-        current = self._current_goal
-        if current is not None:
-            current.ask_to_cancel()
+        current_goal = self._current_goal
+        if current_goal is not None:
+            current_goal.ask_to_cancel()
         self._condition.notify_all()
         if threading.current_thread() is not self._thread:
             self._thread.join(timeout)
@@ -92,12 +94,12 @@ class SimpleServer:
 
     def _on_goal(self, goal: ServerGoal) -> None:
         with self._lock:
-            replaced, self._next_goal = self._next_goal, goal
-            current = self._current_goal
-        if replaced is not None:
-            self._cancel(replaced, REPLACED_TEXT)
-        if current is not None:
-            current.ask_to_cancel()
+            replaced_goal, self._next_goal = self._next_goal, goal
+            current_goal = self._current_goal
+        if replaced_goal is not None:
+            self._cancel(replaced_goal, REPLACED_TEXT)
+        if current_goal is not None:
+            current_goal.ask_to_cancel()
         self._condition.notify_all()
 
     def _on_cancel(self, goal: ServerGoal) -> None:
@@ -127,7 +129,7 @@ class SimpleServer:
         try:
             goal.accept()
         except ActionError:
-            return  # a client has just cancelled it
+            return  # a client has just cancelled the goal
         result, text = None, "execute() returned without finishing the goal"
         try:
             result = self._execute(goal)

@@ -13,13 +13,14 @@
 
     asyncio.run(main())
 
-Messages are received as in a :class:`pyros1.Node`. For iterations that must not lose any message, the asyncio
-loop itself drives the deliveries (``driver.py``), and a slow iteration holds the publishers back. Iterations with a
-``queue_size`` get the newest messages even after other tasks have kept the loop busy, as the node's threads receive
-them. Messages are decoded when the iteration returns them. Nothing here blocks the asyncio loop: calls to the master
-and to other nodes run in worker threads.
+Messages are received as in a :class:`pyros1.Node`. For iterations that must not lose any message, the asyncio loop
+itself drives the deliveries (``driver.py``), and a slow iteration holds the publishers back. Iterations with a
+``queue_size`` get the newest messages even after other tasks have kept the loop busy, since threads of the node
+receive the messages. Messages are decoded when the iteration returns them. Nothing here blocks the asyncio loop: calls
+to the master and to other nodes run in worker threads.
 
-To wait for a message with a timeout: ``await asyncio.wait_for(anext(messages), 0.5)``. A late message is not lost.
+To wait for a message with a timeout: ``await asyncio.wait_for(anext(messages), 0.5)``. A message that arrives later is
+not lost.
 
 SIGINT and SIGTERM shut the node down: its hooks run, and iterations, waits and the body of ``async with`` end, so
 that the program exits with code 0. The program must end other tasks itself. A second signal ends it immediately.

@@ -14,10 +14,10 @@ if TYPE_CHECKING:
 
 
 class LoopDriver:
-    """The driver of one node's iterations; all methods except `wake` and `call` run in the loop's thread.
+    """The driver of one node's delivery loops; all methods except `wake` and `call` run in the asyncio loop's thread.
 
     Args:
-        loop: the running loop.
+        loop: the running asyncio loop.
         on_error: called with each exception that a delivery loop does not handle.
     """
 
@@ -29,7 +29,7 @@ class LoopDriver:
         self._thread = threading.get_ident()
         self._on_error = on_error
         self._deliveries: dict[int, DeliveryLoop] = {}
-        self._running_fd: int | None = None  # the socket for which a delivery loop is running, until it is rearmed
+        self._running_fd: int | None = None  # the socket for which a delivery loop is running, until rearmed
 
     def register(self, fd: int, delivery: DeliveryLoop) -> None:
         """Run a delivery loop when a socket becomes readable: once, and again after each `rearm`."""
@@ -37,34 +37,34 @@ class LoopDriver:
         self._loop.add_reader(fd, self._on_readable, fd)
 
     def rearm(self, fd: int) -> None:
-        """Watch a socket again after its delivery loop has run."""
+        """Watch a socket again, after its delivery loop has run."""
         if fd == self._running_fd:
-            self._running_fd = None  # the loop is still watching it
+            self._running_fd = None  # the asyncio loop is still watching the socket
         elif fd in self._deliveries:
             self._loop.add_reader(fd, self._on_readable, fd)
 
     def unregister(self, fd: int) -> None:
-        """Unregister a socket; call this before closing it."""
+        """Stop watching a socket; call this before closing the socket."""
         self._deliveries.pop(fd, None)
-        with contextlib.suppress(RuntimeError):  # the loop is closed
+        with contextlib.suppress(RuntimeError):  # the asyncio loop is closed
             self._loop.remove_reader(fd)
 
     def wake(self, delivery: DeliveryLoop) -> None:
         """Schedule a delivery loop to run soon. Thread-safe."""
-        with contextlib.suppress(RuntimeError):  # the loop is closed
+        with contextlib.suppress(RuntimeError):  # the asyncio loop is closed
             self._loop.call_soon_threadsafe(self._run, delivery)
 
     def call(self, function: Callable[[], None], timeout: float) -> None:
-        """Call a function in the loop's thread; wait for it at most ``timeout`` seconds."""
+        """Call a function in the asyncio loop's thread; wait at most ``timeout`` seconds until it returns."""
         if threading.get_ident() != self._thread and self._loop.is_running():
             called = threading.Event()
 
-            def call() -> None:
+            def call_and_notify() -> None:
                 function()
                 called.set()
 
             with contextlib.suppress(RuntimeError):
-                self._loop.call_soon_threadsafe(call)
+                self._loop.call_soon_threadsafe(call_and_notify)
                 called.wait(timeout)
                 return
         function()
@@ -84,20 +84,20 @@ class LoopDriver:
             if delivery.driver is self:
                 delivery.run(fd)
             else:
-                delivery.driver.wake(delivery)  # it was moved to another driver
+                delivery.driver.wake(delivery)  # the delivery loop was moved to another driver
         except Exception as error:  # noqa: BLE001  a bug in pyros1; the other subscriptions must go on
             self._on_error(error)
 
 
 def can_drive(loop: asyncio.AbstractEventLoop) -> bool:
-    """Return whether an asyncio loop can wait for sockets. The default one on Windows cannot."""
-    near, far = socket.socketpair()
+    """Return whether an asyncio loop can wait for sockets. The default loop on Windows cannot."""
+    watched_socket, other_socket = socket.socketpair()
     try:
-        loop.add_reader(near, lambda: None)
-        loop.remove_reader(near)
+        loop.add_reader(watched_socket, lambda: None)
+        loop.remove_reader(watched_socket)
     except NotImplementedError:
         return False
     finally:
-        near.close()
-        far.close()
+        watched_socket.close()
+        other_socket.close()
     return True

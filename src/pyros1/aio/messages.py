@@ -24,14 +24,14 @@ MAX_PENDING = 100
 class Messages(Generic[_M]):
     """The messages of one topic, for ``async for``; created by ``Node.subscribe``. Ends when the node shuts down.
 
-    The messages are queued undecoded, in one queue for each publisher; publishers take turns, as for a callback.
+    The messages are queued undecoded, in one queue for each publisher; the publishers take turns, as for a callback.
 
-    Uses no lock: messages may be added and removed by different threads, and a signal handler may run at any time.
+    No lock is used: messages may be added and removed by different threads, and a signal handler may run at any time.
 
     Args:
         loop: the asyncio loop in which the iteration runs.
-        limit: maximum number of queued messages of each publisher; older ones are dropped. None drops nothing:
-            publishers are held back.
+        limit: maximum number of queued messages of each publisher; older ones are dropped. With None, nothing is
+            dropped, and publishers are held back instead.
         urgent: whether other subscribers must not hold back the message that is awaited here.
     """
 
@@ -43,17 +43,17 @@ class Messages(Generic[_M]):
         self._inboxes: dict[Source, Inbox] = {}
         self._inbox_set = InboxSet()
         self._ready = asyncio.Event()
-        self._is_wake_scheduled = False  # the loop has been asked to check for messages
+        self._is_wake_scheduled = False  # whether the asyncio loop has been asked to check for messages
         self._ended = False
         self._abandoned = False
-        self._full_inboxes: set[Inbox] = set()  # those whose publishers are held back
-        self._cleanup_at = 1  # number of inboxes at which those of disconnected publishers are removed
+        self._full_inboxes: set[Inbox] = set()  # the inboxes whose publishers are held back
+        self._cleanup_at = 1  # number of inboxes at which the empty ones of disconnected publishers are removed
         self._subscriber: Subscriber[_M] | None = None
 
     # For the subscription ---------------------------------------------------------------------------------------------
 
     def put(self, source: Source, item: Item) -> None:
-        """Add a message. Called by one thread at a time."""
+        """Add a message of a publisher. Called by one thread at a time."""
         inbox = self._inboxes.get(source)
         if inbox is None:
             inbox = self._open_inbox(source)
@@ -62,14 +62,14 @@ class Messages(Generic[_M]):
             self._inbox_set.mark_ready(inbox)
         if self._limit is None and inbox.is_full(MAX_PENDING):
             self._full_inboxes.add(inbox)
-            if not inbox.is_full(MAX_PENDING // 2):  # the loop has emptied the inbox, perhaps before it was added
-                self._full_inboxes.discard(inbox)
+            if not inbox.is_full(MAX_PENDING // 2):
+                self._full_inboxes.discard(inbox)  # the loop has emptied the inbox, perhaps before it was added
         if not self._is_wake_scheduled:
             self._is_wake_scheduled = True
             self._wake()
 
     def _open_inbox(self, source: Source) -> Inbox:
-        """Create a queue for a publisher; remove those of disconnected publishers."""
+        """Create a queue for a publisher; remove the empty queues of disconnected publishers."""
         if len(self._inboxes) >= self._cleanup_at:
             for other_source, inbox in list(self._inboxes.items()):
                 if not other_source.connected and not len(inbox):
@@ -105,7 +105,7 @@ class Messages(Generic[_M]):
             self._ended = True
 
     def attach(self, subscriber: Subscriber[_M]) -> None:
-        """Set the handle of the subscription. Messages may already have arrived. Thread-safe."""
+        """Set the handle of the subscription, for which messages may already have arrived. Thread-safe."""
         self._subscriber = subscriber
         if self._abandoned:
             subscriber.unregister()
@@ -171,7 +171,7 @@ class Messages(Generic[_M]):
         return self._subscriber.message(inbox.source, item)
 
     async def aclose(self) -> None:
-        """End the iteration, unsubscribe, and wait until that is done."""
+        """End the iteration, unsubscribe, and wait until the subscription has ended."""
         self.end()
         if self._subscriber is not None:
             # A cancellation ends only the wait.

@@ -63,11 +63,11 @@ class _Signals(SignalHandlers):
 
 
 def _no_callback(message: object) -> None:
-    """Do nothing: the callback of a subscriber that has a stream."""
+    """Do nothing. This is the callback of subscribers whose messages a stream receives."""
 
 
 class _Node(SyncNode):
-    """The underlying node, which is available before it has contacted its master.
+    """The underlying node, which can be shut down even before it has contacted its master.
 
     Args:
         on_created: called with this node as soon as it can be shut down.
@@ -91,7 +91,7 @@ class _Node(SyncNode):
         tcp_nodelay: bool,
         driver: Driver | None,
     ) -> Subscriber[Any]:
-        """Subscribe a stream; see :meth:`Node.subscribe`."""
+        """Subscribe to a topic, with a stream that receives the messages; see :meth:`Node.subscribe`."""
         cls = require_message_class(type, "subscribe")
         hints = Hints(tcp_nodelay=tcp_nodelay)
         return self._topics.subscribe(
@@ -99,7 +99,7 @@ class _Node(SyncNode):
         )
 
     def begin_watch(self, name: str, period: float, limit: float, notify: Callable[[Sighting], None]) -> Watch:
-        """Watch a node; see :meth:`Node.watch`."""
+        """Start to watch another node, and return the watch; see :meth:`Node.watch`."""
         check_name(name, "watch(name)")
         return self._watches.begin(self.resolve(name), period, limit, notify)
 
@@ -167,7 +167,7 @@ class Node:
         if error_class is None:
             return False
         if issubclass(error_class, asyncio.CancelledError) and self._is_body_cancelled:
-            uncancel = getattr(self._task, "uncancel", None)  # exists since Python 3.11
+            uncancel = getattr(self._task, "uncancel", None)  # the method exists since Python 3.11
             return uncancel is None or uncancel() == 0
         return issubclass(error_class, NodeShutdownError)  # a wait ended because the node was shut down
 
@@ -188,7 +188,7 @@ class Node:
                 self._loop.call_soon_threadsafe(self._schedule_cancel)
 
     def _poll_signals(self) -> None:
-        """Let Python run signal handlers regularly: a signal just before the loop starts waiting does not end that
+        """Let Python run signal handlers regularly: a signal just before the loop begins to wait does not end the
         wait.
         """
         assert self._loop is not None
@@ -262,8 +262,8 @@ class Node:
             topic: name of the topic.
             type: message class, or a type's name.
             queue_size: maximum number of messages of each publisher queued for the iteration; older ones are dropped
-                undecoded. None drops nothing: a publisher with 100 queued messages is held back, and so are other
-                subscriptions of the topic in this node, except `wait_for_message`.
+                undecoded. With None, nothing is dropped: a publisher with 100 queued messages is held back, and so
+                are other subscriptions of the topic in this node, except `wait_for_message`.
             tcp_nodelay: whether to ask publishers to send small messages without delay.
         """
         return await self._subscribe(topic, type, queue_size, tcp_nodelay)
@@ -299,8 +299,8 @@ class Node:
     async def wait_for_message(self, topic: str, type: type[_M] | str, timeout: float | None = None) -> _M:
         """Wait for one new message and return it.
 
-        Meanwhile, an iteration over the same topic keeps receiving, even if it is waiting for this call, so its queue
-        may exceed the usual limit.
+        Meanwhile, an iteration over the same topic keeps receiving messages, even if the iteration is waiting for
+        this call, so its queue may exceed the usual limit.
 
         Raises:
             WaitTimeoutError: no message arrived within ``timeout`` seconds.
@@ -347,8 +347,8 @@ class Node:
         Args:
             name: name of the service.
             type: service class, or a type's name.
-            handler: a coroutine function or a function, called in the asyncio loop; returns the same as a handler of
-                :meth:`pyros1.Node.advertise_service`.
+            handler: a coroutine function or a function, called in the asyncio loop; see
+                :meth:`pyros1.Node.advertise_service` for what it returns.
         """
         check_callback(handler, "advertise_service(name, type, handler)", "handler", type)
         loop = self._loop

@@ -1,4 +1,4 @@
-"""A watched node, for ``async for``."""
+"""The sightings of a watched node, for ``async for``."""
 
 from __future__ import annotations
 
@@ -20,12 +20,13 @@ if TYPE_CHECKING:
 class Sightings:
     """The sightings of a watched node, for ``async for``; created by ``Node.watch``. Ends when the node shuts down.
 
-    If more than 100 sightings are queued, the oldest are dropped. Also a context manager that ends the watch.
+    If more than 100 sightings are queued, the oldest are dropped. The object is also a context manager that ends the
+    watch.
 
     Args:
         loop: the asyncio loop in which the iteration runs.
-        begin: starts the watch and returns it; its argument is the function to call with each Sighting, in a thread of
-            the node.
+        begin: starts the watch and returns it; the argument is a function that the watch calls with each Sighting, in
+            a thread of the node.
     """
 
     def __init__(self, loop: asyncio.AbstractEventLoop, begin: Callable[[Callable[[Sighting], None]], Watch]) -> None:
@@ -47,12 +48,12 @@ class Sightings:
 
     @property
     def state(self) -> State:
-        """The node's current state."""
+        """The current state of the watched node."""
         return self._watch.state
 
     @property
     def alive(self) -> bool:
-        """Whether the node is running."""
+        """Whether the watched node is running."""
         return self._watch.alive
 
     @property

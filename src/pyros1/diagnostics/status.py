@@ -1,4 +1,4 @@
-"""The state of one part of a node or its hardware, which a task fills in."""
+"""The status of one part of a node or of its hardware, which a task fills in."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ OK, WARN, ERROR, STALE = 0, 1, 2, 3
 
 
 class Status(DiagnosticStatus):
-    """A diagnostic_msgs/DiagnosticStatus with methods for tasks to fill it."""
+    """A diagnostic_msgs/DiagnosticStatus with methods that fill it in."""
 
     def summary(self, level: int, message: str) -> None:
         """Set the level (OK, WARN, ERROR or STALE) and the message."""
         self.level, self.message = level, message
 
     def merge(self, level: int, message: str) -> None:
-        """Merge a level and a message into the current ones. The worse level and the messages of problems are kept.
+        """Merge a level and a message into the current ones: keep the worse level and the messages of problems.
 
-        If both are problems, or both are OK, the messages are joined.
+        If both levels are problems, or both are OK, the messages are joined.
         """
         if (level > OK) != (self.level > OK):
             if level > self.level:

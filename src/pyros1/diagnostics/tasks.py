@@ -1,6 +1,6 @@
 """Common tasks: checking how often something happens, checking time stamps, and combining several tasks.
 
-A task is a function that fills a `Status`.
+A task is a function that fills in a `Status`.
 """
 
 from __future__ import annotations
@@ -13,10 +13,11 @@ from pyros1.diagnostics.status import ERROR, OK, WARN, Status
 from pyros1.ground.timing import Time
 
 Task = Callable[[Status], object]
+"""A function that fills in a `Status`."""
 
 
 def alive(status: Status) -> None:
-    """Report that the node is alive; this function is a task."""
+    """Report that the node is alive. This function is a task."""
     status.summary(OK, "Alive")
 
 
@@ -26,7 +27,7 @@ class Frequency:
     Args:
         now: returns the time, for example ``node.now``.
         minimum, maximum: the limits in Hz; a ``maximum`` of None means no limit.
-        tolerance: the fraction by which the frequency may lie outside these limits; 0.1 is 10 %.
+        tolerance: the fraction of the limits by which the frequency may lie outside them; 0.1 means 10 %.
         window: the number of runs of the task over which events are counted.
     """
 
@@ -45,7 +46,7 @@ class Frequency:
         self.clear()
 
     def clear(self) -> None:
-        """Restart the count."""
+        """Forget all events, and restart the window."""
         with self._lock:
             self._count = 0
             self._runs = deque([(self._now(), 0)] * self._window, self._window)
@@ -56,7 +57,7 @@ class Frequency:
             self._count += 1
 
     def run(self, status: Status) -> None:
-        """Fill in a status; this method is the task."""
+        """Fill in a status. This method is the task."""
         with self._lock:
             now, count = self._now(), self._count
             window_start, count_before = self._runs[0]
@@ -98,7 +99,7 @@ class TimeStamps:
         self._now = now
         self._lock = threading.RLock()
         self._past_count = self._future_count = self._zero_count = 0
-        self._delays: list[float] = []  # minimum and maximum since the last run
+        self._delays: list[float] = []  # the minimum and the maximum since the last run; empty if there was no message
         self._has_seen_zero = False
 
     def tick(self, stamp: Time | float) -> None:
@@ -112,7 +113,7 @@ class TimeStamps:
             self._delays = [min([delay, *self._delays]), max([delay, *self._delays])]
 
     def run(self, status: Status) -> None:
-        """Fill in a status; this method is the task."""
+        """Fill in a status. This method is the task."""
         with self._lock:
             minimum_delay, maximum_delay = self._delays or (0.0, 0.0)
             status.summary(OK, "Timestamps are reasonable.")
@@ -142,7 +143,8 @@ class TimeStamps:
 
 
 class Combined:
-    """Combines several tasks in one status, with the values of all tasks and their summaries merged by `Status.merge`.
+    """Combines several tasks in one status: it contains the values of all tasks, and `Status.merge` merges the
+    summaries.
 
     Args:
         tasks: the tasks.
@@ -152,7 +154,7 @@ class Combined:
         self.tasks = list(tasks)
 
     def run(self, status: Status) -> None:
-        """Fill in a status; this method is the task."""
+        """Fill in a status. This method is the task."""
         initial_summary = status.level, status.message
         merged = Status()
         for task in self.tasks:

@@ -21,13 +21,13 @@ UNSET_SUMMARY = (ERROR, "No message was set")
 class Updater:
     """Runs tasks periodically and publishes their results until the node shuts down.
 
-    Each new task is announced with "Node starting up".
+    For each new task, "Node starting up" is published.
 
     Args:
         node: the node that publishes.
         hardware_id: identifies this piece of hardware, for example its serial number.
-        period: the time between two runs in seconds; 0 to run only when `update` is called. The parameter
-            ``~diagnostic_period``, if set at creation, takes precedence.
+        period: the time between two runs in seconds; 0 to run the tasks only when `update` is called. The parameter
+            ``~diagnostic_period`` takes precedence if it is set when the updater is created.
     """
 
     def __init__(self, node: Node, hardware_id: str = "", period: float = 1.0) -> None:

@@ -1,4 +1,4 @@
-"""Concurrent requests with a common timeout, so that a host that does not respond does not delay the others."""
+"""Runs requests concurrently with a common timeout, so that a host that does not respond does not delay the others."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ _V = TypeVar("_V")
 MAX_THREADS = 256
 
 
-def run_concurrently(jobs: Mapping[_K, Callable[[], _V]], seconds: float) -> dict[_K, _V | Exception]:
+def run_concurrently(jobs: Mapping[_K, Callable[[], _V]], timeout: float) -> dict[_K, _V | Exception]:
     """Run functions concurrently.
 
     Args:
-        jobs: functions by any key. A function that has not returned in time keeps running in its daemon thread, since
-            host name lookups cannot be interrupted.
-        seconds: the timeout for all functions. It is extended by the same amount for every further MAX_THREADS jobs,
-            so that jobs that hang do not use up the time of the others.
+        jobs: the functions to run, by any key. A function that has not returned in time keeps running in its daemon
+            thread, since host name lookups cannot be interrupted.
+        timeout: the number of seconds for all functions together. It is extended by the same amount for every further
+            MAX_THREADS jobs, so that jobs that hang do not use up the time of the others.
 
     Returns:
         The result of each function, or the exception it raised, or a DeadlineError, by key and in the same order.
@@ -32,8 +32,8 @@ def run_concurrently(jobs: Mapping[_K, Callable[[], _V]], seconds: float) -> dic
     finished: queue.SimpleQueue[tuple[_K, _V | Exception]] = queue.SimpleQueue()
     for key in jobs:
         pending.put(key)
-    seconds *= max(1, -(-len(jobs) // MAX_THREADS))
-    deadline = monotonic() + seconds
+    timeout *= max(1, -(-len(jobs) // MAX_THREADS))
+    deadline = monotonic() + timeout
 
     def run_jobs() -> None:
         while monotonic() < deadline:
@@ -55,5 +55,5 @@ def run_concurrently(jobs: Mapping[_K, Callable[[], _V]], seconds: float) -> dic
         except queue.Empty:
             break
         results[key] = result
-    timeout_error = DeadlineError(f"no response within {seconds:g} s")
+    timeout_error = DeadlineError(f"no response within {timeout:g} s")
     return {key: results.get(key, timeout_error) for key in jobs}

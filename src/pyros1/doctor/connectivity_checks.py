@@ -30,7 +30,7 @@ def check_connectivity(system: System, machine: Machine) -> list[Finding]:
 
 
 def _failed_nodes(system: System, kind: str) -> dict[str, list[str]]:
-    """Return the names of the nodes that failed in a given way, by host. `kind` is that of a `Failure`."""
+    """Return the names of the nodes whose `Failure` is of a given kind, by host."""
     nodes_by_host: dict[str, list[str]] = {}
     for name, node in sorted(system.nodes.items()):
         if node.failure is not None and node.failure.kind == kind:
@@ -117,12 +117,12 @@ def _check_loopback_addresses(system: System, machine: Machine) -> Iterator[Find
     on_other_machines = [name for name, node in responding.items() if node.addresses and not _is_here(node, machine)]
     is_master_remote = not _master_is_here(system, machine)
     if local_only_nodes and (on_other_machines or is_master_remote):
-        remote_part = "the master is" if is_master_remote else f"nodes are, for example {on_other_machines[0]}"
+        remote_text = "the master is" if is_master_remote else f"nodes are, for example {on_other_machines[0]}"
         yield Finding(
             "loopback-node",
             ERROR,
             "The following nodes have an address that means the local machine on every machine, "
-            f"but {remote_part} on another machine",
+            f"but {remote_text} on another machine",
             "on their machine: unset ROS_HOSTNAME, export ROS_IP=<address of that machine, here "
             f"{external_address(machine)}>, check /etc/hosts for 127.0.1.1, and restart them",
             tuple(f"{name} ({system.nodes[name].uri})" for name in local_only_nodes),
@@ -163,7 +163,7 @@ def _check_services(system: System, machine: Machine) -> Iterator[Finding]:
 
 
 def _is_provider_down(system: System, service: str) -> bool:
-    """Return whether no node that provides a service responds, which another check reports once per node."""
+    """Return whether none of a service's providers responds. Another check reports this, once per node."""
     providers = [system.nodes[name] for name in system.state.services.get(service, ()) if name in system.nodes]
     return bool(providers) and all(node.failure is not None for node in providers)
 

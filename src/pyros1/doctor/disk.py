@@ -1,4 +1,4 @@
-"""The disk usage of folders, and the files in them that are in use."""
+"""Determines the sizes of folders, and which of their files are in use."""
 
 from __future__ import annotations
 
@@ -9,12 +9,14 @@ from time import monotonic
 
 
 def folder_size(path: Path, *, on_disk: bool = False, deadline: float | None = None) -> int:
-    """Return the size in bytes of a file or folder. Links are not followed, and hard links are counted once.
+    """Return the size in bytes of a file or folder. Symbolic links are not followed.
+
+    Files with several hard links are counted once.
 
     Args:
         path: the file or folder.
         on_disk: whether to count disk usage instead of file sizes.
-        deadline: the time on the monotonic clock in seconds at which to stop counting.
+        deadline: the time on the monotonic clock in seconds at which to stop counting; None for no limit.
     """
     counted_inodes: set[tuple[int, int]] = set()
     total = 0

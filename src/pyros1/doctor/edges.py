@@ -1,4 +1,4 @@
-"""The connections between nodes: those expected, reported and missing. This module has no side effects."""
+"""The connections between nodes: which are expected, reported or missing. This module has no side effects."""
 
 from __future__ import annotations
 

@@ -17,7 +17,7 @@ class Failure(NamedTuple):
     """The reason why a request was not answered.
 
     Attributes:
-        kind: one of the five kinds above.
+        kind: UNRESOLVED, REFUSED, TIMEOUT, HANGS or OTHER.
         text: the error message.
     """
 
@@ -35,7 +35,9 @@ class Disk(NamedTuple):
 
 
 class LocalProcess(NamedTuple):
-    """A running ROS program on this machine. `master_uri` and `host` are from its environment; empty if unset."""
+    """A running ROS program on this machine. `master_uri` and `host` are from its environment variables; empty if
+    unset.
+    """
 
     pid: int
     name: str
@@ -57,7 +59,7 @@ class Machine:
         log_folder: the folder of log files.
         log_size: the size of that folder in bytes; a lower bound if counting took too long.
         masters: the URIs of the masters that are running on this machine.
-        processes: the running ROS programs that the system lists.
+        processes: the running ROS programs; empty if the operating system does not list them.
         python: the version of Python, such as ``(3, 11)``.
         launch_problems: problems in the given launch files.
         package_problems: problems that make packages unusable.
@@ -113,7 +115,7 @@ class ReportedType(NamedTuple):
 
     Attributes:
         type, md5sum: the type and its checksum; ``*`` for any.
-        failure: the reason why the node did not report them; None if it did.
+        failure: the reason why the node did not report the type; None if it did.
         definition: the full definition of the type if a publisher reported it.
         extra_bytes: the number of bytes after the end of the first message received while the publisher was queried;
             negative if bytes are missing.
@@ -134,7 +136,7 @@ class System:
         master_uri: the master's URI in this shell.
         state: the registered publishers, subscribers and service providers.
         nodes: the nodes by name.
-        services: for each service, its provider's URI and the reason why the provider did not respond; None if it did.
+        services: for each service, its provider's URI, and the reason why the provider did not respond or None.
         publications, subscriptions: the types that publishers and subscribers report. Only those that may reveal a
             problem are queried. Subscribers report only the name of the type.
         use_sim_time: whether the parameter /use_sim_time is true.

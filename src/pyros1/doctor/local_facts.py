@@ -42,8 +42,8 @@ def collect_machine(environ: Mapping[str, str]) -> Machine:
     processes = ros_processes()
     host_names |= {address[0] for address in (_host_and_port(process.master_uri) for process in processes) if address}
     addresses_by_host = run_concurrently({name: partial(resolve_host, name) for name in host_names if name}, _TIMEOUT)
-    logs = log_folder(environ)
-    missing = [
+    logs_path = log_folder(environ)
+    missing_folders = [
         part for part in environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep) if part and not os.path.isdir(part)
     ]
     return Machine(
@@ -53,13 +53,14 @@ def collect_machine(environ: Mapping[str, str]) -> Machine:
         resolved={
             name: None if isinstance(result, Exception) else result for name, result in addresses_by_host.items()
         },
-        missing_paths=missing,
+        missing_paths=missing_folders,
         disks=[
-            _disk(folder) for folder in dict.fromkeys((_closest_existing(logs), _closest_existing(ros_home(environ))))
+            _disk_facts(folder)
+            for folder in dict.fromkeys((_closest_existing(logs_path), _closest_existing(ros_home(environ))))
         ],
-        log_folder=str(logs),
-        log_size=folder_size(logs.resolve(), on_disk=True, deadline=monotonic() + _LOG_SIZE_TIMEOUT)
-        if logs.exists()
+        log_folder=str(logs_path),
+        log_size=folder_size(logs_path.resolve(), on_disk=True, deadline=monotonic() + _LOG_SIZE_TIMEOUT)
+        if logs_path.exists()
         else 0,
         masters=local_masters(environ),
         processes=processes,
@@ -95,7 +96,7 @@ def _closest_existing(folder: Path) -> Path:
     return folder
 
 
-def _disk(folder: Path) -> Disk:
+def _disk_facts(folder: Path) -> Disk:
     usage = shutil.disk_usage(folder)
     return Disk(str(folder), usage.free, usage.total, os.access(folder, os.W_OK | os.X_OK))
 

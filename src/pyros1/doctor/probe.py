@@ -1,4 +1,4 @@
-"""Requests to individual nodes with timeouts. They leave no traces in the nodes' logs."""
+"""Sends requests with timeouts to individual nodes. The requests leave no traces in the nodes' logs."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ def probe_node(caller_id: str, uri: str) -> Failure | None:
     try:
         api.pid()
     except (MasterError, XmlRpcFault):
-        pass  # it responds, but does not report its process id
+        pass  # the node responds, but does not report its process id
     except Error as error:
         return _failure_reason(error, uri)
     finally:
@@ -138,7 +138,7 @@ def clock_offset(caller_id: str, host: str, port: int) -> float | None:
 
 
 def query_publisher(caller_id: str, uri: str, topic: str, listen_seconds: float = 0.0) -> ReportedType:
-    """Return a publisher's type, checksum and definition, queried like a subscriber that accepts any type would.
+    """Query a publisher like a subscriber that accepts any type; return its type, checksum and definition.
 
     Args:
         caller_id: the name of the caller.
@@ -185,7 +185,10 @@ def _exchange_headers(
 
 
 def _receive_message(sock: socket.socket, data: bytes, deadline: float) -> bytes | None:
-    """Receive a publisher's first message, after the bytes in `data`. Return None if it is too large or too late."""
+    """Receive and return a publisher's first message, of which ``data`` is the beginning.
+
+    Return None if the message is too large or too late.
+    """
     while (missing := _missing_bytes(data)) and monotonic() < deadline and len(data) + missing < _MAX_BYTES:
         sock.settimeout(max(0.001, deadline - monotonic()))
         try:
@@ -199,7 +202,7 @@ def _receive_message(sock: socket.socket, data: bytes, deadline: float) -> bytes
 
 
 def _missing_bytes(data: bytes) -> int:
-    """Return the number of bytes that are missing for a complete frame."""
+    """Return the number of bytes that are missing until the frame is complete."""
     size = 4 + int.from_bytes(data[:4], "little") if len(data) >= 4 else 4
     return max(0, size - len(data))
 

@@ -1,7 +1,7 @@
 """A Markdown report about the machine, the findings and the running system, for remote support.
 
-It contains no secrets: only environment variables that ROS reads, and no parameter values or messages. Passwords and
-tokens in addresses are removed, and the user's folders appear without the user's name.
+The report contains no secrets: only environment variables that ROS reads, and no parameter values or messages.
+Passwords and tokens in addresses are removed, and the user's folders appear without the user's name.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ _USER_FOLDER = re.compile(r"(/home/|/Users/|\\Users\\)[^/\\:\s]+")
 
 
 def versions() -> dict[str, str]:
-    """Return the installed versions of the libraries that pyros1 and its extras use; ``-`` if one is not installed."""
+    """Return the installed versions of the libraries that pyros1 and its extras use; ``-`` for each missing library."""
     version_by_library = {}
     for name in (*_LIBRARIES, *_OPTIONAL_LIBRARIES):
         try:
@@ -113,9 +113,8 @@ def _system_parts(system: System, types: Mapping[str, str]) -> Iterator[str]:
     rows = [(topic, types.get(topic, "?"), *(", ".join(table.get(topic, [])) for table in tables)) for topic in topics]
     yield _format_table(("topic", "type", "publishers", "subscribers"), rows)
     rows = [(name, ", ".join(providers)) for name, providers in sorted(state.services.items())]
-    rows = [
-        row for row in rows if not row[0].endswith(("/get_loggers", "/set_logger_level"))
-    ]  # every roscpp node has these
+    # Every roscpp node has services for its loggers.
+    rows = [row for row in rows if not row[0].endswith(("/get_loggers", "/set_logger_level"))]
     yield _format_table(("service", "node"), rows) if rows else "No services except those of loggers."
 
 

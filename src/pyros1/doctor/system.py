@@ -97,7 +97,7 @@ def _to_failure(result: object) -> Failure | None:
 
 
 def _query_types(master: MasterClient, system: System) -> None:
-    """Add to the facts the types of publishers whose peers may use others, and of subscribers without a connection."""
+    """Add the types of publishers whose peers may use other types, and of unconnected subscribers, to the facts."""
     state, nodes = system.state, system.nodes
     shared_topics = [
         topic

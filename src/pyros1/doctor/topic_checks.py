@@ -27,8 +27,8 @@ def check_topics(system: System) -> list[Finding]:
 
 def _check_clock(system: System) -> Iterator[Finding]:
     publishers = system.state.publishers.get("/clock", [])
-    alive = [name for name in publishers if name in system.nodes and system.nodes[name].failure is None]
-    if system.use_sim_time and not alive:
+    responding_publishers = [name for name in publishers if name in system.nodes and system.nodes[name].failure is None]
+    if system.use_sim_time and not responding_publishers:
         yield Finding(
             "no-clock",
             ERROR,
@@ -36,13 +36,13 @@ def _check_clock(system: System) -> Iterator[Finding]:
             "start the simulator (or `rosbag play --clock`), or: pyros1 param set /use_sim_time false, and restart the "
             "nodes",
         )
-    elif alive and not system.use_sim_time:
+    elif responding_publishers and not system.use_sim_time:
         yield Finding(
             "unused-clock",
             WARNING,
             "/clock is published, but /use_sim_time is not true: nodes run on the wall clock",
             "pyros1 param set /use_sim_time true, before the nodes start",
-            tuple(alive),
+            tuple(responding_publishers),
         )
 
 
@@ -81,10 +81,10 @@ def _check_types(system: System) -> Iterator[Finding]:
 
 def _check_lengths(system: System) -> Iterator[Finding]:
     """Check for publishers whose messages have the wrong length."""
-    wrong = [
+    wrong_publications = [
         (participant, reported) for participant, reported in sorted(system.publications.items()) if reported.extra_bytes
     ]
-    if wrong:
+    if wrong_publications:
         yield Finding(
             "odd-ends",
             WARNING,
@@ -93,7 +93,7 @@ def _check_lengths(system: System) -> Iterator[Finding]:
             "rosserial send a checksum byte: update it",
             tuple(
                 f"{participant.node}: {participant.topic} ({reported.type}): {_length_text(reported.extra_bytes)}"
-                for participant, reported in wrong
+                for participant, reported in wrong_publications
             ),
         )
 
@@ -149,7 +149,7 @@ def _check_unpublished(system: System) -> Iterator[Finding]:
 
 
 def similar_topic_name(topic: str, others: list[str]) -> str | None:
-    """Return a topic with a similar name or with the same name in another namespace; None if there is none."""
+    """Return a topic with a similar name or with the same name in another namespace; None if no topic fits."""
     base_name = topic.rpartition("/")[2]
     same_name = [other for other in others if other.rpartition("/")[2] == base_name and other != topic]
     if len(same_name) == 1:
@@ -159,9 +159,9 @@ def similar_topic_name(topic: str, others: list[str]) -> str | None:
 
 
 def _check_connections(system: System) -> Iterator[Finding]:
-    missing = missing_edges(system)
+    missing_connections = missing_edges(system)
     mismatched_topics = _mismatched_topics(system)
-    unexplained = [edge for edge in missing if edge.topic not in mismatched_topics]
+    unexplained = [edge for edge in missing_connections if edge.topic not in mismatched_topics]
     if unexplained:
         yield Finding(
             "missing-link",

@@ -110,7 +110,7 @@ _RUNNING = _RunningFiles()
 
 
 def run_cfg_file(path: str) -> dict[str, Any]:
-    """Run a .cfg file, and return the attributes of its module.
+    """Run a .cfg file, and return the attributes of the module that it describes.
 
     Raises:
         ImportError: the file is not Python 3, raises an exception, or describes no parameters.
@@ -136,7 +136,8 @@ def run_cfg_file(path: str) -> dict[str, Any]:
 
 @contextmanager
 def _our_generators() -> Iterator[None]:
-    """Make .cfg files use pyros1's ParameterGenerator, even if the program imports another dynamic_reconfigure.
+    """In a ``with`` block, make .cfg files use pyros1's ParameterGenerator, even if the program imports another
+    dynamic_reconfigure.
 
     Stock's generator, whose source may be on PYTHONPATH, writes files for a build.
     """

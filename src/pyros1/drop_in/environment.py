@@ -30,12 +30,12 @@ class SiteError(Error):
 
 
 def pth_file(folder: str | None = None) -> Path:
-    """Return the path of the .pth file in this environment, or in another folder of packages."""
+    """Return the path of the .pth file in this environment's site-packages folder, or in another one."""
     return Path(folder or sysconfig.get_path("purelib"), PTH_NAME)
 
 
 def is_enabled(folder: str | None = None) -> bool:
-    """Return whether programs in the environment find the modules of this installation."""
+    """Return whether programs in the environment can import the drop-in modules of this pyros1 installation."""
     try:
         return pth_file(folder).read_text(encoding="utf-8") == _pth_content()
     except OSError:
@@ -46,11 +46,11 @@ def enable(folder: str | None = None, environ: Mapping[str, str] | None = None) 
     """Write the .pth file, and stubs for pyros1's modules and for message packages.
 
     Args:
-        folder: the folder of packages; None for that of this environment.
+        folder: the site-packages folder; None for this environment's.
         environ: environment variables that contain the paths of ROS packages; None for ``os.environ``.
 
     Returns:
-        The path of the .pth file, and an error message for each message package without stubs.
+        The path of the .pth file, and an error message for each message package for which no stubs could be written.
 
     Raises:
         SiteError: the files cannot be written.
@@ -110,5 +110,5 @@ def installed_rospy() -> str | None:
 
 def _pth_content() -> str:
     call = "sys.path.append(p), __import__('pyros1_modules').install(), sys.path.remove(p)"
-    # It must be a single line of ASCII.
+    # Python executes a line of a .pth file only if it starts with "import"; so all of this is one line, in ASCII.
     return f"{STUBS_FOLDER}\nimport os, sys; p = {DROP_IN_START!a}; os.path.isdir(p) and ({call})\n"

@@ -59,7 +59,7 @@ class Finder:
         self._package_spec("std_msgs", [], "std_msgs")  # triggers its late imports
 
     @property
-    def stock(self) -> bool:
+    def uses_stock(self) -> bool:
         """Whether stock's modules are used: stock's rospy is installed, or the environment variable requests them."""
         if self._uses_stock is None:
             preference = self._environ.get(PREFERENCE_VARIABLE, "")
@@ -78,42 +78,44 @@ class Finder:
         Raises:
             ImportError: the name does not exist in pyros1's modules, or in a message package.
         """
-        top, *rest = name.split(".")
-        if top == "pyros1" or top in sys.stdlib_module_names or self.stock:
+        top_name, *submodules = name.split(".")
+        if top_name == "pyros1" or top_name in sys.stdlib_module_names or self.uses_stock:
             return None
-        if not rest and top in self._module_names:
+        if not submodules and top_name in self._module_names:
             return PathFinder.find_spec(name, [self._folder])
-        is_in_our_folder = path is not None and any(os.fspath(each).startswith(self._folder + os.sep) for each in path)
+        is_in_our_folder = path is not None and any(
+            os.fspath(entry).startswith(self._folder + os.sep) for entry in path
+        )
         spec = PathFinder.find_spec(name, path) if is_in_our_folder else None
         if spec is not None and spec.has_location:
             return spec
-        spec = self._package_spec(top, rest, name)
-        if spec is None and is_in_our_folder and not rest[-1].startswith("__"):
+        spec = self._package_spec(top_name, submodules, name)
+        if spec is None and is_in_our_folder and not submodules[-1].startswith("__"):
             # Pass the package as `name`, not the missing module: "from rospy import x" would discard this message.
-            raise ModuleNotFoundError(f"pyros1 has no {name}{reason_for(name)}", name=top)
-        if spec is None and not rest and reason_for(name) and not _is_existence_check():
+            raise ModuleNotFoundError(f"pyros1 has no {name}{reason_for(name)}", name=top_name)
+        if spec is None and not submodules and reason_for(name) and not _is_existence_check():
             raise ModuleNotFoundError(
                 f"No module named {name!r}: it is not part of pyros1{reason_for(name)}", name=name
             )
         return spec
 
-    def _package_spec(self, package: str, rest: list[str], name: str) -> ModuleSpec | None:  # noqa: PLR0911
-        match rest:
+    def _package_spec(self, package: str, submodules: list[str], name: str) -> ModuleSpec | None:  # noqa: PLR0911
+        match submodules:
             case []:
                 folder = self._source_folder(package)
                 if folder is not None:
                     return PathFinder.find_spec(name, [folder])
                 if self._library.has_package(package) or self._config_spec(package, [], name):
                     return ModuleSpec(name, Messages(self._library, package, ""), is_package=True)  # type: ignore[arg-type]
-                folder = self._source_elsewhere(package)
+                folder = self._source_in_other_package(package)
                 if folder is not None:
                     return PathFinder.find_spec(name, [folder])
                 if package.endswith("_msgs"):
                     raise ModuleNotFoundError(
                         f"No module named {name!r}: {self._library.missing_package_message(package)}", name=name
                     )
-            case ["cfg", *inner]:
-                return self._config_spec(package, inner, name)
+            case ["cfg", *parts]:
+                return self._config_spec(package, parts, name)
             case ["msg" | "srv" as kind] if self._library.has_package(package):
                 if not self._type_names(package, kind):
                     type_kind = "messages" if kind == "msg" else "services"
@@ -138,26 +140,26 @@ class Finder:
         except PackageNotFoundError:
             return None
 
-    def _source_elsewhere(self, module: str) -> str | None:
+    def _source_in_other_package(self, module: str) -> str | None:
         """Return the folder of a Python module in any package in ROS_PACKAGE_PATH, even one with another name."""
         folders = (module_folder(folder, module) for folder in self._index.packages_below_roots())
         return next(filter(None, folders), None)
 
-    def _config_spec(self, package: str, rest: list[str], name: str) -> ModuleSpec | None:
+    def _config_spec(self, package: str, submodules: list[str], name: str) -> ModuleSpec | None:
         """Return the spec of ``PACKAGE.cfg``, or of a module in it, from the package's .cfg files."""
         try:
-            return configs.find_config_spec(self._index.find_folder(package), rest, name)
+            return configs.find_config_spec(self._index.find_folder(package), submodules, name)
         except PackageNotFoundError:
             return None
 
 
 def install() -> Finder:
     """Install the hook in this process unless it is already installed, and return it."""
-    for each in sys.meta_path:
-        if isinstance(each, Finder):
-            return each
+    for existing_finder in sys.meta_path:
+        if isinstance(existing_finder, Finder):
+            return existing_finder
     our_finder = Finder()
-    if not our_finder.stock:
+    if not our_finder.uses_stock:
         finder().uses_stock_names = True
         register()
     if os.environ.get(PREFERENCE_VARIABLE) == "pyros1":

@@ -61,7 +61,7 @@ class Messages:
         """Return the names of this module's submodules for single types."""
         return [] if self._only_type else [f"_{name}" for name in self._type_names()]
 
-    def value(self, module: str, name: str) -> Any:
+    def get_attribute(self, module: str, name: str) -> Any:
         """Return the value of an attribute of the module.
 
         Raises:
@@ -98,19 +98,19 @@ class Messages:
         return [] if self._only_type else [f"_{name}" for name in self._type_names()]
 
     def _class_names(self) -> list[str]:
-        parts = ("",) if self._kind == "msg" else ("", "Request", "Response")
-        return [name + part for name in self._type_names() for part in parts]
+        suffixes = ("",) if self._kind == "msg" else ("", "Request", "Response")
+        return [name + suffix for name in self._type_names() for suffix in suffixes]
 
     def _package_names(self) -> list[str]:
         """Return the packages of all message types in the definitions, in their fields' definitions, and so on."""
-        find_spec: Callable[[str], Any] = self._library.message if self._kind == "msg" else self._library.service
+        find_definition: Callable[[str], Any] = self._library.message if self._kind == "msg" else self._library.service
         packages: set[str] = set()
         for name in self._type_names():
             try:
-                used = self._library.digests.dependencies(find_spec(f"{self._package}/{name}"))
+                used_types = self._library.digests.dependencies(find_definition(f"{self._package}/{name}"))
             except MessageError:  # reported when the type is imported
                 continue
-            packages.update(each.partition("/")[0] for each in used)
+            packages.update(type_name.partition("/")[0] for type_name in used_types)
         return sorted(packages)
 
 
@@ -118,7 +118,7 @@ class _Module(ModuleType):
     """A module whose attributes are provided by its loader."""
 
     def __getattr__(self, name: str) -> Any:
-        value = self._definitions.value(self.__name__, name)
+        value = self._definitions.get_attribute(self.__name__, name)
         if name != "__all__":
             setattr(self, name, value)
         return value

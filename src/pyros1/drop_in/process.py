@@ -44,7 +44,7 @@ class Process:
         self._hooks: dict[str, list[Hook]] = {"client": [], "before": [], "after": []}
         self._finished_phases: set[str] = set()
         self._lock = threading.RLock()
-        self._end_permit = [True]  # the item is removed when the node's shutdown starts
+        self._shutdown_permit = [True]  # the item is removed when the node's shutdown starts
         self.start_lock = threading.RLock()
 
     # Start ------------------------------------------------------------------------------------------------------------
@@ -61,14 +61,14 @@ class Process:
             self._pid = os.getpid()
             self.arguments = arguments
             callbacks, self._start_callbacks = self._start_callbacks, []
-        node.on_shutdown(self._node_is_ending, early=True)
+        node.on_shutdown(self._on_node_shutdown, early=True)
         node.on_shutdown(self._run_last_hooks)
         for callback in callbacks:
             callback(node)
         return node
 
     @property
-    def forked(self) -> bool:
+    def is_forked(self) -> bool:
         """Whether this process was forked from the node's process, whose threads it does not have."""
         return self.node is not None and os.getpid() != self._pid
 
@@ -118,33 +118,33 @@ class Process:
                 self._run_last_hooks()
             return
         try:
-            del self._end_permit[0]
+            del self._shutdown_permit[0]
         except IndexError:
             return
         self.node.shutdown(reason)
 
-    def _node_is_ending(self) -> None:
-        self._end_permit.clear()
+    def _on_node_shutdown(self) -> None:
+        self._shutdown_permit.clear()
         self._run_first_hooks()
 
     def _run_first_hooks(self) -> None:
         with self._lock:
             self.ending = True
-        self._run("client")
-        self._run("before")
+        self._run_hooks("client")
+        self._run_hooks("before")
 
     def _run_last_hooks(self) -> None:
         with self._lock:
             self.is_shutdown = True
             self._finished_phases.add("after")
-        self._run("after")
+        self._run_hooks("after")
 
-    def _run(self, when: str) -> None:
-        hooks = self._hooks[when]
+    def _run_hooks(self, phase: str) -> None:
+        hooks = self._hooks[phase]
         while True:
             with self._lock:
                 if not hooks:
-                    self._finished_phases.add(when)
+                    self._finished_phases.add(phase)
                     return
                 hook = hooks.pop(0)
             try:

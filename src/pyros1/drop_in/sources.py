@@ -1,7 +1,8 @@
 """Finds the Python modules of ROS packages, which catkin installs and pyros1 imports from the sources.
 
 Their folders are listed in a package's setup.py (https://wiki.ros.org/catkin/CMakeLists.txt, ``catkin_python_setup``),
-which is only searched for ``package_dir``, never run. After these, the usual folders ``src`` and ``python`` are tried.
+which is only searched for ``package_dir``, never run. After the folders listed there, the usual folders ``src`` and
+``python`` are tried.
 """
 
 from __future__ import annotations
@@ -18,19 +19,19 @@ _PAIR = r"""["']([\w.]*)["']\s*:\s*["']([^"'\n]*)["']"""
 _DEFAULT_FOLDERS = ("src", "python")
 
 
-def module_folder(package: str, module: str) -> str | None:
-    """Return the folder that must be on Python's path to import a module from a package.
+def module_folder(package_folder: str, module: str) -> str | None:
+    """Return the folder that must be on Python's path to import a Python module of a ROS package.
 
     Args:
-        package: the package's folder.
+        package_folder: the ROS package's folder.
         module: the name of the module, without dots.
 
     Returns:
         The folder that contains the module; None if the package has no such module.
     """
     for folder in (
-        *_folders_in_setup(package, module),
-        *(os.path.join(package, default_folder) for default_folder in _DEFAULT_FOLDERS),
+        *_folders_in_setup(package_folder, module),
+        *(os.path.join(package_folder, default_folder) for default_folder in _DEFAULT_FOLDERS),
     ):
         path = os.path.join(folder, module)
         if os.path.isfile(os.path.join(path, "__init__.py")) or os.path.isfile(path + ".py"):
@@ -38,14 +39,14 @@ def module_folder(package: str, module: str) -> str | None:
     return None
 
 
-def _folders_in_setup(package: str, module: str) -> Iterator[str]:
+def _folders_in_setup(package_folder: str, module: str) -> Iterator[str]:
     """Yield the folders that may contain a module, according to the package's setup.py."""
     try:
-        match = re.search(_PACKAGE_DIR, manifest_text(os.path.join(package, "setup.py")))
+        match = re.search(_PACKAGE_DIR, manifest_text(os.path.join(package_folder, "setup.py")))
     except (OSError, ValueError):
         return
     for name, relative_path in re.findall(_PAIR, match[1]) if match else ():
-        folder = os.path.normpath(os.path.join(package, relative_path))
+        folder = os.path.normpath(os.path.join(package_folder, relative_path))
         if not name:
             yield folder
         elif name == module and os.path.basename(folder) == module:

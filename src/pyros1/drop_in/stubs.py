@@ -24,7 +24,7 @@ def write_stubs(folder: Path, library: Library) -> list[str]:
         library: the message packages.
 
     Returns:
-        An error message for each package without stubs, because a definition is invalid.
+        An error message for each package that has no stubs because one of its definitions is invalid.
 
     Raises:
         OSError: a file cannot be written.
@@ -54,9 +54,9 @@ def _write_files(folder: Path, files: dict[str, str]) -> None:
 def _module_stubs() -> Iterator[tuple[str, str]]:
     """Yield stubs that import pyros1's modules, which contain type annotations."""
     for source in sorted(Path(MODULES_FOLDER).rglob("*.py")):
-        top, *rest = PurePosixPath(source.relative_to(MODULES_FOLDER)).with_suffix("").parts
-        name = ".".join([top, *(part for part in rest if part != "__init__")])
-        yield "/".join([f"{top}-stubs", *rest]) + ".pyi", f"from {_MODULES_PACKAGE}.{name} import *\n"
+        package, *submodules = PurePosixPath(source.relative_to(MODULES_FOLDER)).with_suffix("").parts
+        name = ".".join([package, *(part for part in submodules if part != "__init__")])
+        yield "/".join([f"{package}-stubs", *submodules]) + ".pyi", f"from {_MODULES_PACKAGE}.{name} import *\n"
 
 
 def _shipped_stubs(our_library: Library, package: str) -> dict[str, str]:

@@ -17,7 +17,7 @@ class Filter:
     """Base class of all filters: calls callbacks with its output.
 
     Attributes:
-        node: the node whose time is used.
+        node: the node whose time the filter uses.
     """
 
     def __init__(self, node: Node) -> None:
@@ -25,7 +25,7 @@ class Filter:
         self._callbacks: list[Callable[..., object]] = []
 
     def connect(self, callback: Callable[..., object]) -> None:
-        """Call a function with all later output of the filter, one argument per message."""
+        """Register a function to be called with all later output of the filter, one argument per message."""
         self._callbacks.append(callback)
 
     def emit(self, *messages: Any) -> None:
@@ -81,7 +81,7 @@ class Synchronizer(Filter):
             input_filter.connect(lambda message, index=index: self.add(index, message))
 
     def add(self, index: int, message: Any) -> None:
-        """Add a message from the filter with the given index; output the sets that it completes.
+        """Add a message from the filter with the given index; output the sets that the message completes.
 
         Raises:
             TypeError: the message has no header, and ``headerless`` is False.
@@ -97,12 +97,12 @@ class Synchronizer(Filter):
 
 
 class Cache(Filter):
-    """Keeps the newest messages of a filter, and passes all messages on.
+    """Keeps the newest messages of a filter, and passes on all messages.
 
     Args:
         source: the filter, which must output stamped messages.
-        size: maximum number of messages.
-        headerless: as for `Synchronizer`.
+        size: maximum number of messages to keep.
+        headerless: see `Synchronizer`.
     """
 
     def __init__(self, source: Filter, size: int, headerless: bool = False) -> None:

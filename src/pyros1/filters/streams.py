@@ -29,24 +29,24 @@ async def synchronized(
 
     Args:
         node: an asyncio node.
-        topics: the message class or type name of each topic; the messages in a set are in this order.
-        queue_size, slop, headerless: as for `pyros1.filters.Synchronizer`.
+        topics: the message class or type name of each topic; the messages in a set are in the order of the topics.
+        queue_size, slop, headerless: see `pyros1.filters.Synchronizer`.
 
     Raises:
         TypeError: a message has no header, and ``headerless`` is False.
     """
-    synchronizer = make_matcher(len(topics), queue_size, slop)
+    matcher = make_matcher(len(topics), queue_size, slop)
     ready: asyncio.Queue[tuple[Any, ...]] = asyncio.Queue(1)
-    last = Time()
+    last_time = Time()
 
     async def read_topic(index: int, stream: Any) -> None:
-        nonlocal last
+        nonlocal last_time
         async for message in stream:
             now = node.now()
-            if now < last:
-                synchronizer.clear()
-            last = now
-            for messages in synchronizer.add(index, stamp_of(message, now if headerless else None), message):
+            if now < last_time:
+                matcher.clear()
+            last_time = now
+            for messages in matcher.add(index, stamp_of(message, now if headerless else None), message):
                 await ready.put(messages)
 
     async with AsyncExitStack() as stack:
@@ -64,7 +64,7 @@ async def synchronized(
                 finally:
                     next_set.cancel()
                 yield messages
-            await readers  # raises the exception of any of them
+            await readers  # raises the exception of a reader, if any
         finally:
             readers.cancel()
             await asyncio.gather(readers, return_exceptions=True)

@@ -13,7 +13,7 @@ from typing import Any
 
 from pyros1.ground.timing import Duration, Time
 
-_NANOSECONDS = methodcaller("to_nsec")
+_TO_NANOSECONDS = methodcaller("to_nsec")
 """Sort key for times, several times faster than comparing them directly."""
 
 
@@ -30,7 +30,7 @@ class ExactTime:
         self.queue_size = queue_size
 
     def add(self, index: int, stamp: Time, message: Any) -> list[tuple[Any, ...]]:
-        """Add a message of one topic; return the sets that it completes, the oldest first.
+        """Add a message of one topic; return the sets that the message completes, the oldest first.
 
         Args:
             index: index of the topic, starting at 0.
@@ -41,16 +41,16 @@ class ExactTime:
         return self.complete(index, stamp)
 
     def complete(self, index: int, stamp: Time) -> list[tuple[Any, ...]]:
-        """Remove and return the sets completed by a message of topic ``index``."""
+        """Remove and return the sets that a message of topic ``index`` completes."""
         common_stamps = set.intersection(*map(set, self.queues))
         return [self._pop_set([common_stamp] * len(self.queues)) for common_stamp in sorted(common_stamps)]
 
     def keep(self, index: int, stamp: Time, message: Any) -> None:
-        """Queue a message until matching ones arrive; drop the oldest if there are too many."""
+        """Queue a message until matching messages arrive; drop those with the oldest stamps if there are too many."""
         queue = self.queues[index]
         queue[stamp] = message
         while len(queue) > self.queue_size:
-            del queue[min(queue, key=_NANOSECONDS)]
+            del queue[min(queue, key=_TO_NANOSECONDS)]
 
     def _pop_set(self, stamps: Sequence[Time]) -> tuple[Any, ...]:
         return tuple(queue.pop(stamp) for queue, stamp in zip(self.queues, stamps, strict=True))
@@ -67,7 +67,7 @@ class ApproximateTime(ExactTime):
     Each new message is first matched with the nearest one of every other topic.
 
     Args:
-        count, queue_size: as for `ExactTime`.
+        count, queue_size: see `ExactTime`.
         slop: the stamps in a set are less than this many seconds apart.
     """
 
@@ -77,13 +77,11 @@ class ApproximateTime(ExactTime):
 
     def complete(self, index: int, stamp: Time) -> list[tuple[Any, ...]]:
         """Remove and return the set that the newest message of topic ``index`` completes, if any."""
-        if (
-            stamp not in self.queues[index] or not self.slop > Duration()
-        ):  # already dropped, or nothing can be near enough
-            return []
+        if stamp not in self.queues[index] or not self.slop > Duration():
+            return []  # the message was dropped already, or no stamp can be near enough
         candidates: list[list[Time]] = []
-        for position in range(len(self.queues)):
-            stamps = [stamp] if position == index else self._nearby_stamps(position, stamp)
+        for other_index in range(len(self.queues)):
+            stamps = [stamp] if other_index == index else self._nearby_stamps(other_index, stamp)
             if not stamps:
                 return []
             candidates.append(stamps)
@@ -91,13 +89,13 @@ class ApproximateTime(ExactTime):
         return [self._pop_set(combination)] if combination is not None else []
 
     def _nearby_stamps(self, index: int, stamp: Time) -> list[Time]:
-        """Return the stamps of a topic that may match, the nearest first; equally near ones in the order received."""
+        """Return the stamps of a topic that may match, the nearest first, and equally near ones in order of arrival."""
         center, max_distance = stamp.to_nsec(), self.slop.to_nsec()
         nearby: list[tuple[int, int, Time]] = []
-        for order, other_stamp in enumerate(self.queues[index]):
+        for arrival_index, other_stamp in enumerate(self.queues[index]):
             distance = abs(other_stamp.to_nsec() - center)
             if distance <= max_distance:
-                nearby.append((distance, order, other_stamp))
+                nearby.append((distance, arrival_index, other_stamp))
         nearby.sort()
         return [other_stamp for _, _, other_stamp in nearby]
 
@@ -127,7 +125,7 @@ class Recent:
         self._last_number = 0
 
     def add(self, stamp: Time, message: Any) -> None:
-        """Add a message; the oldest one is removed if there are too many."""
+        """Add a message; remove the one with the oldest stamp if there are too many."""
         self._last_number += 1
         insort(self._items, (stamp, self._last_number, message), key=lambda item: item[:2])
         if len(self._items) > self.size:
@@ -135,19 +133,19 @@ class Recent:
 
     def between(self, first: Time, last: Time) -> list[Any]:
         """Return the messages with stamps from ``first`` to ``last``, both included."""
-        begin = bisect_left(self._items, first, key=lambda item: item[0])
-        end = bisect_right(self._items, last, key=lambda item: item[0])
-        return [item[2] for item in self._items[begin:end]]
+        start_index = bisect_left(self._items, first, key=lambda item: item[0])
+        end_index = bisect_right(self._items, last, key=lambda item: item[0])
+        return [item[2] for item in self._items[start_index:end_index]]
 
     def after(self, stamp: Time) -> Any:
         """Return the oldest message that is not older than a stamp; None if there is none."""
-        begin = bisect_left(self._items, stamp, key=lambda item: item[0])
-        return self._items[begin][2] if begin < len(self._items) else None
+        index = bisect_left(self._items, stamp, key=lambda item: item[0])
+        return self._items[index][2] if index < len(self._items) else None
 
     def before(self, stamp: Time) -> Any:
         """Return the newest message that is not newer than a stamp; None if there is none."""
-        end = bisect_right(self._items, stamp, key=lambda item: item[0])
-        return self._items[end - 1][2] if end else None
+        index = bisect_right(self._items, stamp, key=lambda item: item[0])
+        return self._items[index - 1][2] if index else None
 
     @property
     def oldest(self) -> Time | None:
@@ -164,7 +162,7 @@ def make_matcher(count: int, queue_size: int, slop: float | None) -> ExactTime:
     """Return a matcher for ``count`` topics with equal stamps, or with stamps less than ``slop`` apart.
 
     Args:
-        count, queue_size: as for `ExactTime`.
+        count, queue_size: see `ExactTime`.
         slop: maximum difference of the stamps in seconds (exclusive); None for equal stamps.
     """
     return ExactTime(count, queue_size) if slop is None else ApproximateTime(count, queue_size, slop)

@@ -1,1 +1,1 @@
-"""Functions for messages of any type, used by tools and views: decoding, selecting fields, expressions, rates."""
+"""What tools and views need for messages of any type: decoding, field paths, expressions and statistics."""

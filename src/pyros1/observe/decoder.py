@@ -1,4 +1,4 @@
-"""Decoding of messages of any type, using the definition from their connection header."""
+"""Decodes messages of any type, using the definition from their connection header."""
 
 from __future__ import annotations
 

@@ -36,7 +36,7 @@ _REFLECTION_FUNCTIONS = frozenset({"getattr", "hasattr", "type"})
 
 
 class Expression:
-    """A checked expression.
+    """An expression on messages, which is checked when the object is created.
 
     Args:
         text: the expression, such as ``m.data > 3 and any('x' in name for name in m.names)``.
@@ -107,8 +107,8 @@ class MessageLanguage(Interpreter):
 
     def _hasattr(self, owner: Any, name: str) -> bool:
         """Implement hasattr() for the attributes that expressions can access."""
-        missing = object()
-        return self._getattr(owner, name, missing) is not missing
+        missing_marker = object()
+        return self._getattr(owner, name, missing_marker) is not missing_marker
 
     def _getattr(self, owner: Any, name: str, *default: Any) -> Any:
         """Implement getattr() for the attributes that expressions can access."""

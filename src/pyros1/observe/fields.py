@@ -69,8 +69,9 @@ class FieldPath:
         self._steps = [_parse_step(part) for part in text.strip("/").split("/")] if text.strip("/") else []
 
     def get(self, message: Any) -> tuple[Any, str | None]:
-        """Return the value at the path and its type, which is None if the path is empty or its slices
-        select no elements.
+        """Return the value at the path and the value's type.
+
+        The type is None if the path is empty or its slices select no elements.
 
         Raises:
             FieldPathError: an index is out of range, or a field does not exist.

@@ -1,4 +1,4 @@
-"""Conversion of image files (JPEG, PNG and others) to arrays and back, without loss of bit depth or alpha.
+"""Converts image files (JPEG, PNG and others) to arrays and back, without loss of bit depth or alpha.
 
 Pixels are like those of OpenCV's ``imread`` with ``IMREAD_UNCHANGED``, but start with red. Needs Pillow.
 """
@@ -77,20 +77,20 @@ def decode(data: bytes, max_pixels: int = MAX_PIXELS) -> Pixels:
     _ignore_warnings()
     try:
         with pillow_image.open(BytesIO(data + _END_OF_JPEG), formats=_FORMATS) as picture:
-            png_header = png16.header(data)
+            png_header = png16.parse_header(data)
             # If a file contains several headers, Pillow uses the last.
             width, height = map(max, picture.size, (png_header.width, png_header.height) if png_header else (0, 0))
             if width * height > (
                 max_pixels // _DEEP_MEMORY_FACTOR if png_header is not None and png_header.bits == 16 else max_pixels
             ):
-                raise _too_large(max_pixels, f" of {width} x {height} pixels")
+                raise _too_large_error(max_pixels, f" of {width} x {height} pixels")
             return _to_array(pillow_image, picture, data)
     except MessageError:
         raise
     except pillow_image.UnidentifiedImageError:
         raise ImageFileError("the image cannot be read: its format is unknown") from None
     except pillow_image.DecompressionBombError:
-        raise _too_large(max_pixels) from None
+        raise _too_large_error(max_pixels) from None
     except Exception as error:  # noqa: BLE001 - Pillow raises many exception types for damaged files
         raise ImageFileError(f"the image cannot be read: {error}") from None
 
@@ -147,7 +147,7 @@ def _ignore_warnings() -> None:
         warnings.filterwarnings("ignore", module=pattern)
 
 
-def _too_large(max_pixels: int, size: str = "") -> ImageFileError:
+def _too_large_error(max_pixels: int, size: str = "") -> ImageFileError:
     return ImageFileError(f"the image{size} is too large: at most {max_pixels} pixels can be read")
 
 
@@ -162,7 +162,7 @@ def to_uint8(image: Pixels) -> NDArray[np.uint8]:
 
 
 def _to_array(pillow_image: Any, picture: Any, data: bytes) -> Pixels:
-    png_header = png16.header(data)
+    png_header = png16.parse_header(data)
     if png_header is not None and png_header.bits == 16 and png_header.colour_type:
         pixels = png16.read(data, pillow_image)
         return np.dstack([pixels[:, :, :1]] * 3 + [pixels[:, :, 1:]]) if pixels.shape[2] == 2 else pixels
@@ -202,10 +202,10 @@ def _exceeds_8_bits(picture: Any, data: bytes) -> bool:
 
 def _from_cmyk(picture: Any) -> Pixels:
     """Convert a CMYK image to RGB, like OpenCV."""
-    stored: Pixels = np.asarray(picture)
-    is_inverted = "adobe" in picture.info  # Pillow has inverted it
-    colours: Pixels = np.empty((*stored.shape[:2], 3), np.uint8)
-    for block, result in _row_blocks(stored, colours):
+    stored_pixels: Pixels = np.asarray(picture)
+    is_inverted = "adobe" in picture.info  # Pillow has inverted the values
+    colours: Pixels = np.empty((*stored_pixels.shape[:2], 3), np.uint8)
+    for block, result in _row_blocks(stored_pixels, colours):
         wide_block = (~block if is_inverted else block).astype(np.uint16)
         black = wide_block[:, :, 3:]
         result[:] = black - ((255 - wide_block[:, :, :3]) * black >> 8)
@@ -214,17 +214,17 @@ def _from_cmyk(picture: Any) -> Pixels:
 
 def _from_tiff(picture: Any) -> Pixels:
     """Convert a TIFF file with alpha or CMYK, like OpenCV (libtiff)."""
-    stored: Pixels = np.asarray(picture)
+    stored_pixels: Pixels = np.asarray(picture)
     mode = picture.mode
     if mode in ("LA", "La"):
-        grey: Pixels = stored[:, :, 0].copy()
+        grey: Pixels = stored_pixels[:, :, 0].copy()
         return grey
-    colours: Pixels = stored.copy()
+    colours: Pixels = stored_pixels.copy()
     alpha_kind = picture.tag_v2.get(_TIFF_EXTRA_SAMPLES, (0,))[0]
     if mode == "RGBA" and alpha_kind not in (1, 2):
         return colours
     rounding = 127 if alpha_kind == 2 else 254  # Pillow has divided premultiplied colours and truncated the result
-    for block, result in _row_blocks(stored, colours):
+    for block, result in _row_blocks(stored_pixels, colours):
         if mode == "CMYK":
             wide_block = 255 - block.astype(np.uint16)
             result[:, :, :3] = wide_block[:, :, :3] * wide_block[:, :, 3:] // 255
@@ -235,7 +235,7 @@ def _from_tiff(picture: Any) -> Pixels:
 
 
 def _row_blocks(*images: Pixels) -> Iterator[tuple[Pixels, ...]]:
-    """Yield a few rows of images at a time, so that conversions with wider types need little memory."""
+    """Yield the same few rows of all images at a time, so that conversions to wider types need little memory."""
     height, width = images[0].shape[:2]
     rows = max(1, _BLOCK_PIXELS // width)
     for row in range(0, height, rows):

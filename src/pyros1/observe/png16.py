@@ -1,4 +1,4 @@
-"""PNG files with 16 bits per channel (https://www.w3.org/TR/png). Pillow reads only the upper
+"""Reads and writes PNG files with 16 bits per channel (https://www.w3.org/TR/png), since Pillow reads only the upper
 byte of each channel of colour images.
 
 PNG filters process each byte of a pixel separately. Therefore, the upper bytes of all channels form an 8-bit image, as
@@ -38,8 +38,8 @@ class Header(NamedTuple):
     interlace: int
 
 
-def header(data: bytes) -> Header | None:
-    """Return the header of a PNG file; None if the data is not a PNG file."""
+def parse_header(data: bytes) -> Header | None:
+    """Parse the header of a PNG file; return None if the data is not a PNG file."""
     if not data.startswith(_SIGNATURE) or data[12:16] != b"IHDR" or len(data) < 29:
         return None
     return Header(*_HEADER.unpack_from(data, 16))
@@ -58,7 +58,7 @@ def read(data: bytes, pillow: Any) -> NDArray[np.uint16]:
     Raises:
         ValueError: the file is damaged.
     """
-    png_header = header(data)
+    png_header = parse_header(data)
     if (
         png_header is None
         or png_header.bits != 16
@@ -69,10 +69,10 @@ def read(data: bytes, pillow: Any) -> NDArray[np.uint16]:
     ):
         raise ValueError("not a PNG file with 16 bits per channel")
     mode = _MODES[png_header.colour_type]
-    chunks = list(_chunks(data))
+    chunks = list(_read_chunks(data))
     passes = [
-        (max(0, -(-(png_header.width - x) // across)), max(0, -(-(png_header.height - y) // down)))
-        for x, y, across, down in (_INTERLACED if png_header.interlace else _NOT_INTERLACED)
+        (max(0, -(-(png_header.width - x) // column_step)), max(0, -(-(png_header.height - y) // row_step)))
+        for x, y, column_step, row_step in (_INTERLACED if png_header.interlace else _NOT_INTERLACED)
     ]
     sizes = [(1 + 2 * len(mode) * width) * height if width else 0 for width, height in passes]
     rows = _decompress(b"".join(body for chunk_type, body in chunks if chunk_type == b"IDAT"), sum(sizes))
@@ -108,14 +108,19 @@ def write(pixels: NDArray[np.uint16], level: int = 6) -> bytes:
     rows[:, 1:] = np.diff(big_endian, axis=1, prepend=np.uint8(0)).reshape(height, -1)
     header_body = _HEADER.pack(width, height, 16, _COLOUR_TYPES[channels], 0, 0, 0)
     compressed_rows = zlib.compress(rows.tobytes(), level)
-    return _SIGNATURE + _chunk(b"IHDR", header_body) + _chunk(b"IDAT", compressed_rows) + _chunk(b"IEND", b"")
+    return (
+        _SIGNATURE
+        + _make_chunk(b"IHDR", header_body)
+        + _make_chunk(b"IDAT", compressed_rows)
+        + _make_chunk(b"IEND", b"")
+    )
 
 
-def _chunk(chunk_type: bytes, body: bytes) -> bytes:
+def _make_chunk(chunk_type: bytes, body: bytes) -> bytes:
     return struct.pack(">I", len(body)) + chunk_type + body + struct.pack(">I", zlib.crc32(chunk_type + body))
 
 
-def _chunks(data: bytes) -> Iterator[tuple[bytes, bytes]]:
+def _read_chunks(data: bytes) -> Iterator[tuple[bytes, bytes]]:
     offset, chunk_type = len(_SIGNATURE), b""
     while chunk_type != b"IEND":
         if offset + 12 > len(data):

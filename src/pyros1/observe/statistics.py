@@ -14,6 +14,7 @@ BW_WINDOW = 100
 """Default window of ``bw`` in messages. It includes all messages of the last `BW_SECONDS` if there are more of them."""
 
 BW_SECONDS = 1.0
+"""Length of the default window of ``bw`` in seconds."""
 
 
 class Summary(NamedTuple):
@@ -26,7 +27,7 @@ class Summary(NamedTuple):
 
 
 def summarise(values: Iterable[float]) -> Summary:
-    """Return mean, minimum, maximum and standard deviation of at least one value."""
+    """Return the mean, minimum, maximum and standard deviation of at least one value."""
     numbers = list(values)
     mean = sum(numbers) / len(numbers)
     deviation = math.sqrt(sum((number - mean) ** 2 for number in numbers) / len(numbers))
@@ -63,7 +64,7 @@ class RateMeter:
         Returns:
             These three values; None if no interval has ended since the last call.
         """
-        intervals = list(self._intervals)  # another thread may add to it
+        intervals = list(self._intervals)  # a copy, since another thread may add to the deque
         if not self._has_new_message or not intervals:
             return None
         self._has_new_message = False

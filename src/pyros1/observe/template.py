@@ -33,7 +33,7 @@ def template(
         empty_arrays: whether arrays of variable length are empty.
         excluded: the names of fields to leave out at any depth.
     """
-    return _render(_TemplateBuilder(empty_arrays, excluded).message(cls()), flow_style)
+    return _render(_TemplateBuilder(empty_arrays, excluded).to_dict(cls()), flow_style)
 
 
 class _TemplateBuilder:
@@ -43,7 +43,7 @@ class _TemplateBuilder:
         self._empty_arrays = empty_arrays
         self._excluded = excluded
 
-    def message(self, message: Message) -> dict[str, Any]:
+    def to_dict(self, message: Message) -> dict[str, Any]:
         """Return the message as a dictionary with one element in each array of variable length."""
         classes = nested_classes(type(message))
         return {
@@ -61,7 +61,7 @@ class _TemplateBuilder:
                 value = [_default_element(base, classes)]
             return [self._field(item, base, classes) for item in value]
         if isinstance(value, Message):
-            return self.message(value)
+            return self.to_dict(value)
         if base in ("time", "duration"):
             return {"secs": value.secs, "nsecs": value.nsecs}
         return value

@@ -1,4 +1,4 @@
-"""Reads and changes the parameters of other nodes."""
+"""A client that reads and changes the parameters of another node."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from pyros1.msgs.fill import fill_message
 from pyros1.net.signal_safe import POLL_INTERVAL, Condition
 from pyros1.reconfigure.config import Config
 from pyros1.reconfigure.encoding import Make, decode, decode_description, parameters_of, with_groups
-from pyros1.reconfigure.values import request
+from pyros1.reconfigure.values import encode_changes
 
 if TYPE_CHECKING:
     from pyros1.node import Node
@@ -26,7 +26,7 @@ class Client:
     Args:
         node: this node.
         name: the other node's name, or the namespace of its parameters.
-        timeout: the time to wait for the other node in seconds; None for no limit.
+        timeout: the time in seconds to wait for the other node; None for no limit.
         on_config: called with each new configuration.
         on_description: called with the list of parameters; see `description`.
         make: creates the dictionaries of configurations and descriptions.
@@ -52,8 +52,8 @@ class Client:
         self._node, self._make = node, make
         self._condition = Condition()
         self._config: Any = None
-        self._description: Any = None  # as a message
-        self._tree: Any = None
+        self._description: Any = None  # the dynamic_reconfigure/ConfigDescription
+        self._group_tree: Any = None
         node.wait_for_service(f"{self.name}/set_parameters", timeout)
         self._service = node.service(f"{self.name}/set_parameters", Reconfigure)
         self._subscribers: list[Any] = [
@@ -65,22 +65,22 @@ class Client:
         """Return the configuration last published by the other node: a `Config`, with its groups.
 
         Args:
-            timeout: the time to wait for the first configuration in seconds; None for no limit.
+            timeout: the time in seconds to wait for the first configuration; None for no limit.
 
         Raises:
             WaitTimeoutError: no configuration arrived in time.
             NodeShutdownError: this node is shutting down.
         """
         self._wait_for(lambda: self._config is not None, "the configuration", timeout)
-        return self._with_groups(self._config)
+        return self._decode_config(self._config)
 
     def groups(self, timeout: float | None = None) -> Any:
         """Return the tree of groups, whose ``parameters`` are lists of dictionaries. See `config` for the errors."""
         self._wait_for(lambda: self._description is not None, "the description of the parameters", timeout)
-        return self._tree
+        return self._group_tree
 
     def description(self, timeout: float | None = None) -> list[dict[str, Any]]:
-        """Return all parameters as dictionaries, see `pyros1.reconfigure.encoding`. See `config` for the errors."""
+        """Return all parameters as dictionaries (see `pyros1.reconfigure.encoding`). See `config` for the errors."""
         tree = self.groups(timeout)
         return parameters_of(tree) if tree is not None else []
 
@@ -95,20 +95,20 @@ class Client:
         Raises:
             ParameterError: a parameter does not exist, or cannot have the value.
             ServiceError: the other node refuses the change, or is no longer running.
-            WaitTimeoutError, NodeShutdownError: as for `config`.
+            WaitTimeoutError, NodeShutdownError: see `config`.
         """
         self.groups(timeout)
         states = self._config if self._config is not None else ConfigMessage()
         message = Reconfigure._request_class()
-        fill_message(message, {"config": request(changes, self._description, states)})
-        return self._with_groups(self._service.call(message, timeout).config)
+        fill_message(message, {"config": encode_changes(changes, self._description, states)})
+        return self._decode_config(self._service.call(message, timeout).config)
 
     def close(self) -> None:
-        """Stop receiving updates."""
+        """Stop receiving configurations and descriptions."""
         for subscriber in self._subscribers:
             subscriber.unregister()
 
-    def _with_groups(self, message: Any) -> Any:
+    def _decode_config(self, message: Any) -> Any:
         values = decode(message, self._make)
         if self._description is None:
             return values
@@ -118,7 +118,7 @@ class Client:
         return with_groups(values, message.groups, names_by_group_id, self._make)
 
     def _on_description_message(self, message: Any) -> None:
-        self._tree = decode_description(message, self._make)
+        self._group_tree = decode_description(message, self._make)
         self._description = message
         self._condition.notify_all()
         if self.on_description is not None:
@@ -128,7 +128,7 @@ class Client:
         self._config = message
         self._condition.notify_all()
         if self.on_config is not None:
-            self.on_config(self._with_groups(message))
+            self.on_config(self._decode_config(message))
 
     def _wait_for(self, has_arrived: Callable[[], bool], description: str, timeout: float | None) -> None:
         deadline = None if timeout is None else time.monotonic() + timeout

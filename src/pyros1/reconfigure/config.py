@@ -1,4 +1,4 @@
-"""A configuration: a dictionary of parameters that are also available as attributes."""
+"""A configuration: a dictionary of the values of parameters, which are also available as attributes."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import Any
 
 
 class _MissingParameterError(AttributeError, KeyError):
-    """There is no such parameter. The error is both an AttributeError and a KeyError."""
+    """There is no parameter with the requested name. The error is both an AttributeError and a KeyError."""
 
     def __str__(self) -> str:
         return AttributeError.__str__(self)

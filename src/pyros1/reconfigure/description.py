@@ -15,7 +15,7 @@ _DEFAULTS_BY_TYPE: dict[str, tuple[type, Any, Any, Any]] = {
     "str": (str, "", "", ""),
     "bool": (bool, False, False, True),
 }
-"""The Python type for each type name, and the default, minimum and maximum that are used if none are given."""
+"""For each type name, the Python type, and the default, minimum and maximum to use if none are given."""
 _TYPE_NAMES = {bool: "bool", int: "int", float: "double", str: "str"}
 
 
@@ -23,7 +23,7 @@ class Group:
     """A group of parameters and of further groups; created by `Parameters.group`.
 
     Attributes:
-        name, type, state, id: as in `pyros1.reconfigure.encoding`.
+        name, type, state, id: see `pyros1.reconfigure.encoding`.
         parent: the parent group; None for the outermost group.
         parameters: dictionaries that describe the parameters.
         groups: the groups directly in this one.
@@ -55,7 +55,7 @@ class Group:
             description: the text that tools display.
             type: "bool", "int", "double" or "str"; None for the type of the default.
             minimum, maximum: the limits of a number.
-            level: bits that are passed to the callback when the parameter changes, and tell it what to do.
+            level: bits that are passed to the callback when the parameter changes, to tell the callback what to do.
             choices: values by name, which tools offer for selection.
             edit_method: a string that is sent to tools instead of ``choices``.
 
@@ -114,8 +114,8 @@ class Group:
 class Parameters(Group):
     """The parameters that other nodes can change while a node is running.
 
-    It has the same attributes as modules generated from the ``.cfg`` files of ROS packages: ``config_description``,
-    ``min``, ``max``, ``defaults`` and ``level`` by parameter, and ``all_level``.
+    The object has the same attributes as the modules generated from the ``.cfg`` files of ROS packages:
+    ``config_description``, ``min``, ``max``, ``defaults`` and ``level`` by parameter, and ``all_level``.
     """
 
     def __init__(self) -> None:
@@ -128,7 +128,7 @@ class Parameters(Group):
         Args:
             name: the name that tools display.
             type: how tools display the group: "", "collapse", "tab", "hide" or "apply".
-            state: whether the group is initially on.
+            state: whether the group is on initially.
             parent: the parent group; None for the outermost one.
         """
         parent_group = self if parent is None else parent
@@ -138,7 +138,7 @@ class Parameters(Group):
 
     @property
     def config_description(self) -> dict[str, Any]:
-        """All groups and parameters, as in `pyros1.reconfigure.encoding`."""
+        """All groups and parameters; see `pyros1.reconfigure.encoding`."""
         return self.as_dict()
 
     def _field_by_name(self, field: str) -> dict[str, Any]:
@@ -146,7 +146,7 @@ class Parameters(Group):
 
     @property
     def defaults(self) -> dict[str, Any]:
-        """The initial values by parameter."""
+        """The default values by parameter."""
         return self._field_by_name("default")
 
     @property

@@ -26,11 +26,11 @@ from pyros1.msgs.dynamic_reconfigure.msg import Config as ConfigMessage
 from pyros1.reconfigure.config import Config
 from pyros1.reconfigure.values import FIELD_NAMES, INT_RANGE, TYPE_CONVERTERS
 
-_CLASSES = {"bool": BoolParameter, "int": IntParameter, "str": StrParameter, "double": DoubleParameter}
+_MESSAGE_CLASSES = {"bool": BoolParameter, "int": IntParameter, "str": StrParameter, "double": DoubleParameter}
 _TYPE_NAMES = ((bool, "bool"), (int, "int"), (str, "str"), (float, "double"))
 
 Make = Callable[..., Any]
-"""A function that creates a dictionary, such as the class `Config`."""
+"""A function that creates a dictionary from the same arguments as ``dict``, such as the class `Config`."""
 
 
 def groups_of(root: Mapping[str, Any]) -> Iterator[Any]:
@@ -48,10 +48,10 @@ def parameters_of(root: Mapping[str, Any]) -> list[Any]:
     return [parameter for group in groups_of(root) for parameter in group["parameters"]]
 
 
-# Into messages --------------------------------------------------------------------------------------------------------
+# To messages ----------------------------------------------------------------------------------------------------------
 
 
-def describe(
+def encode_description(
     root: Mapping[str, Any], maximum: Mapping[str, Any], minimum: Mapping[str, Any], defaults: Mapping[str, Any]
 ) -> Any:
     """Return a description as a dynamic_reconfigure/ConfigDescription.
@@ -62,14 +62,14 @@ def describe(
     """
     types = {parameter["name"]: parameter["type"] for parameter in parameters_of(root)}
     return ConfigDescription(
-        groups=[group_message(group) for group in groups_of(root)],
+        groups=[encode_group(group) for group in groups_of(root)],
         max=encode(maximum, types),
         min=encode(minimum, types),
         dflt=encode(defaults, types),
     )
 
 
-def group_message(group: Mapping[str, Any]) -> Any:
+def encode_group(group: Mapping[str, Any]) -> Any:
     """Return one group of a description as a dynamic_reconfigure/Group."""
     fields = ("name", "type", "level", "description", "edit_method")
     parameters = [ParamDescription(*(parameter[field] for field in fields)) for parameter in group["parameters"]]
@@ -77,7 +77,8 @@ def group_message(group: Mapping[str, Any]) -> Any:
 
 
 def encode(config: Mapping[str, Any], types: Mapping[str, str] | None = None) -> Any:
-    """Return a configuration as a dynamic_reconfigure/Config. Values of types that it cannot contain are left out.
+    """Return a configuration as a dynamic_reconfigure/Config. Values of types that the message cannot contain are left
+    out.
 
     Args:
         config: values by parameter. The key ``groups`` contains a tree of groups.
@@ -100,11 +101,11 @@ def encode(config: Mapping[str, Any], types: Mapping[str, str] | None = None) ->
             value = TYPE_CONVERTERS[type_name](value)  # noqa: PLW2901
             if type_name == "int" and value not in INT_RANGE:
                 raise ValueError(f"parameter '{name}': {value} does not fit into 32 bits")
-            getattr(message, FIELD_NAMES[type_name]).append(_CLASSES[type_name](name, value))
+            getattr(message, FIELD_NAMES[type_name]).append(_MESSAGE_CLASSES[type_name](name, value))
     return message
 
 
-# Out of messages ------------------------------------------------------------------------------------------------------
+# From messages --------------------------------------------------------------------------------------------------------
 
 
 def decode(message: Any, make: Make = Config) -> Any:
@@ -122,7 +123,7 @@ def build_tree(groups: Iterable[Any], make: Make = Config, parameters: Callable[
     Args:
         groups: dynamic_reconfigure/Group or GroupState messages.
         make: creates a dictionary.
-        parameters: returns the entry ``parameters`` of a group.
+        parameters: returns the value of the key ``parameters`` for a group; None for an empty dictionary.
     """
     nodes: dict[int, Any] = {}
     for group in groups:
@@ -143,7 +144,8 @@ def build_tree(groups: Iterable[Any], make: Make = Config, parameters: Callable[
 
 
 def decode_description(message: Any, make: Make = Config) -> Any:
-    """Return a dynamic_reconfigure/ConfigDescription as a tree of groups, whose parameters are lists of dictionaries.
+    """Return a dynamic_reconfigure/ConfigDescription as a tree of groups, with the parameters of each group as a list
+    of dictionaries.
 
     Return None if there is no group 0.
     """
@@ -170,7 +172,8 @@ def decode_description(message: Any, make: Make = Config) -> Any:
 def with_groups(
     values: Any, states: Iterable[Any], names_by_group_id: Mapping[int, Iterable[str]], make: Make = Config
 ) -> Any:
-    """Add the tree of groups to a configuration under ``groups``, with the parameters' values in each group. Return it.
+    """Add the tree of groups to a configuration under ``groups``, with the parameters' values in each group. Return the
+    configuration.
 
     Args:
         values: values by parameter.
@@ -187,7 +190,7 @@ def with_groups(
     return values
 
 
-def configuration(config: Any, description: Any) -> Any:
+def decode_configuration(config: Any, description: Any) -> Any:
     """Return the values of all parameters, and the tree of their groups under ``groups``.
 
     Args:

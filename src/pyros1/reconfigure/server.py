@@ -11,7 +11,15 @@ from pyros1.msgs.dynamic_reconfigure.msg import Config as ConfigMessage
 from pyros1.msgs.dynamic_reconfigure.msg import ConfigDescription
 from pyros1.msgs.dynamic_reconfigure.srv import Reconfigure
 from pyros1.reconfigure.config import Config
-from pyros1.reconfigure.encoding import Make, decode, describe, encode, groups_of, initial_config, parameters_of
+from pyros1.reconfigure.encoding import (
+    Make,
+    decode,
+    encode,
+    encode_description,
+    groups_of,
+    initial_config,
+    parameters_of,
+)
 from pyros1.reconfigure.values import FIELD_NAMES, TYPE_CONVERTERS
 
 if TYPE_CHECKING:
@@ -25,15 +33,15 @@ class CallbackError(Error):
 class Server:
     """Lets tools and other nodes change parameters; see https://wiki.ros.org/dynamic_reconfigure.
 
-    The initial values are those on the parameter server, or else the defaults. Changes are written to the parameter
-    server as well.
+    The initial values are those on the parameter server, otherwise the defaults. Changes are also written to the
+    parameter server.
 
     Args:
         node: the node that offers the parameters.
-        description: `Parameters`, or a module generated from a ``.cfg`` file.
-        callback: called initially and for each change as ``callback(config, level)``, with the new values in a `Config`
-            and the level bits of all changed parameters, initially -1, which has all bits set. It returns the
-            configuration, which it may modify. ``groups`` contains the tree of groups with their states.
+        description: a `Parameters` object, or a module generated from a ``.cfg`` file.
+        callback: called initially and for each change as ``callback(config, level)``, with the new values in a
+            `Config` and the level bits of all changed parameters (initially -1, which has all bits set). The callback
+            returns the configuration, which it may modify. ``groups`` contains the tree of groups with their states.
         namespace: the namespace of the parameters, topics and service. It is below the node's private namespace unless
             it begins with ``/``.
         make: creates the configuration's dictionaries.
@@ -74,7 +82,7 @@ class Server:
         self._written_values: dict[str, Any] = {}
         values = make({name: node.params.get(self.namespace + name, value) for name, value in self._defaults()})
         self.config = initial_config(self._clamp(values), description.config_description, make)
-        self.message = describe(
+        self.message = encode_description(
             description.config_description, description.max, description.min, dict(description.defaults)
         )
         self.descriptions = node.advertise(f"{self.namespace}parameter_descriptions", ConfigDescription, latch=True)
@@ -130,7 +138,7 @@ class Server:
         return config
 
     def _apply(self, config: Any, level: int) -> Any:
-        """Call the callback, and publish and return the configuration that it returns."""
+        """Call the callback; store, publish and return the configuration that the callback returns."""
         config = self.callback(config, level)
         if config is None:
             text = "Reconfigure callback should return a possibly updated configuration."
@@ -144,7 +152,7 @@ class Server:
         return config
 
     def _on_request(self, request: Any) -> Any:
-        """Handle a service call."""
+        """Change parameters as a service call requests; return the new configuration as a message."""
         with self._lock:
             changes = decode(request.config, dict)
             states = {group.id: group.state for group in request.config.groups}

@@ -1,4 +1,4 @@
-"""Converts plain values to requests of dynamic_reconfigure (L200). This module has no side effects."""
+"""Converts plain values to the requests of dynamic_reconfigure (L200). This module has no side effects."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _BOOLEANS = {
 
 
 class ParameterError(Error):
-    """A configuration cannot be changed as requested.
+    """A requested change of a configuration is not possible.
 
     Args:
         text: the error message.
@@ -34,14 +34,14 @@ class ParameterError(Error):
         super().__init__(text)
 
 
-def request(changes: Mapping[str, Any], description: Any, config: Any = None) -> dict[str, Any]:
+def encode_changes(changes: Mapping[str, Any], description: Any, config: Any = None) -> dict[str, Any]:
     """Return the fields of a dynamic_reconfigure/Config that requests changes.
 
     Args:
-        changes: values by parameter. The key ``groups`` contains states by group, or a tree from `configuration`.
-            Strings are converted to the parameter's type, or are the names of its choices.
+        changes: values by parameter. The key ``groups`` contains states by group, or a tree of groups from
+            `decode_configuration`. A string is converted to the parameter's type, or is the name of one of its choices.
         description: the dynamic_reconfigure/ConfigDescription of the node.
-        config: the node's dynamic_reconfigure/Config with the states of all groups; only needed for ``groups``.
+        config: the node's dynamic_reconfigure/Config with the states of all groups; needed only for ``groups``.
 
     Raises:
         ParameterError: a parameter or group does not exist, or cannot have the value.
@@ -74,7 +74,7 @@ def convert_value(value: Any, parameter: Any) -> Any:
     if python_type is None:
         raise ParameterError(f"parameter '{name}' has an unknown type: {parameter.type}")
     if isinstance(value, str):
-        named_choices = choices(parameter.edit_method)
+        named_choices = parse_choices(parameter.edit_method)
         choices_by_lower_name = {choice.lower(): chosen_value for choice, chosen_value in named_choices.items()}
         lower_value = value.lower()
         if lower_value in choices_by_lower_name:
@@ -99,7 +99,7 @@ def convert_value(value: Any, parameter: Any) -> Any:
     return result
 
 
-def choices(edit_method: str) -> dict[str, Any]:
+def parse_choices(edit_method: str) -> dict[str, Any]:
     """Return the values of a parameter's choices by name; empty if `edit_method` contains no valid list of choices."""
     try:
         constants = ast.literal_eval(edit_method)["enum"]
@@ -117,7 +117,9 @@ def _is_number(text: str) -> bool:
 
 
 def _groups_field(requested: Any, description: Any, config: Any) -> dict[str, list[dict[str, Any]]]:
-    """Return the field for groups; empty if no state changes, since stock's Python server does not accept groups."""
+    """Return the field ``groups`` in a dictionary; {} if no state changes: stock's Python server does not accept
+    groups.
+    """
     states = {group.id: group.state for group in config.groups} if config is not None else {}
     if not isinstance(requested, Mapping):
         raise ParameterError(f"groups must be a dictionary of names and states, not {requested!r}")
@@ -139,7 +141,7 @@ def _groups_field(requested: Any, description: Any, config: Any) -> dict[str, li
 
 
 def _states_in_tree(tree: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the states in a tree of groups, by name."""
+    """Return the states of the groups in a tree, by name."""
     states = {str(tree.get("name")): tree.get("state")}
     children = tree.get("groups")
     for child in children.values() if isinstance(children, Mapping) else ():

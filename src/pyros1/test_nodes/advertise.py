@@ -1,4 +1,4 @@
-"""advertisetest and subscribetest check that topics and services are, or are not, registered."""
+"""advertisetest and subscribetest check that topics and services are registered, or that they are not."""
 
 from __future__ import annotations
 
@@ -67,23 +67,23 @@ def subscribe_tests(node: Node) -> dict[str, Test]:
 
 
 def _check_names(node: Node, entries: list[dict[str, Any]], list_names: _ListNames, type_of: _TypeOf) -> None:
-    """Check repeatedly until all names have appeared, or until the longest timeout.
+    """Check which names are registered, repeatedly, until all names have appeared or the longest timeout has passed.
 
     Args:
-        entries: the entries of the parameter, whose names should appear, or should not.
-        list_names: returns the names that are registered now.
+        entries: the entries of the parameter. Their names should appear, or should not if ``negative`` is true.
+        list_names: returns the currently registered names.
         type_of: returns the type of a name; None if it is unknown.
     """
     wait_for_clock(node)
-    missing = {entry["name"]: entry for entry in entries}
-    timeout = max((float(entry["timeout"]) for entry in missing.values()), default=0.0)
+    missing_entries = {entry["name"]: entry for entry in entries}
+    timeout = max((float(entry["timeout"]) for entry in missing_entries.values()), default=0.0)
     start = time.monotonic()
-    while missing and (elapsed := time.monotonic() - start) <= timeout:
-        for name in [name for name in list_names() if name in missing]:
-            _check_entry(missing.pop(name), elapsed, type_of)
-        if missing:
+    while missing_entries and (elapsed := time.monotonic() - start) <= timeout:
+        for name in [name for name in list_names() if name in missing_entries]:
+            _check_entry(missing_entries.pop(name), elapsed, type_of)
+        if missing_entries:
             pause(node, POLL_INTERVAL)
-    for name, entry in missing.items():
+    for name, entry in missing_entries.items():
         require(entry["negative"], f"{name} did not appear within {entry['timeout']} s")
 
 

@@ -1,4 +1,4 @@
-"""Code shared by the test nodes: test cases, their failures and results."""
+"""What the test nodes share: test cases, their failures and results, and access to parameters and the clock."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 Test = Callable[[], None]
 """A test case; raises FailedError if the system does not meet the expectations."""
 CLOCK_TIMEOUT = 10.0
-"""Seconds of wall time to wait for the first message on /clock."""
+"""Maximum number of seconds of wall time to wait for the first message on /clock."""
 POLL_INTERVAL = 0.05
 """Seconds between checks of the system."""
 
@@ -46,7 +46,7 @@ def required_params(node: Node, *names: str) -> list[Any]:
     """Return the values of private parameters.
 
     Raises:
-        FailedError: at least one of them is not set.
+        FailedError: at least one of the parameters is not set.
     """
     missing = [name for name in names if f"~{name}" not in node.params]
     require(not missing, f"not set: {', '.join(node.resolve(f'~{name}') for name in missing)}")
@@ -54,12 +54,12 @@ def required_params(node: Node, *names: str) -> list[Any]:
 
 
 def list_param(node: Node, name: str, defaults: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """Return the value of a private parameter, a list of dictionaries with a ``name``.
+    """Return the value of a private parameter, which is a list of dictionaries, each with a ``name``.
 
     Args:
         node: the node.
         name: the parameter's name. If the parameter is not set, the list is empty.
-        defaults: values for keys that an entry does not have.
+        defaults: values for the keys that an entry does not have.
 
     Raises:
         SetupError: the value is not a list of such dictionaries.
@@ -73,7 +73,7 @@ def list_param(node: Node, name: str, defaults: Mapping[str, Any]) -> list[dict[
 
 
 def pause(node: Node, seconds: float) -> None:
-    """Sleep for a number of seconds of wall time.
+    """Sleep for a number of seconds of wall time, or until the node is shut down.
 
     Raises:
         Error: the node was shut down, so that the test has no result.
@@ -89,7 +89,7 @@ def wait_for_clock(node: Node) -> None:
     """Wait until simulated time has started, if /use_sim_time is set.
 
     Raises:
-        FailedError: no message arrives on /clock.
+        FailedError: no message arrives on /clock in time.
     """
     deadline = time.monotonic() + CLOCK_TIMEOUT
     while node.params.get("/use_sim_time", False) and node.now().is_zero():
@@ -109,7 +109,8 @@ def run_case(name: str, classname: str, test: Test) -> Case:
         test: the test case.
 
     Returns:
-        The result: a failure if the system does not meet the expectations, an error if that could not be checked.
+        The result: a failure if the system does not meet the expectations, an error if the test case raised another
+            exception.
     """
     case = Case(name, classname)
     start = time.monotonic()

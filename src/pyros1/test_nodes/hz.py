@@ -21,11 +21,12 @@ class Meter:
     Args:
         hz: expected rate in Hz; 0 if no messages are expected.
         hzerror: allowed deviation in Hz.
-        check_intervals: whether to check each interval, not only the mean.
+        check_intervals: whether to check each interval between two messages, not only the mean rate.
 
     Attributes:
-        any_received: set when a message has arrived.
-        count: number of messages since the clock started, or since it last jumped back to before the first of them.
+        any_received: an event that is set when a message has arrived.
+        count: number of messages since the clock started, or since it last jumped back to a time before the first of
+            them.
     """
 
     def __init__(self, hz: float, hzerror: float, *, check_intervals: bool = False) -> None:
@@ -35,27 +36,27 @@ class Meter:
         self._min_rate, self._max_rate = hz - hzerror, hz + hzerror
         self._check_intervals = check_intervals
         self._interval_errors: list[str] = []
-        self._first = self._last = 0.0
+        self._first_time = self._last_time = 0.0
         self._lock = threading.Lock()  # messages of several publishers arrive in several threads
 
     def add(self, now: float) -> None:
         """Count a message.
 
         Args:
-            now: the time in seconds; 0 before simulated time has started: such a message sets `any_received`, but is
-                not counted.
+            now: the time in seconds. It is 0 before simulated time has started: the message then sets `any_received`,
+                but is not counted.
         """
         self.any_received.set()
         with self._lock:
             if now == 0:
                 return
-            if not self.count or now < self._first:
-                self._first, self.count = now, 1
+            if not self.count or now < self._first_time:
+                self._first_time, self.count = now, 1
             else:
                 self.count += 1
                 if self._check_intervals:
-                    self._check_interval(now - self._last)
-            self._last = now
+                    self._check_interval(now - self._last_time)
+            self._last_time = now
 
     def _check_interval(self, interval: float) -> None:
         if self._max_rate > 0 and interval < 1 / self._max_rate:
@@ -68,7 +69,7 @@ class Meter:
             )
 
     def check_rate(self) -> None:
-        """Check the rate.
+        """Check the rate of the messages that were counted.
 
         Raises:
             FailedError: the rate is not as expected.
@@ -79,9 +80,9 @@ class Meter:
                 return
             require(self.count, "no messages arrived after the clock had started")
             require(not self._interval_errors, "\n".join(self._interval_errors))
-            span = self._last - self._first
-            require(span > 0, "one message is not enough to measure a rate")
-            rate = (self.count - 1) / span
+            measured_seconds = self._last_time - self._first_time
+            require(measured_seconds > 0, "one message is not enough to measure a rate")
+            rate = (self.count - 1) / measured_seconds
             require(
                 rate >= self._min_rate,
                 f"the rate of {rate:.3f} Hz is below the minimum of {self._min_rate:.3f} Hz",

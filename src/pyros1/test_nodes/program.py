@@ -21,7 +21,7 @@ NODES = {
     "advertisetest": ("AdvertiseTest", advertise.advertise_tests),
     "subscribetest": ("SubscribeTest", advertise.subscribe_tests),
 }
-"""Name of a node -> its class name in stock's results, and a function that returns its test cases."""
+"""For each node, by name: its class name in stock's results, and a function that returns its test cases."""
 
 
 def main(argv: list[str]) -> int:
@@ -29,7 +29,7 @@ def main(argv: list[str]) -> int:
 
     Args:
         argv: the command line, beginning with the node's path. ``--gtest_output=xml:FILE`` names the result file;
-            with ``--text``, the results are only printed.
+            with ``--text``, the results are printed, but not written to a file.
 
     Returns:
         The exit code: 0 if all cases passed, else 1.

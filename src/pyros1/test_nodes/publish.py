@@ -29,7 +29,7 @@ def tests(node: Node) -> dict[str, Test]:
 
 
 class _TopicCheck:
-    """The check of one topic, which runs until the topic's timeout in the node's time."""
+    """The check of one topic, which ends at the topic's timeout at the latest, in the node's time."""
 
     def __init__(self, node: Node, topic: dict[str, Any]) -> None:
         self._node = node

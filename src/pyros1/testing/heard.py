@@ -1,4 +1,4 @@
-"""Records the messages of a topic for a test that waits for some of them."""
+"""Records the messages of a topic, for tests that wait for some of them."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ class Heard(Generic[M]):
         """Return the next message that neither `next` nor `wait` has returned.
 
         Args:
-            timeout: maximum number of seconds to wait for it.
+            timeout: maximum number of seconds to wait for the message.
 
         Raises:
             AssertionError: no such message arrived in time.
@@ -71,7 +71,7 @@ class Heard(Generic[M]):
             timeout: maximum number of seconds to wait for all of them.
 
         Raises:
-            AssertionError: fewer arrived in time.
+            AssertionError: fewer messages arrived in time.
         """
         with self._changed:
             if not self._changed.wait_for(lambda: self.count - self._num_returned >= count, timeout):
@@ -92,7 +92,7 @@ class Heard(Generic[M]):
 
         Args:
             fits: called with each message; returns true if it matches.
-            timeout: maximum number of seconds to wait for it.
+            timeout: maximum number of seconds to wait for a match.
 
         Raises:
             AssertionError: no such message arrived in time.

@@ -19,12 +19,12 @@ STOP_TIMEOUTS = (10.0, 3.0, 10.0)
 
 
 class Program:
-    """A process whose output a test can wait for. It has its own session, so that its child processes can be killed as
-    well.
+    """A process whose output a test can wait for. The process has its own session, so that its child processes can be
+    killed as well.
 
     Args:
         words: the command line.
-        environ: its environment variables.
+        environ: the program's environment variables.
     """
 
     def __init__(self, words: Sequence[str], environ: Mapping[str, str]) -> None:
@@ -96,7 +96,7 @@ class Program:
             The exit code; the negative signal number if a signal killed the program.
 
         Raises:
-            AssertionError: the program is still running.
+            AssertionError: the program is still running after the timeout.
         """
         try:
             return self._process.wait(timeout)
@@ -136,7 +136,7 @@ class Program:
             return
         try:
             os.killpg(self._process.pid, signal.SIGKILL)
-        except (ProcessLookupError, PermissionError):  # no process is left, in which case macOS raises the latter
+        except (ProcessLookupError, PermissionError):  # no process is left (PermissionError on macOS)
             return
 
 

@@ -15,7 +15,7 @@ CONNECT_DELAY = 0.5
 
 
 class Demux:
-    """A demultiplexer.
+    """Forwards a topic to the selected one of several output topics.
 
     Args:
         node: the node that subscribes, publishes and provides the services.

@@ -1,4 +1,4 @@
-"""Conversion of images to JPEG or PNG and back: sensor_msgs/Image and sensor_msgs/CompressedImage.
+"""Converts images to JPEG or PNG and back: sensor_msgs/Image and sensor_msgs/CompressedImage.
 
 The ``format`` of compressed images is described at https://wiki.ros.org/compressed_image_transport. Needs Pillow.
 """
@@ -41,7 +41,7 @@ def compress(image: Any, format: str = "jpeg", quality: int = 80, level: int = 9
             f"images with the encoding {encoding!r:.40} cannot be compressed: only 8 and 16 bits are supported"
         )
     bits, channels, is_blue_first = layout
-    pixels = _pixels(image, bits, channels)
+    pixels = _to_pixels(image, bits, channels)
     if is_blue_first:
         pixels = _swap_red_and_blue(pixels)
     if format == "png":
@@ -89,7 +89,7 @@ def decompress(message: Any) -> Any:
 
 
 def _layout(encoding: str) -> tuple[int, int, bool] | None:
-    """Return an encoding's bits, number of channels and whether blue comes first; None if it is not supported."""
+    """Return an encoding's bits per channel, number of channels, and whether blue comes first; None if unsupported."""
     match = _COLOURS.match(encoding)
     if match:
         return int(match[2]), len(match[1]), match[1].startswith("b")
@@ -100,7 +100,7 @@ def _layout(encoding: str) -> tuple[int, int, bool] | None:
     return None
 
 
-def _pixels(image: Any, bits: int, channels: int) -> Pixels:
+def _to_pixels(image: Any, bits: int, channels: int) -> Pixels:
     size = channels * bits // 8
     if image.step < image.width * size or len(image.data) < image.step * image.height:
         raise MessageError(f"the image has {len(image.data)} bytes, too few for {image.width}x{image.height}")

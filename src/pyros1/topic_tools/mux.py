@@ -15,7 +15,7 @@ from pyros1.topic_tools.selection import Selection
 
 
 class Mux:
-    """A multiplexer.
+    """Forwards the selected one of several input topics to an output topic.
 
     Args:
         node: the node that subscribes, publishes and provides the services.
@@ -43,9 +43,8 @@ class Mux:
         self._connect_timeout = connect_timeout
         self._output = Output(node, target, latch)
         self._subscribers: dict[str, Subscriber[AnyMsg]] = {}
-        self._wake = (
-            threading.Event()
-        )  # set when the type is known, when no subscriber is left, or when the node shuts down
+        # Set when the type is known, when no subscriber is left, or when the node shuts down.
+        self._wake = threading.Event()
         node.on_shutdown(self._wake.set)
         self._selection = Selection(node, "mux", sources, initial)
         self._selection.on_added = self._selection.on_removed = self._update_subscriptions

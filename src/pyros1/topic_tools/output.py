@@ -33,7 +33,7 @@ class Output:
 
     def __init__(self, node: Node, topic: str, latch: bool | None = None) -> None:
         self.topic = node.resolve(topic)
-        self._given_name = topic  # a resolved name would be remapped twice
+        self._unresolved_name = topic  # advertised under this name, since a resolved name would be remapped twice
         self.header: dict[str, str] | None = None
         self._node = node
         self._latch = latch
@@ -83,7 +83,7 @@ class Output:
     def _advertise(self, message_type: TopicType, is_latched: bool, queue_size: int) -> None:
         latch = is_latched if self._latch is None else self._latch
         self._publisher = self._node.advertise(
-            self._given_name, AnyMsg, queue_size=queue_size, latch=latch, raw_type=message_type
+            self._unresolved_name, AnyMsg, queue_size=queue_size, latch=latch, raw_type=message_type
         )
         self._type = message_type
         self._node.log.info(

@@ -22,7 +22,7 @@ class Relay:
         node: the node that subscribes and publishes.
         source: the topic to subscribe to.
         output: the topic to publish.
-        gate: decides whether a message passes; None to pass all.
+        gate: decides whether a message passes; None to pass all messages.
         transports: the transports to request, see `Node.subscribe`.
 
     Raises:
@@ -56,7 +56,7 @@ class Relay:
         return self._node.subscribe(self._source, AnyMsg, callback, queue_size=QUEUE_SIZE, transports=self._transports)
 
     def run_lazy(self) -> None:
-        """Forward messages until the node shuts down. Only subscribe while the output has subscribers."""
+        """Forward messages until the node shuts down. Subscribe only while the output has subscribers."""
         while self._node.ok():
             with self._subscribe(self._receive_lazily):
                 self._wake.wait()
@@ -64,7 +64,7 @@ class Relay:
             self._output.wait_for_subscriber()
 
     def run_stealth(self, monitored: str, period: float) -> None:
-        """Forward messages until the node shuts down. Only subscribe while another node subscribes to `monitored`.
+        """Forward messages until the node shuts down. Subscribe only while another node subscribes to `monitored`.
 
         Args:
             monitored: the monitored topic.

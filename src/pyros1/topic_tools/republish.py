@@ -23,11 +23,11 @@ TRANSPORTS = ("raw", "compressed")
 class Republisher:
     """Converts the images on a topic and publishes them on another until the node shuts down.
 
-    Compression is configured by dynamic_reconfigure in ``OUTPUT/compressed``: ``format``,
-    ``jpeg_quality`` and ``png_level``.
+    Compression is configured by dynamic_reconfigure in ``OUTPUT/compressed``: ``format``, ``jpeg_quality`` and
+    ``png_level``.
 
     Args:
-        node: the node.
+        node: the node that subscribes and publishes.
         source, source_transport: the topic and transport of the input images.
         output, output_transport: the topic and transport of the output images.
 
@@ -47,7 +47,7 @@ class Republisher:
         if input_topic == self.topic:
             raise ValueError(f"{input_topic} would be republished to itself")
         if output_transport == "compressed":
-            Server(node, _parameters(), self._on_configured, namespace=self.topic)
+            Server(node, _make_parameters(), self._on_configured, namespace=self.topic)
         self._publisher = node.advertise(self.topic, output_type, queue_size=1)
         node.subscribe(input_topic, input_type, self._receive, queue_size=1)
 
@@ -78,7 +78,7 @@ def _topic_and_type(node: Node, base: str, transport: str) -> tuple[str, Any]:
     return (name, Image) if transport == "raw" else (f"{name}/compressed", CompressedImage)
 
 
-def _parameters() -> Parameters:
+def _make_parameters() -> Parameters:
     parameters = Parameters()
     parameters.add("format", "jpeg", "format of compressed images", choices={name: name for name in COMPRESSED_FORMATS})
     parameters.add("jpeg_quality", 80, "JPEG quality", minimum=1, maximum=100)

@@ -20,11 +20,11 @@ NO_TOPIC = "__none"
 
 
 class Selection:
-    """The list of topics, and the services that select one and change the list.
+    """The list of topics, and the services that select one of them and change the list.
 
     Args:
         node: the node that provides the services.
-        kind: ``mux`` or ``demux``.
+        tool_name: ``mux`` or ``demux``.
         topics: the topics. The first one is selected.
         initial: the topic to select instead of the first, or `NO_TOPIC`. An unknown topic is treated like `NO_TOPIC`.
 
@@ -36,7 +36,7 @@ class Selection:
         lock: the lock that is held while the topics or the selection change.
     """
 
-    def __init__(self, node: Node, kind: str, topics: Sequence[str], initial: str = "") -> None:
+    def __init__(self, node: Node, tool_name: str, topics: Sequence[str], initial: str = "") -> None:
         self.topics = list(dict.fromkeys(map(node.resolve, topics)))
         self.selected: str | None = self.topics[0]
         self.on_added: Callable[[str], object] = _do_nothing
@@ -44,8 +44,8 @@ class Selection:
         self.on_changed: Callable[[], object] = _do_nothing
         self.lock = threading.RLock()
         self._node = node
-        self._kind = kind
-        self._prefix = node.resolve(kind)
+        self._tool_name = tool_name
+        self._prefix = node.resolve(tool_name)
         published_name = self.selected
         if initial:
             self.selected = None if initial == NO_TOPIC else self._find_topic(initial)
@@ -57,7 +57,7 @@ class Selection:
 
     def serve(self) -> None:
         """Provide the services."""
-        type_prefix = self._kind.capitalize()
+        type_prefix = self._tool_name.capitalize()
         handlers = {"Select": self.select, "Add": self._add, "Delete": self._delete, "List": self._list}
         for verb, handler in handlers.items():
             self._node.advertise_service(f"{self._prefix}/{verb.lower()}", f"topic_tools/{type_prefix}{verb}", handler)
@@ -76,7 +76,7 @@ class Selection:
                 self.selected = self._find_topic(request.topic) or self._refuse(
                     f"cannot select {request.topic}: unknown topic"
                 )
-            self._node.log.info("%s: %s is selected", self._kind, self.selected or "nothing")
+            self._node.log.info("%s: %s is selected", self._tool_name, self.selected or "nothing")
             self.on_changed()
             self._publisher.publish(request.topic)
         return {"prev_topic": previous or ""}
@@ -90,7 +90,7 @@ class Selection:
             topic = self._node.resolve(request.topic)
             self.topics.append(topic)
             self.on_added(topic)
-            self._node.log.info("%s: added %s", self._kind, topic)
+            self._node.log.info("%s: added %s", self._tool_name, topic)
         return {}
 
     def _delete(self, request: Any) -> Mapping[str, str]:
@@ -100,7 +100,7 @@ class Selection:
                 self._refuse(f"cannot delete {topic}: it is selected")
             self.topics.remove(topic)
             self.on_removed(topic)
-            self._node.log.info("%s: deleted %s", self._kind, topic)
+            self._node.log.info("%s: deleted %s", self._tool_name, topic)
         return {}
 
     def _list(self, request: Any) -> Mapping[str, list[str]]:
@@ -116,7 +116,7 @@ class Selection:
 
     def _refuse(self, reason: str) -> Any:
         """Log why a request is refused, and raise NodeError."""
-        self._node.log.peer_event(WARN, "%s: %s", self._kind, reason)
+        self._node.log.peer_event(WARN, "%s: %s", self._tool_name, reason)
         raise NodeError(reason)
 
 

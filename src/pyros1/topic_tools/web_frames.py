@@ -23,7 +23,7 @@ from pyros1.node import Node
 from pyros1.tf import Buffer, TransformException, TransformListener
 
 MAX_PAGES = 200
-"""Maximum number of pages."""
+"""Maximum number of pages that are served at the same time."""
 MAX_FRAMES = 1000
 """Maximum number of frames per page."""
 _DEFAULT_RATE, _MIN_RATE, _MAX_RATE = 10.0, 0.1, 100.0
@@ -84,7 +84,7 @@ class MovedFrames:
 
 
 class Republisher:
-    """Serves pages until the node shuts down.
+    """Provides transforms to web pages until the node shuts down.
 
     Args:
         node: the node. The action has the node's name.
@@ -172,9 +172,8 @@ class Republisher:
                 self._remove_page()
                 return
             if moved := moved_frames.find_moved():
-                latest_transforms = latest_transforms | {
-                    transform.child_frame_id: transform for transform in moved
-                }  # a new dict, since another thread reads it
+                # A new dictionary, since another thread reads the old one.
+                latest_transforms = latest_transforms | {transform.child_frame_id: transform for transform in moved}
                 publisher.publish(TFArray(moved))
 
         timer = self._node.timer(period, on_timer)

@@ -28,8 +28,8 @@ from pyros1.msgs.dynamic_reconfigure.msg import (
 )
 from pyros1.msgs.dynamic_reconfigure.srv import Reconfigure
 from pyros1.node import Node
-from pyros1.reconfigure.encoding import configuration
-from pyros1.reconfigure.values import ParameterError, choices, convert_value, request
+from pyros1.reconfigure.encoding import decode_configuration
+from pyros1.reconfigure.values import ParameterError, convert_value, encode_changes, parse_choices
 
 Run = Callable[..., tuple[int, str, str]]
 SIZES = "{'enum': [{'name': 'Small', 'type': 'int', 'value': 0}, {'name': 'Large', 'type': 'int', 'value': 2}]}"
@@ -216,20 +216,20 @@ def test_other_values_are_refused(kind: str, value: Any) -> None:
 
 
 def test_choices_are_read_and_never_run() -> None:
-    assert choices(SIZES) == {"Small": 0, "Large": 2}
+    assert parse_choices(SIZES) == {"Small": 0, "Large": 2}
     for text in ("", "1", "{'enum': 5}", "__import__('os')", "(" * 10000, "{'enum': [{'name': 'x'}]}"):
-        assert choices(text) == {}
+        assert parse_choices(text) == {}
 
 
 def test_files_keep_every_value() -> None:
     odd = config(text="a:\n  dictitems:\n'\u00fc", gain=float("inf"))
-    found = configuration(odd, DESCRIPTION)
+    found = decode_configuration(odd, DESCRIPTION)
     assert read_file_text(file_text(found), "file") == found
-    assert configuration(Config(), DESCRIPTION) == {} and read_file_text(file_text({}), "file") == {}
+    assert decode_configuration(Config(), DESCRIPTION) == {} and read_file_text(file_text({}), "file") == {}
 
 
 def test_the_states_of_groups_come_from_a_dump_too() -> None:
-    dumped = configuration(config(lights=False), DESCRIPTION)
-    groups = request({"groups": dumped["groups"]}, DESCRIPTION, config())["groups"]
+    dumped = decode_configuration(config(lights=False), DESCRIPTION)
+    groups = encode_changes({"groups": dumped["groups"]}, DESCRIPTION, config())["groups"]
     assert [(group["name"], group["state"]) for group in groups] == [("Default", True), ("Lights", False)]
-    assert request({"groups": dumped["groups"]}, DESCRIPTION, config(lights=False)) == {}
+    assert encode_changes({"groups": dumped["groups"]}, DESCRIPTION, config(lights=False)) == {}

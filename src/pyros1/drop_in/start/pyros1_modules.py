@@ -21,7 +21,7 @@ MODULES = os.path.join(os.path.dirname(HERE), "modules")
 class PlaceholderFinder(object):
     """A placeholder at the end of sys.meta_path until a module is imported that no other finder finds."""
 
-    busy = None  # id of the thread that is importing the real finder
+    importing_thread = None  # id of the thread that is importing the real finder
 
     def find_spec(self, name, path=None, target=None):
         if path is not None or name in getattr(sys, "stdlib_module_names", ()) or name.startswith("pyros1"):
@@ -48,9 +48,9 @@ class PlaceholderFinder(object):
 
     def replace(self):
         """Replace this finder with the real one and return that; None if this Python has no pyros1."""
-        if self.busy == get_ident():
+        if self.importing_thread == get_ident():
             return None  # the import below tries to import a module that does not exist
-        self.busy = get_ident()
+        self.importing_thread = get_ident()
         was_gc_enabled = gc.isenabled()
         gc.disable()  # like pyros1.ground.loading
         try:
@@ -58,7 +58,7 @@ class PlaceholderFinder(object):
         except (ImportError, SyntaxError):  # this Python has no pyros1, or is too old for it
             return None
         finally:
-            self.busy = None
+            self.importing_thread = None
             if was_gc_enabled:
                 gc.enable()
         if self in sys.meta_path:
@@ -84,12 +84,12 @@ class FolderFilter(object):
         )
         if not must_replace and is_module(spec):
             return spec
-        our_finders = [each for each in sys.meta_path if type(each).__name__ in ("PlaceholderFinder", "Finder")]
+        our_finders = [finder for finder in sys.meta_path if type(finder).__name__ in ("PlaceholderFinder", "Finder")]
         return our_finders[-1].find_spec(name, path, target) or spec if our_finders else spec
 
 
 def is_module(spec):
-    """Return whether a spec is that of a module, not just of a folder."""
+    """Return whether a spec is for a module, not just for a folder."""
     return spec is not None and spec.has_location
 
 
@@ -148,8 +148,17 @@ def is_python2(error):
     return False
 
 
-ABC = ("Mapping", "MutableMapping", "Sequence", "MutableSequence", "Set", "Iterable", "Iterator", "Callable")
-ABC += ("Hashable", "Sized", "Container")
+COLLECTIONS_ABC_NAMES = (
+    "Mapping",
+    "MutableMapping",
+    "Sequence",
+    "MutableSequence",
+    "Set",
+    "Iterable",
+    "Iterator",
+    "Callable",
+)
+COLLECTIONS_ABC_NAMES += ("Hashable", "Sized", "Container")
 REMOVED_FEATURES = (
     ("load() missing 1 required positional argument: 'Loader'", "PyYAML 6 needs a loader: write yaml.safe_load(...)"),
     ("module 'time' has no attribute 'clock'", "Python 3.8 has removed time.clock: write time.perf_counter"),
@@ -159,7 +168,7 @@ REMOVED_FEATURES = (
 )
 REMOVED_FEATURES += tuple(
     (part % name, "it is collections.abc.%s now" % name)
-    for name in ABC
+    for name in COLLECTIONS_ABC_NAMES
     for part in ("'collections' has no attribute '%s'", "import name '%s' from 'collections'")
 )
 
@@ -178,7 +187,7 @@ PYTHON2_HINT = (
 )
 
 
-def reason_for(error):
+def hint_for(error):
     """Return a hint about an error that is typical of old programs; an empty string if there is none."""
     if is_python2(error):
         return PYTHON2_HINT
@@ -187,21 +196,23 @@ def reason_for(error):
 
 
 def take_over(name):
-    """Import the actual module instead of that with the same name in this folder.
+    """Import the actual module instead of the one with the same name in this folder.
 
     The folder contains modules with the names that programs import first. They are only found if another sitecustomize
     precedes that of pyros1 on PYTHONPATH, so that `install` has not been called yet.
     """
-    sys.path[:] = [each for each in sys.path if os.path.abspath(each or ".") != HERE]
+    sys.path[:] = [entry for entry in sys.path if os.path.abspath(entry or ".") != HERE]
     install()
     sys.modules.pop(name, None)
     __import__(name)
 
 
 def install():
-    """Make the modules available in this process, unless the environment selects those of stock."""
+    """Make the modules available in this process, unless the environment selects stock's."""
     preference = os.environ.get("PYROS1_ROSPY", "")
-    if preference == "stock" or any(type(each).__name__ in ("PlaceholderFinder", "Finder") for each in sys.meta_path):
+    if preference == "stock" or any(
+        type(finder).__name__ in ("PlaceholderFinder", "Finder") for finder in sys.meta_path
+    ):
         return
     if preference not in ("", "pyros1"):
         sys.stderr.write("pyros1: PYROS1_ROSPY is '%s', not 'pyros1' or 'stock': it is ignored\n" % preference)
@@ -220,9 +231,9 @@ def install():
         return
     previous_hook = sys.excepthook
 
-    def excepthook(kind, error, traceback):
-        previous_hook(kind, error, traceback)
-        hint = reason_for(error)
+    def excepthook(error_type, error, traceback):
+        previous_hook(error_type, error, traceback)
+        hint = hint_for(error)
         if hint:
             sys.stderr.write(hint + "\n")
 

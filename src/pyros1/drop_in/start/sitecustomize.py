@@ -7,16 +7,16 @@ _here = os.path.dirname(os.path.abspath(__file__))
 
 
 def _run_hidden_sitecustomize():
-    """Run the sitecustomize that is hidden by this one."""
+    """Run the sitecustomize module that this module hides, if there is one."""
     path = list(sys.path)
-    this = sys.modules.pop("sitecustomize", None)
-    sys.path[:] = [each for each in path if os.path.abspath(each or ".") != _here]
+    this_module = sys.modules.pop("sitecustomize", None)
+    sys.path[:] = [entry for entry in path if os.path.abspath(entry or ".") != _here]
     try:
         import sitecustomize  # noqa: F401
     except ImportError:
         pass
-    if this is not None:
-        sys.modules.setdefault("sitecustomize", this)  # Python expects it there
+    if this_module is not None:
+        sys.modules.setdefault("sitecustomize", this_module)  # Python expects it there
 
 
 import pyros1_modules  # noqa: E402

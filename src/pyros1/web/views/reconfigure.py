@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from pyros1.ground.errors import MessageError
 from pyros1.reconfigure.encoding import decode
-from pyros1.reconfigure.values import choices
+from pyros1.reconfigure.values import parse_choices
 from pyros1.web.hub import Arrival
 from pyros1.web.server.wire import Push, RequestError
 from pyros1.web.views.view import View, string_arg
@@ -149,7 +149,7 @@ def values(config: Any) -> dict[str, Any]:
 def _choices(edit_method: str) -> list[list[Any]]:
     if len(edit_method) > _MAX_CHOICES_LENGTH:
         return []
-    all_choices = choices(edit_method)
+    all_choices = parse_choices(edit_method)
     return [[name, _to_json(value)] for name, value in list(all_choices.items())[:_MAX_CHOICES]]
 
 

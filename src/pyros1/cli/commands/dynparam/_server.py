@@ -127,11 +127,11 @@ class ReconfigureServer:
 
     def configuration(self) -> dict[str, Any] | None:
         """Return the values of all parameters and groups; None if the node does not publish them in time."""
-        from pyros1.reconfigure.encoding import configuration  # noqa: PLC0415
+        from pyros1.reconfigure.encoding import decode_configuration  # noqa: PLC0415
 
         try:
             description = self._receive_description()
-            values: dict[str, Any] = configuration(self._receive_config(), description)
+            values: dict[str, Any] = decode_configuration(self._receive_config(), description)
             return values
         except WaitTimeoutError:
             return None
@@ -149,9 +149,11 @@ class ReconfigureServer:
         """
         from pyros1.msgs import load_service  # noqa: PLC0415
         from pyros1.msgs.fill import fill_message  # noqa: PLC0415
-        from pyros1.reconfigure.values import request  # noqa: PLC0415
+        from pyros1.reconfigure.values import encode_changes  # noqa: PLC0415
 
-        fields = request(values, self._receive_description(), self._receive_config() if "groups" in values else None)
+        fields = encode_changes(
+            values, self._receive_description(), self._receive_config() if "groups" in values else None
+        )
         service_class = load_service("dynamic_reconfigure/Reconfigure")
         message = service_class._request_class()
         fill_message(message, {"config": fields})

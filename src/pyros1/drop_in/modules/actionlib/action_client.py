@@ -60,18 +60,20 @@ INVALID_TRANSITION = -2
 g_goal_id = 1
 """Number of the program's next goal."""
 _numbering = threading.RLock()
-_POLL = 0.01
+_POLL_INTERVAL = 0.01
 """Seconds between checks for the server."""
 
 
 def message_classes(ActionSpec: Any) -> tuple[Any, Any, Any]:
-    """Return the classes of an action's goal, result and feedback messages; raise ActionException if it is none."""
+    """Return the classes of an action's goal, result and feedback messages; raise ActionException if the class is not
+    an action.
+    """
     example = ActionSpec()
     try:
-        found = ActionTypes.of(type(example))
+        types = ActionTypes.of(type(example))
     except ActionError:
         raise ActionException(f"Type is not an action spec: {ActionSpec}") from None
-    return found.action_goal, found.action_result, found.action_feedback
+    return types.action_goal, types.action_result, types.action_feedback
 
 
 class Countdown:
@@ -83,24 +85,24 @@ class Countdown:
 
     def __init__(self, timeout: Any) -> None:
         self._last = rospy.get_rostime()
-        self._left = (
+        self._seconds_left = (
             (self._last + timeout) - self._last
-        ).to_sec() or inf  # an error for other types than Duration, like in stock
-        self._moved = time.monotonic()
+        ).to_sec() or inf  # like stock, raises an error for types other than Duration
+        self._last_change = time.monotonic()
 
-    def left(self) -> float:
+    def seconds_left(self) -> float:
         """Return the remaining seconds."""
         now = rospy.get_rostime()
         if now != self._last:
-            self._left -= max(0.0, (now - self._last).to_sec())
-            self._last, self._moved = now, time.monotonic()
-        elif PROCESS.ending and time.monotonic() - self._moved > TICK_TIMEOUT:
+            self._seconds_left -= max(0.0, (now - self._last).to_sec())
+            self._last, self._last_change = now, time.monotonic()
+        elif PROCESS.ending and time.monotonic() - self._last_change > TICK_TIMEOUT:
             return 0.0  # a shutdown hook waits, and the simulation has ended
-        return self._left
+        return self._seconds_left
 
 
 class GoalManager:
-    """The goals of a client. It only holds weak references to them: goals without handles are removed.
+    """A client's goals. The manager only holds weak references to them: goals without handles are removed.
 
     Args:
         ActionSpec: class of the action, such as TestAction.
@@ -162,9 +164,9 @@ class GoalManager:
 
     def _get_live_statuses(self) -> list[CommStateMachine]:
         with self.list_mutex:
-            machines = [machine for machine in (each() for each in self.statuses) if machine is not None]
+            machines = [machine for machine in (reference() for reference in self.statuses) if machine is not None]
             if len(machines) < len(self.statuses):
-                self.statuses = [each for each in self.statuses if each() is not None]
+                self.statuses = [reference for reference in self.statuses if reference() is not None]
         return machines
 
 
@@ -202,8 +204,8 @@ class ActionClient:
             ("feedback", self.ActionFeedback, self._feedback_cb),
         )
         self.status_sub, self.result_sub, self.feedback_sub = (
-            rospy.Subscriber(f"{ns}/{topic}", kind, callback=callback, queue_size=self.sub_queue_size)
-            for topic, kind, callback in topics
+            rospy.Subscriber(f"{ns}/{topic}", message_class, callback=callback, queue_size=self.sub_queue_size)
+            for topic, message_class, callback in topics
         )
 
     def stop(self) -> None:
@@ -247,9 +249,9 @@ class ActionClient:
         while not rospy.is_shutdown():
             if self._is_connected():
                 return True
-            if countdown.left() <= 0:
+            if countdown.seconds_left() <= 0:
                 return False
-            time.sleep(_POLL)
+            time.sleep(_POLL_INTERVAL)
         return False
 
     def wait_for_action_server_to_start(self, timeout: Any = rospy.Duration()) -> bool:  # noqa: B008

@@ -44,15 +44,15 @@ def nop_cb(goal_handle: Any) -> None:
 class ActionServer:
     """Receives goals, and reports their status to clients. Its callbacks do not run concurrently: they hold ``lock``.
 
-    Parameters: ``actionlib_server_pub_queue_size`` (50), ``actionlib_server_sub_queue_size`` (without limit),
-    ``actionlib_status_frequency`` (5.0 Hz), and ``NS/status_list_timeout`` (5.0 s), for which the status of a goal is
-    published after its end.
+    Parameters: ``actionlib_server_pub_queue_size`` (50), ``actionlib_server_sub_queue_size`` (no limit),
+    ``actionlib_status_frequency`` (5.0 Hz), and ``NS/status_list_timeout`` (5.0 s): how long the status of a goal is
+    still published after it has finished.
 
     Args:
         ns: name of the action.
         ActionSpec: class of the action, such as TestAction.
         goal_cb: called with a `ServerGoalHandle` of each new goal, which must be accepted or rejected then or later.
-        cancel_cb: called with a handle of each goal that a client requests to cancel.
+        cancel_cb: called with a handle of each goal that a client asks to cancel.
         auto_start: whether to `start` immediately; then goals may arrive before the constructor returns.
 
     Raises:
@@ -101,11 +101,11 @@ class ActionServer:
     @property
     def status_list_timeout(self) -> Any:
         """The rospy.Duration for which the status of a goal is published after it has finished."""
-        return self._table.kept
+        return self._table.keep_duration
 
     @status_list_timeout.setter
     def status_list_timeout(self, timeout: Any) -> None:
-        self._table.kept = timeout
+        self._table.keep_duration = timeout
 
     @property
     def last_cancel(self) -> Any:
@@ -121,7 +121,7 @@ class ActionServer:
         self.goal_callback = cb
 
     def register_cancel_callback(self, cancel_cb: Callable[[Any], object]) -> None:
-        """Set the function to call with a handle of each goal that a client requests to cancel."""
+        """Set the function to call with a handle of each goal that a client asks to cancel."""
         self.cancel_callback = cancel_cb
 
     def start(self) -> None:
@@ -162,8 +162,8 @@ class ActionServer:
                 "You're using the deprecated status_frequency parameter, please switch to actionlib_status_frequency."
             )
         else:
-            found = rospy.search_param("actionlib_status_frequency")
-            self.status_frequency = 5.0 if found is None else rospy.get_param(found, 5.0)
+            parameter = rospy.search_param("actionlib_status_frequency")
+            self.status_frequency = 5.0 if parameter is None else rospy.get_param(parameter, 5.0)
         self.status_list_timeout = rospy.Duration(rospy.get_param(f"{ns}/status_list_timeout", 5.0))
         if self.status_frequency > 0.0:
             period = rospy.Duration(1.0 / self.status_frequency)
@@ -193,14 +193,14 @@ class ActionServer:
         """Send the status of all goals, and remove goals that finished more than ``status_list_timeout`` ago."""
         with self.lock:
             now = rospy.Time.now()
-            for gone in self._table.forget(now):
+            for removed in self._table.forget(now):
                 rospy.logdebug(
                     "Item %s with destruction time of %.3f being removed from list.  Now = %.3f",
-                    gone.status.goal_id,
-                    gone.handle_destruction_time.to_sec(),
+                    removed.status.goal_id,
+                    removed.handle_destruction_time.to_sec(),
                     now.to_sec(),
                 )
-            message = GoalStatusArray(status_list=[each.status for each in self.status_list])
+            message = GoalStatusArray(status_list=[tracker.status for tracker in self.status_list])
             message.header.stamp = now
             if not rospy.is_shutdown():
                 self.status_pub.publish(message)
@@ -219,13 +219,13 @@ class ActionServer:
             if not self.started:
                 return
             rospy.logdebug("The action server has received a new goal request")
-            known = self._table.find(goal.goal_id.id)
-            if known is not None:
-                self._hear_again(known)
+            known_tracker = self._table.find(goal.goal_id.id)
+            if known_tracker is not None:
+                self._handle_repeated_goal(known_tracker)
                 return
             tracker = StatusTracker(goal=goal)
             self.status_list.append(tracker)
-            handle = self._handle(tracker)
+            handle = self._make_handle(tracker)
             if self._table.is_too_old(goal.goal_id):
                 handle.set_canceled(None, TOO_OLD_TEXT)
             else:
@@ -240,25 +240,25 @@ class ActionServer:
             for tracker in self._table.match_cancel(goal_id):
                 if tracker.handle_tracker is None:
                     tracker.handle_destruction_time = rospy.Time.now()
-                handle = self._handle(tracker)
+                handle = self._make_handle(tracker)
                 if handle.set_cancel_requested():
                     self.cancel_callback(handle)
             if goal_id.id and self._table.find(goal_id.id) is None:  # its goal may still arrive
-                early = StatusTracker(goal_id, GoalStatus.RECALLING)
-                early.handle_destruction_time = rospy.Time.now()
-                self.status_list.append(early)
+                early_cancel = StatusTracker(goal_id, GoalStatus.RECALLING)
+                early_cancel.handle_destruction_time = rospy.Time.now()
+                self.status_list.append(early_cancel)
 
-    def _handle(self, tracker: StatusTracker) -> ServerGoalHandle:
+    def _make_handle(self, tracker: StatusTracker) -> ServerGoalHandle:
         if tracker.handle_tracker is None:
             tracker.handle_tracker = HandleTrackerDeleter(self, tracker)
         return ServerGoalHandle(tracker, self, tracker.handle_tracker)
 
-    def _hear_again(self, known: StatusTracker) -> None:
+    def _handle_repeated_goal(self, tracker: StatusTracker) -> None:
         """Handle a goal that was already received, or whose cancellation was requested before."""
-        status = known.status
+        status = tracker.status
         rospy.logdebug("Goal %s was already in the status list with status %i", status.goal_id.id, status.status)
         if status.status == Status.RECALLING:
             status.status = GoalStatus.RECALLED
             self.publish_result(status, self.ActionResultType())
-        if known.handle_tracker is None:
-            known.handle_destruction_time = rospy.Time.now()
+        if tracker.handle_tracker is None:
+            tracker.handle_destruction_time = rospy.Time.now()

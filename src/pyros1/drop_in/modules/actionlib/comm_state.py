@@ -11,20 +11,22 @@ import rospy
 from pyros1.actions.states import Stage, Status, stages_after
 from pyros1.msgs.actionlib_msgs.msg import GoalID, GoalStatus, GoalStatusArray
 
-_SPOKEN = frozenset(Status) - {Status.LOST}
+_REPORTABLE = frozenset(Status) - {Status.LOST}
 """The statuses that a server may report."""
-_ENDS = frozenset(status for status in Status if status.ended)
+_TERMINAL = frozenset(status for status in Status if status.ended)
 
 
 def get_name_of_constant(C: Any, n: int) -> str:
-    """Return the name of a class's integer constant with a value; ``NO_SUCH_STATE_n`` if there is none."""
+    """Return the name of the integer constant that has the value ``n`` in a class; ``NO_SUCH_STATE_n`` if there is
+    none.
+    """
     for name, value in vars(C).items():
         if isinstance(value, int) and value == n and not name.startswith("_"):
             return name
     return f"NO_SUCH_STATE_{n}"
 
 
-GoalStatus.to_string = classmethod(get_name_of_constant)  # type: ignore[attr-defined]  # as stock has it
+GoalStatus.to_string = classmethod(get_name_of_constant)  # type: ignore[attr-defined]  # as in stock
 
 
 class CommState:
@@ -65,7 +67,7 @@ class TerminalState:
 class CommStateMachine:
     """A goal, with its state, the latest status from the server, and the result.
 
-    Goals with the same name are equal.
+    Goals with the same id are equal.
 
     Args:
         action_goal: the message of the action's goal topic, such as TestActionGoal.
@@ -113,21 +115,23 @@ class CommStateMachine:
             self.transition_cb(ClientGoalHandle(self))
 
     def update_status(self, status_array: Any) -> None:
-        """Process the server's GoalStatusArray; a goal that has vanished from it is lost."""
+        """Process the server's GoalStatusArray; if the goal has vanished from it, it is lost."""
         with self.mutex:
             if self.state == CommState.DONE:
                 return
-            name = self.action_goal.goal_id.id
-            status = next((each for each in status_array.status_list if each.goal_id.id == name), None)
+            goal_id = self.action_goal.goal_id.id
+            status = next(
+                (goal_status for goal_status in status_array.status_list if goal_status.goal_id.id == goal_id), None
+            )
             if status is None:
                 if self.state not in (CommState.WAITING_FOR_GOAL_ACK, CommState.WAITING_FOR_RESULT):
                     self._mark_as_lost()
                 return
             self.latest_goal_status = status
-            self._follow(status.status)
+            self._apply_status(status.status)
 
     def update_result(self, action_result: Any) -> None:
-        """Handle a message on the action's result topic, which finishes the goal if it is for this goal."""
+        """Handle a message on the action's result topic; if it is for this goal, the goal is finished."""
         status = action_result.status
         if status.goal_id.id != self.action_goal.goal_id.id:
             return
@@ -147,14 +151,14 @@ class CommStateMachine:
         if action_feedback.status.goal_id.id != self.action_goal.goal_id.id:
             return
         with self.mutex:
-            wanted = self.feedback_cb and self.state != CommState.DONE
-        if wanted and self.feedback_cb:
+            must_call = self.feedback_cb and self.state != CommState.DONE
+        if must_call and self.feedback_cb:
             self.feedback_cb(ClientGoalHandle(self), action_feedback.feedback)
 
-    def _follow(self, status: int) -> None:
+    def _apply_status(self, status: int) -> None:
         if self.state == CommState.LOST:
             rospy.logerr("CommStateMachine is in a funny state: %i", self.state)
-        elif status not in _SPOKEN:
+        elif status not in _REPORTABLE:
             rospy.logerr("Got an unknown status from the ActionServer: %i", status)
         else:
             stages = stages_after(self.state, status)
@@ -202,7 +206,7 @@ class ClientGoalHandle:
         return int(self.comm_state_machine.state) if self._has_goal("get_comm_state") else CommState.LOST
 
     def get_goal_status(self) -> int:
-        """Return the server's latest status, of GoalStatus."""
+        """Return the server's latest status of the goal, a constant of GoalStatus."""
         if not self._has_goal("get_goal_status"):
             return int(GoalStatus.PENDING)
         return int(self.comm_state_machine.latest_goal_status.status)
@@ -217,8 +221,8 @@ class ClientGoalHandle:
         """Return the action's result message; None if there is none yet."""
         if not self._has_goal("get_result"):
             return None
-        latest = self.comm_state_machine.latest_result
-        return latest and latest.result
+        message = self.comm_state_machine.latest_result
+        return message and message.result
 
     def get_terminal_state(self) -> int:
         """Return the goal's TerminalState; LOST if the server's status is not a terminal one."""
@@ -230,13 +234,13 @@ class ClientGoalHandle:
                 state = CommState.to_string(machine.state)
                 rospy.logwarn("Asking for the terminal state when we're in [%s]", state)
             status = int(machine.latest_goal_status.status)
-            if status in _ENDS:
+            if status in _TERMINAL:
                 return status
             rospy.logerr("Asking for a terminal state, but the goal status is %d", status)
             return int(GoalStatus.LOST)
 
-    def _has_goal(self, asked: str) -> bool:
+    def _has_goal(self, method: str) -> bool:
         if self.comm_state_machine is None:
-            rospy.logerr("Trying to %s on an inactive ClientGoalHandle.", asked)
+            rospy.logerr("Trying to %s on an inactive ClientGoalHandle.", method)
             return False
         return True

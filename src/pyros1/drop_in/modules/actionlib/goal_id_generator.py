@@ -23,22 +23,22 @@ __getattr__ = missing("actionlib.goal_id_generator")
 
 s_goalcount_lock = threading.Lock()
 s_goalcount = 0
-"""Number of names that this program has generated."""
-_own_lock = threading.RLock()  # a signal handler may generate a name as well; stock's lock would deadlock
+"""Number of ids that this program has generated."""
+_own_lock = threading.RLock()  # a signal handler may generate an id as well; stock's lock would deadlock
 
 
 class GoalIDGenerator:
-    """Generates names that start with the name of a node.
+    """Generates goal ids that start with a node's name.
 
     Args:
-        name: full name of the node; None for the name of this program's node.
+        name: full name of the node; None for this program's node.
     """
 
     def __init__(self, name: str | None = None) -> None:
         self.set_name(rospy.get_name() if name is None else name)
 
     def set_name(self, name: str) -> None:
-        """Set the prefix of the goals' names."""
+        """Set the prefix of the generated ids."""
         self.name = name
 
     def generate_ID(self) -> Any:

@@ -8,7 +8,7 @@ import rospy
 
 
 class HandleTrackerDeleter:
-    """Called when a goal has no handles any more; from then on, it only remains in the status list for a while.
+    """Called when the last handle of a goal was deleted; the goal then remains in the status list only for a while.
 
     Args:
         action_server: the ActionServer.

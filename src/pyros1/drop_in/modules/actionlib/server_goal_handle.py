@@ -17,8 +17,8 @@ __all__ = [
 
 __getattr__ = missing("actionlib.server_goal_handle")
 
-_PLACE = "To transition to %s state, the goal must be in a %s state, it is currently in state: %d"
-_ENDS = {
+_INVALID_TRANSITION = "To transition to %s state, the goal must be in a %s state, it is currently in state: %d"
+_TERMINAL_TEXTS = {
     Transition.CANCEL: ("canceled", "a cancelled", "pending, recalling, active, or preempting"),
     Transition.REJECT: ("rejected", "a rejected", "pending or recalling"),
     Transition.ABORT: ("aborted", "an aborted", "preempting or active"),
@@ -88,7 +88,7 @@ class ServerGoalHandle:
             self.action_server.publish_feedback(self.status_tracker.status, feedback)
 
     def set_accepted(self, text: str = "") -> None:
-        """Accept the goal. If its state does not allow that, an error is logged, like in the following methods."""
+        """Accept the goal. If its state does not allow that, this method and those below log an error."""
         self._log("Accepting goal, id: %s, stamp: %.2f")
         if self._transition(Transition.ACCEPT, text, "an active", "pending or recalling"):
             with self.action_server.lock:
@@ -101,22 +101,22 @@ class ServerGoalHandle:
             result: the action's result message, such as TestResult; None for one with default values.
             text: a human-readable text.
         """
-        self._end(Transition.CANCEL, result, text)
+        self._finish(Transition.CANCEL, result, text)
 
     def set_rejected(self, result: Any = None, text: str = "") -> None:
         """Reject the goal, before `set_accepted`."""
-        self._end(Transition.REJECT, result, text)
+        self._finish(Transition.REJECT, result, text)
 
     def set_aborted(self, result: Any = None, text: str = "") -> None:
         """Finish the goal as aborted."""
-        self._end(Transition.ABORT, result, text)
+        self._finish(Transition.ABORT, result, text)
 
     def set_succeeded(self, result: Any = None, text: str = "") -> None:
         """Finish the goal as succeeded."""
-        self._end(Transition.SUCCEED, result, text)
+        self._finish(Transition.SUCCEED, result, text)
 
     def set_cancel_requested(self) -> bool:
-        """Record that a client requests to cancel the goal; return whether it can still be canceled."""
+        """Record a client's request to cancel the goal; return whether the goal can still be canceled."""
         self._log("Transisitoning to a cancel requested state on goal id: %s, stamp: %.2f")
         if not self.goal:
             return False
@@ -129,21 +129,21 @@ class ServerGoalHandle:
     def _log(self, text: str) -> None:
         rospy.logdebug(text, self.get_goal_id().id, self.get_goal_id().stamp.to_sec())
 
-    def _transition(self, transition: Transition, text: str, name: str, allowed: str) -> bool:
+    def _transition(self, transition: Transition, text: str, state_name: str, allowed_states: str) -> bool:
         if not self.goal:
             rospy.logerr("Attempt to set status on an uninitialized ServerGoalHandle")
             return False
         with self.action_server.lock:
             if self.status_tracker.apply(transition, text):
                 return True
-            rospy.logerr(_PLACE, name, allowed, self.status_tracker.status.status)
+            rospy.logerr(_INVALID_TRANSITION, state_name, allowed_states, self.status_tracker.status.status)
             return False
 
-    def _end(self, transition: Transition, result: Any, text: str) -> None:
-        verb, name, allowed = _ENDS[transition]
+    def _finish(self, transition: Transition, result: Any, text: str) -> None:
+        verb, state_name, allowed_states = _TERMINAL_TEXTS[transition]
         result = result or self.get_default_result()
         self._log(f"Setting status to {verb} on goal, id: %s, stamp: %.2f")
-        if self._transition(transition, text, name, allowed):
+        if self._transition(transition, text, state_name, allowed_states):
             with self.action_server.lock:
                 self.status_tracker.handle_destruction_time = rospy.Time.now()
                 self.action_server.publish_result(self.status_tracker.status, result)

@@ -25,9 +25,9 @@ __all__ = [
 
 __getattr__ = missing("actionlib.simple_action_client")
 
-_POLL = 0.1
+_POLL_INTERVAL = 0.1
 """Maximum number of seconds between checks of the time, which may be simulated, and whether the node has shut down."""
-_SIMPLER = {GoalStatus.RECALLING: GoalStatus.PENDING, GoalStatus.PREEMPTING: GoalStatus.ACTIVE}
+_SIMPLE_STATUSES = {GoalStatus.RECALLING: GoalStatus.PENDING, GoalStatus.PREEMPTING: GoalStatus.ACTIVE}
 
 
 class SimpleGoalState:
@@ -43,7 +43,7 @@ class SimpleGoalState:
         return get_name_of_constant(cls, n)
 
 
-_ALLOWED = {
+_ALLOWED_SIMPLE_STATES = {
     CommState.RECALLING: {SimpleGoalState.PENDING},
     CommState.ACTIVE: {SimpleGoalState.PENDING, SimpleGoalState.ACTIVE},
     CommState.PREEMPTING: {SimpleGoalState.PENDING, SimpleGoalState.ACTIVE},
@@ -64,10 +64,10 @@ class SimpleActionClient:
 
     def __init__(self, ns: str, ActionSpec: Any) -> None:
         self.gh: Any = None
-        self._ended: Any = None  # the handle whose goal ended last
+        self._ended_goal: Any = None  # the handle whose goal ended last
         self.simple_state = SimpleGoalState.DONE
         self.done_condition = threading.Condition()
-        self._sending = threading.RLock()  # callbacks wait until the goal is known
+        self._send_lock = threading.RLock()  # callbacks wait until the goal is known
         self.action_client = ActionClient(ns, ActionSpec)
 
     def wait_for_server(self, timeout: Any = rospy.Duration()) -> bool:  # noqa: B008  stock's signature
@@ -85,12 +85,12 @@ class SimpleActionClient:
 
         Args:
             goal: the action's goal message, such as TestGoal.
-            done_cb: called with a status of GoalStatus and the result message when the goal has finished.
-            active_cb: called when the server has started.
+            done_cb: called with a constant of GoalStatus and the result message when the goal has finished.
+            active_cb: called when the server has started to execute the goal.
             feedback_cb: called with each feedback message.
         """
         self.stop_tracking_goal()
-        with self._sending:
+        with self._send_lock:
             self.done_cb, self.active_cb, self.feedback_cb = done_cb, active_cb, feedback_cb
             self.simple_state = SimpleGoalState.PENDING
             self.gh = self.action_client.send_goal(goal, self._handle_transition, self._handle_feedback)
@@ -115,8 +115,8 @@ class SimpleActionClient:
         if not self.wait_for_result(execute_timeout):
             rospy.logdebug("Canceling goal")
             self.cancel_goal()
-            ended = "finished within" if self.wait_for_result(preempt_timeout) else "didn't finish"
-            rospy.logdebug("Preempt %s specified preempt_timeout [%.2f]", ended, preempt_timeout.to_sec())
+            outcome = "finished within" if self.wait_for_result(preempt_timeout) else "didn't finish"
+            rospy.logdebug("Preempt %s specified preempt_timeout [%.2f]", outcome, preempt_timeout.to_sec())
         return self.get_state()
 
     def wait_for_result(self, timeout: Any = rospy.Duration()) -> bool:  # noqa: B008
@@ -131,18 +131,18 @@ class SimpleActionClient:
         if not self.gh:
             rospy.logerr("Called wait_for_result when no goal exists")
             return False
-        goal = self.gh  # its done_cb may send another one
+        goal = self.gh  # done_cb may send another goal
         countdown = Countdown(timeout)
         with self.done_condition:
             while not self._is_done(goal) and not rospy.is_shutdown():
-                left = countdown.left()
+                left = countdown.seconds_left()
                 if left <= 0:
                     break
-                self.done_condition.wait(min(left, _POLL))
+                self.done_condition.wait(min(left, _POLL_INTERVAL))
             return self._is_done(goal)
 
     def _is_done(self, goal: Any) -> bool:
-        return self.simple_state == SimpleGoalState.DONE or goal == self._ended
+        return self.simple_state == SimpleGoalState.DONE or goal == self._ended_goal
 
     def get_result(self) -> Any:
         """Return the goal's result message; None if there is none yet."""
@@ -158,7 +158,7 @@ class SimpleActionClient:
         if not self.gh:
             return int(GoalStatus.LOST)
         status = self.gh.get_goal_status()
-        return int(_SIMPLER.get(status, status))
+        return int(_SIMPLE_STATUSES.get(status, status))
 
     def get_goal_status_text(self) -> str:
         """Return the text of the server's latest status of the goal."""
@@ -185,12 +185,12 @@ class SimpleActionClient:
         self.gh = None
 
     def _handle_transition(self, gh: Any) -> None:
-        with self._sending:
+        with self._send_lock:
             if gh != self.gh:
                 rospy.logerr("Got a transition callback on a goal handle that we're not tracking")
                 return
         state = gh.get_comm_state()
-        if self.simple_state not in _ALLOWED.get(state, {self.simple_state}):
+        if self.simple_state not in _ALLOWED_SIMPLE_STATES.get(state, {self.simple_state}):
             names = CommState.to_string(state), SimpleGoalState.to_string(self.simple_state)
             text = "Received comm state %s when in simple state %s with SimpleActionClient in NS %s"
             rospy.logerr(text, *names, rospy.resolve_name(self.action_client.ns))
@@ -200,28 +200,28 @@ class SimpleActionClient:
                 if self.active_cb:
                     self.active_cb()
         elif state == CommState.DONE:
-            self._end(gh)
+            self._finish(gh)
 
-    def _end(self, gh: Any) -> None:
+    def _finish(self, gh: Any) -> None:
         if self.simple_state == SimpleGoalState.DONE:
             rospy.logerr("SimpleActionClient received DONE twice")
             return
         if self.done_cb:
             self.done_cb(gh.get_goal_status(), gh.get_result())
         with self.done_condition:
-            self._ended = gh
+            self._ended_goal = gh
             if gh == self.gh:  # else the callback has sent another goal
                 self._set_simple_state(SimpleGoalState.DONE)
             self.done_condition.notify_all()
 
     def _handle_feedback(self, gh: Any, feedback: Any) -> None:
-        with self._sending:
-            known = self.gh
-            if not known:
+        with self._send_lock:
+            current = self.gh
+            if not current:
                 return
-            if gh != known:
+            if gh != current:
                 text = "Got a feedback callback on a goal handle that we're not tracking. %s vs %s"
-                rospy.logerr(text, _name(known), _name(gh))
+                rospy.logerr(text, _goal_id(current), _goal_id(gh))
                 return
         if self.feedback_cb:
             self.feedback_cb(feedback)
@@ -230,5 +230,5 @@ class SimpleActionClient:
         self.simple_state = state
 
 
-def _name(gh: Any) -> str:
+def _goal_id(gh: Any) -> str:
     return str(gh.comm_state_machine.action_goal.goal_id.id)

@@ -28,9 +28,9 @@ __all__ = [
 
 __getattr__ = missing("actionlib.simple_action_server")
 
-_POLL = 0.1
+_POLL_INTERVAL = 0.1
 """Seconds between checks of whether the node has shut down."""
-_END = 5.0
+_EXIT_TIMEOUT = 5.0
 """Maximum number of seconds to wait for the thread that executes goals to exit."""
 
 
@@ -80,7 +80,7 @@ class SimpleActionServer:
         with self.terminate_mutex:
             self.need_to_terminate = True
         if thread is not threading.current_thread():
-            thread.join(_END)
+            thread.join(_EXIT_TIMEOUT)
 
     def start(self) -> None:
         """Create the topics, so that goals can be received."""
@@ -126,7 +126,7 @@ class SimpleActionServer:
         return self.new_goal
 
     def is_preempt_requested(self) -> bool:
-        """Return whether the current goal is preempted, by a client or a newer goal."""
+        """Return whether a client or a newer goal preempts the current goal."""
         return self.preempt_request
 
     def is_active(self) -> bool:
@@ -170,14 +170,14 @@ class SimpleActionServer:
         """Handle a new goal: it waits to be accepted, unless it is older than a goal that was received before."""
         with self.action_server.lock, self.lock:
             try:
-                self._take(goal)
-            except Exception as error:  # noqa: BLE001 - of the program's callbacks
+                self._admit_goal(goal)
+            except Exception as error:  # noqa: BLE001 - raised by the program's callbacks
                 rospy.logerr("SimpleActionServer.internal_goal_callback - exception %s", error)
 
-    def _take(self, goal: Any) -> None:
+    def _admit_goal(self, goal: Any) -> None:
         rospy.logdebug("A new goal %s has been received by the single goal action server", goal.get_goal_id().id)
-        known = [each for each in (self.current_goal, self.next_goal) if each.get_goal()]
-        if known and goal.get_goal_id().stamp < max(each.get_goal_id().stamp for each in known):
+        known_goals = [known_goal for known_goal in (self.current_goal, self.next_goal) if known_goal.get_goal()]
+        if known_goals and goal.get_goal_id().stamp < max(known_goal.get_goal_id().stamp for known_goal in known_goals):
             goal.set_canceled(None, REPLACED_TEXT)
             return
         if self.next_goal.get_goal() and self.next_goal != self.current_goal:
@@ -220,7 +220,7 @@ class SimpleActionServer:
                 self._execute(self.accept_new_goal())
             with self.execute_condition:
                 if not self.new_goal:
-                    self.execute_condition.wait(_POLL)
+                    self.execute_condition.wait(_POLL_INTERVAL)
 
     def _execute(self, goal: Any) -> None:
         if not self.execute_callback:
@@ -228,7 +228,7 @@ class SimpleActionServer:
             return
         try:
             self.execute_callback(goal)
-        except Exception as error:  # noqa: BLE001 - of the program
+        except Exception as error:  # noqa: BLE001 - raised by the program
             rospy.logerr("Exception in your execute callback: %s\n%s", error, traceback.format_exc())
             self.set_aborted(None, f"Exception in execute callback: {error}")
             return

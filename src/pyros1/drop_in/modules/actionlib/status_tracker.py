@@ -23,13 +23,15 @@ class StatusTracker(Tracked):
     """A goal that was received, or only a request to cancel it.
 
     Attributes:
-        status: the actionlib_msgs/GoalStatus. goal: the message on the action's goal topic, or None.
+        status: the actionlib_msgs/GoalStatus.
+        goal: the message on the action's goal topic, or None.
         handle_tracker: the `HandleTrackerDeleter` of the handles; None if there are none.
         handle_destruction_time: rospy.Time of the deletion of the last handle; zero if there still are handles.
 
     Args:
-        goal_id, status: for a request to cancel, its GoalID, and a status of GoalStatus.
-        goal: otherwise, the goal's message. An empty id is replaced with a generated name, a zero stamp with the time.
+        goal_id, status: for a request to cancel, its GoalID, and the status, a constant of GoalStatus.
+        goal: otherwise, the goal's message. An empty id is replaced with a generated one, a zero stamp
+            with the current time.
     """
 
     def __init__(self, goal_id: Any = None, status: int | None = None, goal: Any = None) -> None:

@@ -24,14 +24,14 @@ default_camera_info_url = "file://${ROS_HOME}/camera_info/${NAME}.yaml"
 URL_empty, URL_file, URL_package, URL_invalid = 0, 1, 2, 3
 
 _MATRICES = (("camera_matrix", "K", 3), ("rectification_matrix", "R", 3), ("projection_matrix", "P", 4))
-_MOST = 1 << 20
+_MAX_CHARACTERS = 1 << 20
 """Maximum number of characters to read from a file."""
 
 __getattr__ = missing(__name__)
 
 
 class CameraInfoError(Exception):
-    """A calibration cannot be used."""
+    """A camera calibration cannot be used."""
 
 
 class CameraInfoMissingError(CameraInfoError):
@@ -44,7 +44,7 @@ class CameraInfoManager:
     Args:
         cname: the camera's name.
         url: URL of the calibration: ``file://...`` or ``package://NAME/...``; empty for a file in ROS_HOME. ``${NAME}``
-            is the camera's name, and ``${ROS_HOME}`` the folder.
+            stands for the camera's name, and ``${ROS_HOME}`` for that folder.
         namespace: namespace of the service.
     """
 
@@ -108,7 +108,7 @@ class CameraInfoManager:
 
 
 def genCameraName(from_string: str) -> str:
-    """Convert a string to a legal name of a camera."""
+    """Convert a string to a legal camera name."""
     return re.sub(r"\W", "_", from_string, flags=re.ASCII)
 
 
@@ -129,7 +129,7 @@ def parseURL(url: str) -> int:
 
 
 def getPackageFileName(url: str) -> str:
-    """Return the path of a file in a package; empty if there is no such package."""
+    """Return the path of the file that a package:// URL names; empty if there is no such package."""
     package, _, name = url[len("package://") :].partition("/")
     try:
         return os.path.join(rospkg.RosPack().get_path(package), name)
@@ -138,18 +138,18 @@ def getPackageFileName(url: str) -> str:
         return ""
 
 
-def _path(url: str, cname: str) -> str:
-    """Return the path of a URL; empty if it has none."""
-    resolved = resolveURL(url or default_camera_info_url, cname)
-    kind = parseURL(resolved)
-    if kind == URL_file:
-        return resolved[len("file://") :]
-    return getPackageFileName(resolved) if kind == URL_package else ""
+def _file_path(url: str, cname: str) -> str:
+    """Return the path of the file that a URL names; empty if the URL names no file."""
+    resolved_url = resolveURL(url or default_camera_info_url, cname)
+    url_type = parseURL(resolved_url)
+    if url_type == URL_file:
+        return resolved_url[len("file://") :]
+    return getPackageFileName(resolved_url) if url_type == URL_package else ""
 
 
 def loadCalibration(url: str, cname: str) -> Any:
     """Load the calibration from a URL; empty if there is none."""
-    path = _path(url, cname)
+    path = _file_path(url, cname)
     if not path:
         rospy.logerr("Invalid camera calibration URL: %s", url)
         return CameraInfo()
@@ -157,11 +157,11 @@ def loadCalibration(url: str, cname: str) -> Any:
 
 
 def loadCalibrationFile(filename: str, cname: str) -> Any:
-    """Load the calibration from a file; empty if it cannot be read, which is logged."""
+    """Load the calibration from a file; it is empty if the file cannot be read, which is logged."""
     message = CameraInfo()
     try:
         with open(filename, encoding="utf-8") as file:
-            values = yaml.safe_load(file.read(_MOST))
+            values = yaml.safe_load(file.read(_MAX_CHARACTERS))
         if values.get("camera_name") != cname:
             rospy.logwarn("[%s] does not match name %s in file %s", cname, values.get("camera_name"), filename)
         message.width, message.height = values["image_width"], values["image_height"]
@@ -179,7 +179,7 @@ def loadCalibrationFile(filename: str, cname: str) -> Any:
 
 def saveCalibration(new_info: Any, url: str, cname: str) -> bool:
     """Save a calibration at a URL; return whether that was possible."""
-    path = _path(url, cname)
+    path = _file_path(url, cname)
     if not path:
         rospy.logerr("Invalid camera calibration URL: %s", url)
         return False

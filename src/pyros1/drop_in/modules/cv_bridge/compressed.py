@@ -16,8 +16,8 @@ _OPTIONS: dict[str, dict[str, Any]] = {
     "png": {"compress_level": 1},
     "webp": {"lossless": True},
 }
-"""How OpenCV writes files by default."""
-_OR_OPENCV = ", or install OpenCV: pip install opencv-python-headless"
+"""Options with which Pillow writes files as OpenCV does by default, by format."""
+_OPENCV_HINT = ", or install OpenCV: pip install opencv-python-headless"
 
 
 def decode(data: bytes) -> Any:
@@ -29,46 +29,49 @@ def decode(data: bytes) -> Any:
     """
     if not data:
         raise CvBridgeError("the compressed image has no data")
-    cv2 = _cv2()
+    cv2 = _import_cv2()
     if cv2 is not None:
         return cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED)
     try:
-        return _turned(image_files.decode(data))
+        return _swap_red_and_blue(image_files.decode(data))
     except image_files.UnsupportedFileError as error:
-        raise CvBridgeError(f"{error}{_OR_OPENCV}") from None
+        raise CvBridgeError(f"{error}{_OPENCV_HINT}") from None
     except image_files.ImageFileError:
         return None
     except Error as error:
         raise CvBridgeError(str(error)) from None
 
 
-def encode(image: Any, form: str) -> bytes:
+def encode(image: Any, file_format: str) -> bytes:
     """Encode an image as a file; raise CvBridgeError if it cannot be written in that format."""
-    cv2 = _cv2()
+    cv2 = _import_cv2()
     if cv2 is not None:
         try:
-            done, data = cv2.imencode("." + form, image)
+            succeeded, data = cv2.imencode("." + file_format, image)
         except cv2.error as error:
             raise CvBridgeError(str(error)) from error
-        if not done:
-            raise CvBridgeError(f"the image cannot be written as {form}")
+        if not succeeded:
+            raise CvBridgeError(f"the image cannot be written as {file_format}")
         return bytes(data.tobytes())
     image = np.asarray(image)
     try:
         return image_files.encode(
-            _turned(image if image.ndim > 1 else image[:, None]), form, **_OPTIONS.get(form.lower(), {})
+            _swap_red_and_blue(image if image.ndim > 1 else image[:, None]),
+            file_format,
+            **_OPTIONS.get(file_format.lower(), {}),
         )
     except image_files.UnsupportedFileError as error:
-        raise CvBridgeError(f"{error}{_OR_OPENCV}") from None
+        raise CvBridgeError(f"{error}{_OPENCV_HINT}") from None
     except Error as error:
         raise CvBridgeError(str(error)) from None
 
 
 def convert(image: Any, target: Encoding) -> Any:
-    """Return the image of a file in another encoding than "bgr8".
+    """Convert an image that was read from a file to an encoding other than "bgr8".
 
     Like in stock, the file's encoding is considered to be "bgr8", whatever its depth and channels are. However, an
-    image with 16 bits keeps them in encodings with 16 bits, where stock's would overflow, and grey may remain grey.
+    image with 16 bits keeps them in encodings with 16 bits, where stock's values would overflow, and grey may remain
+    grey.
 
     Raises:
         CvBridgeError: there is no such conversion.
@@ -80,18 +83,18 @@ def convert(image: Any, target: Encoding) -> Any:
         return encodings.convert(image, source, target)
     if target.name == "bgr16":
         return encodings.scaled(image, "uint16")
-    found = encodings.reordered(image, order, target.order)
-    return found if target.dtype == "uint8" else encodings.scaled(found, target.dtype)
+    result = encodings.reordered(image, order, target.order)
+    return result if target.dtype == "uint8" else encodings.scaled(result, target.dtype)
 
 
-def _turned(image: Any) -> Any:
+def _swap_red_and_blue(image: Any) -> Any:
     """Swap red and blue in an image, if it has colours."""
     if image.ndim < 3 or image.shape[2] not in (3, 4):
         return image
     return np.ascontiguousarray(image[:, :, [2, 1, 0, 3][: image.shape[2]]])
 
 
-def _cv2() -> Any:
+def _import_cv2() -> Any:
     try:
         import cv2  # type: ignore[import-not-found, import-untyped, unused-ignore]
     except ImportError:

@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 
 from cv_bridge import compressed
-from cv_bridge.encodings import NAMES, CvBridgeError, convert, cv_type, depth_of
-from cv_bridge.encodings import encoding as _encoding
+from cv_bridge.encodings import DEPTH_NAMES, CvBridgeError, convert, cv_type, depth_of, find_encoding
 from pyros1.drop_in.missing import missing
 from pyros1.msgs.sensor_msgs.msg import CompressedImage, Image
 
@@ -20,35 +19,37 @@ class CvBridge:
     """Converts images.
 
     Attributes:
-        cvtype_to_name: OpenCV's number of a type -> its name.
-        cvdepth_to_numpy_depth: OpenCV's number of a depth -> numpy's type.
+        cvtype_to_name: OpenCV's type number -> the type's name.
+        cvdepth_to_numpy_depth: OpenCV's depth number -> the name of numpy's type.
         numpy_type_to_cvtype: numpy's type -> short name of OpenCV's depth, and back.
     """
 
     def __init__(self) -> None:
-        self.cvdepth_to_numpy_depth = dict(enumerate(NAMES))
+        self.cvdepth_to_numpy_depth = dict(enumerate(DEPTH_NAMES))
         self.cvtype_to_name = {
-            cv_type(depth, count): f"{short}C{count}" for depth, short in NAMES.items() for count in (1, 2, 3, 4)
+            cv_type(depth, count): f"{short}C{count}" for depth, short in DEPTH_NAMES.items() for count in (1, 2, 3, 4)
         }
-        self.numpy_type_to_cvtype = {**NAMES, **{short: depth for depth, short in NAMES.items()}}
+        self.numpy_type_to_cvtype = {**DEPTH_NAMES, **{short: depth for depth, short in DEPTH_NAMES.items()}}
 
     def dtype_with_channels_to_cvtype2(self, dtype: Any, n_channels: int) -> str:
-        """Return the name of OpenCV's type."""
+        """Return the name of the OpenCV type for a numpy type and a number of channels."""
         return f"{self.numpy_type_to_cvtype[dtype.name]}C{n_channels}"
 
     def cvtype2_to_dtype_with_channels(self, cvtype: int) -> tuple[str, int]:
-        """Return numpy's type and the number of channels of OpenCV's number of a type."""
+        """Return the name of numpy's type, and the number of channels, for OpenCV's type number."""
         return depth_of(cvtype), cvtype // 8 % 64 + 1
 
     def encoding_to_cvtype2(self, encoding: str) -> int:
-        """Return OpenCV's number of an encoding's type; raises CvBridgeError."""
-        found = _encoding(encoding)
-        return cv_type(found.dtype, found.channels)
+        """Return OpenCV's type number for an encoding; raises CvBridgeError if there is no such encoding."""
+        encoding_info = find_encoding(encoding)
+        return cv_type(encoding_info.dtype, encoding_info.channels)
 
     def encoding_to_dtype_with_channels(self, encoding: str) -> tuple[str, int]:
-        """Return numpy's type and the number of channels of an encoding; raises CvBridgeError."""
-        found = _encoding(encoding)
-        return found.dtype, found.channels
+        """Return the name of numpy's type, and the number of channels, for an encoding; raises CvBridgeError if
+        unknown.
+        """
+        encoding_info = find_encoding(encoding)
+        return encoding_info.dtype, encoding_info.channels
 
     def imgmsg_to_cv2(self, img_msg: Any, desired_encoding: str = "passthrough") -> Any:
         """Convert a message to an array.
@@ -64,23 +65,28 @@ class CvBridge:
         Raises:
             CvBridgeError: the encoding is unknown, the data are too short, or there is no such conversion.
         """
-        source = _encoding(img_msg.encoding)
+        source = find_encoding(img_msg.encoding)
         dtype = np.dtype(source.dtype).newbyteorder(">" if img_msg.is_bigendian else "<")
         shape = (img_msg.height, img_msg.width, source.channels)[: 3 if source.channels > 1 else 2]
-        inner = (source.channels * dtype.itemsize, dtype.itemsize)[: len(shape) - 1]
-        step = img_msg.step or inner[0] * img_msg.width
+        inner_strides = (source.channels * dtype.itemsize, dtype.itemsize)[: len(shape) - 1]
+        step = img_msg.step or inner_strides[0] * img_msg.width
         data = bytes(img_msg.data) if isinstance(img_msg.data, (list, tuple)) else memoryview(img_msg.data)
         size = memoryview(data).nbytes
-        needed = step * (img_msg.height - 1) + inner[0] * img_msg.width if img_msg.height and img_msg.width else 0
-        if step < inner[0] * img_msg.width or size < needed:  # numpy does not check the size of empty buffers
+        required_size = (
+            step * (img_msg.height - 1) + inner_strides[0] * img_msg.width if img_msg.height and img_msg.width else 0
+        )
+        # numpy does not check the size of empty buffers.
+        if step < inner_strides[0] * img_msg.width or size < required_size:
             rows = f"{img_msg.height} rows of {step} bytes"
             raise CvBridgeError(f"the {size} bytes of the image do not fit its size: {rows}")
-        image: Any = np.ndarray(shape, dtype, data, strides=(step, *inner)) if needed else np.zeros(shape, dtype)
+        image: Any = (
+            np.ndarray(shape, dtype, data, strides=(step, *inner_strides)) if required_size else np.zeros(shape, dtype)
+        )
         if dtype != np.dtype(source.dtype):
             image = image.astype(source.dtype)
         if desired_encoding == "passthrough":
             return image
-        return convert(image, source, _encoding(desired_encoding))
+        return convert(image, source, find_encoding(desired_encoding))
 
     def cv2_to_imgmsg(self, cvim: Any, encoding: str = "passthrough", header: Any = None) -> Image:
         """Convert an array to a message.
@@ -97,7 +103,7 @@ class CvBridge:
         if not isinstance(cvim, np.ndarray):
             raise TypeError("Your input type is not a numpy array")
         channels = 1 if cvim.ndim < 3 else cvim.shape[2]
-        name = f"{NAMES.get(cvim.dtype.name, '?')}C{channels}"
+        name = f"{DEPTH_NAMES.get(cvim.dtype.name, '?')}C{channels}"
         if encoding != "passthrough":
             if (cvim.dtype.name, channels) != self.encoding_to_dtype_with_channels(encoding):
                 raise CvBridgeError(f"encoding specified as {encoding}, but image has incompatible type {name}")
@@ -105,12 +111,12 @@ class CvBridge:
         elif "?" in name:
             raise CvBridgeError(f"there is no encoding for numbers of the type {cvim.dtype.name}")
         data = cvim.tobytes()
-        big = cvim.dtype.byteorder == ">" or (cvim.dtype.byteorder == "=" and sys.byteorder == "big")
+        is_big_endian = cvim.dtype.byteorder == ">" or (cvim.dtype.byteorder == "=" and sys.byteorder == "big")
         message = Image(
             height=cvim.shape[0],
             width=cvim.shape[1],
             encoding=name,
-            is_bigendian=int(big),
+            is_bigendian=int(is_big_endian),
             step=len(data) // (cvim.shape[0] or 1),
             data=data,
         )
@@ -136,7 +142,7 @@ class CvBridge:
         image = compressed.decode(bytes(cmprs_img_msg.data))
         if desired_encoding in ("passthrough", "bgr8", ""):
             return image
-        target = _encoding(desired_encoding)
+        target = find_encoding(desired_encoding)
         if image is None and target.channels == 3 and target.order in ("bgr", ""):
             return None  # stock would not check the image
         if image is None:
@@ -144,12 +150,12 @@ class CvBridge:
         return compressed.convert(image, target)
 
     def cv2_to_compressed_imgmsg(self, cvim: Any, dst_format: str = "jpg") -> CompressedImage:
-        """Convert an array to a compressed message.
+        """Convert an array to a sensor_msgs/CompressedImage.
 
         Args:
             cvim: array of shape (height, width), or (height, width, channels) in the order BGR.
-            dst_format: "jpg", "png" or another format supported by OpenCV or Pillow. Numbers that it cannot represent
-                are replaced with the nearest ones from 0 to 255.
+            dst_format: "jpg", "png" or another format supported by OpenCV or Pillow. Numbers that the format cannot
+                represent are replaced with the nearest ones from 0 to 255.
 
         Raises:
             TypeError: ``cvim`` is not an array.

@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from cv_bridge.encodings import CvBridgeError, convert, encoding
+from cv_bridge.encodings import CvBridgeError, convert, find_encoding
 
-_GUESSED = re.compile(r"(8U|8S|16U|16S)C[1-4]\Z|32FC1\Z|32SC1\Z")
+_DISPLAYABLE_AS_BGR = re.compile(r"(8U|8S|16U|16S)C[1-4]\Z|32FC1\Z|32SC1\Z")
 """Encodings without colours that are displayed in BGR by default."""
-_NAME = "cv_bridge.cvtColorForDisplay()"
+_CALLER = "cv_bridge.cvtColorForDisplay()"
 
 
 def cvtColorForDisplay(
@@ -39,44 +39,47 @@ def cvtColorForDisplay(
         RuntimeError: the image cannot be converted.
     """
     if not encoding_out:
-        if not (_is_color(encoding_in) or _GUESSED.match(encoding_in)):
-            raise RuntimeError(f"{_NAME} output encoding is empty and cannot be guessed.")
+        if not (_is_color(encoding_in) or _DISPLAYABLE_AS_BGR.match(encoding_in)):
+            raise RuntimeError(f"{_CALLER} output encoding is empty and cannot be guessed.")
         encoding_out = "bgr8"
-    elif not _is_color(encoding_out) or encoding(encoding_out).dtype != "uint8":
-        raise RuntimeError(f"{_NAME} does not have an output encoding that is color or mono, and has is bit in depth")
+    elif not _is_color(encoding_out) or find_encoding(encoding_out).dtype != "uint8":
+        raise RuntimeError(f"{_CALLER} does not have an output encoding that is color or mono, and has is bit in depth")
     if encoding_in == "32SC1" and encoding_out == "bgr8":
-        raise RuntimeError(f"{_NAME}: pyros1 has no colours for the labels of a [32SC1] image")
+        raise RuntimeError(f"{_CALLER}: pyros1 has no colours for the labels of a [32SC1] image")
     try:
-        kind = encoding(encoding_in)
+        source_encoding = find_encoding(encoding_in)
     except CvBridgeError:
         raise RuntimeError(f"Unknown encoding {encoding_in}") from None
     image = np.asarray(source)
     if do_dynamic_scaling or min_image_value != max_image_value:
-        if kind.channels != 1:
-            raise RuntimeError(f"{_NAME} scaling for images with more than one channel is unsupported")
+        if source_encoding.channels != 1:
+            raise RuntimeError(f"{_CALLER} scaling for images with more than one channel is unsupported")
         if do_dynamic_scaling:
             finite = image[~np.isnan(image)] if image.dtype.kind == "f" else image
             min_image_value, max_image_value = (finite.min(), finite.max()) if finite.size else (0.0, 1.0)
             if min_image_value == max_image_value:
                 return np.full((*image.shape[:2], 3), 128, np.uint8)
-        image, kind = _scaled(image, float(min_image_value), float(max_image_value)), encoding("mono8")
+        image, source_encoding = (
+            _scale_to_8_bits(image, float(min_image_value), float(max_image_value)),
+            find_encoding("mono8"),
+        )
     try:
-        return convert(image, kind, encoding(encoding_out))
+        return convert(image, source_encoding, find_encoding(encoding_out))
     except CvBridgeError as error:
         raise RuntimeError(
-            f"{_NAME} while trying to convert image from '{encoding_in}' to '{encoding_out}' an exception was thrown"
+            f"{_CALLER} while trying to convert image from '{encoding_in}' to '{encoding_out}' an exception was thrown"
             f" ({error})"
         ) from error
 
 
 def _is_color(name: str) -> bool:
     try:
-        return encoding(name).is_color
+        return find_encoding(name).is_color
     except CvBridgeError:
         return False
 
 
-def _scaled(image: Any, low: float, high: float) -> Any:
+def _scale_to_8_bits(image: Any, low: float, high: float) -> Any:
     """Return an image with the values from low to high scaled to 0 to 255; NaN becomes 0."""
     with np.errstate(invalid="ignore"):
         values = image.astype(np.float64) - low

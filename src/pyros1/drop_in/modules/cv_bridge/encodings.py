@@ -9,7 +9,7 @@ import numpy as np
 
 _DEPTHS = ("uint8", "int8", "uint16", "int16", "int32", "float32", "float64")
 """numpy's types, indexed by OpenCV's number of the depth."""
-NAMES = dict(zip(_DEPTHS, ("8U", "8S", "16U", "16S", "32S", "32F", "64F"), strict=True))
+DEPTH_NAMES = dict(zip(_DEPTHS, ("8U", "8S", "16U", "16S", "32S", "32F", "64F"), strict=True))
 _GENERIC = re.compile(r"(8U|8S|16U|16S|32S|32F|64F)C([0-9]{1,3})\Z")
 _BAYER = re.compile(r"bayer_(rggb|bggr|gbrg|grbg)(8|16)\Z")
 _ORDERS = {"rgb": "rgb", "bgr": "bgr", "rgba": "rgba", "bgra": "bgra", "mono": "m"}
@@ -42,11 +42,11 @@ _MAX_CHANNELS = 512
 """OpenCV's limit."""
 
 
-_WHOLE = 1 << 31
+_ROUNDING_LIMIT = 1 << 31
 """The smallest number that is too large for OpenCV's rounding."""
 
 
-def encoding(name: str) -> Encoding:
+def find_encoding(name: str) -> Encoding:
     """Return an encoding; raises CvBridgeError if it does not exist."""
     match = _COLOR.match(name)
     if match:
@@ -60,23 +60,23 @@ def encoding(name: str) -> Encoding:
     match = _GENERIC.match(name)
     if not match or not 1 <= int(match[2]) <= _MAX_CHANNELS:
         raise CvBridgeError(f"Unrecognized image encoding [{name}]")
-    depth = next(depth for depth, short in NAMES.items() if short == match[1])
+    depth = next(depth for depth, short in DEPTH_NAMES.items() if short == match[1])
     return Encoding(depth, int(match[2]), "", name)
 
 
 def cv_type(depth: str, channels: int) -> int:
-    """Return OpenCV's number of a type."""
+    """Return OpenCV's type number for a depth and a number of channels."""
     return _DEPTHS.index(depth) + 8 * (channels - 1)
 
 
 def getCvType(name: str) -> int:
-    """Return OpenCV's number of an encoding's type; raises CvBridgeError if there is no such encoding."""
-    found = encoding(name)
-    return cv_type(found.dtype, found.channels)
+    """Return OpenCV's type number for an encoding; raises CvBridgeError if there is no such encoding."""
+    encoding = find_encoding(name)
+    return cv_type(encoding.dtype, encoding.channels)
 
 
 def depth_of(cvtype: int) -> str:
-    """Return numpy's type of an OpenCV type; raises KeyError."""
+    """Return the name of numpy's type for an OpenCV type number; raises KeyError if its depth is unknown."""
     if not 0 <= cvtype % 8 < len(_DEPTHS):
         raise KeyError(cvtype % 8)
     return _DEPTHS[cvtype % 8]
@@ -118,8 +118,8 @@ def convert(image: Any, source: Encoding, target: Encoding) -> Any:
 def scaled(image: Any, dtype: str) -> Any:
     """Convert an image to another type of numbers, like OpenCV's ``convertTo``.
 
-    Integers with 8 and 16 bits represent the same range, signed and unsigned; other numbers are kept, or replaced with
-    the nearest ones. Floats that need more than 32 bits, and NaN, become the minimum.
+    8-bit and 16-bit integers represent the same range of intensities, signed or unsigned; other numbers are kept, or
+    replaced with the nearest ones. Floats that need more than 32 bits, and NaN, become the minimum.
     """
     if image.dtype == dtype:
         return image.copy()
@@ -133,7 +133,7 @@ def scaled(image: Any, dtype: str) -> Any:
         values = image
         if factor != 1 or image.dtype.kind == "f":
             values = np.rint(image * np.float64(factor))
-            values = np.where(np.abs(values) < _WHOLE, values, -_WHOLE)
+            values = np.where(np.abs(values) < _ROUNDING_LIMIT, values, -_ROUNDING_LIMIT)
         limits = np.iinfo(target)
         return np.clip(values, limits.min, limits.max).astype(target)
 
@@ -144,24 +144,24 @@ def reordered(image: Any, source: str, target: str) -> Any:
         return image
     if target == "m":
         if image.dtype.kind == "f":
-            return sum(image[..., source.index(color)] * (part / (1 << 15)) for color, part in _WEIGHTS.items())
-        total = sum(image[..., source.index(color)].astype(np.int64) * part for color, part in _WEIGHTS.items())
+            return sum(image[..., source.index(color)] * (weight / (1 << 15)) for color, weight in _WEIGHTS.items())
+        total = sum(image[..., source.index(color)].astype(np.int64) * weight for color, weight in _WEIGHTS.items())
         return ((total + (1 << 14)) >> 15).astype(image.dtype)
     top = 1 if image.dtype.kind == "f" else np.iinfo(image.dtype).max
     result = np.empty((*image.shape[:2], len(target)), image.dtype)
-    for place, color in enumerate(target):
+    for channel, color in enumerate(target):
         if source == "m":
-            result[..., place] = top if color == "a" else image
+            result[..., channel] = top if color == "a" else image
         else:
-            result[..., place] = image[..., source.index(color)] if color in source else top
+            result[..., channel] = image[..., source.index(color)] if color in source else top
     return result
 
 
 def _decoded(image: Any, source: Encoding, target: Encoding) -> tuple[Any, Encoding]:
     """Convert an image in a Bayer or YUV format to BGR or grey."""
-    grey_place = {"yuv422": 1, "yuv422_yuy2": 0}.get(source.name)
-    if grey_place is not None and target.order == "m":
-        return image[..., grey_place], encoding("mono8")
+    grey_channel = {"yuv422": 1, "yuv422_yuy2": 0}.get(source.name)
+    if grey_channel is not None and target.order == "m":
+        return image[..., grey_channel], find_encoding("mono8")
     try:
         import cv2  # type: ignore[import-not-found, import-untyped, unused-ignore]
     except ImportError:
@@ -173,4 +173,4 @@ def _decoded(image: Any, source: Encoding, target: Encoding) -> tuple[Any, Encod
     name = "BGR" if target.order != "m" else "GRAY"
     code = _YUV[source.name] if source.order == "yuv" else f"COLOR_{_BAYER_CODES[source.name[6:10]]}2{name}"
     bits = 8 if source.dtype == "uint8" else 16
-    return cv2.cvtColor(image, getattr(cv2, code)), encoding(f"{'bgr' if name == 'BGR' else 'mono'}{bits}")
+    return cv2.cvtColor(image, getattr(cv2, code)), find_encoding(f"{'bgr' if name == 'BGR' else 'mono'}{bits}")

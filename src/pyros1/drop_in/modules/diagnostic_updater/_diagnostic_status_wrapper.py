@@ -29,7 +29,7 @@ class DiagnosticStatusWrapper(Status):
         super().summary(*_level_and_message(args))
 
     def clearSummary(self) -> None:
-        """Set level OK and no message."""
+        """Set the level to OK, and clear the message."""
         super().summary(OK, "")
 
     def mergeSummary(self, *args: Any) -> None:

@@ -16,15 +16,15 @@ from pyros1.msgs.diagnostic_msgs.msg import DiagnosticArray
 
 __getattr__ = missing("diagnostic_updater._diagnostic_updater")
 
-_RECHECK = 0.1
-"""Seconds between reads of the period."""
+_PERIOD_CHECK_INTERVAL = 0.1
+"""Seconds between reads of the parameter ``~diagnostic_period``."""
 
 
 class DiagnosticTask:
     """A task that fills in a status; implemented by subclasses.
 
     Args:
-        name: name of the subject of the task.
+        name: name of the status that the task fills in.
     """
 
     def __init__(self, name: str) -> None:
@@ -43,8 +43,8 @@ class FunctionDiagnosticTask(DiagnosticTask):
     """A task that calls a function.
 
     Args:
-        name: name of the subject of the task.
-        fn: called with a `DiagnosticStatusWrapper`, which it returns.
+        name: name of the status that the task fills in.
+        fn: called with a `DiagnosticStatusWrapper`, which it fills in and returns.
     """
 
     def __init__(self, name: str, fn: Callable[[Any], Any]) -> None:
@@ -60,7 +60,7 @@ class CompositeDiagnosticTask(DiagnosticTask):
     """Several tasks that fill in one status: their values are added one after the other, their summaries merged.
 
     Args:
-        name: name of the subject of the tasks.
+        name: name of the status that the tasks fill in.
     """
 
     def __init__(self, name: str) -> None:
@@ -100,7 +100,7 @@ class DiagnosticTaskVector:
         """Handle a new `DiagnosticTaskInternal`; may be overridden by subclasses."""
 
     def add(self, *args: Any) -> None:
-        """Add a `DiagnosticTask`, or a name and a function as for `FunctionDiagnosticTask`."""
+        """Add a `DiagnosticTask`, or a name and a function for a `FunctionDiagnosticTask`."""
         if len(args) == 1:
             task = self.DiagnosticTaskInternal(args[0].getName(), args[0].run)
         else:
@@ -113,10 +113,10 @@ class DiagnosticTaskVector:
     def removeByName(self, name: str) -> bool:
         """Remove the first task with a name; return whether there was one."""
         with self.lock:
-            found = next((task for task in self.tasks if task.name == name), None)
-            if found is not None:
-                self.tasks.remove(found)
-        return found is not None
+            match = next((task for task in self.tasks if task.name == name), None)
+            if match is not None:
+                self.tasks.remove(match)
+        return match is not None
 
 
 class Updater(DiagnosticTaskVector):
@@ -125,8 +125,11 @@ class Updater(DiagnosticTaskVector):
     The parameter ``~diagnostic_period`` is the period in seconds (default 1).
 
     Attributes:
-        verbose: whether to log everything that is not OK. hwid: the hardware's name. period: the period in seconds.
-        last_time: rospy.Time of the last publication. publisher: the rospy.Publisher.
+        verbose: whether to log each status that is not OK.
+        hwid: the identifier of the hardware.
+        period: the period in seconds.
+        last_time: rospy.Time of the last publication.
+        publisher: the rospy.Publisher.
     """
 
     def __init__(self) -> None:
@@ -153,31 +156,31 @@ class Updater(DiagnosticTaskVector):
             self.force_update()
 
     def force_update(self) -> None:
-        """Run the tasks and publish the results now. An exception of a task is raised here."""
+        """Run the tasks and publish the results now. Exceptions raised by tasks are not caught."""
         self.last_time = rospy.Time.now()
         with self.lock:
             tasks = list(self.tasks)
-        found = []
+        statuses = []
         for task in tasks:
             status = DiagnosticStatusWrapper(name=task.name, hardware_id=self.hwid)
             status.summary(*UNSET_SUMMARY)
             task.run(status)
-            found.append(status)
-        bad = [status for status in found if status.level != OK]
+            statuses.append(status)
+        problems = [status for status in statuses if status.level != OK]
         if self.verbose:
-            for status in bad:
+            for status in problems:
                 rospy.logwarn(
                     "Non-zero diagnostic status. Name: '%s', status %i: '%s'",
                     *(status.name, status.level, status.message),
                 )
-        if not self.hwid and not bad and not self.warn_nohwid_done:
+        if not self.hwid and not problems and not self.warn_nohwid_done:
             self.warn_nohwid_done = True
             rospy.logwarn(
                 "diagnostic_updater: No HW_ID was set. This is probably a bug. Please report it. For devices that do "
                 "not have a HW_ID, set this value to 'none'. This warning only occurs once all diagnostics are OK so "
                 "it is okay to wait until the device is open before calling setHardwareID."
             )
-        self.publish(found)
+        self.publish(statuses)
 
     def broadcast(self, lvl: int, msg: str) -> None:
         """Publish the same level and message for all tasks, for example before the node shuts down."""
@@ -187,16 +190,16 @@ class Updater(DiagnosticTaskVector):
 
     def publish(self, msg: Any) -> None:
         """Publish a DiagnosticStatus, or a list of them; the node's name is prepended to their names."""
-        found = msg if isinstance(msg, list) else [msg]
-        for status in found:
+        statuses = msg if isinstance(msg, list) else [msg]
+        for status in statuses:
             status.name = f"{rospy.get_name()[1:]}: {status.name}"
-        array = DiagnosticArray(status=found)
+        array = DiagnosticArray(status=statuses)
         array.header.stamp = rospy.Time.now()
         self.publisher.publish(array)
 
     def _check_diagnostic_period(self) -> None:
-        """Apply a change of the parameter."""
+        """Apply a change of the parameter ~diagnostic_period."""
         now = rospy.Time.now()
-        if not 0 <= (now - self.last_time_period_checked).to_sec() < _RECHECK:
+        if not 0 <= (now - self.last_time_period_checked).to_sec() < _PERIOD_CHECK_INTERVAL:
             self.last_time_period_checked = now
             self.period = rospy.get_param_cached("~diagnostic_period", 1)

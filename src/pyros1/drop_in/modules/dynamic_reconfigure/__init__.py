@@ -11,7 +11,7 @@ __getattr__ = missing(__name__)
 
 
 class DynamicReconfigureException(Exception):
-    """Base class of the exceptions."""
+    """Base class of this package's exceptions."""
 
 
 class DynamicReconfigureParameterException(DynamicReconfigureException):

@@ -30,7 +30,7 @@ class Client:
 
     Args:
         name: the other node's name, or the namespace of its parameters.
-        timeout: seconds to wait for it; None for no limit.
+        timeout: seconds to wait for the other node; None for no limit.
         config_callback: called with each new configuration.
         description_callback: called with the list of parameters.
 
@@ -57,8 +57,10 @@ class Client:
         except NodeShutdownError:
             raise ROSInterruptException("rospy shutdown") from None
 
-    def _known(self, ask: Callable[[float | None], Any], timeout: float | None) -> Any:
-        """Return what the other node has published; None if that was not in time, or this node shuts down."""
+    def _ask(self, ask: Callable[[float | None], Any], timeout: float | None) -> Any:
+        """Call ``ask``, which waits for a publication; return None if nothing arrives in time or this node shuts
+        down.
+        """
         try:
             return ask(timeout)
         except (WaitTimeoutError, NodeShutdownError):
@@ -66,18 +68,18 @@ class Client:
 
     def get_configuration(self, timeout: float | None = None) -> Any:
         """Return the latest configuration; None if there is none within ``timeout`` seconds (None for no limit)."""
-        return self._known(self._client.config, timeout)
+        return self._ask(self._client.config, timeout)
 
     def get_parameter_descriptions(self, timeout: float | None = None) -> Any:
         """Return all parameters as dictionaries, or None; see `get_configuration`."""
-        return self._known(self._client.description, timeout)
+        return self._ask(self._client.description, timeout)
 
     def get_group_descriptions(self, timeout: float | None = None) -> Any:
         """Return the tree of groups, or None; see `get_configuration`."""
-        return self._known(self._client.groups, timeout)
+        return self._ask(self._client.groups, timeout)
 
     def update_configuration(self, changes: dict[str, Any]) -> Any:
-        """Change parameters; return the new configuration.
+        """Change parameters; return the new configuration, or None if this node shuts down.
 
         Raises:
             DynamicReconfigureParameterException: a parameter does not exist, or the value is not valid for it.
@@ -93,12 +95,12 @@ class Client:
             return None
 
     def update_groups(self, changes: dict[str, bool]) -> Any:
-        """Set the states of groups in this client's description, and return it.
+        """Set the states of groups in this client's description, and return the description.
 
         Like in stock, nothing is sent: use ``update_configuration({"groups": changes})`` to switch groups on and off.
 
         Args:
-            changes: name of a group below the first -> whether it is on.
+            changes: name of a group, other than the top one -> whether it is on.
         """
         description = self.get_group_descriptions()
         for group in groups_of(description):
@@ -107,7 +109,7 @@ class Client:
         return description
 
     def close(self) -> None:
-        """Stop watching."""
+        """Stop receiving configurations and descriptions."""
         self._client.close()
 
     def get_config_callback(self) -> _Callback | None:
@@ -117,7 +119,7 @@ class Client:
     def set_config_callback(self, value: _Callback | None) -> None:
         """Call a function with each new configuration, and now with the latest one."""
         self._client.on_config = value
-        config = self._known(self._client.config, 0)
+        config = self._ask(self._client.config, 0)
         if value is not None and config is not None:
             value(config)
 
@@ -130,7 +132,7 @@ class Client:
     def set_description_callback(self, value: _Callback | None) -> None:
         """Call a function with the list of parameters, and now if it is known."""
         self._client.on_description = value
-        parameters = self._known(self._client.description, 0)
+        parameters = self._ask(self._client.description, 0)
         if value is not None and parameters is not None:
             value(parameters)
 

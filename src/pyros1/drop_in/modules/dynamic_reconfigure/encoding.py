@@ -26,17 +26,17 @@ class Config(pyros1.reconfigure.config.Config):
         return []
 
     def __setstate__(self, items: Any) -> None:
-        """All is in the dictionary."""
+        """Do nothing: all values are in the dictionary."""
 
 
 def encode_description(descr: Any) -> Any:
     """Convert the description in a module, which was created from a ``.cfg`` file, to a message."""
-    return _encoding.describe(descr.config_description, descr.max, descr.min, descr.defaults)
+    return _encoding.encode_description(descr.config_description, descr.max, descr.min, descr.defaults)
 
 
 def encode_groups(parent: Any, group: Any) -> list[Any]:
     """Convert a group and all groups below it to messages."""
-    return [_encoding.group_message(each) for each in _encoding.groups_of(group)]
+    return [_encoding.encode_group(subgroup) for subgroup in _encoding.groups_of(group)]
 
 
 def encode_config(config: Any, flat: bool = True) -> Any:
@@ -55,8 +55,8 @@ def encode_config(config: Any, flat: bool = True) -> Any:
 
 def group_dict(group: Any) -> Config:
     """Convert a group in a message to a dictionary, without its parameters and the groups below it."""
-    alone = {"id": group.id, "parent": group.parent, "name": group.name, "type": getattr(group, "type", "")}
-    return Config(alone, state=getattr(group, "state", True), groups=Config(), parameters=Config())
+    fields = {"id": group.id, "parent": group.parent, "name": group.name, "type": getattr(group, "type", "")}
+    return Config(fields, state=getattr(group, "state", True), groups=Config(), parameters=Config())
 
 
 def decode_description(msg: Any) -> Any:
@@ -65,11 +65,13 @@ def decode_description(msg: Any) -> Any:
 
 
 def get_tree(m: Any, group: Any = None) -> Any:
-    """Return the tree of the groups in a Config or ConfigDescription, or of those below one of them."""
+    """Return the tree of the groups in a Config or ConfigDescription, or the tree of the groups below ``group``."""
     root = _encoding.build_tree(m.groups, Config)
     if group is None:
         return root
-    return next((each["groups"] for each in _encoding.groups_of(root) if each["id"] == group.id), Config())
+    return next(
+        (tree_group["groups"] for tree_group in _encoding.groups_of(root) if tree_group["id"] == group.id), Config()
+    )
 
 
 def initial_config(msg: Any, description: Any = None) -> Any:
@@ -78,7 +80,7 @@ def initial_config(msg: Any, description: Any = None) -> Any:
     The states of the groups are those of the description.
     """
     values = _encoding.decode(msg, Config)
-    if description is None or not any(each.id == 0 for each in msg.groups):
+    if description is None or not any(group.id == 0 for group in msg.groups):
         return values
     return _encoding.initial_config(values, description, Config)
 
@@ -89,8 +91,8 @@ def decode_config(msg: Any, description: Any = None) -> Any:
     if description is None:
         return values
     groups = _encoding.groups_of(description)
-    names = {each["id"]: [parameter["name"] for parameter in each["parameters"]] for each in groups}
-    return _encoding.with_groups(values, msg.groups, names, Config)
+    names_by_group_id = {group["id"]: [parameter["name"] for parameter in group["parameters"]] for group in groups}
+    return _encoding.with_groups(values, msg.groups, names_by_group_id, Config)
 
 
 def extract_params(group: Any) -> list[Any]:
@@ -105,12 +107,12 @@ def get_parents(group: Any, descriptions: Any) -> list[Any]:
         group: a dictionary with the numbers ``id`` and ``parent``; the top is its own parent, or has none in the list.
         descriptions: a dictionary with the list ``group`` of all groups.
     """
-    groups = {each["id"]: each for each in reversed(descriptions["group"])}
-    found: list[Any] = []
-    while group["parent"] in groups and group["parent"] != group["id"] and len(found) < len(groups):
-        group = groups[group["parent"]]
-        found.insert(0, group)
-    return found
+    groups_by_id = {described_group["id"]: described_group for described_group in reversed(descriptions["group"])}
+    parents: list[Any] = []
+    while group["parent"] in groups_by_id and group["parent"] != group["id"] and len(parents) < len(groups_by_id):
+        group = groups_by_id[group["parent"]]
+        parents.insert(0, group)
+    return parents
 
 
 def __getattr__(name: str) -> Any:

@@ -28,17 +28,17 @@ _C_TYPES = {
     "double": {"ctype": "double", "cconsttype": "const double"},
     "str": {"ctype": "std::string", "cconsttype": "const char * const"},
 }
-_PYTHON = {"str": str, "int": int, "double": float, "bool": bool}
+_PYTHON_TYPES = {"str": str, "int": int, "double": float, "bool": bool}
 
 
 def check_description(description: Any) -> None:
-    """Raise an error if a description contains quotes, which are not allowed in stock's C++ code."""
+    """Raise ValueError if a description contains quotes, which stock's generated C++ code does not allow."""
     if '"' in description:
         raise ValueError(f"quotes not allowed in description string `{description}`")
 
 
 def check_name(name: str) -> None:
-    """Raise an error for a name that is not legal."""
+    """Raise ValueError for a name that is not legal."""
     if not re.fullmatch(r"[a-zA-Z]\w*", name, re.ASCII):
         raise ValueError(
             f"The name of field '{name}' does not follow the ROS naming conventions, "
@@ -46,8 +46,8 @@ def check_name(name: str) -> None:
         )
 
 
-def _place() -> dict[str, Any]:
-    """Return the location of the call in a .cfg file."""
+def _call_location() -> dict[str, Any]:
+    """Return the line and the file of the call in a .cfg file."""
     frame = inspect.currentframe()
     while frame is not None and frame.f_code.co_filename == __file__:
         frame = frame.f_back
@@ -56,7 +56,7 @@ def _place() -> dict[str, Any]:
 
 
 class ParameterGenerator:
-    """Collects parameters in groups, enums and constants."""
+    """Collects the parameters, groups, enums and constants that a ``.cfg`` file describes."""
 
     minval = {"int": -(2**31), "double": -_INFINITY, "str": "", "bool": False}
     maxval = {"int": 2**31 - 1, "double": _INFINITY, "str": "", "bool": True}
@@ -90,8 +90,8 @@ class ParameterGenerator:
                 paramtype: str_t, int_t, double_t or bool_t.
                 level: bits to pass to the callback when the parameter changes.
                 description: a human-readable description.
-                default, min, max: values of that type.
-                edit_method: an `enum`.
+                default, min, max: values of the type; None for defaults.
+                edit_method: the result of `enum`; empty for none.
             """
             self.gen.pytype(paramtype)
             parameter = self._group.add(
@@ -104,13 +104,13 @@ class ParameterGenerator:
                 level=level,
                 edit_method=edit_method,
             )
-            parameter.update(_place(), **_C_TYPES[paramtype])
+            parameter.update(_call_location(), **_C_TYPES[paramtype])
 
         def add_group(self, name: str, type: str = "", state: bool = True) -> ParameterGenerator.Group:
             """Add a group below this one, and return it."""
             check_name(name.replace(" ", "_"))
-            new = self.gen.parameters.group(name.replace(" ", "_"), type, state, self._group)
-            return type_of(self)(self.gen, new)
+            group = self.gen.parameters.group(name.replace(" ", "_"), type, state, self._group)
+            return type_of(self)(self.gen, group)
 
         def get_group(self) -> Any:
             """Return the number of this group."""
@@ -118,7 +118,7 @@ class ParameterGenerator:
 
         def get_parameters(self) -> list[dict[str, Any]]:
             """Return the parameters of this group and of all groups below it."""
-            return [each for group in self._group.all_groups() for each in group.parameters]
+            return [parameter for group in self._group.all_groups() for parameter in group.parameters]
 
         def to_dict(self) -> dict[str, Any]:
             """Return the group as a description."""
@@ -130,36 +130,36 @@ class ParameterGenerator:
         self.constants: list[dict[str, Any]] = []
 
     def pytype(self, drtype: str) -> type:
-        """Return Python's type."""
-        return _PYTHON[drtype]
+        """Return the Python type of a parameter type."""
+        return _PYTHON_TYPES[drtype]
 
     def check_type(self, param: dict[str, Any], field: str) -> None:
-        """Check a value of a parameter or constant, and make it one of its type; raises TypeError."""
+        """Convert a value to the type of its parameter or constant; raise TypeError if it does not fit."""
         param[field] = check_type(param["name"], param["type"], field, param[field])
 
     def fill_type(self, param: dict[str, Any]) -> None:
-        """Add the types that C++ has."""
+        """Add the names of the C++ types."""
         param.update(_C_TYPES[param["type"]])
 
     def check_type_fill_default(self, param: dict[str, Any], field: str, default: Any) -> None:
-        """Replace None by a default, which is not validated; validate other values."""
+        """Replace None with a default, which is not validated; validate other values."""
         if param[field] is None:
             param[field] = default
         else:
             self.check_type(param, field)
 
     def const(self, name: str, type: str, value: Any, descr: str) -> dict[str, Any]:
-        """Return a constant, for `enum`; it is added to the module as well."""
+        """Add a constant to the module, and return it for use in `enum`."""
         self.pytype(type)
-        constant = {"name": name, "type": type, "value": check_type(name, type, "value", value), **_place()}
+        constant = {"name": name, "type": type, "value": check_type(name, type, "value", value), **_call_location()}
         constant.update(description=descr, **_C_TYPES[type])
         check_description(descr)
         self.constants.append(constant)
         return constant
 
     def enum(self, constants: list[dict[str, Any]], description: str) -> str:
-        """Return a choice of constants, for `add`."""
-        if len({each["type"] for each in constants}) != 1:
+        """Return a choice of constants, to pass to `add` as ``edit_method``."""
+        if len({constant["type"] for constant in constants}) != 1:
             raise Exception("Inconsistent types in enum!")
         return repr({"enum": constants, "enum_description": description})
 
@@ -193,7 +193,7 @@ class ParameterGenerator:
     def contents(self, name: str) -> dict[str, Any]:
         """Return the contents of the module ``NAMEConfig``."""
         parameters = self.group.get_parameters()
-        found: dict[str, Any] = {
+        contents: dict[str, Any] = {
             "inf": _INFINITY,
             "config_description": self.group.to_dict(),
             "all_level": self.parameters.all_level,
@@ -205,8 +205,8 @@ class ParameterGenerator:
             ("level", "level"),
             ("type", "type"),
         ):
-            found[key] = {each["name"]: each[field] for each in parameters}
-        return found | {f"{name}_{each['name']}": each["value"] for each in self.constants}
+            contents[key] = {parameter["name"]: parameter[field] for parameter in parameters}
+        return contents | {f"{name}_{constant['name']}": constant["value"] for constant in self.constants}
 
     def __getattr__(self, name: str) -> Any:
         raise AttributeError(f"pyros1 has no dynamic_reconfigure ParameterGenerator.{name}: it makes no files")

@@ -36,7 +36,7 @@ class SetService:
 
     Attributes:
         resolved_name: full name.
-        service_class, request_class, response_class: those of dynamic_reconfigure/Reconfigure.
+        service_class, request_class, response_class: the classes of dynamic_reconfigure/Reconfigure.
         uri: the service's URI.
     """
 
@@ -71,7 +71,8 @@ class Server:
             ``/``.
 
     Attributes:
-        config: the current configuration. description: the description as a message.
+        config: the current configuration.
+        description: the description as a message.
 
     Raises:
         DynamicReconfigureCallbackException: the callback has not returned a configuration.
@@ -87,7 +88,7 @@ class Server:
         self.callback = callback
         try:
             self._server = pyros1.reconfigure.Server(
-                PROCESS.node, type, self._changed, namespace, make=Config, remap=False
+                PROCESS.node, type, self._on_change, namespace, make=Config, remap=False
             )
         except pyros1.reconfigure.CallbackError as error:
             raise DynamicReconfigureCallbackException(str(error)) from None
@@ -99,7 +100,7 @@ class Server:
         self.update_topic = self._server.updates
         self.set_service = SetService(self._server.service)
 
-    def _changed(self, config: Any, level: int) -> Any:
+    def _on_change(self, config: Any, level: int) -> Any:
         return self.callback(config, level)
 
     @property

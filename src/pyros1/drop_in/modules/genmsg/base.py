@@ -34,8 +34,8 @@ def log(*args: Any) -> None:
 
 
 def log_verbose(value: bool) -> None:
-    """Set whether :func:`plog` writes anything; it has no effect here."""
+    """Do nothing: in stock, this sets whether :func:`plog` writes anything."""
 
 
 def plog(msg: str, obj: Any) -> None:
-    """Do nothing: it logs the steps of a generator that pyros1 does not have."""
+    """Do nothing: stock's logs the steps of its generator, which pyros1 does not have."""

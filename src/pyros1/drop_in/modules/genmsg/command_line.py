@@ -10,10 +10,10 @@ __getattr__ = missing(__name__)
 
 
 def includepath_to_dict(includepath: Iterable[str] | None) -> dict[str, list[str]]:
-    """Return package -> folders from arguments of the form ``package:folder``."""
-    found: dict[str, list[str]] = {}
-    for word in includepath or ():
-        package, colon, folder = word.partition(":")
+    """Return package -> folders, from arguments of the form ``package:folder``."""
+    folders: dict[str, list[str]] = {}
+    for argument in includepath or ():
+        package, colon, folder = argument.partition(":")
         if colon:
-            found.setdefault(package, []).append(folder)
-    return found
+            folders.setdefault(package, []).append(folder)
+    return folders

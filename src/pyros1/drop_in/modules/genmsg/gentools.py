@@ -21,7 +21,7 @@ def _digests(msg_context: MsgContext) -> Digests:
     return Digests(resolve)
 
 
-def _parsed(spec: MsgSpec | SrvSpec) -> MessageSpec | ServiceSpec:
+def _parse(spec: MsgSpec | SrvSpec) -> MessageSpec | ServiceSpec:
     try:
         if isinstance(spec, SrvSpec):
             return parse_service(spec.full_name, spec.text)
@@ -31,12 +31,12 @@ def _parsed(spec: MsgSpec | SrvSpec) -> MessageSpec | ServiceSpec:
 
 
 def compute_md5_text(msg_context: MsgContext, spec: MsgSpec) -> str:
-    """Return the text whose md5 is that of a message."""
-    return _digests(msg_context).md5_text(_parsed(spec))
+    """Return the text from which a message's md5 sum is computed."""
+    return _digests(msg_context).md5_text(_parse(spec))
 
 
 def compute_md5(msg_context: MsgContext, spec: MsgSpec | SrvSpec) -> str:
-    """Return the md5 of a message or service, in hexadecimal digits.
+    """Return the md5 sum of a message or service, in hexadecimal digits.
 
     Args:
         msg_context: contains the definitions that ``spec`` uses; see `genmsg.msg_loader.load_depends`.
@@ -45,7 +45,7 @@ def compute_md5(msg_context: MsgContext, spec: MsgSpec | SrvSpec) -> str:
     Raises:
         KeyError: a definition is not known.
     """
-    return _digests(msg_context).md5(_parsed(spec))
+    return _digests(msg_context).md5(_parse(spec))
 
 
 compute_md5_v2 = compute_md5
@@ -53,11 +53,11 @@ compute_md5_v2 = compute_md5
 
 def compute_full_text(msg_context: MsgContext, spec: MsgSpec | SrvSpec) -> str:
     """Return a definition and those of all types it uses, as in connection headers; see :func:`compute_md5`."""
-    return _digests(msg_context).full_text(_parsed(spec))
+    return _digests(msg_context).full_text(_parse(spec))
 
 
 def compute_full_type_name(package_name: str, file_name: str) -> str:
-    """Return ``package/Type`` of a file.
+    """Return the type ``package/Type`` that a file defines.
 
     Raises:
         MsgGenerationException: the file's name does not end in .msg or .srv.

@@ -66,7 +66,7 @@ class MsgContext:
         context = MsgContext()
         for name, text in ((TIME, TIME_MSG), (DURATION, DURATION_MSG)):
             rows = [line.split() for line in text.split("\n")]
-            types, names = [kind for kind, _ in rows], [each for _, each in rows]
+            types, names = [type_name for type_name, _ in rows], [each for _, each in rows]
             context.register(name, MsgSpec(types, names, [], text, name))
         return context
 
@@ -102,11 +102,11 @@ class MsgContext:
 
     def get_all_depends(self, full_msg_type: str) -> list[str]:
         """Return the names of all types that a type uses, each followed by those it uses itself; raises KeyError."""
-        known = self.get_depends(full_msg_type)
-        if known is None:
+        direct = self.get_depends(full_msg_type)
+        if direct is None:
             raise KeyError(full_msg_type)
         result: list[str] = []
-        for name in known:
+        for name in direct:
             result += [name, *self.get_all_depends(name)]
         return result
 
@@ -115,10 +115,10 @@ class MsgContext:
 
 
 def convert_constant_value(field_type: str, val: str) -> Any:
-    """Return the value of a constant.
+    """Parse the value of a constant.
 
     Raises:
-        InvalidMsgSpec: it does not fit its type.
+        InvalidMsgSpec: the value does not fit the type.
     """
     try:
         return _spec.parse_constant_value(field_type, val)
@@ -130,12 +130,12 @@ def load_msg_from_string(msg_context: MsgContext, text: str, full_name: str) -> 
     """Parse a definition and register it.
 
     Args:
-        msg_context: where to register it.
+        msg_context: where to register the definition.
         text: the definition.
         full_name: ``package/Type``.
 
     Raises:
-        InvalidMsgSpec: it is invalid.
+        InvalidMsgSpec: the definition is invalid.
     """
     try:
         spec = message_spec(_spec.parse_message(full_name, text))
@@ -147,32 +147,32 @@ def load_msg_from_string(msg_context: MsgContext, text: str, full_name: str) -> 
 
 def message_spec(parsed: _spec.MessageSpec) -> MsgSpec:
     """Convert a definition parsed by pyros1 to genmsg's class."""
-    constants = [Constant(each.type, each.name, each.value, each.text) for each in parsed.constants]
+    constants = [Constant(constant.type, constant.name, constant.value, constant.text) for constant in parsed.constants]
     types, names = [field.type for field in parsed.fields], [field.name for field in parsed.fields]
     return MsgSpec(types, names, constants, parsed.text, parsed.name)
 
 
 def load_srv_from_string(msg_context: MsgContext, text: str, full_name: str) -> SrvSpec:
-    """Parse a service's definition and register those of its messages; arguments and errors as for messages."""
+    """Parse a service's definition, and register both messages; see :func:`load_msg_from_string`."""
     try:
         parsed = _spec.parse_service(full_name, text)
     except DefinitionError as error:
         raise InvalidMsgSpec(str(error)) from error
     request, response = message_spec(parsed.request), message_spec(parsed.response)
-    for part in (request, response):
-        msg_context.register(part.full_name, part)
+    for message in (request, response):
+        msg_context.register(message.full_name, message)
     return SrvSpec(request, response, text, full_name)
 
 
-def _text(file_path: str) -> str:
+def _read_text(file_path: str) -> str:
     with open(file_path, encoding="utf-8") as file:
         return file.read()
 
 
 def load_msg_from_file(msg_context: MsgContext, file_path: str, full_name: str) -> MsgSpec:
-    """Read the definition in a file; raises as :func:`load_msg_from_string`, with the file's name."""
+    """Read the definition in a file; see :func:`load_msg_from_string`. Errors contain the file's name."""
     try:
-        spec = load_msg_from_string(msg_context, _text(file_path), full_name)
+        spec = load_msg_from_string(msg_context, _read_text(file_path), full_name)
     except InvalidMsgSpec as error:
         raise InvalidMsgSpec(f"{file_path}: {error}") from error
     msg_context.set_file(full_name, file_path)
@@ -180,9 +180,9 @@ def load_msg_from_file(msg_context: MsgContext, file_path: str, full_name: str) 
 
 
 def load_srv_from_file(msg_context: MsgContext, file_path: str, full_name: str) -> SrvSpec:
-    """Read the definition of a service in a file; raises as :func:`load_msg_from_file`."""
+    """Read the definition of a service in a file; see :func:`load_msg_from_file`."""
     try:
-        spec = load_srv_from_string(msg_context, _text(file_path), full_name)
+        spec = load_srv_from_string(msg_context, _read_text(file_path), full_name)
     except InvalidMsgSpec as error:
         raise InvalidMsgSpec(f"{file_path}: {error}") from error
     for suffix in ("Request", "Response"):
@@ -194,7 +194,7 @@ def get_msg_file(package: str, base_type: str, search_path: SearchPath, ext: str
     """Return the path of a definition's file.
 
     Raises:
-        MsgNotFound: there is none.
+        MsgNotFound: there is no such file.
         ValueError: the search path is not a mapping.
     """
     if not isinstance(search_path, Mapping):
@@ -211,12 +211,12 @@ def get_msg_file(package: str, base_type: str, search_path: SearchPath, ext: str
 
 
 def get_srv_file(package: str, base_type: str, search_path: SearchPath) -> str:
-    """Return the path of a service's file; arguments and errors as for :func:`get_msg_file`."""
+    """Return the path of a service's file; see :func:`get_msg_file` for the arguments and errors."""
     return get_msg_file(package, base_type, search_path, EXT_SRV)
 
 
 def load_msg_by_type(msg_context: MsgContext, msg_type: str, search_path: SearchPath) -> MsgSpec:
-    """Read a definition by its name; raises MsgNotFound and InvalidMsgSpec."""
+    """Find and read the definition of a message type; raises MsgNotFound and InvalidMsgSpec."""
     if not isinstance(search_path, Mapping):
         raise ValueError("search_path must be a dictionary of {namespace: dirpath}")
     name = HEADER_FULL_NAME if msg_type == HEADER else msg_type
@@ -225,7 +225,7 @@ def load_msg_by_type(msg_context: MsgContext, msg_type: str, search_path: Search
 
 
 def load_srv_by_type(msg_context: MsgContext, srv_type: str, search_path: SearchPath) -> SrvSpec:
-    """Read a service's definition by its name; raises MsgNotFound and InvalidMsgSpec."""
+    """Find and read the definition of a service type; raises MsgNotFound and InvalidMsgSpec."""
     if not isinstance(search_path, Mapping):
         raise ValueError("search_path must be a dictionary of {namespace: dirpath}")
     package, short = package_resource_name(srv_type)
@@ -233,27 +233,28 @@ def load_srv_by_type(msg_context: MsgContext, srv_type: str, search_path: Search
 
 
 def load_depends(msg_context: MsgContext, spec: MsgSpec | SrvSpec, msg_search_path: SearchPath) -> list[str]:
-    """Read the definitions that a definition uses, and those that they use.
+    """Read all definitions that a definition uses, directly or indirectly.
 
     Returns:
-        The names of the types that it uses directly.
+        The names of the types that ``spec`` uses directly.
 
     Raises:
-        MsgNotFound, InvalidMsgSpec: one of them.
+        MsgNotFound: the file of one of these definitions does not exist.
+        InvalidMsgSpec: one of these definitions is invalid.
         ValueError: ``spec`` has a wrong class.
     """
     if isinstance(spec, SrvSpec):
-        found = load_msg_depends(msg_context, spec.request, msg_search_path)
-        return [*found, *load_msg_depends(msg_context, spec.response, msg_search_path)]
+        dependencies = load_msg_depends(msg_context, spec.request, msg_search_path)
+        return [*dependencies, *load_msg_depends(msg_context, spec.response, msg_search_path)]
     if not isinstance(spec, MsgSpec):
         raise ValueError(f"spec does not appear to be a message or service: {spec}")
     return load_msg_depends(msg_context, spec, msg_search_path)
 
 
 def load_msg_depends(msg_context: MsgContext, spec: MsgSpec, search_path: SearchPath) -> list[str]:
-    """Read what a message's definition uses; as :func:`load_depends`."""
-    found: list[str] = []
-    msg_context.set_depends(spec.full_name, found)  # first: md5 fails for a type that contains itself
+    """Read all definitions that a message's definition uses; see :func:`load_depends`."""
+    dependencies: list[str] = []
+    msg_context.set_depends(spec.full_name, dependencies)  # first: md5 fails for a type that contains itself
     try:
         for field in spec.parsed_fields():
             if field.is_builtin:
@@ -263,8 +264,8 @@ def load_msg_depends(msg_context: MsgContext, spec: MsgSpec, search_path: Search
                 load_msg_by_type(msg_context, name, search_path)
             if msg_context.get_depends(name) is None:
                 load_msg_depends(msg_context, msg_context.get_registered(name), search_path)
-            found.append(name)
+            dependencies.append(name)
     except BaseException:
         msg_context.set_depends(spec.full_name, None)
         raise
-    return found
+    return dependencies

@@ -66,7 +66,7 @@ def is_valid_msg_type(x: str | None) -> bool:
 
 
 def is_valid_constant_type(x: str) -> bool:
-    """Return whether constants can be of that type."""
+    """Return whether constants can have a type."""
     return x in PRIMITIVE_TYPES
 
 
@@ -76,7 +76,7 @@ def is_valid_msg_field_name(x: str | None) -> bool:
 
 
 def is_header_type(msg_type: str) -> bool:
-    """Return whether a type is that of a header."""
+    """Return whether a type is a header."""
     return msg_type in (HEADER, HEADER_FULL_NAME, "roslib/Header")
 
 
@@ -86,13 +86,13 @@ def is_builtin(msg_type_name: str) -> bool:
 
 
 class Constant:
-    """A constant.
+    """A constant in a definition.
 
     Args:
         type_: its type.
         name: its name.
         val: its value.
-        val_text: its value as written.
+        val_text: its value as written in the definition.
     """
 
     __slots__ = ["type", "name", "val", "val_text"]  # noqa: RUF023  in stock's order
@@ -107,7 +107,7 @@ class Constant:
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Constant) and all(
-            getattr(self, each) == getattr(other, each) for each in ("type", "name", "val")
+            getattr(self, attribute) == getattr(other, attribute) for attribute in ("type", "name", "val")
         )
 
     __hash__ = None  # type: ignore[assignment]
@@ -119,7 +119,7 @@ class Constant:
 
 
 class Field:
-    """A field.
+    """A field in a definition.
 
     Args:
         name: its name.
@@ -174,14 +174,14 @@ class MsgSpec:
         package: str = "",
         short_name: str = "",
     ) -> None:
-        twice = sorted({name for name in names if names.count(name) > 1})
-        if twice:
-            raise InvalidMsgSpec(f"Duplicate field names [{', '.join(twice)}] in message")
+        duplicates = sorted({name for name in names if names.count(name) > 1})
+        if duplicates:
+            raise InvalidMsgSpec(f"Duplicate field names [{', '.join(duplicates)}] in message")
         if len(types) != len(names):
             raise InvalidMsgSpec(f"len of fields [{len(types)}] does not equal len of names [{len(names)}]")
-        for kind in types:
-            if not is_valid_msg_type(kind):
-                raise InvalidMsgSpec(f"invalid field: {kind}")
+        for type_name in types:
+            if not is_valid_msg_type(type_name):
+                raise InvalidMsgSpec(f"invalid field: {type_name}")
         self.types = types
         self.names = names
         self.constants = constants
@@ -190,7 +190,7 @@ class MsgSpec:
         own_package, own_name = package_resource_name(full_name)
         self.package = package or own_package
         self.short_name = short_name or own_name
-        self._parsed_fields = [Field(name, kind) for name, kind in zip(names, types, strict=True)]
+        self._parsed_fields = [Field(name, type_name) for name, type_name in zip(names, types, strict=True)]
 
     def fields(self) -> list[tuple[str, str]]:
         """Return (type, name) of all fields."""
@@ -208,7 +208,7 @@ class MsgSpec:
         if not isinstance(other, MsgSpec):
             return False
         mine, theirs = (
-            (each.types, each.names, each.text, each.full_name, each.short_name, each.package) for each in (self, other)
+            (spec.types, spec.names, spec.text, spec.full_name, spec.short_name, spec.package) for spec in (self, other)
         )
         return mine == theirs and self.constants == other.constants
 

@@ -41,7 +41,7 @@ class SrvSpec:
         if not isinstance(other, SrvSpec):
             return False
         names = ("request", "response", "text", "full_name", "short_name", "package")
-        return all(getattr(self, each) == getattr(other, each) for each in names)
+        return all(getattr(self, name) == getattr(other, name) for name in names)
 
     def __ne__(self, other: object) -> bool:
         return not self == other

@@ -5,9 +5,9 @@ from __future__ import annotations
 from pyros1.drop_in.missing import missing
 from pyros1.msgs.spec import STRUCT_CODES
 
-_ORDER = "int8 uint8 bool int16 uint16 int32 uint32 int64 uint64 float32 float64 char byte"
+_TYPE_NAMES = "int8 uint8 bool int16 uint16 int32 uint32 int64 uint64 float32 float64 char byte"
 
-SIMPLE_TYPES_DICT = {name: STRUCT_CODES[name] for name in _ORDER.split()}
+SIMPLE_TYPES_DICT = {name: STRUCT_CODES[name] for name in _TYPE_NAMES.split()}
 SIMPLE_TYPES = list(SIMPLE_TYPES_DICT)
 
 __getattr__ = missing(__name__)

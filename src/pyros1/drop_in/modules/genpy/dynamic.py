@@ -26,26 +26,26 @@ def generate_dynamic(core_type: str, msg_cat: str) -> dict[str, type[Any]]:
 
     Args:
         core_type: the type, ``package/Type``.
-        msg_cat: its full text: its definition, and those of the types used.
+        msg_cat: the full text: its definition, and those of all types that it uses.
 
     Returns:
         Full type name -> class.
 
     Raises:
-        InvalidMsgSpec: a definition in it is invalid.
-        MsgGenerationException: it lacks the definition of a type; or no classes can be made of it.
+        InvalidMsgSpec: a definition in ``msg_cat`` is invalid.
+        MsgGenerationException: ``msg_cat`` lacks the definition of a type, or no classes can be created from it.
     """
-    found: dict[str, type[Any]] = {}
+    classes: dict[str, type[Any]] = {}
     try:
-        _collect(core_type, from_definition(core_type, msg_cat), found)
+        _collect(core_type, from_definition(core_type, msg_cat), classes)
         for name, text in split_full_text(core_type, msg_cat).items():
             name = "std_msgs/Header" if name == "roslib/Header" else name  # noqa: PLW2901
-            if name not in found:  # nothing uses it
-                _collect(name, from_definition(name, f"{text}\n{SEPARATOR}\nMSG: {core_type}\n{msg_cat}"), found)
+            if name not in classes:  # the message does not use this type
+                _collect(name, from_definition(name, f"{text}\n{SEPARATOR}\nMSG: {core_type}\n{msg_cat}"), classes)
     except DefinitionError as error:
         raise (MsgGenerationException if error.line is None else InvalidMsgSpec)(str(error)) from error
-    make_importable(found)
-    return found
+    make_importable(classes)
+    return classes
 
 
 def make_importable(classes: dict[str, type[Any]]) -> None:
@@ -55,17 +55,17 @@ def make_importable(classes: dict[str, type[Any]]) -> None:
         classes: full type name -> class.
     """
     number = next(_numbers)
-    found: dict[str, type[Any]] = {}
+    all_classes: dict[str, type[Any]] = {}
     for name, cls in classes.items():
-        _collect(name, cls, found)
-    for name, cls in found.items():
+        _collect(name, cls, all_classes)
+    for name, cls in all_classes.items():
         module = f"_pyros1_definitions_{number}_{name.partition('/')[0]}"
         setattr(sys.modules.setdefault(module, ModuleType(module)), cls.__qualname__, cls)
         cls.__module__ = module
 
 
-def _collect(name: str, cls: type[Any], found: dict[str, type[Any]]) -> None:
-    if name not in found:
-        found[name] = cls
-        for inner, inner_class in nested_classes(cls).items():
-            _collect(inner, inner_class, found)
+def _collect(name: str, cls: type[Any], classes: dict[str, type[Any]]) -> None:
+    if name not in classes:
+        classes[name] = cls
+        for nested_name, nested_class in nested_classes(cls).items():
+            _collect(nested_name, nested_class, classes)

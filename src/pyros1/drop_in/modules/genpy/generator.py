@@ -5,13 +5,13 @@ from genmsg import InvalidMsgSpec, MsgContext, MsgGenerationException, MsgSpec
 from genpy.base import SIMPLE_TYPES, is_simple
 from pyros1.drop_in.missing import missing
 
-_WHY = "classes are made when they are imported; there are no modules to generate"
+_REASON = "classes are made when they are imported; there are no modules to generate"
 
 __getattr__ = missing(
     __name__,
-    Generator=_WHY,
-    MsgGenerator=_WHY,
-    SrvGenerator=_WHY,
-    msg_generator=_WHY,
-    srv_generator=_WHY,
+    Generator=_REASON,
+    MsgGenerator=_REASON,
+    SrvGenerator=_REASON,
+    msg_generator=_REASON,
+    srv_generator=_REASON,
 )

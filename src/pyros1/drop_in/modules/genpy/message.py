@@ -1,4 +1,4 @@
-"""Messages: base class, exceptions, texts and values from lists and mappings."""
+"""The base class of messages, their exceptions, and functions that fill, check and print messages."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from pyros1.msgs.fill import fill_message
 from pyros1.msgs.spec import is_type_name
 
 struct_I = struct.Struct("<I")
-_TIMES = {"time": Time, "duration": Duration}
+_TIME_CLASSES = {"time": Time, "duration": Duration}
 
 __getattr__ = missing(__name__)
 
@@ -56,7 +56,7 @@ def strify_message(
     field_filter: Any = None,
     fixed_numeric_width: int | None = None,
 ) -> str:
-    """Return a message, or a value of one, as text in the form of YAML, as ``rostopic echo`` prints it.
+    """Return a message, or a value from one, as text similar to YAML, as ``rostopic echo`` prints it.
 
     Args:
         val: the value.
@@ -78,22 +78,22 @@ def get_printable_message_args(msg: Message, buff: Any = None, prefix: str = "")
 
     Args:
         msg: the message.
-        buff: a text file to also write them to, or None.
+        buff: a text buffer to which they are appended, and whose text is returned; None for none.
         prefix: path of the message itself, with a dot at its end.
     """
-    text = "".join(_printable(msg, prefix))
+    text = "".join(_printable_names(msg, prefix))
     if buff is not None:
         buff.write(text)
         text = buff.getvalue()
     return text.rstrip()
 
 
-def _printable(msg: Any, prefix: str) -> list[str]:
-    words: list[str] = []
+def _printable_names(msg: Any, prefix: str) -> list[str]:
+    names: list[str] = []
     for name in msg.__slots__:
         value = getattr(msg, name)
-        words += _printable(value, f"{prefix}{name}.") if isinstance(value, Message) else [f"{prefix}{name} "]
-    return words
+        names += _printable_names(value, f"{prefix}{name}.") if isinstance(value, Message) else [f"{prefix}{name} "]
+    return names
 
 
 def check_type(field_name: str, field_type: str, field_val: Any) -> None:
@@ -105,7 +105,7 @@ def check_type(field_name: str, field_type: str, field_val: Any) -> None:
         field_val: the value.
 
     Raises:
-        SerializationError: it does not fit.
+        SerializationError: the value does not fit the type.
     """
     check_value(field_name, field_type, field_val, get_message_class)
 
@@ -121,15 +121,15 @@ def get_message_class(message_type: str, reload_on_error: bool = False) -> Any:
         ValueError: the name has no package.
     """
     name = "std_msgs/Header" if message_type == "Header" else message_type
-    return _TIMES.get(name) or _class(name, "msg")
+    return _TIME_CLASSES.get(name) or _find_class(name, "msg")
 
 
 def get_service_class(service_type: str, reload_on_error: bool = False) -> Any:
-    """Return the class of a service type; arguments and errors as for :func:`get_message_class`."""
-    return _class(service_type, "srv")
+    """Return the class of a service type; see :func:`get_message_class` for the arguments and errors."""
+    return _find_class(service_type, "srv")
 
 
-def _class(name: str, kind: str) -> Any:
+def _find_class(name: str, kind: str) -> Any:
     if "/" not in name:
         raise ValueError(f"message type is missing package name: {name!s}")
     if not is_type_name(name):

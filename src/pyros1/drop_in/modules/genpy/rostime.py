@@ -7,5 +7,5 @@ __all__ = ["Duration", "TVal", "Time"]
 
 __getattr__ = missing(__name__)
 
-for _kind in (TVal, Time, Duration):
-    _kind.__module__ = __name__  # programs for stock expect genpy's name, for example in pickles and texts of values
+for _class in (TVal, Time, Duration):
+    _class.__module__ = __name__  # programs for stock expect genpy's name, for example in pickles and texts of values

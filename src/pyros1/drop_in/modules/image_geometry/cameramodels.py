@@ -1,4 +1,5 @@
-"""Pinhole cameras, alone and in pairs (https://wiki.ros.org/image_geometry), from sensor_msgs/CameraInfo (REP 104).
+"""Models of pinhole cameras and stereo pairs (https://wiki.ros.org/image_geometry), from sensor_msgs/CameraInfo (REP
+104).
 
 K, D, R and P are as that message defines them: D distorts a ray (x, y, 1) of the camera, and K converts it to a pixel
 of the raw image; R rotates the ray, and P converts it to a pixel of the rectified image.
@@ -17,11 +18,11 @@ from pyros1.drop_in.missing import missing
 
 __getattr__ = missing("image_geometry.cameramodels", cv2="it uses numpy instead")
 
-_STEPS = 5
+_UNDISTORTION_STEPS = 5
 """Number of iterations to undistort a ray, like in stock's library."""
-_FINENESS = 32
+_SUBPIXEL_STEPS = 32
 """Number of steps per pixel in interpolation of colours."""
-_SHARPNESS = -0.75
+_CUBIC_COEFFICIENT = -0.75
 """Coefficient of cubic interpolation, like in stock's library."""
 
 
@@ -34,10 +35,12 @@ class PinholeCameraModel:
     """A pinhole camera, with conversions between raw images, rectified images and 3D.
 
     Attributes:
-        K, R, P, D: matrices of float64, [3, 3], [3, 3], [3, 4] and [n, 1], as in CameraInfo, but for the region of
-            interest, with its binning; D is None without coefficients. full_K, full_P: for the whole image.
-        width, height, resolution: of the whole image, in pixels. binning_x, binning_y, raw_roi: of the raw image.
-        tf_frame, stamp: of the message.
+        K, R, P, D: matrices of float64, [3, 3], [3, 3], [3, 4] and [n, 1], as in CameraInfo, but adjusted for the
+            region of interest and the binning; D is None without coefficients.
+        full_K, full_P: K and P of the whole image.
+        width, height, resolution: size of the whole image, in pixels.
+        binning_x, binning_y, raw_roi: binning and region of interest of the raw image.
+        tf_frame, stamp: frame and time stamp of the message.
     """
 
     def __init__(self) -> None:
@@ -56,7 +59,7 @@ class PinholeCameraModel:
         self.stamp: Any = None
 
     def fromCameraInfo(self, msg: Any) -> None:
-        """Take all values from a sensor_msgs/CameraInfo."""
+        """Set all values from a sensor_msgs/CameraInfo."""
         self.K = mkmat(3, 3, msg.K)
         self.D = mkmat(len(msg.D), 1, msg.D) if msg.D else None
         self.R = mkmat(3, 3, msg.R)
@@ -83,19 +86,19 @@ class PinholeCameraModel:
             rectified: the array, of the same shape and type, that gets the rectified image; 0 where there is none.
         """
         v, u = np.mgrid[: self.height, : self.width].astype(float)
-        turned = np.linalg.inv(np.asarray(self.P)[:, :3] @ np.asarray(self.R))
-        x, y, w = np.tensordot(turned, np.stack([u, v, np.ones_like(u)]), 1)
-        x, y = self._distorted(x / w, y / w)
+        pixel_to_ray = np.linalg.inv(np.asarray(self.P)[:, :3] @ np.asarray(self.R))
+        x, y, w = np.tensordot(pixel_to_ray, np.stack([u, v, np.ones_like(u)]), 1)
+        x, y = self._distort(x / w, y / w)
         K = np.asarray(self.K)
         _sample(raw, K[0, 0] * x + K[0, 2], K[1, 1] * y + K[1, 2], rectified)
 
     def rectifyPoint(self, uv_raw: Sequence[float]) -> Any:
-        """Return the rectified pixel, an array [2], of a raw one (u, v)."""
+        """Return the rectified pixel, an array [2], for a raw pixel (u, v)."""
         K, R, P = (np.asarray(matrix) for matrix in (self.K, self.R, self.P))
         with np.errstate(all="ignore"):
             x0 = (uv_raw[0] - K[0, 2]) / K[0, 0]
             y0 = (uv_raw[1] - K[1, 2]) / K[1, 1]
-            x, y = self._undistorted(x0, y0)
+            x, y = self._undistort(x0, y0)
             ray = R @ (x, y, 1.0)
             pixel = P[:, :3] @ (ray / ray[2])
             return pixel[:2] / pixel[2]
@@ -106,17 +109,19 @@ class PinholeCameraModel:
         return (u / w, v / w) if w != 0 else (math.nan, math.nan)
 
     def projectPixelTo3dRay(self, uv: Sequence[float]) -> tuple[float, float, float]:
-        """Return the direction (x, y, z), of length 1, of a rectified pixel (u, v)."""
+        """Return the unit vector (x, y, z) from the camera towards a rectified pixel (u, v)."""
         x, y = (uv[0] - self.cx()) / self.fx(), (uv[1] - self.cy()) / self.fy()
         length = math.sqrt(x * x + y * y + 1.0)
         return x / length, y / length, 1.0 / length
 
     def getDeltaU(self, deltaX: float, Z: float) -> float:
-        """Convert ``deltaX``, in metres to the right at a distance of ``Z`` metres, to pixels; infinite at 0."""
+        """Convert ``deltaX``, in metres to the right at a distance of ``Z`` metres, to pixels; infinite if ``Z``
+        is 0.
+        """
         return math.inf if Z == 0 else self.fx() * deltaX / Z
 
     def getDeltaV(self, deltaY: float, Z: float) -> float:
-        """Convert ``deltaY``, in metres down at a distance of ``Z`` metres, to pixels; infinite at 0."""
+        """Convert ``deltaY``, in metres down at a distance of ``Z`` metres, to pixels; infinite if ``Z`` is 0."""
         return math.inf if Z == 0 else self.fy() * deltaY / Z
 
     def getDeltaX(self, deltaU: float, Z: float) -> float:
@@ -129,8 +134,8 @@ class PinholeCameraModel:
 
     def _coefficients(self) -> list[float]:
         """Return k1, k2, p1, p2, k3, k4, k5, k6 of the models plumb_bob and rational_polynomial."""
-        given = [] if self.D is None else np.asarray(self.D).ravel().tolist()
-        return (given + [0.0] * 8)[:8]
+        coefficients = [] if self.D is None else np.asarray(self.D).ravel().tolist()
+        return (coefficients + [0.0] * 8)[:8]
 
     def _distortion(self, x: Any, y: Any) -> tuple[Any, Any, Any]:
         """Return a ray's radial distortion, as a factor, and its tangential distortion, to the right and down."""
@@ -141,16 +146,16 @@ class PinholeCameraModel:
         down = p1 * (r2 + 2 * y * y) + 2 * p2 * x * y
         return factor, right, down
 
-    def _distorted(self, x: Any, y: Any) -> tuple[Any, Any]:
+    def _distort(self, x: Any, y: Any) -> tuple[Any, Any]:
         factor, right, down = self._distortion(x, y)
         return x * factor + right, y * factor + down
 
-    def _undistorted(self, x0: Any, y0: Any) -> tuple[Any, Any]:
+    def _undistort(self, x0: Any, y0: Any) -> tuple[Any, Any]:
         """Return the ray that is distorted to (x0, y0), by iteration since there is no closed formula."""
         x, y = x0, y0
         if self.D is None:
             return x, y
-        for _ in range(_STEPS):
+        for _ in range(_UNDISTORTION_STEPS):
             factor, right, down = self._distortion(x, y)
             if factor < 0:  # far outside the image
                 return x0, y0
@@ -237,7 +242,7 @@ class StereoCameraModel:
         self.right = PinholeCameraModel()
 
     def fromCameraInfo(self, left_msg: Any, right_msg: Any) -> None:
-        """Take all values from two sensor_msgs/CameraInfo."""
+        """Set all values from two sensor_msgs/CameraInfo."""
         self.left.fromCameraInfo(left_msg)
         self.right.fromCameraInfo(right_msg)
         self.Q = np.zeros((4, 4))
@@ -247,7 +252,7 @@ class StereoCameraModel:
             self.Q[3, 2] = -1.0 / (self.right.Tx() / self.right.fx())
 
     def tfFrame(self) -> Any:
-        """Return the frame of the left camera, in which points are."""
+        """Return the frame of the left camera, to which points refer."""
         return self.left.tfFrame()
 
     def project3dToPixel(self, point: Sequence[float]) -> tuple[tuple[float, float], tuple[float, float]]:
@@ -260,36 +265,40 @@ class StereoCameraModel:
         return (x / w, y / w, z / w) if w != 0 else (0.0, 0.0, 0.0)
 
     def getZ(self, disparity: float) -> float:
-        """Return the distance, in metres, of points with a disparity in pixels; infinite at 0."""
+        """Return the distance, in metres, of points with a disparity in pixels; infinite for 0."""
         return math.inf if disparity == 0 else -self.right.Tx() / disparity
 
     def getDisparity(self, Z: float) -> float:
-        """Return the disparity, in pixels, of points at a distance in metres; infinite at 0."""
+        """Return the disparity, in pixels, of points at a distance in metres; infinite for 0."""
         return math.inf if Z == 0 else -self.right.Tx() / Z
 
 
 def _sample(raw: Any, u: Any, v: Any, out: Any) -> None:
-    """Set ``out`` to the colours at places (u, v) of an image, by cubic interpolation; outside of it, colours are 0."""
-    columns, rows = (np.rint(np.clip(each, -1e6, 1e6) * _FINENESS).astype(np.int64) for each in (u, v))
+    """Set ``out`` to the colours at places (u, v) of an image, by cubic interpolation, or to 0 outside the image."""
+    columns, rows = (
+        np.rint(np.clip(coordinates, -1e6, 1e6) * _SUBPIXEL_STEPS).astype(np.int64) for coordinates in (u, v)
+    )
     height, width = raw.shape[:2]
-    framed = np.zeros((height + 8, width + 8, *raw.shape[2:]))
-    framed[4:-4, 4:-4] = raw
-    left, top = (np.clip(columns // _FINENESS, -3, width + 1), np.clip(rows // _FINENESS, -3, height + 1))
+    padded = np.zeros((height + 8, width + 8, *raw.shape[2:]))
+    padded[4:-4, 4:-4] = raw
+    left, top = (np.clip(columns // _SUBPIXEL_STEPS, -3, width + 1), np.clip(rows // _SUBPIXEL_STEPS, -3, height + 1))
     total = np.zeros((*u.shape, *raw.shape[2:]))
-    across, along = (_weights((each % _FINENESS) / _FINENESS) for each in (columns, rows))
+    across, along = (_weights((positions % _SUBPIXEL_STEPS) / _SUBPIXEL_STEPS) for positions in (columns, rows))
     for j in range(4):
         for i in range(4):
             weight = along[j] * across[i]
-            total += framed[top + j + 3, left + i + 3] * weight.reshape(weight.shape + (1,) * (raw.ndim - 2))
+            total += padded[top + j + 3, left + i + 3] * weight.reshape(weight.shape + (1,) * (raw.ndim - 2))
     if np.issubdtype(out.dtype, np.integer):
         limits = np.iinfo(out.dtype)
         total = np.clip(np.rint(total), limits.min, limits.max)
     out[...] = total
 
 
-def _weights(part: Any) -> tuple[Any, Any, Any, Any]:
-    """Return the weights of the four pixels around a place that is ``part`` of the way from the second to the third."""
-    a = _SHARPNESS
+def _weights(fraction: Any) -> tuple[Any, Any, Any, Any]:
+    """Return the weights of the four pixels around a place that is ``fraction`` of the way from the second to the
+    third.
+    """
+    a = _CUBIC_COEFFICIENT
 
     def near(x: Any) -> Any:
         return ((a + 2) * x - (a + 3)) * x * x + 1
@@ -297,4 +306,4 @@ def _weights(part: Any) -> tuple[Any, Any, Any, Any]:
     def far(x: Any) -> Any:
         return ((a * x - 5 * a) * x + 8 * a) * x - 4 * a
 
-    return far(part + 1), near(part), near(1 - part), far(2 - part)
+    return far(fraction + 1), near(fraction), near(1 - fraction), far(2 - fraction)

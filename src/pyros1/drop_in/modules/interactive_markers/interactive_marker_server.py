@@ -20,17 +20,17 @@ from pyros1.msgs.visualization_msgs.msg import (
 
 __getattr__ = missing("interactive_markers.interactive_marker_server")
 
-_KEEP_ALIVE = 0.5
+_KEEP_ALIVE_INTERVAL = 0.5
 """Seconds between keep-alive messages for clients."""
-_HOLD = 1.0
+_EXCLUSIVE_TIME = 1.0
 """Seconds for which a marker belongs to the client that moved it last."""
 _UNCHANGED = -1
-"""In place of a callback: keep those that are set."""
+"""Passed instead of a callback to keep the callbacks that are set."""
 
-Feedback = Callable[[Any], object]
+FeedbackCallback = Callable[[Any], object]
 
 
-class _Callbacks:
+class _MarkerWithCallbacks:
     """A marker and the callbacks for its feedback.
 
     Attributes:
@@ -41,15 +41,16 @@ class _Callbacks:
 
     def __init__(self) -> None:
         self.int_marker = InteractiveMarker()
-        self.default_feedback_cb: Feedback | None = None
-        self.feedback_cbs: dict[int, Feedback] = {}
+        self.default_feedback_cb: FeedbackCallback | None = None
+        self.feedback_cbs: dict[int, FeedbackCallback] = {}
 
 
-class MarkerContext(_Callbacks):
+class MarkerContext(_MarkerWithCallbacks):
     """A marker that clients know.
 
     Attributes:
-        last_feedback: rospy.Time of the last feedback. last_client_id: the client that sent it.
+        last_feedback: rospy.Time of the last feedback.
+        last_client_id: the client that sent the last feedback.
     """
 
     def __init__(self) -> None:
@@ -58,8 +59,8 @@ class MarkerContext(_Callbacks):
         self.last_client_id = ""
 
 
-class UpdateContext(_Callbacks):
-    """A change that was not sent to clients yet.
+class UpdateContext(_MarkerWithCallbacks):
+    """A change that has not been sent to clients yet.
 
     Attributes:
         update_type: FULL_UPDATE (a new or replaced marker), POSE_UPDATE or ERASE.
@@ -81,7 +82,7 @@ class InteractiveMarkerServer:
 
     Args:
         topic_ns: namespace of the topics update, update_full and feedback.
-        server_id: suffix of the node's name, needed if a node has several servers in a namespace.
+        server_id: suffix added to the node's name; needed if a node has several servers in a namespace.
         q_size: size of the queue of feedback.
     """
 
@@ -97,7 +98,7 @@ class InteractiveMarkerServer:
         self.init_pub = rospy.Publisher(f"{topic_ns}/update_full", InteractiveMarkerInit, latch=True, queue_size=100)
         self.update_pub = rospy.Publisher(f"{topic_ns}/update", InteractiveMarkerUpdate, queue_size=100)
         rospy.Subscriber(f"{topic_ns}/feedback", InteractiveMarkerFeedback, self.processFeedback, queue_size=q_size)
-        rospy.Timer(rospy.Duration(_KEEP_ALIVE), self.keepAlive, reset=True)
+        rospy.Timer(rospy.Duration(_KEEP_ALIVE_INTERVAL), self.keepAlive, reset=True)
         self.publishInit()
 
     def __del__(self) -> None:
@@ -111,7 +112,7 @@ class InteractiveMarkerServer:
 
         Args:
             marker: the InteractiveMarker, identified by its name.
-            feedback_cb, feedback_type: as for `setCallback`; -1: keep the callbacks that are set.
+            feedback_cb, feedback_type: see `setCallback`; a ``feedback_cb`` of -1 keeps the callbacks that are set.
         """
         with self.mutex:
             update = self.pending_updates.setdefault(marker.name, UpdateContext())
@@ -124,12 +125,12 @@ class InteractiveMarkerServer:
         """Move a marker.
 
         Args:
-            name: of the marker.
+            name: name of the marker.
             pose: the new geometry_msgs/Pose.
-            header: of the pose; without a frame_id, the marker keeps its own.
+            header: header of the pose; without a frame_id, the marker keeps its own.
 
         Returns:
-            Whether the marker was sent to clients, and is not about to be inserted again.
+            Whether the marker could be moved: it has been sent to clients, and is not about to be inserted again.
         """
         with self.mutex:
             context, update = self.marker_contexts.get(name), self.pending_updates.get(name)
@@ -151,7 +152,7 @@ class InteractiveMarkerServer:
                 self._erase(name)
 
     def get(self, name: str) -> Any:
-        """Return a marker with its changes, including those not sent to clients yet; None if there is none."""
+        """Return a marker with all changes, even those not yet sent to clients; None if there is no such marker."""
         with self.mutex:
             context, update = self.marker_contexts.get(name), self.pending_updates.get(name)
             if update is None:
@@ -165,27 +166,29 @@ class InteractiveMarkerServer:
             context.int_marker.pose = update.int_marker.pose
             return context.int_marker
 
-    def setCallback(self, name: str, feedback_cb: Feedback | None, feedback_type: int = DEFAULT_FEEDBACK_CB) -> bool:
+    def setCallback(
+        self, name: str, feedback_cb: FeedbackCallback | None, feedback_type: int = DEFAULT_FEEDBACK_CB
+    ) -> bool:
         """Set the callback for feedback to a marker.
 
         Args:
-            name: of the marker.
-            feedback_cb: called with an InteractiveMarkerFeedback; None for nothing.
+            name: name of the marker.
+            feedback_cb: called with an InteractiveMarkerFeedback; None to remove the callback.
             feedback_type: the event type of such feedback; DEFAULT_FEEDBACK_CB: all types that have no callback.
 
         Returns:
             Whether there is such a marker.
         """
         with self.mutex:
-            found = [each[name] for each in (self.marker_contexts, self.pending_updates) if name in each]
-            for each in found:
+            contexts = [table[name] for table in (self.marker_contexts, self.pending_updates) if name in table]
+            for context in contexts:
                 if feedback_type == self.DEFAULT_FEEDBACK_CB:
-                    each.default_feedback_cb = feedback_cb
+                    context.default_feedback_cb = feedback_cb
                 elif feedback_cb:
-                    each.feedback_cbs[feedback_type] = feedback_cb
+                    context.feedback_cbs[feedback_type] = feedback_cb
                 else:
-                    each.feedback_cbs.pop(feedback_type, None)
-            return bool(found)
+                    context.feedback_cbs.pop(feedback_type, None)
+            return bool(contexts)
 
     def applyChanges(self) -> None:
         """Tell clients of all changes."""
@@ -227,7 +230,7 @@ class InteractiveMarkerServer:
         """Record a new pose; the caller holds the mutex.
 
         Args:
-            update: the `UpdateContext` of changes not sent to clients yet; None if there are none.
+            update: the `UpdateContext` of changes that have not been sent to clients yet; None if there are none.
             name, pose, header: the marker's name and new pose.
         """
         if update is None:
@@ -236,8 +239,8 @@ class InteractiveMarkerServer:
         elif update.update_type != UpdateContext.FULL_UPDATE:
             update.update_type = UpdateContext.POSE_UPDATE
         update.int_marker.pose, update.int_marker.header = pose, header
-        place = pose.position
-        rospy.logdebug("Marker '%s' is now at %s, %s, %s", name, place.x, place.y, place.z)
+        position = pose.position
+        rospy.logdebug("Marker '%s' is now at %s, %s, %s", name, position.x, position.y, position.z)
 
     # Topics -----------------------------------------------------------------------------------------------------------
 
@@ -249,20 +252,25 @@ class InteractiveMarkerServer:
             if context is None:
                 return
             now = rospy.Time.now()
-            if context.last_client_id != feedback.client_id and (now - context.last_feedback).to_sec() < _HOLD:
+            if (
+                context.last_client_id != feedback.client_id
+                and (now - context.last_feedback).to_sec() < _EXCLUSIVE_TIME
+            ):
                 rospy.logdebug("Rejecting feedback for %s: conflicting feedback from separate clients.", name)
                 return
             context.last_feedback, context.last_client_id = now, feedback.client_id
             if feedback.event_type == InteractiveMarkerFeedback.POSE_UPDATE:
-                fixed = context.int_marker.header.stamp.is_zero()  # it stays in its frame, however that moves
-                header = context.int_marker.header if fixed else feedback.header
+                is_fixed = (
+                    context.int_marker.header.stamp.is_zero()
+                )  # the marker stays in its frame, however the frame moves
+                header = context.int_marker.header if is_fixed else feedback.header
                 self.doSetPose(self.pending_updates.get(name), name, feedback.pose, header)
             callback = context.feedback_cbs.get(feedback.event_type, context.default_feedback_cb)
         if callback:
             callback(feedback)
 
     def keepAlive(self, msg: Any) -> None:
-        """Tell clients that the server is alive: the timer's callback."""
+        """Tell clients that the server is alive; this is the timer's callback."""
         self.publish(InteractiveMarkerUpdate(type=InteractiveMarkerUpdate.KEEP_ALIVE))
 
     def publish(self, update: Any) -> None:

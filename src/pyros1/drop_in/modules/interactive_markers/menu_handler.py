@@ -47,13 +47,13 @@ class MenuHandler:
         """Add an entry.
 
         Args:
-            title: its text.
+            title: the text of the entry.
             parent: handle of the parent entry; None: at the top level.
             command_type, command: what RViz does; see visualization_msgs/MenuEntry.
             callback: called with the feedback when the entry is selected.
 
         Returns:
-            Its handle; None if there is no such parent.
+            The entry's handle; None if there is no such parent.
         """
         handle = self.doInsert(title, command_type, command, callback)
         if parent is None:
@@ -66,14 +66,14 @@ class MenuHandler:
         return handle
 
     def setVisible(self, handle: int, visible: bool) -> bool:
-        """Show or hide an entry, at the next `reApply`; return whether there is one."""
+        """Show or hide an entry, at the next `reApply`; return whether the entry exists."""
         context = self.entry_contexts_.get(handle)
         if context is not None:
             context.visible = visible
         return context is not None
 
     def setCheckState(self, handle: int, check_state: int) -> bool:
-        """Set whether an entry has a checkbox, and is checked, at the next `reApply`; return whether there is one."""
+        """Set, for the next `reApply`, whether an entry has a checkbox and is checked; return whether it exists."""
         context = self.entry_contexts_.get(handle)
         if context is not None:
             context.check_state = check_state
@@ -114,7 +114,7 @@ class MenuHandler:
             parent_handle: handle of the entry above; 0 for none.
 
         Returns:
-            Whether all of them exist; it stops at the first that does not.
+            Whether all entries exist; appending stops at the first that does not.
         """
         for handle in handles_in:
             context = self.entry_contexts_.get(handle)
@@ -128,7 +128,7 @@ class MenuHandler:
         return True
 
     def reApply(self, server: Any) -> bool:
-        """Update the menu of all markers that have it; return False if one of them no longer exists."""
+        """Update the menu on all markers to which it is attached; return False if one of them no longer exists."""
         applied = [self.apply(server, name) for name in list(self.managed_markers_)]  # apply() removes missing ones
         return all(applied)
 
@@ -149,11 +149,11 @@ class MenuHandler:
 
     def makeEntry(self, context: EntryContext, handle: int, parent_handle: int) -> Any:
         """Return an entry as visualization_msgs/MenuEntry."""
-        box = {self.CHECKED: "[x] ", self.UNCHECKED: "[ ] "}.get(context.check_state, "")
+        checkbox = {self.CHECKED: "[x] ", self.UNCHECKED: "[ ] "}.get(context.check_state, "")
         return MenuEntry(
             id=handle,
             parent_id=parent_handle,
-            title=box + context.title,
+            title=checkbox + context.title,
             command=context.command,
             command_type=context.command_type,
         )

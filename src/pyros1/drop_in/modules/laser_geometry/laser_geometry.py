@@ -31,7 +31,7 @@ class LaserProjection:
         DEFAULT = INTENSITY | INDEX
 
     def __init__(self) -> None:
-        self._shape: tuple[int, float, float] | None = None
+        self._cached_shape: tuple[int, float, float] | None = None
         self._directions = np.empty((2, 0))
 
     def projectLaser(
@@ -51,10 +51,10 @@ class LaserProjection:
             IndexError: there are fewer intensities than ranges.
         """
         ranges = np.asarray(scan_in.ranges, np.float64)
-        longest = scan_in.range_max if range_cutoff < 0 else min(range_cutoff, scan_in.range_max)
-        valid = np.flatnonzero((ranges >= scan_in.range_min) & (ranges < longest))
+        max_range = scan_in.range_max if range_cutoff < 0 else min(range_cutoff, scan_in.range_max)
+        valid = np.flatnonzero((ranges >= scan_in.range_min) & (ranges < max_range))
         distance = ranges[valid]
-        cosine, sine = self._beams(len(ranges), scan_in)[:, valid]
+        cosine, sine = self._beam_directions(len(ranges), scan_in)[:, valid]
         option = self.ChannelOption
         columns: list[tuple[str, int, Any]] = [("x", _FLOAT, distance * cosine), ("y", _FLOAT, distance * sine)]
         columns.append(("z", _FLOAT, 0.0))
@@ -68,26 +68,28 @@ class LaserProjection:
             columns.append(("stamps", _FLOAT, valid * scan_in.time_increment))
         if channel_options & option.VIEWPOINT:
             columns += [(name, _FLOAT, 0.0) for name in ("vp_x", "vp_y", "vp_z")]
-        out = np.zeros(len(valid), [(name, "<f4" if kind == _FLOAT else "<i4") for name, kind, _ in columns])
+        points = np.zeros(
+            len(valid), [(name, "<f4" if data_type == _FLOAT else "<i4") for name, data_type, _ in columns]
+        )
         for name, _, values in columns:
-            out[name] = values
+            points[name] = values
         return PointCloud2(
             header=scan_in.header,
             height=1,
-            width=len(out),
-            fields=[PointField(name, 4 * place, kind, 1) for place, (name, kind, _) in enumerate(columns)],
+            width=len(points),
+            fields=[PointField(name, 4 * index, data_type, 1) for index, (name, data_type, _) in enumerate(columns)],
             is_dense=False,
             is_bigendian=False,
-            point_step=out.itemsize,
-            row_step=out.nbytes,
-            data=out.tobytes(),
+            point_step=points.itemsize,
+            row_step=points.nbytes,
+            data=points.tobytes(),
         )
 
-    def _beams(self, count: int, scan: Any) -> Any:
+    def _beam_directions(self, count: int, scan: Any) -> Any:
         """Return cosine and sine of each beam (2, count)."""
         shape = (count, scan.angle_min, scan.angle_increment)
-        if shape != self._shape:
+        if shape != self._cached_shape:
             angles = scan.angle_min + np.arange(count) * scan.angle_increment
             self._directions = np.array((np.cos(angles), np.sin(angles)))
-            self._shape = shape
+            self._cached_shape = shape
         return self._directions

@@ -34,8 +34,8 @@ class SimpleFilter:
 
     def signalMessage(self, *msg: Any) -> None:
         """Pass messages to the callbacks."""
-        for callback, further in list(self.callbacks.values()):
-            callback(*msg, *further)
+        for callback, extra_args in list(self.callbacks.values()):
+            callback(*msg, *extra_args)
 
 
 class Subscriber(SimpleFilter):
@@ -64,12 +64,12 @@ class Subscriber(SimpleFilter):
         return getattr(self.sub, key)
 
 
-def _stamp(message: Any, headerless: bool) -> Any:
+def _stamp(message: Any, allow_headerless: bool) -> Any:
     """Return the stamp of a message; None, with a warning, if it has none and headerless messages are not allowed."""
     stamp = getattr(getattr(message, "header", None), "stamp", None)
-    if stamp is None and not headerless:
+    if stamp is None and not allow_headerless:
         rospy.logwarn(_NO_HEADER)
-    return rospy.Time.now() if stamp is None and headerless else stamp
+    return rospy.Time.now() if stamp is None and allow_headerless else stamp
 
 
 class Cache(SimpleFilter):
@@ -96,7 +96,7 @@ class Cache(SimpleFilter):
         self.incoming_connection = f.registerCallback(self.add)
 
     def add(self, msg: Any) -> None:
-        """Take a message."""
+        """Store a message, and pass it on."""
         stamp = _stamp(msg, self.allow_headerless)
         if stamp is None:
             return
@@ -106,22 +106,22 @@ class Cache(SimpleFilter):
             del self.cache_msgs[0], self.cache_times[0]
         self.signalMessage(msg)
 
-    def _where(self, wanted: Callable[[Any], bool]) -> list[Any]:
-        return [msg for msg, stamp in zip(self.cache_msgs, self.cache_times, strict=False) if wanted(stamp)]
+    def _select(self, condition: Callable[[Any], bool]) -> list[Any]:
+        return [msg for msg, stamp in zip(self.cache_msgs, self.cache_times, strict=False) if condition(stamp)]
 
     def getInterval(self, from_stamp: Any, to_stamp: Any) -> list[Any]:
         """Return the messages with stamps in a closed interval."""
         if from_stamp > to_stamp:
             raise AssertionError
-        return self._where(lambda stamp: from_stamp <= stamp <= to_stamp)
+        return self._select(lambda stamp: from_stamp <= stamp <= to_stamp)
 
     def getElemAfterTime(self, stamp: Any) -> Any:
         """Return the first message with this or a later stamp; None if there is none."""
-        return next(iter(self._where(lambda each: each >= stamp)), None)
+        return next(iter(self._select(lambda each: each >= stamp)), None)
 
     def getElemBeforeTime(self, stamp: Any) -> Any:
         """Return the last message with this or an earlier stamp; None if there is none."""
-        return next(reversed(self._where(lambda each: each <= stamp)), None)
+        return next(reversed(self._select(lambda each: each <= stamp)), None)
 
     def getLatestTime(self) -> Any:
         """Return the stamp of the last message; None if there is none."""
@@ -151,7 +151,7 @@ class TimeSynchronizer(SimpleFilter):
 
     Attributes:
         queues: for each filter, stamp -> message.
-        latest_stamps: with ``reset``, when the last message of each filter arrived.
+        latest_stamps: with ``reset``, the time at which each filter's last message arrived.
     """
 
     def __init__(self, fs: Sequence[SimpleFilter], queue_size: int, reset: bool = False) -> None:
@@ -161,13 +161,13 @@ class TimeSynchronizer(SimpleFilter):
         self.enable_reset = reset
         self.connectInput(fs)
 
-    def _matcher(self, count: int) -> ExactTime:
+    def _make_synchronizer(self, count: int) -> ExactTime:
         return ExactTime(count, self.queue_size)
 
     def connectInput(self, fs: Sequence[SimpleFilter]) -> None:
         """Connect to filters, with empty queues."""
-        self._match = self._matcher(len(fs))
-        self.queues = self._match.queues
+        self._synchronizer = self._make_synchronizer(len(fs))
+        self.queues = self._synchronizer.queues
         self.latest_stamps = [rospy.Time(0) for _ in fs]
         self.input_connections = [
             f.registerCallback(self.add, queue, index)
@@ -184,20 +184,24 @@ class TimeSynchronizer(SimpleFilter):
         """
         self._add(msg.header.stamp, msg, my_queue, my_queue_index)
 
-    def _add(self, stamp: Any, msg: Any, queue: dict[Any, Any], given: int | None) -> None:
-        index = given if given is not None else next(i for i, each in enumerate(self.queues) if each is queue)
+    def _add(self, stamp: Any, msg: Any, queue: dict[Any, Any], given_index: int | None) -> None:
+        index = (
+            given_index if given_index is not None else next(i for i, each in enumerate(self.queues) if each is queue)
+        )
         with self.lock:
             now = rospy.Time.now()
-            complete = self._in_order(now, queue, given)
-            self._match.queue_size = self.queue_size  # programs may change it
-            self._match.keep(index, stamp, msg)
-            self._look_at_time(now)
-            if complete:
-                for messages in self._match.complete(index, stamp):
+            may_match = self._record_arrival(now, queue, given_index)
+            self._synchronizer.queue_size = self.queue_size  # programs may change it
+            self._synchronizer.keep(index, stamp, msg)
+            self._check_time_jump(now)
+            if may_match:
+                for messages in self._synchronizer.complete(index, stamp):
                     self.signalMessage(*messages)
 
-    def _in_order(self, now: Any, queue: dict[Any, Any], index: int | None) -> bool:
-        """Record when a message arrived; return False if old messages from before a jump forbid matching sets yet."""
+    def _record_arrival(self, now: Any, queue: dict[Any, Any], index: int | None) -> bool:
+        """Record when a message arrived; return False if sets cannot be matched yet, because of messages from before a
+        jump.
+        """
         if not self.enable_reset or rospy.rostime.is_wallclock():
             return True
         if index is not None:
@@ -207,8 +211,8 @@ class TimeSynchronizer(SimpleFilter):
             self.latest_stamps[index] = now
         return bool(max(self.latest_stamps) == now)
 
-    def _look_at_time(self, now: Any) -> None:
-        """Handle a jump of any clock."""
+    def _check_time_jump(self, now: Any) -> None:
+        """Handle a backward jump of the clock."""
 
 
 class ApproximateTimeSynchronizer(TimeSynchronizer):
@@ -233,7 +237,7 @@ class ApproximateTimeSynchronizer(TimeSynchronizer):
         self.last_added = rospy.Time()
         super().__init__(fs, queue_size, reset)
 
-    def _matcher(self, count: int) -> ExactTime:
+    def _make_synchronizer(self, count: int) -> ExactTime:
         return ApproximateTime(count, self.queue_size, self.slop.to_sec())
 
     def add(self, msg: Any, my_queue: dict[Any, Any], my_queue_index: int | None = None) -> None:
@@ -242,7 +246,7 @@ class ApproximateTimeSynchronizer(TimeSynchronizer):
         if stamp is not None:
             self._add(stamp, msg, my_queue, my_queue_index)
 
-    def _look_at_time(self, now: Any) -> None:
+    def _check_time_jump(self, now: Any) -> None:
         if now < self.last_added:
             rospy.loginfo("ApproximateTimeSynchronizer: Detected jump back in time. Clearing buffer.")
             for queue in self.queues:

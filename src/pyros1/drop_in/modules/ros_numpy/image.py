@@ -1,4 +1,4 @@
-"""Images."""
+"""Converts images to numpy arrays, and back."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import sys
 from typing import Any
 
 import numpy as np
-from cv_bridge.encodings import encoding as _encoding
+from cv_bridge.encodings import find_encoding
 
 from pyros1.drop_in.missing import missing
 from pyros1.msgs.sensor_msgs.msg import Image
@@ -17,7 +17,7 @@ __getattr__ = missing(__name__)
 
 @converts_to_numpy(Image)
 def image_to_numpy(msg: Any) -> Any:
-    """Return an image: shape (height, width), or (height, width, channels) if there are several.
+    """Convert an image to an array of shape (height, width), or (height, width, channels) if there are several.
 
     Raises:
         TypeError: the encoding is unknown.
@@ -38,17 +38,17 @@ def numpy_to_image(arr: Any, encoding: str) -> Any:
     Raises:
         TypeError: the encoding is unknown, or the array has a wrong type.
     """
-    wanted = _encoding(encoding)
-    if wanted.dtype != arr.dtype.name or wanted.channels != (1 if arr.ndim < 3 else arr.shape[2]):
+    expected = find_encoding(encoding)
+    if expected.dtype != arr.dtype.name or expected.channels != (1 if arr.ndim < 3 else arr.shape[2]):
         raise TypeError(f"Array type {arr.dtype.name} with shape {arr.shape} does not fit the encoding {encoding}")
     data = np.ascontiguousarray(arr)
-    big = data.dtype.byteorder == ">" or (data.dtype.byteorder == "=" and sys.byteorder == "big")
+    is_big_endian = data.dtype.byteorder == ">" or (data.dtype.byteorder == "=" and sys.byteorder == "big")
     height, width = arr.shape[:2]
     return Image(
         height=height,
         width=width,
         encoding=encoding,
-        is_bigendian=int(big),
-        step=width * wanted.channels * data.itemsize,
+        is_bigendian=int(is_big_endian),
+        step=width * expected.channels * data.itemsize,
         data=data.tobytes(),
     )

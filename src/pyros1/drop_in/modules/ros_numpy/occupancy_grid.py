@@ -1,4 +1,4 @@
-"""Maps."""
+"""Converts maps to numpy arrays, and back."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def numpy_to_occupancy_grid(arr: Any, info: Any = None) -> Any:
 
     Args:
         arr: array of int8 of shape (height, width); masked cells are unknown.
-        info: its origin and resolution; None: default values.
+        info: the map's origin and resolution; None for default values.
 
     Raises:
         TypeError: the array has a wrong shape or type.

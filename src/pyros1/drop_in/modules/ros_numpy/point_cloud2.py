@@ -1,4 +1,4 @@
-"""Point clouds as arrays whose elements have the cloud's fields."""
+"""Converts point clouds to arrays whose elements have the cloud's fields, and back."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from ros_numpy.registry import converts_from_numpy, converts_to_numpy
 
 DUMMY_FIELD_PREFIX = "__"
 """Prefix of the names of fields that only fill gaps."""
-_LARGEST = 1 << 16
+_MAX_POINT_SIZE = 1 << 16
 """Maximum number of bytes of a point in an empty cloud."""
 type_mappings: list[tuple[int, Any]] = [
     (PointField.INT8, np.dtype("int8")),
@@ -39,37 +39,38 @@ def fields_to_dtype(fields: Sequence[Any], point_step: int, is_bigendian: bool =
 
     Args:
         fields: the cloud's fields.
-        point_step: bytes of a point.
-        is_bigendian: order of the bytes.
+        point_step: number of bytes per point.
+        is_bigendian: whether numbers are big-endian.
 
     Returns:
-        (name, type) of each field, or (name, type, shape); padding is fields whose names begin with two underscores.
+        (name, type) of each field, or (name, type, shape); gaps are filled with fields whose names begin with two
+        underscores.
     """
-    found: list[tuple[Any, ...]] = []
+    types: list[tuple[Any, ...]] = []
     end = 0
     for field in sorted(fields, key=lambda each: each.offset):
         while end < field.offset:
-            found.append((f"{DUMMY_FIELD_PREFIX}{end}", np.uint8))
+            types.append((f"{DUMMY_FIELD_PREFIX}{end}", np.uint8))
             end += 1
-        kind = pftype_to_nptype[field.datatype].newbyteorder(">" if is_bigendian else "<")
-        found.append((field.name, kind) if field.count == 1 else (field.name, kind, (field.count,)))
+        dtype = pftype_to_nptype[field.datatype].newbyteorder(">" if is_bigendian else "<")
+        types.append((field.name, dtype) if field.count == 1 else (field.name, dtype, (field.count,)))
         end += pftype_sizes[field.datatype] * field.count
-    found += [(f"{DUMMY_FIELD_PREFIX}{place}", np.uint8) for place in range(end, point_step)]
-    return found
+    types += [(f"{DUMMY_FIELD_PREFIX}{offset}", np.uint8) for offset in range(end, point_step)]
+    return types
 
 
 @converts_from_numpy(PointField, plural=True)
 def dtype_to_fields(dtype: Any) -> list[Any]:
     """Convert a numpy structured type to the fields of a cloud."""
-    found = []
+    fields = []
     for name in dtype.names:
-        inner, offset = dtype.fields[name][:2]
-        count, shape = 1, inner.shape
-        if inner.subdtype:
-            inner, shape = inner.subdtype
+        field_type, offset = dtype.fields[name][:2]
+        count, shape = 1, field_type.shape
+        if field_type.subdtype:
+            field_type, shape = field_type.subdtype
             count = int(np.prod(shape))
-        found.append(PointField(name, offset, nptype_to_pftype[inner.newbyteorder("=")], count))
-    return found
+        fields.append(PointField(name, offset, nptype_to_pftype[field_type.newbyteorder("=")], count))
+    return fields
 
 
 @converts_to_numpy(PointCloud2)
@@ -83,20 +84,20 @@ def pointcloud2_to_array(cloud_msg: Any, squeeze: bool = True) -> Any:
     Raises:
         ValueError: data, points and fields are inconsistent.
     """
-    shape, point = (cloud_msg.height, cloud_msg.width), cloud_msg.point_step
-    step = cloud_msg.row_step or point * cloud_msg.width
+    shape, point_step = (cloud_msg.height, cloud_msg.width), cloud_msg.point_step
+    row_step = cloud_msg.row_step or point_step * cloud_msg.width
     data = cloud_msg.data if isinstance(cloud_msg.data, (bytes, bytearray, memoryview)) else bytes(cloud_msg.data)
     # numpy does not check empty buffers, and creating a data type of gigabytes needs even more memory.
-    if len(data) < step * (shape[0] - 1) + point * shape[1] or step < point * shape[1]:
-        raise ValueError(f"the {len(data)} bytes of the cloud do not fit its size: {shape[0]} rows of {step} bytes")
+    if len(data) < row_step * (shape[0] - 1) + point_step * shape[1] or row_step < point_step * shape[1]:
+        raise ValueError(f"the {len(data)} bytes of the cloud do not fit its size: {shape[0]} rows of {row_step} bytes")
     for field in cloud_msg.fields:
         end = field.offset + field.count * pftype_sizes.get(field.datatype, 0)
-        if end > point:
-            raise ValueError(f"the field {field.name} ends at byte {end} of points that have {point}")
-    if point > max(len(data), _LARGEST):
-        raise ValueError(f"the cloud has points of {point} bytes, but {len(data)} bytes in all")
-    dtype = np.dtype(fields_to_dtype(cloud_msg.fields, point, cloud_msg.is_bigendian))
-    points: Any = np.ndarray(shape, dtype, data, strides=(step, point))
+        if end > point_step:
+            raise ValueError(f"the field {field.name} ends at byte {end} of points that have {point_step}")
+    if point_step > max(len(data), _MAX_POINT_SIZE):
+        raise ValueError(f"the cloud has points of {point_step} bytes, but {len(data)} bytes in all")
+    dtype = np.dtype(fields_to_dtype(cloud_msg.fields, point_step, cloud_msg.is_bigendian))
+    points: Any = np.ndarray(shape, dtype, data, strides=(row_step, point_step))
     points = points[[name for name in dtype.names or () if not name.startswith(DUMMY_FIELD_PREFIX)]]
     return points.reshape(cloud_msg.width) if squeeze and cloud_msg.height == 1 else points
 
@@ -108,7 +109,7 @@ def array_to_pointcloud2(cloud_arr: Any, stamp: Any = None, frame_id: str | None
     Args:
         cloud_arr: array of shape (width,) or (height, width).
         stamp: time of the cloud.
-        frame_id: its frame.
+        frame_id: frame of the cloud.
     """
     cloud_arr = np.atleast_2d(cloud_arr)
     message = PointCloud2()
@@ -131,10 +132,10 @@ def merge_rgb_fields(cloud_arr: Any) -> Any:
     """Return an array with the fields r, g and b merged into ``rgb``, a float32 whose bits contain them."""
     r, g, b = (np.asarray(cloud_arr[name], dtype=np.uint32) for name in "rgb")
     rgb = ((r << 16) | (g << 8) | b).view(np.float32)
-    kept = [name for name in cloud_arr.dtype.names if name not in ("r", "g", "b")]
-    dtype = [(name, cloud_arr.dtype.fields[name][0]) for name in kept]
+    kept_names = [name for name in cloud_arr.dtype.names if name not in ("r", "g", "b")]
+    dtype = [(name, cloud_arr.dtype.fields[name][0]) for name in kept_names]
     result = np.zeros(cloud_arr.shape, np.dtype([*dtype, ("rgb", np.float32)]))
-    for name in kept:
+    for name in kept_names:
         result[name] = cloud_arr[name]
     result["rgb"] = rgb
     return result
@@ -143,10 +144,10 @@ def merge_rgb_fields(cloud_arr: Any) -> Any:
 def split_rgb_field(cloud_arr: Any) -> Any:
     """Return an array with the field ``rgb``, whose bits contain three colours, split into r, g and b."""
     rgb = np.ascontiguousarray(cloud_arr["rgb"]).view(np.uint32)
-    kept = [name for name in cloud_arr.dtype.names if name != "rgb"]
-    dtype = [(name, cloud_arr.dtype.fields[name][0]) for name in kept]
+    kept_names = [name for name in cloud_arr.dtype.names if name != "rgb"]
+    dtype = [(name, cloud_arr.dtype.fields[name][0]) for name in kept_names]
     result = np.zeros(cloud_arr.shape, np.dtype([*dtype, *((color, np.uint8) for color in "rgb")]))
-    for name in kept:
+    for name in kept_names:
         result[name] = cloud_arr[name]
     for color, shift in (("r", 16), ("g", 8), ("b", 0)):
         result[color] = (rgb >> shift) & 255
@@ -162,11 +163,11 @@ def get_xyz_points(cloud_array: Any, remove_nans: bool = True, dtype: Any = floa
         dtype: type of the numbers.
     """
     if remove_nans:
-        whole = np.isfinite(cloud_array["x"]) & np.isfinite(cloud_array["y"]) & np.isfinite(cloud_array["z"])
-        cloud_array = cloud_array[whole]
+        is_finite = np.isfinite(cloud_array["x"]) & np.isfinite(cloud_array["y"]) & np.isfinite(cloud_array["z"])
+        cloud_array = cloud_array[is_finite]
     points = np.zeros((*cloud_array.shape, 3), dtype=dtype)
-    for place, name in enumerate("xyz"):
-        points[..., place] = cloud_array[name]
+    for column, name in enumerate("xyz"):
+        points[..., column] = cloud_array[name]
     return points
 
 

@@ -23,21 +23,21 @@ def converts_to_numpy(msgtype: Any, plural: bool = False) -> Callable[[_F], _F]:
         plural: whether it takes a list of messages.
     """
 
-    def keep(function: _F) -> _F:
+    def register(function: _F) -> _F:
         _to_numpy[msgtype._type, plural] = function
         return function
 
-    return keep
+    return register
 
 
 def converts_from_numpy(msgtype: Any, plural: bool = False) -> Callable[[_F], _F]:
-    """Return a decorator for a function that converts an array to a message; arguments as above."""
+    """Return a decorator for a function that converts an array to a message; see `converts_to_numpy`."""
 
-    def keep(function: _F) -> _F:
+    def register(function: _F) -> _F:
         _from_numpy[msgtype._type, plural] = function
         return function
 
-    return keep
+    return register
 
 
 def numpify(msg: Any, *args: Any, **kwargs: Any) -> Any:
@@ -45,7 +45,7 @@ def numpify(msg: Any, *args: Any, **kwargs: Any) -> Any:
 
     Args:
         msg: the message or the list.
-        *args, **kwargs: for the function that converts it.
+        *args, **kwargs: further arguments of the function that converts it.
 
     Raises:
         ValueError: there is no such function, or the list is empty.
@@ -55,11 +55,11 @@ def numpify(msg: Any, *args: Any, **kwargs: Any) -> Any:
     plural = isinstance(msg, (list, tuple))
     if plural and not msg:
         raise ValueError("Cannot determine the type of an empty Collection")
-    kind = (msg[0] if plural else msg)._type
-    function = _to_numpy.get((kind, plural))
+    type_name = (msg[0] if plural else msg)._type
+    function = _to_numpy.get((type_name, plural))
     if function is None:
-        known = ", ".join(name + ("[]" if many else "") for name, many in _to_numpy)
-        raise ValueError(f"Unable to convert message {kind}{'[]' if plural else ''} - only supports {known}")
+        known = ", ".join(name + ("[]" if is_list else "") for name, is_list in _to_numpy)
+        raise ValueError(f"Unable to convert message {type_name}{'[]' if plural else ''} - only supports {known}")
     return function(msg, *args, **kwargs)
 
 
@@ -69,13 +69,13 @@ def msgify(msg_type: Any, numpy_obj: Any, *args: Any, **kwargs: Any) -> Any:
     Args:
         msg_type: the message's class.
         numpy_obj: the array.
-        *args, **kwargs: for the function that converts it.
+        *args, **kwargs: further arguments of the function that converts it.
 
     Raises:
         ValueError: there is no such function.
     """
     function = _from_numpy.get((msg_type._type, kwargs.pop("plural", False)))
     if function is None:
-        known = ", ".join(name + ("[]" if many else "") for name, many in _from_numpy)
+        known = ", ".join(name + ("[]" if is_list else "") for name, is_list in _from_numpy)
         raise ValueError(f"Unable to build message {msg_type._type} - only supports {known}")
     return function(numpy_obj, *args, **kwargs)

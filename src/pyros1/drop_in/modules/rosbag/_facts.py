@@ -34,7 +34,7 @@ from rosbag._parts import (
     stock_errors,
 )
 
-_UNLIKE = frozenset(
+_MISSING_NAMES = frozenset(
     [
         "_buffer",
         "_chunk_count",
@@ -58,9 +58,9 @@ _UNLIKE = frozenset(
 
 
 class Facts:
-    """Base class of `rosbag.bag.Bag`."""
+    """Base class of `rosbag.bag.Bag`: information about messages and about the index."""
 
-    __getattr__ = members("rosbag.Bag", "see get_type_and_topic_info, read_messages and pyros1.bag", _UNLIKE)
+    __getattr__ = members("rosbag.Bag", "see get_type_and_topic_info, read_messages and pyros1.bag", _MISSING_NAMES)
 
     _file: Any
     _compression: str
@@ -77,10 +77,10 @@ class Facts:
     def get_compression_info(self) -> Any:
         """Return the compression of most chunks, and their total size in bytes before and after compression."""
         headers = list(self._chunk_headers.values())
-        sizes = sum(each.uncompressed_size for each in headers), sum(each.compressed_size for each in headers)
-        names = [each.compression for each in headers]
-        most = max(names, key=lambda name: (names.count(name), name), default=self._compression)
-        return CompressionTuple(most, *sizes)
+        sizes = sum(header.uncompressed_size for header in headers), sum(header.compressed_size for header in headers)
+        names = [header.compression for header in headers]
+        most_common = max(names, key=lambda name: (names.count(name), name), default=self._compression)
+        return CompressionTuple(most_common, *sizes)
 
     def get_message_count(self, topic_filters: Any = None) -> int:
         """Return the number of messages on some topics, or on all."""
@@ -90,17 +90,17 @@ class Facts:
 
     def get_start_time(self) -> float:
         """Return the time of the first message in seconds; raise ROSBagException if there are no messages."""
-        return self._end_of(0) / NS
+        return self._boundary_time(0) / NS
 
     def get_end_time(self) -> float:
         """Return the time of the last message in seconds; raise ROSBagException if there are no messages."""
-        return self._end_of(-1) / NS
+        return self._boundary_time(-1) / NS
 
-    def _end_of(self, number: int) -> int:
+    def _boundary_time(self, index: int) -> int:
         chunks = self._reader.chunks
         if not chunks:
             raise ROSBagException("Bag contains no message")
-        return chunks[number].end if number else chunks[0].start  # in the order of the file, like in stock
+        return chunks[index].end if index else chunks[0].start  # in the order of the file, like in stock
 
     def get_type_and_topic_info(self, topic_filters: Any = None) -> Any:
         """Return types with their md5 sums, and topics with type, number of messages and connections, and frequency.
@@ -109,17 +109,22 @@ class Facts:
             topic_filters: the topics to include: one name or a list; None means all.
         """
         with self._any_reader() as reader:
-            used = {conn for chunk in reader.chunks for conn in chunk.counts}
-            infos = [info_of(each) for number, each in reader.connections.items() if number in used]
+            used_connections = {conn for chunk in reader.chunks for conn in chunk.counts}
+            infos = [
+                info_of(connection) for number, connection in reader.connections.items() if number in used_connections
+            ]
             names = [info.topic for info in infos] if topic_filters is None else topic_filters
             groups = {}
             for name in set(names if isinstance(names, list) else [names]):
-                ids = [info.id for info in _named(infos, name)]
+                ids = [info.id for info in _select_connections(infos, name)]
                 if ids:
                     groups[name] = ids
-            found = summarize_topics(reader, groups, frequencies=True)
+            summaries = summarize_topics(reader, groups, frequencies=True)
         types = {info.datatype: info.md5sum for info in reversed(infos)}
-        topics = {each.name: TopicTuple(each.type, each.messages, each.connections, each.frequency) for each in found}
+        topics = {
+            summary.name: TopicTuple(summary.type, summary.messages, summary.connections, summary.frequency)
+            for summary in summaries
+        }
         return TypesAndTopicsTuple(dict(sorted(types.items())), topics)
 
     @contextmanager
@@ -127,7 +132,7 @@ class Facts:
         """Yield the reader; for a closed bag, a reader of the file, which is opened again."""
         with stock_errors():
             if self._file:
-                with self._readers.lend(lambda: self._reader) as reader:  # which another thread may replace
+                with self._readers.lend(lambda: self._reader) as reader:  # another thread may replace the reader
                     yield reader
             else:
                 with BagReader(self._target) as reader:
@@ -157,7 +162,7 @@ class Facts:
 
     @property
     def _connections(self) -> dict[int, _ConnectionInfo]:
-        return {number: info_of(each) for number, each in self._reader.connections.items()}
+        return {number: info_of(connection) for number, connection in self._reader.connections.items()}
 
     @property
     def _chunks(self) -> list[_ChunkInfo]:
@@ -177,7 +182,7 @@ class Facts:
         return sum(header.uncompressed_size for header in self._chunk_headers.values())
 
     def _get_connections(self, topics: Any = None, connection_filter: Callable[..., bool] | None = None) -> Any:
-        for info in _named(self._connections.values(), topics):
+        for info in _select_connections(self._connections.values(), topics):
             if connection_filter and not connection_filter(
                 info.topic, info.datatype, info.md5sum, info.msg_def, info.header
             ):
@@ -185,13 +190,16 @@ class Facts:
             yield info
 
     def _get_indexes(self, connections: Any) -> list[list[_IndexEntry200]]:
-        found: dict[int, list[Any]] = {number: [] for number in self._reader.connections}
+        entries_by_connection: dict[int, list[Any]] = {number: [] for number in self._reader.connections}
         with self._readers.lend(lambda: self._reader) as reader:
             for entry in reader.entries():
-                if entry.conn in found:
-                    found[entry.conn].append(entry)
-        ids = list(found) if connections is None else [each.id for each in connections]
-        return [[entry_of(entry) for entry in sorted(found[number], key=lambda entry: entry.time)] for number in ids]
+                if entry.conn in entries_by_connection:
+                    entries_by_connection[entry.conn].append(entry)
+        ids = list(entries_by_connection) if connections is None else [info.id for info in connections]
+        return [
+            [entry_of(entry) for entry in sorted(entries_by_connection[number], key=lambda entry: entry.time)]
+            for number in ids
+        ]
 
     def _get_entries(self, connections: Any = None, start_time: Any = None, end_time: Any = None) -> Iterator[Any]:
         for entry in heapq.merge(*self._get_indexes(connections), key=lambda entry: entry.time):
@@ -219,13 +227,13 @@ class Facts:
         return next((entry for entry in self._get_entries(connections, t) if entry.time > t), None)
 
 
-def _named(infos: Iterable[_ConnectionInfo], topics: Any) -> Iterator[_ConnectionInfo]:
+def _select_connections(infos: Iterable[_ConnectionInfo], topics: Any) -> Iterator[_ConnectionInfo]:
     """Yield the connections of one or several topics, or of all if none is given. Repeated and trailing slashes in the
     names do not matter.
     """
-    wanted = {*map(canonicalize_name, [topics] if isinstance(topics, str) else topics)} if topics else None
+    selected_topics = {*map(canonicalize_name, [topics] if isinstance(topics, str) else topics)} if topics else None
     for info in infos:
-        if wanted is None or canonicalize_name(info.topic) in wanted:
+        if selected_topics is None or canonicalize_name(info.topic) in selected_topics:
             yield info
 
 
@@ -236,23 +244,23 @@ class ComparableMixin:
     _cmpkey: Callable[[], Any]
 
     def __lt__(self, other: Any) -> bool:
-        return self._compared(other, operator.lt)
+        return self._compare(other, operator.lt)
 
     def __le__(self, other: Any) -> bool:
-        return self._compared(other, operator.le)
+        return self._compare(other, operator.le)
 
     def __eq__(self, other: object) -> bool:
-        return self._compared(other, operator.eq)
+        return self._compare(other, operator.eq)
 
     def __ge__(self, other: Any) -> bool:
-        return self._compared(other, operator.ge)
+        return self._compare(other, operator.ge)
 
     def __gt__(self, other: Any) -> bool:
-        return self._compared(other, operator.gt)
+        return self._compare(other, operator.gt)
 
-    __hash__ = None  # type: ignore[assignment]  # as stock's: the key can change
+    __hash__ = None  # type: ignore[assignment]  # as in stock: the key can change
 
-    def _compared(self, other: Any, how: Callable[[Any, Any], bool]) -> bool:
+    def _compare(self, other: Any, operation: Callable[[Any, Any], bool]) -> bool:
         if not (callable(getattr(self, "_cmpkey", None)) and callable(getattr(other, "_cmpkey", None))):
             return NotImplemented
-        return how(self._cmpkey(), other._cmpkey())
+        return operation(self._cmpkey(), other._cmpkey())

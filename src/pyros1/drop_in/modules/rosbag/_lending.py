@@ -22,10 +22,10 @@ class Lending:
         self._retired: list[BagReader] = []
 
     @contextmanager
-    def lend(self, present: Callable[[], BagReader]) -> Iterator[BagReader]:
+    def lend(self, get_reader: Callable[[], BagReader]) -> Iterator[BagReader]:
         """Lend the current reader, which a function returns, to an iterator."""
         with self._lock:
-            reader = present()
+            reader = get_reader()
             self._lent.append(reader)
         try:
             yield reader

@@ -15,14 +15,14 @@ from pyros1.msgs.base import message_class
 from rosbag._parts import BagMessage, BagMessageWithConnectionHeader, ROSBagException
 
 
-def result(info: Any, message: Any, stamp: Any, headers: bool) -> Any:
+def make_result(info: Any, message: Any, stamp: Any, with_header: bool) -> Any:
     """Return a message in the form that `read_messages` yields."""
-    if headers:
+    if with_header:
         return BagMessageWithConnectionHeader(info.topic, message, stamp, info.header)
     return BagMessage(info.topic, message, stamp)
 
 
-def limit(time: Any) -> int | None:
+def to_nanoseconds(time: Any) -> int | None:
     """Return a time in nanoseconds; raise TypeError, as comparisons do, if it is not a time."""
     if time is None:
         return None
@@ -32,38 +32,38 @@ def limit(time: Any) -> int | None:
     return nanoseconds
 
 
-def decoder(cls: Any) -> Callable[[bytes, int, int], Any]:
+def find_decoder(cls: Any) -> Callable[[bytes, int, int], Any]:
     """Return the function that decodes messages of a class: that of pyros1, or a function set by the program."""
-    own = getattr(cls, "_decode", None)
-    return own if own is not None else lambda data, start, end: cls().deserialize(data[start:end])
+    class_decoder = getattr(cls, "_decode", None)
+    return class_decoder if class_decoder is not None else lambda data, start, end: cls().deserialize(data[start:end])
 
 
-def encoder(cls: Any) -> Callable[[Any], bytes]:
+def find_encoder(cls: Any) -> Callable[[Any], bytes]:
     """Return the function that encodes messages of a class: that of pyros1, or the class's own ``serialize``."""
     if getattr(cls, "serialize", None) is Message.serialize:
-        made: Any = message_class(cls)
-        encode: Callable[[Any], bytes] = made._encode
+        our_class: Any = message_class(cls)
+        encode: Callable[[Any], bytes] = our_class._encode
         return encode
 
-    def written(message: Any) -> bytes:
+    def serialize(message: Any) -> bytes:
         buffer = io.BytesIO()
         message.serialize(buffer)
         return buffer.getvalue()
 
-    return written
+    return serialize
 
 
-def header_fields(topic: str, kind: str, md5sum: str, cls: Any) -> dict[str, str]:
+def header_fields(topic: str, type_name: str, md5sum: str, cls: Any) -> dict[str, str]:
     """Return the connection header of a topic; raise ROSBagException if the class is required but unknown."""
     if cls is None:
         from roslib.message import get_message_class
 
-        cls = get_message_class(kind)
+        cls = get_message_class(type_name)
         if cls is None:
-            raise ROSBagException(f"cannot locate message class and no message class provided for [{kind}]")
+            raise ROSBagException(f"cannot locate message class and no message class provided for [{type_name}]")
     if md5sum not in (cls._md5sum, "*"):
-        print(f"WARNING: md5sum of loaded type [{kind}] does not match that specified", file=sys.stderr)
-    return {"topic": topic, "type": kind, "md5sum": md5sum, "message_definition": cls._full_text}
+        print(f"WARNING: md5sum of loaded type [{type_name}] does not match that specified", file=sys.stderr)
+    return {"topic": topic, "type": type_name, "md5sum": md5sum, "message_definition": cls._full_text}
 
 
 def version_of(file: Any) -> int:
@@ -73,8 +73,8 @@ def version_of(file: Any) -> int:
     file.seek(0)
     if not line:
         raise ROSBagException("empty file")
-    found = FIRST_LINE_PATTERN.match(line)
-    if found is None:
+    match = FIRST_LINE_PATTERN.match(line)
+    if match is None:
         raise ROSBagException("This does not appear to be a bag file")
-    major, minor = map(int, found.groups())
+    major, minor = map(int, match.groups())
     return 100 * major + minor

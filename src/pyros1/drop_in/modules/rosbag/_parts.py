@@ -44,7 +44,7 @@ class ROSBagFormatException(ROSBagException):
 
 
 class ROSBagUnindexedException(ROSBagException):
-    """The bag was not closed."""
+    """The bag has no index because it was not closed."""
 
     def __init__(self, *args: Any) -> None:
         super().__init__("Unindexed bag")
@@ -65,7 +65,7 @@ class ROSBagEncryptException(ROSBagException):
 
 
 class Compression:
-    """Names of compressions."""
+    """Names of the compression methods."""
 
     NONE = "none"
     BZ2 = "bz2"
@@ -74,7 +74,7 @@ class Compression:
 
 @contextmanager
 def stock_errors() -> Iterator[None]:
-    """Convert exceptions of pyros1 to those of rosbag."""
+    """Convert the exceptions of pyros1 that a ``with`` block raises to those of rosbag."""
     try:
         yield
     except UnindexedError as error:
@@ -87,14 +87,16 @@ def stock_errors() -> Iterator[None]:
 
 # What is returned -----------------------------------------------------------------------------------------------------
 
-_HOME = "rosbag.bag"  # the name under which programs know, print and pickle these classes
-BagMessage = collections.namedtuple("BagMessage", "topic message timestamp", module=_HOME)
+_PUBLIC_MODULE = "rosbag.bag"  # the name under which programs know, print and pickle these classes
+BagMessage = collections.namedtuple("BagMessage", "topic message timestamp", module=_PUBLIC_MODULE)
 BagMessageWithConnectionHeader = collections.namedtuple(
-    "BagMessageWithConnectionHeader", "topic message timestamp connection_header", module=_HOME
+    "BagMessageWithConnectionHeader", "topic message timestamp connection_header", module=_PUBLIC_MODULE
 )
-TopicTuple = collections.namedtuple("TopicTuple", "msg_type message_count connections frequency", module=_HOME)
-TypesAndTopicsTuple = collections.namedtuple("TypesAndTopicsTuple", "msg_types topics", module=_HOME)
-CompressionTuple = collections.namedtuple("CompressionTuple", "compression uncompressed compressed", module=_HOME)
+TopicTuple = collections.namedtuple("TopicTuple", "msg_type message_count connections frequency", module=_PUBLIC_MODULE)
+TypesAndTopicsTuple = collections.namedtuple("TypesAndTopicsTuple", "msg_types topics", module=_PUBLIC_MODULE)
+CompressionTuple = collections.namedtuple(
+    "CompressionTuple", "compression uncompressed compressed", module=_PUBLIC_MODULE
+)
 for _each in (
     Compression,
     ROSBagException,
@@ -103,7 +105,7 @@ for _each in (
     ROSBagEncryptException,
     ROSBagEncryptNotSupportedException,
 ):
-    _each.__module__ = _HOME
+    _each.__module__ = _PUBLIC_MODULE
 
 
 # Classes of messages --------------------------------------------------------------------------------------------------
@@ -153,25 +155,25 @@ class _ConnectionInfo:
         self.id = id
         self.topic = topic
         self.header = header
-        self.datatype = _text(header["type"])
-        self.md5sum = _text(header["md5sum"])
-        self.msg_def = _text(header["message_definition"])
+        self.datatype = _to_text(header["type"])
+        self.md5sum = _to_text(header["md5sum"])
+        self.msg_def = _to_text(header["message_definition"])
 
     def __str__(self) -> str:
         return f"{self.id} on {self.topic}: {self.header!s}"
 
 
-def _text(value: str | bytes) -> str:
+def _to_text(value: str | bytes) -> str:
     return value if isinstance(value, str) else value.decode("utf-8", "surrogateescape")
 
 
 def info_of(connection: Connection) -> _ConnectionInfo:
-    """Return a connection in stock's form."""
+    """Convert a connection to stock's class."""
     return _ConnectionInfo(connection.id, connection.topic, dict(connection.header))
 
 
 class _IndexEntry200:
-    """A message's time, chunk and offset in it."""
+    """A message's time, the position of its chunk, and its offset in the chunk."""
 
     def __init__(self, time: Any, chunk_pos: int, offset: int) -> None:
         self.time = time
@@ -191,7 +193,7 @@ class _IndexEntry200:
 
 
 def entry_of(entry: Entry) -> _IndexEntry200:
-    """Return an entry of the index in stock's form."""
+    """Convert an entry of the index to stock's class."""
     return _IndexEntry200(Time.from_nsec(entry.time), *entry.location)
 
 
@@ -206,7 +208,7 @@ class _ChunkInfo:
 
 
 def chunk_of(chunk: Chunk) -> _ChunkInfo:
-    """Return a chunk in stock's form."""
+    """Convert a chunk to stock's class."""
     info = _ChunkInfo(chunk.pos, Time.from_nsec(chunk.start), Time.from_nsec(chunk.end))
     info.connection_counts = dict(chunk.counts)
     return info
@@ -223,5 +225,5 @@ class _ChunkHeader:
 
 
 def header_of(header: ChunkHeader) -> _ChunkHeader:
-    """Return a chunk's header in stock's form."""
+    """Convert a chunk's header to stock's class."""
     return _ChunkHeader(header.compression, header.stored_size, header.size, header.data_offset)

@@ -16,7 +16,8 @@ class ProgressMeter:
         refresh_rate: seconds between updates of the line.
 
     Attributes:
-        bytes_read: number of bytes processed. elapsed: seconds since the beginning.
+        bytes_read: number of bytes processed.
+        elapsed: seconds since the beginning.
     """
 
     def __init__(self, path: str, bytes_total: int, refresh_rate: float = 1.0) -> None:
@@ -45,13 +46,13 @@ class ProgressMeter:
     def _show(self) -> None:
         done = self.bytes_read / self.bytes_total if self.bytes_total else 1.0
         if self.bytes_read >= self.bytes_total:
-            facts = f"100%{_size(self.bytes_total):>20} {_clock(self.elapsed)}    "
+            status = f"100%{_size_text(self.bytes_total):>20} {_format_duration(self.elapsed)}    "
         else:
-            left = _clock(self.elapsed * (1 / done - 1)) if done else "--:--"
-            facts = f"{int(100 * done):3d}% {_size(self.bytes_read)} / {_size(self.bytes_total)} {left} ETA"
-        width = max(self.terminal_width() - 37, 3)  # beside the facts
+            eta = _format_duration(self.elapsed * (1 / done - 1)) if done else "--:--"
+            status = f"{int(100 * done):3d}% {_size_text(self.bytes_read)} / {_size_text(self.bytes_total)} {eta} ETA"
+        width = max(self.terminal_width() - 37, 3)  # next to the status
         name = self.path if len(self.path) <= width else "..." + (self.path[3 - width :] if width > 3 else "")
-        sys.stdout.write(f"\r {name:<{max(width, 7)}} {facts}")
+        sys.stdout.write(f"\r {name:<{max(width, 7)}} {status}")
         sys.stdout.flush()
 
     @staticmethod
@@ -60,7 +61,7 @@ class ProgressMeter:
         return shutil.get_terminal_size((80, 24)).columns
 
 
-def _size(count: float) -> str:
+def _size_text(count: float) -> str:
     for unit in ("KB", "MB", "GB"):
         count /= 1024
         if count < 1024:
@@ -68,6 +69,6 @@ def _size(count: float) -> str:
     return f"{count / 1024:5.1f} TB"
 
 
-def _clock(seconds: float) -> str:
+def _format_duration(seconds: float) -> str:
     minutes, rest = divmod(int(seconds), 60)
     return f"{minutes:02d}:{rest:02d}"

@@ -11,8 +11,8 @@ from pyros1.bag.format.writer import BagWriter
 from rosbag._parts import ROSBagException
 
 
-def repaired(path: str | None, writer: BagWriter | None, compression: str, threshold: int) -> BagWriter:
-    """Replace a file by one with all of its messages and a new index; return the writer that continues with it.
+def rebuild_index(path: str | None, writer: BagWriter | None, compression: str, threshold: int) -> BagWriter:
+    """Replace a bag's file with one that has all of its messages and a new index; return a writer that appends to it.
 
     Args:
         path: path of the file.
@@ -27,7 +27,7 @@ def repaired(path: str | None, writer: BagWriter | None, compression: str, thres
     if path is None:
         raise ROSBagException("pyros1 reindexes bags in files only, not in file objects")
     with tempfile.TemporaryDirectory(dir=os.path.dirname(os.path.abspath(path))) as folder:
-        part = os.path.join(folder, "part.bag")
-        reindex(path, part)
-        os.replace(part, path)
+        new_path = os.path.join(folder, "part.bag")
+        reindex(path, new_path)
+        os.replace(new_path, path)
     return append(path, compression, threshold)

@@ -13,7 +13,7 @@ from pyros1.bag.format.encryption import ENCRYPTORS, NO_ENCRYPTOR, new_cipher
 from pyros1.bag.format.records import NS
 from pyros1.bag.format.writer import BagWriter
 from pyros1.bag.serialized import SerializedOperations
-from rosbag._messages import encoder, header_fields
+from rosbag._messages import find_encoder, header_fields
 from rosbag._parts import (
     ROSBagEncryptNotSupportedException,
     ROSBagException,
@@ -26,10 +26,11 @@ CLOSED = "I/O operation on closed bag"
 
 
 class Writing:
-    """Base class of `rosbag.bag.Bag`. Callbacks of several topics, and signal handlers, may write simultaneously.
+    """Base class of `rosbag.bag.Bag` that writes messages. Callbacks of several topics, and signal handlers, may write
+    simultaneously.
 
     Args:
-        mode, compression, chunk_threshold: as for the bag.
+        mode, compression, chunk_threshold: see `rosbag.bag.Bag`.
 
     Raises:
         ValueError: an argument is invalid.
@@ -39,7 +40,7 @@ class Writing:
 
     def __init__(self, mode: str, compression: str, chunk_threshold: int) -> None:
         self._mode = mode
-        self._turns = SerializedOperations()
+        self._operations = SerializedOperations()
         self._writer: BagWriter | None = None
         self._check_compression(compression)
         self._check_threshold(chunk_threshold)
@@ -59,7 +60,7 @@ class Writing:
 
     @property
     def compression(self) -> str:
-        """Compression of further chunks."""
+        """Compression of the chunks that are written from now on."""
         return self._compression
 
     @compression.setter
@@ -97,16 +98,16 @@ class Writing:
         """Write a message.
 
         Args:
-            topic: name of its topic.
+            topic: name of the topic.
             msg: the message; with `raw` a tuple of type, bytes, md5 sum and class, as `read_messages` yields it.
             t: genpy.Time of the message; None for the current time.
             raw: whether `msg` is such a tuple.
-            connection_header: header of the topic's connection, for its first message.
+            connection_header: header of the topic's connection; only used for its first message.
 
         Raises:
             ValueError: an argument is invalid, or the bag is closed.
             SerializationError: a value does not fit its field.
-            OSError: the disk is full, ...
+            OSError: the file cannot be written, for example because the disk is full.
         """
         if not self._file:
             raise ValueError(CLOSED)
@@ -122,40 +123,46 @@ class Writing:
             cls = type(msg)
             encode = self._encoders.get(cls)
             if encode is None:
-                encode = self._encoders[cls] = encoder(cls)
-            kind, data, md5sum, key = cls._type, encode(msg), cls._md5sum, (topic, cls)
-            if kind == "*":
+                encode = self._encoders[cls] = find_encoder(cls)
+            type_name, data, md5sum, key = cls._type, encode(msg), cls._md5sum, (topic, cls)
+            if type_name == "*":
                 connection_header = connection_header or getattr(msg, "_connection_header", None)
                 if not connection_header:
                     raise ValueError("msg is an AnyMsg that was not received: its type is not known")
-                kind, md5sum = connection_header["type"], connection_header["md5sum"]
-                key = (topic, kind, md5sum)
+                type_name, md5sum = connection_header["type"], connection_header["md5sum"]
+                key = (topic, type_name, md5sum)
         elif len(msg) in (4, 5):
-            kind, data, md5sum = msg[:3]
-            cls, key = msg[-1], (topic, kind, md5sum)
+            type_name, data, md5sum = msg[:3]
+            cls, key = msg[-1], (topic, type_name, md5sum)
         else:
             raise ValueError("msg must be of length 4 or 5")
-        self._turns.run(self._put, key, (topic, kind, md5sum, cls, connection_header), nanoseconds, data)
+        self._operations.run(
+            self._write_serialized, key, (topic, type_name, md5sum, cls, connection_header), nanoseconds, data
+        )
 
-    def _put(self, key: Any, description: tuple[Any, ...], nanoseconds: int, data: bytes) -> None:
+    def _write_serialized(self, key: Any, description: tuple[Any, ...], nanoseconds: int, data: bytes) -> None:
         if not self._file or self._writer is None:
             raise ValueError(CLOSED)
         conn = self._topic_connections.get(key)
         if conn is None:
-            conn = self._topic_connections[key] = self._connect(*description)
+            conn = self._topic_connections[key] = self._get_connection(*description)
         try:
             self._writer.write(conn, nanoseconds, data)
         except BagError as error:
             raise ROSBagFormatException(str(error)) from error
 
-    def _connect(self, topic: str, kind: str, md5sum: str, cls: Any, header: Any) -> int:
-        """Return the connection of a topic and type; a new one gets that header, or one with the type's definition."""
-        key = (topic, kind, md5sum)
+    def _get_connection(self, topic: str, type_name: str, md5sum: str, cls: Any, header: Any) -> int:
+        """Return the id of the connection for a topic and type. A new connection gets ``header``, or if that is None, a
+        header with the type's definition.
+        """
+        key = (topic, type_name, md5sum)
         conn = self._topic_connections.get(key)
         if conn is None:
             if header is None:
-                header = header_fields(topic, kind, md5sum, cls)
-            fields = {name: each.encode() if isinstance(each, str) else bytes(each) for name, each in header.items()}
+                header = header_fields(topic, type_name, md5sum, cls)
+            fields = {
+                name: value.encode() if isinstance(value, str) else bytes(value) for name, value in header.items()
+            }
             _ConnectionInfo(0, topic, fields)  # raises an error if a field is missing
             assert self._writer is not None
             conn = self._topic_connections[key] = self._writer.add_connection(topic, fields)
@@ -166,10 +173,10 @@ class Writing:
         if not self._file:
             raise ValueError(CLOSED)
         if self._writer is not None:
-            self._turns.run(self._writer.flush)
+            self._operations.run(self._writer.flush)
 
     def set_encryptor(self, encryptor: str | None = None, param: str | None = None) -> None:
-        """Encrypt the bag; call it before the first message is written.
+        """Encrypt the bag; must be called before the first message is written.
 
         Args:
             encryptor: ``rosbag/AesCbcEncryptor``; None or ``rosbag/NoEncryptor`` for a plain bag.

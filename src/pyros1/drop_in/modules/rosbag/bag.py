@@ -20,7 +20,7 @@ from pyros1.bag.info import size_text as _human_readable_size
 from pyros1.drop_in.missing import missing
 from rosbag._facts import ComparableMixin, Facts
 from rosbag._lending import Lending
-from rosbag._messages import decoder, limit, result, version_of
+from rosbag._messages import find_decoder, make_result, to_nanoseconds, version_of
 from rosbag._parts import (
     BagMessage,
     BagMessageWithConnectionHeader,
@@ -42,7 +42,7 @@ from rosbag._parts import (
     info_of,
     stock_errors,
 )
-from rosbag._repairing import repaired
+from rosbag._repairing import rebuild_index
 from rosbag._writing import CLOSED, Writing
 
 found_lz4 = True
@@ -55,8 +55,7 @@ class Bag(Writing, Facts):
 
     Args:
         f: path of the file, or an open binary file, which is closed with the bag.
-        mode: ``r`` reads, ``w`` writes a new bag, ``a`` appends. Bags that are written can be
-            read, too.
+        mode: ``r`` reads, ``w`` writes a new bag, ``a`` appends. Bags that are written can be read, too.
         compression: ``none``, ``bz2`` or ``lz4``.
         chunk_threshold: size in bytes, uncompressed, beyond which a chunk is closed.
         allow_unindexed: whether to open a bag that was not closed; it has no messages until `reindex`.
@@ -94,11 +93,11 @@ class Bag(Writing, Facts):
             raise ValueError(f'mode "{mode}" is invalid')
         self._version = 200
         self._cipher: Any = None
-        path = isinstance(f, (str, os.PathLike))
-        self._filename = os.fspath(f) if path else None
-        self._file = open(f, {"r": "rb", "w": "w+b", "a": "a+b"}[mode]) if path else f  # noqa: SIM115
-        self._known: tuple[int, BagReader] | None = None
-        self._readers = Lending(self._turns.lock)
+        is_path = isinstance(f, (str, os.PathLike))
+        self._filename = os.fspath(f) if is_path else None
+        self._file = open(f, {"r": "rb", "w": "w+b", "a": "a+b"}[mode]) if is_path else f  # noqa: SIM115
+        self._cached_reader: tuple[int, BagReader] | None = None
+        self._readers = Lending(self._operations.lock)
         try:
             with stock_errors():
                 self._open(allow_unindexed)
@@ -123,12 +122,12 @@ class Bag(Writing, Facts):
             if self._mode == "a":
                 self._writer = append(self._target, self._compression, self._chunk_threshold)
             else:
-                self._known = -1, BagReader(self._target)
+                self._cached_reader = -1, BagReader(self._target)
         except UnindexedError:
             if not allow_unindexed:
                 raise
-            self._known = -1, BagReader(self._target, unindexed=True)
-            self._known[1].connections, self._known[1].chunks = {}, []
+            self._cached_reader = -1, BagReader(self._target, unindexed=True)
+            self._cached_reader[1].connections, self._cached_reader[1].chunks = {}, []
 
     def __iter__(self) -> Iterator[Any]:
         return self.read_messages()
@@ -163,9 +162,9 @@ class Bag(Writing, Facts):
             raise ValueError(CLOSED)
         if self._writer is not None:
             return self._writer.size
-        place = self._file.tell()
+        position = self._file.tell()
         size: int = self._file.seek(0, os.SEEK_END)
-        self._file.seek(place)
+        self._file.seek(position)
         return size
 
     # Reading ----------------------------------------------------------------------------------------------------------
@@ -174,16 +173,16 @@ class Bag(Writing, Facts):
     def _reader(self) -> BagReader:
         """The reader of the file."""
         if self._writer is None:
-            assert self._known is not None
-            return self._known[1]
-        with self._turns.lock:
+            assert self._cached_reader is not None
+            return self._cached_reader[1]
+        with self._operations.lock:
             if self._file:
-                self._turns.run(self._writer.flush)
-            state = len(self._writer.chunks)
-            if self._known is None or self._known[0] != state:
-                self._readers.retire(self._known and self._known[1])
-                self._known = state, BagReader(self._target, unfinished_writer=self._writer)
-            return self._known[1]
+                self._operations.run(self._writer.flush)
+            chunk_count = len(self._writer.chunks)
+            if self._cached_reader is None or self._cached_reader[0] != chunk_count:
+                self._readers.retire(self._cached_reader and self._cached_reader[1])
+                self._cached_reader = chunk_count, BagReader(self._target, unfinished_writer=self._writer)
+            return self._cached_reader[1]
 
     def read_messages(
         self,
@@ -212,32 +211,34 @@ class Bag(Writing, Facts):
         infos = {info.id: info for info in self._get_connections(topics, connection_filter)}
         return self._read(infos, start_time, end_time, raw, return_connection_header)
 
-    def _read(self, infos: dict[int, Any], start_time: Any, end_time: Any, raw: bool, headers: bool) -> Iterator[Any]:
-        first, last = limit(start_time), limit(end_time)
+    def _read(
+        self, infos: dict[int, Any], start_time: Any, end_time: Any, raw: bool, with_header: bool
+    ) -> Iterator[Any]:
+        first, last = to_nanoseconds(start_time), to_nanoseconds(end_time)
         ids = infos.keys()
-        ranks = {number: rank for rank, number in enumerate(ids)}  # of messages with the same time
+        ranks = {conn_id: rank for rank, conn_id in enumerate(ids)}  # order of messages with the same time
         decoders: dict[int, Any] = {}
         with self._readers.lend(lambda: self._reader) as reader, stock_errors():
             if raw:
-                for placed in reader.located_messages(ids, first, last, ranks=ranks):
-                    info = infos[placed.connection.id]
-                    message = (info.datatype, placed.data, info.md5sum, placed.location, _get_message_type(info))
-                    yield result(info, message, Time.from_nsec(placed.time), headers)
+                for stored in reader.located_messages(ids, first, last, ranks=ranks):
+                    info = infos[stored.connection.id]
+                    message = (info.datatype, stored.data, info.md5sum, stored.location, _get_message_type(info))
+                    yield make_result(info, message, Time.from_nsec(stored.time), with_header)
                 return
             for connection, nanoseconds, data in reader.messages(ids, first, last, ranks=ranks):
-                number = connection.id
-                decode = decoders.get(number)
+                conn_id = connection.id
+                decode = decoders.get(conn_id)
                 if decode is None:
-                    decode = decoders[number] = decoder(_get_message_type(infos[number]))
+                    decode = decoders[conn_id] = find_decoder(_get_message_type(infos[conn_id]))
                 message = decode(data, 0, len(data))
-                if headers:
-                    yield result(infos[number], message, Time.from_nsec(nanoseconds), headers)
+                if with_header:
+                    yield make_result(infos[conn_id], message, Time.from_nsec(nanoseconds), with_header)
                 else:
                     yield BagMessage(connection.topic, message, Time.from_nsec(nanoseconds))
 
     def close(self) -> None:
         """Close the bag, if it is open."""
-        self._turns.run(self._close)
+        self._operations.run(self._close)
 
     def _close(self) -> None:
         if not self._file:
@@ -245,10 +246,10 @@ class Bag(Writing, Facts):
         try:
             if self._writer is not None:
                 self._writer.close()
-                self._reader.close()  # it still answers queries about the closed bag
+                self._reader.close()  # the reader still answers queries about the closed bag
         finally:
-            if self._known is not None:
-                self._known[1].close()
+            if self._cached_reader is not None:
+                self._cached_reader[1].close()
             file, self._file = self._file, None
             file.close()
 
@@ -268,13 +269,13 @@ class Bag(Writing, Facts):
                 yield from [chunk.pos for chunk in self._reader.chunks]
                 return
             if self._mode == "a":
-                self._writer = repaired(self._filename, self._writer, self._compression, self._chunk_threshold)
+                self._writer = rebuild_index(self._filename, self._writer, self._compression, self._chunk_threshold)
             reader = BagReader(self._target, unindexed=True)
             yield from [chunk.pos for chunk in reader.chunks]
             if self._mode == "a":
                 reader.close()
             else:
-                self._known = -1, reader
+                self._cached_reader = -1, reader
 
     def _read_message(self, position: Any, raw: bool = False, return_connection_header: bool = False) -> Any:
         self.flush()
@@ -283,5 +284,5 @@ class Bag(Writing, Facts):
             info = info_of(stored.connection)
             cls = _get_message_type(info)
             message: Any = (info.datatype, stored.data, info.md5sum, position, cls)
-            message = message if raw else decoder(cls)(stored.data, 0, len(stored.data))
-        return result(info, message, Time.from_nsec(stored.time), return_connection_header)
+            message = message if raw else find_decoder(cls)(stored.data, 0, len(stored.data))
+        return make_result(info, message, Time.from_nsec(stored.time), return_connection_header)

@@ -20,7 +20,7 @@ __getattr__ = missing(
 )
 
 
-_BUILTIN = frozenset([
+_BUILTIN_TYPES = frozenset([
     "int8", "uint8", "int16", "uint16", "int32", "uint32", "int64", "uint64", "float32", "float64", "bool", "char",
     "byte", "string", "time", "duration",
 ])  # fmt: skip
@@ -35,7 +35,7 @@ class Step(NamedTuple):
 
     Attributes:
         old_class: the class of the old definition.
-        new_class: this system's class; None if it has none.
+        new_class: this system's class of the type; None if this system does not have the type.
     """
 
     old_class: Any
@@ -47,7 +47,7 @@ class MessageMigrator(Migrator):
 
     Args:
         input_rule_files: paths of rule files (.bmr).
-        plugins: accepted for compatibility; rules of packages are named by the caller.
+        plugins: accepted for compatibility; the caller also passes the rule files of packages.
     """
 
     def __init__(self, input_rule_files: Sequence[str] = [], plugins: bool = True) -> None:
@@ -56,7 +56,7 @@ class MessageMigrator(Migrator):
             self.read_rules(path)
 
     def lookup_type(self, key: tuple[str, str]) -> Any:
-        """Return the class of a type with an md5 sum, as a rule describes it; None without one."""
+        """Return the class that a rule defines for a type and an md5 sum; None if no rule does."""
         for rule in self.rules.values():
             for cls in (rule.old_class, rule.new_class):
                 if get_message_key(cls) == key:
@@ -85,7 +85,9 @@ class MessageMigrator(Migrator):
 
     def expand_rules(self, rules: Any) -> list[Any]:
         """Return rules, each followed by those that it needs, without repetitions."""
-        return self.filter_rules_unique([each for rule in rules for each in (rule, *self.expand_rules(rule.sub_rules))])
+        return self.filter_rules_unique(
+            [expanded_rule for rule in rules for expanded_rule in (rule, *self.expand_rules(rule.sub_rules))]
+        )
 
     def make_update_rule(self, old_class: Any, new_class: Any) -> type[MessageUpdateRule]:
         """Return the class of a rule between two classes, which must be completed by hand."""
@@ -102,14 +104,14 @@ class MessageMigrator(Migrator):
         Raises:
             BagMigrationException: rules are missing.
         """
-        lacking = self.missing_rules(type(msg_from), type(msg_to))
-        if lacking:
+        missing_steps = self.missing_rules(type(msg_from), type(msg_to))
+        if missing_steps:
             raise BagMigrationException(
                 f"Migrate called, but no valid migration path from [{msg_from._type}] to [{msg_to._type}]"
             )
-        made = self.convert(msg_from, type(msg_to))
+        converted = self.convert(msg_from, type(msg_to))
         for name in msg_to.__slots__:
-            setattr(msg_to, name, getattr(made, name))
+            setattr(msg_to, name, getattr(converted, name))
 
     def migrate_array(self, msg_from_array: Any, msg_to_array: Any) -> None:
         """Fill the messages in a list from those in another list of the same length; errors are those of `migrate`."""
@@ -145,7 +147,7 @@ class MessageUpdateRule(_MessageUpdateRule):
         self.migrator = migrator
         self.location = location
         self.sub_rules: list[Any] = []
-        """Rules that this one needs."""
+        """Rules that this rule needs."""
         if self.old_type or self.new_type:
             super().__init__(migrator, location)
 
@@ -155,12 +157,12 @@ class MessageUpdateRule(_MessageUpdateRule):
         old, new = self.old_class, self.new_class
         if new is None:
             return
-        parts = dict(zip(old.__slots__, old._slot_types, strict=True))
-        for name, kind in zip(new.__slots__, new._slot_types, strict=True):
-            pair = parts.get(name, "").partition("[")[0], kind.partition("[")[0]
-            if all("/" in each for each in pair):
+        old_types = dict(zip(old.__slots__, old._slot_types, strict=True))
+        for name, slot_type in zip(new.__slots__, new._slot_types, strict=True):
+            base_types = old_types.get(name, "").partition("[")[0], slot_type.partition("[")[0]
+            if all("/" in type_name for type_name in base_types):
                 steps = self.migrator.missing_rules(
-                    self.migrator.nested_class(old, pair[0]), self.migrator.nested_class(new, pair[1])
+                    self.migrator.nested_class(old, base_types[0]), self.migrator.nested_class(new, base_types[1])
                 )
                 self.sub_rules += [_missing_rule(self.migrator, *step) for step in steps]
 
@@ -189,7 +191,7 @@ def get_path_key(c1: Any, c2: Any) -> tuple[tuple[str, str], tuple[str, str]]:
 
 def qualified_name(name: str, top_name: str) -> str:
     """Return a type's full name; the default package is that of another type, or std_msgs for Header."""
-    if "/" in name or name.partition("[")[0] in _BUILTIN:
+    if "/" in name or name.partition("[")[0] in _BUILTIN_TYPES:
         return name
     return "std_msgs/Header" if name == "Header" else f"{top_name.partition('/')[0]}/{name}"
 
@@ -204,7 +206,8 @@ def constants_from_def(core_type: str, msg_def: str) -> set[tuple[str, Any, str]
     """Return name, value and type of the constants in a definition.
 
     Args:
-        core_type: the message's type. msg_def: its definition, without those of nested types.
+        core_type: the message's type.
+        msg_def: the type's definition, without the definitions of nested types.
 
     Raises:
         genmsg.InvalidMsgSpec: the definition is invalid.
@@ -213,15 +216,15 @@ def constants_from_def(core_type: str, msg_def: str) -> set[tuple[str, Any, str]
     from genmsg.msg_loader import load_msg_from_string
 
     constants = load_msg_from_string(MsgContext.create_default(), msg_def, core_type).constants
-    return {(each.name, each.val, each.type) for each in constants}
+    return {(constant.name, constant.val, constant.type) for constant in constants}
 
 
 def migration_default_value(field_type: str) -> str:
-    """Return Python code of the default value of a type, for generated rules."""
+    """Return Python code for the default value of a type, as used in generated rules."""
     base, array, count = field_type.rstrip("]").partition("[")
-    if base in _BUILTIN:
+    if base in _BUILTIN_TYPES:
         value = "''" if base == "string" else "0." if base.startswith("float") else "0"
-    if base not in _BUILTIN or base in ("time", "duration"):
+    if base not in _BUILTIN_TYPES or base in ("time", "duration"):
         value = f"self.get_new_class('{base}')()"
     if not array:
         return value
@@ -231,17 +234,17 @@ def migration_default_value(field_type: str) -> str:
 
 
 def checkmessages(migrator: Any, messages: Any) -> list[Any]:
-    """Return what `checkbag` does, for the types of messages, or for classes of messages."""
-    found, done = [], set()
+    """Return the same as `checkbag`, but for a list of messages or of message classes."""
+    findings, checked_keys = [], set()
     for old in messages:
-        if get_message_key(old) in done:
+        if get_message_key(old) in checked_keys:
             continue
-        done.add(get_message_key(old))
+        checked_keys.add(get_message_key(old))
         cls = old if isinstance(old, type) else type(old)
         new = migrator.current_class(cls)
         if new is None or get_message_key(cls) != get_message_key(new):
-            found.append(_finding(migrator, cls, new, migrator.missing_rules(cls, new)))
-    return found
+            findings.append(_make_finding(migrator, cls, new, migrator.missing_rules(cls, new)))
+    return findings
 
 
 def checkbag(migrator: Any, inbag: str) -> list[Any]:
@@ -249,10 +252,10 @@ def checkbag(migrator: Any, inbag: str) -> list[Any]:
     rules (`MessageUpdateRule`); an empty list of those means that the type can be converted.
     """
     with Bag(inbag) as bag:
-        return [_finding(migrator, old, new, steps) for old, new, steps in find_migrations(bag, migrator)]
+        return [_make_finding(migrator, old, new, steps) for old, new, steps in find_migrations(bag, migrator)]
 
 
-def _finding(migrator: Any, old: Any, new: Any, steps: Any) -> tuple[list[Step], list[Any]]:
+def _make_finding(migrator: Any, old: Any, new: Any, steps: Any) -> tuple[list[Step], list[Any]]:
     return [Step(old, new)], [_missing_rule(migrator, *step) for step in steps]
 
 
@@ -276,9 +279,9 @@ def fixbag2(migrator: Any, inbag: str, outbag: str, force: bool = False) -> list
     Returns:
         The differences found by `checkbag` that no rule converts, if nothing was written because of them.
     """
-    lacking = [pair for pair in checkbag(migrator, inbag) if pair[1]]
-    if lacking and not force:
-        return lacking
+    unconverted = [finding for finding in checkbag(migrator, inbag) if finding[1]]
+    if unconverted and not force:
+        return unconverted
     with Bag(inbag) as bag:
         MigratedBagWriter(bag, migrator).write(outbag, lambda done: None)
     return []

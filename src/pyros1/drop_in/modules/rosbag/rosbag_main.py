@@ -1,4 +1,4 @@
-"""The tool rosbag, as functions: one for each subcommand, which takes its arguments."""
+"""The tool rosbag: a function for each subcommand, which is called with the arguments of the subcommand."""
 
 from __future__ import annotations
 
@@ -8,19 +8,19 @@ from pyros1.drop_in.commands import main, run
 from pyros1.drop_in.missing import missing
 from rosbag._progress import ProgressMeter
 
-_WORK = "see rosbag.Bag, or the function of a verb here, such as compress_cmd"
+_ALTERNATIVE = "see rosbag.Bag, or the function of a verb here, such as compress_cmd"
 __getattr__ = missing(
     __name__,
     RosbagCmds="see rosbagmain",
-    bag_op=_WORK,
-    change_compression_op=_WORK,
-    change_encryption_op=_WORK,
-    print_trans=_WORK,
-    reindex_op=_WORK,
+    bag_op=_ALTERNATIVE,
+    change_compression_op=_ALTERNATIVE,
+    change_encryption_op=_ALTERNATIVE,
+    print_trans=_ALTERNATIVE,
+    reindex_op=_ALTERNATIVE,
 )
 
 
-def _verb(verb: str, argv: list[str]) -> None:
+def _run_verb(verb: str, argv: list[str]) -> None:
     code = run("rosbag", verb, *argv)
     if code:
         sys.exit(code)
@@ -28,57 +28,57 @@ def _verb(verb: str, argv: list[str]) -> None:
 
 def record_cmd(argv: list[str]) -> None:
     """Record topics."""
-    _verb("record", argv)
+    _run_verb("record", argv)
 
 
 def info_cmd(argv: list[str]) -> None:
     """Print information about bags."""
-    _verb("info", argv)
+    _run_verb("info", argv)
 
 
 def play_cmd(argv: list[str]) -> None:
     """Play bags."""
-    _verb("play", argv)
+    _run_verb("play", argv)
 
 
 def filter_cmd(argv: list[str]) -> None:
     """Write a bag with selected messages from another bag."""
-    _verb("filter", argv)
+    _run_verb("filter", argv)
 
 
 def check_cmd(argv: list[str]) -> None:
     """Print whether a bag's messages match this system's definitions."""
-    _verb("check", argv)
+    _run_verb("check", argv)
 
 
 def fix_cmd(argv: list[str]) -> None:
     """Convert a bag's messages to this system's definitions."""
-    _verb("fix", argv)
+    _run_verb("fix", argv)
 
 
 def compress_cmd(argv: list[str]) -> None:
     """Compress bags."""
-    _verb("compress", argv)
+    _run_verb("compress", argv)
 
 
 def decompress_cmd(argv: list[str]) -> None:
     """Decompress bags."""
-    _verb("decompress", argv)
+    _run_verb("decompress", argv)
 
 
 def reindex_cmd(argv: list[str]) -> None:
     """Repair bags that were not closed."""
-    _verb("reindex", argv)
+    _run_verb("reindex", argv)
 
 
 def encrypt_cmd(argv: list[str]) -> None:
     """Encrypt bags."""
-    _verb("encrypt", argv)
+    _run_verb("encrypt", argv)
 
 
 def decrypt_cmd(argv: list[str]) -> None:
     """Decrypt bags."""
-    _verb("decrypt", argv)
+    _run_verb("decrypt", argv)
 
 
 def rosbagmain(argv: list[str] | None = None) -> None:

@@ -18,7 +18,7 @@ __getattr__ = missing(__name__)
 
 
 class MasterException(Exception):
-    """Base of the exceptions of `Master`."""
+    """Base class of the exceptions that `Master` raises."""
 
 
 class MasterFailure(MasterException):
@@ -33,17 +33,17 @@ ROSMasterException, Failure, Error = MasterException, MasterFailure, MasterError
 
 
 class Master:
-    """The master, called under a name.
+    """Calls the master under a caller's name.
 
     Args:
         caller_id: name of the caller.
-        master_uri: address; None: from the environment.
+        master_uri: address of the master; None: from the environment.
 
     Raises:
         ValueError: the address is invalid.
-        MasterFailure, MasterError: from all methods, the master rejects the call.
-        OSError: from all methods, it does not respond.
-        TypeError, OverflowError: XML-RPC cannot send such a value.
+        MasterFailure, MasterError: the master rejects the call (raised by all methods).
+        OSError: the master does not respond (raised by all methods).
+        TypeError, OverflowError: XML-RPC cannot send an argument (raised by all methods).
     """
 
     def __init__(self, caller_id: str, master_uri: str | None = None) -> None:
@@ -86,7 +86,7 @@ class Master:
         return self._call("getSystemState")
 
     def getPublishedTopics(self, subgraph: str) -> list[list[str]]:
-        """Return the published topics of a namespace, with their types."""
+        """Return the published topics in a namespace, with their types."""
         return self._call("getPublishedTopics", subgraph)
 
     def getTopicTypes(self) -> list[list[str]]:
@@ -130,7 +130,7 @@ class Master:
         return self._call("subscribeParam", caller_api, key)
 
     def unsubscribeParam(self, caller_api: str, key: str) -> Any:
-        """End a subscription of a parameter."""
+        """Unsubscribe from changes of a parameter."""
         return self._call("unsubscribeParam", caller_api, key)
 
     def registerService(self, service: str, service_api: str, caller_api: str) -> Any:
@@ -142,7 +142,7 @@ class Master:
         return self._call("unregisterService", service, service_api)
 
     def registerSubscriber(self, topic: str, topic_type: str, caller_api: str) -> list[str]:
-        """Register a subscriber; returns the publishers."""
+        """Register a subscriber; return the addresses of the publishers."""
         return self._call("registerSubscriber", topic, topic_type, caller_api)
 
     def unregisterSubscriber(self, topic: str, caller_api: str) -> Any:
@@ -150,7 +150,7 @@ class Master:
         return self._call("unregisterSubscriber", topic, caller_api)
 
     def registerPublisher(self, topic: str, topic_type: str, caller_api: str) -> list[str]:
-        """Register a publisher; returns the subscribers."""
+        """Register a publisher; return the addresses of the subscribers."""
         return self._call("registerPublisher", topic, topic_type, caller_api)
 
     def unregisterPublisher(self, topic: str, caller_api: str) -> Any:

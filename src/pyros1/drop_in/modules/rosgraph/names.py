@@ -1,4 +1,4 @@
-"""Names of the graph (https://wiki.ros.org/Names)."""
+"""Names in the graph (https://wiki.ros.org/Names)."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def namespace(name: Any) -> str:
 
     Raises:
         ValueError: ``name`` is None.
-        TypeError: it is not a string.
+        TypeError: ``name`` is not a string.
     """
     if name is None:
         raise ValueError("name")
@@ -84,7 +84,7 @@ def make_global_ns(name: str) -> str:
 
 
 def get_ros_namespace(env: Mapping[str, str] | None = None, argv: list[str] | None = None) -> str:
-    """Return the namespace of the command line or the environment, with a trailing slash."""
+    """Return the namespace that the command line or the environment sets, with a trailing slash."""
     for word in sys.argv if argv is None else argv:
         if word.startswith("__ns:="):
             return make_global_ns(word.partition(":=")[2])
@@ -103,12 +103,12 @@ def resolve_name(name: str, namespace_: str, remappings: Mapping[str, str] | Non
         return namespace(namespace_)
     name = str(name)
     if is_private(name):
-        full = canonicalize_name(namespace_ + SEP + name[1:])
+        full_name = canonicalize_name(namespace_ + SEP + name[1:])
     elif is_global(name):
-        full = canonicalize_name(name)
+        full_name = canonicalize_name(name)
     else:
-        full = canonicalize_name(namespace(namespace_) + name)
-    return full if not remappings else remappings.get(full, full)
+        full_name = canonicalize_name(namespace(namespace_) + name)
+    return full_name if not remappings else remappings.get(full_name, full_name)
 
 
 def script_resolve_name(script_name: str, name: str) -> str:
@@ -128,17 +128,17 @@ def make_caller_id(name: str) -> str:
 
 
 def anonymous_name(id: str) -> str:
-    """Return a unique name."""
+    """Return a unique name that starts with ``id``."""
     name = f"{id}_{socket.gethostname()}_{os.getpid()}_{random.randint(0, sys.maxsize)}"
     return name.translate({ord(char): "_" for char in ".-:"})
 
 
 def load_mappings(argv: list[str]) -> dict[str, str]:
     """Return the remappings of a command line: names, and special keys such as ``__name``."""
-    found = {}
+    mappings = {}
     for word in argv:
         key, _, value = word.partition(REMAP)
         value = value.strip()
         if is_legal_remap(word) and value and REMAP not in value and (key[0] != "_" or key[1:2] in ("", "_")):
-            found[key] = value
-    return found
+            mappings[key] = value
+    return mappings

@@ -1,4 +1,4 @@
-"""Addresses of this machine, and connection headers (https://wiki.ros.org/ROS/Connection%20Header)."""
+"""Finds addresses of this machine, and encodes connection headers (https://wiki.ros.org/ROS/Connection%20Header)."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def parse_http_host_and_port(url: str) -> tuple[str, int]:
     """Return host and port of an address; the default port is 80.
 
     Raises:
-        ValueError: it is not an address.
+        ValueError: ``url`` is not an address.
     """
     if not url:
         raise ValueError("not a valid URL")
@@ -41,17 +41,17 @@ def parse_http_host_and_port(url: str) -> tuple[str, int]:
     return parts.hostname, parts.port or 80
 
 
-def _special() -> dict[str, str]:
+def _special_arguments() -> dict[str, str]:
     return names.parse_arguments(sys.argv).special
 
 
-def _local() -> LocalAddress:
-    return addresses_from_environment(os.environ, _special())
+def _local_host() -> LocalAddress:
+    return addresses_from_environment(os.environ, _special_arguments())
 
 
 def get_address_override() -> str | None:
     """Return the host or address of this machine that the command line or the environment sets, or None."""
-    special = _special()
+    special = _special_arguments()
     for name in ("__hostname", "__ip"):
         if name in special:
             return special[name]
@@ -74,7 +74,7 @@ def get_local_address() -> str:
     if override:
         return override
     addresses = get_local_addresses()
-    return next((each for each in addresses if not each.startswith("127.") and each != "::1"), addresses[0])
+    return next((address for address in addresses if not address.startswith("127.") and address != "::1"), addresses[0])
 
 
 def get_local_addresses() -> list[str]:
@@ -90,14 +90,14 @@ def get_bind_address(address: str | None = None) -> str:
         address: the address at which others reach this machine; None: the one from the environment.
     """
     if address is None:
-        return _local().bind
+        return _local_host().bind
     special = {"__hostname": address}
     return addresses_from_environment(os.environ, special).bind
 
 
 def get_host_name() -> str:
     """Return the host name, or the address, at which others reach this machine."""
-    return get_address_override() or _local().advertised
+    return get_address_override() or _local_host().advertised
 
 
 def create_local_xmlrpc_uri(port: int) -> str:
@@ -107,13 +107,13 @@ def create_local_xmlrpc_uri(port: int) -> str:
 
 
 def encode_ros_handshake_header(header: Mapping[str, Any]) -> bytes:
-    """Return a connection header's bytes, prefixed with their number.
+    """Encode a connection header as bytes, prefixed with their number.
 
     Args:
         header: field -> value, text or bytes.
 
     Raises:
-        TypeError: a value is neither.
+        TypeError: a value is neither text nor bytes.
     """
     fields = {}
     for key, value in header.items():
@@ -127,10 +127,10 @@ def decode_ros_handshake_header(header_str: bytes) -> dict[str, str]:
     """Return the fields of a connection header.
 
     Args:
-        header_str: its bytes, prefixed with their number; anything after them is ignored.
+        header_str: the header's bytes, prefixed with their number; anything after them is ignored.
 
     Raises:
-        ROSHandshakeException: it is invalid or incomplete.
+        ROSHandshakeException: the header is invalid or incomplete.
     """
     (size,) = struct.unpack("<I", header_str[:4])
     if size > len(header_str) - 4:
@@ -159,13 +159,13 @@ def read_ros_handshake_header(sock: Any, b: Any, buff_size: int) -> dict[str, st
     header = None
     data = b.getvalue()
     while header is None:
-        part = sock.recv(buff_size)
-        if not part:
+        chunk = sock.recv(buff_size)
+        if not chunk:
             raise ROSHandshakeException(
                 "connection from sender terminated before handshake header received. "
                 f"{len(data)} bytes were received. Please check sender for additional details."
             )
-        data += part
+        data += chunk
         if len(data) >= 4:
             (size,) = struct.unpack("<I", data[:4])
             if size > MAX_HEADER_SIZE:
@@ -180,7 +180,7 @@ def read_ros_handshake_header(sock: Any, b: Any, buff_size: int) -> dict[str, st
 
 
 def write_ros_handshake_header(sock: socket.socket, header: Mapping[str, Any]) -> int:
-    """Send a connection header; return the number of its bytes."""
+    """Send a connection header; return the number of bytes sent."""
     data = encode_ros_handshake_header(header)
     sock.sendall(data)
     return len(data)

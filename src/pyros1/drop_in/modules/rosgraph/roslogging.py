@@ -16,7 +16,7 @@ from pyros1.drop_in.process import PROCESS
 
 __getattr__ = missing(__name__)
 
-_NAMES = {"WARNING": "WARN", "CRITICAL": "FATAL"}
+_SEVERITY_NAMES = {"WARNING": "WARN", "CRITICAL": "FATAL"}
 _COLORS = {"DEBUG": "\033[32m", "WARN": "\033[33m", "ERROR": "\033[31m", "FATAL": "\033[31m"}
 
 
@@ -31,17 +31,21 @@ def makedirs_with_parent_perms(p: str) -> None:
         return
     parent = os.path.dirname(path)
     makedirs_with_parent_perms(parent)
-    status = os.stat(parent)
+    parent_status = os.stat(parent)
     os.mkdir(path)
-    mine = os.stat(path)
-    if (mine.st_uid, mine.st_gid) != (status.st_uid, status.st_gid):
-        os.chown(path, status.st_uid, status.st_gid)
-    if mine.st_mode != status.st_mode:
-        os.chmod(path, status.st_mode & 0o7777)
+    own_status = os.stat(path)
+    if (own_status.st_uid, own_status.st_gid) != (parent_status.st_uid, parent_status.st_gid):
+        os.chown(path, parent_status.st_uid, parent_status.st_gid)
+    if own_status.st_mode != parent_status.st_mode:
+        os.chmod(path, parent_status.st_mode & 0o7777)
 
 
 def renew_latest_logdir(logfile_dir: str) -> bool:
-    """Point the link ``latest`` next to a folder to it; return whether it does. Raises OSError if that fails."""
+    """Make the link ``latest`` next to a folder point to the folder; return False if ``latest`` is not a link.
+
+    Raises:
+        OSError: the link cannot be created.
+    """
     link = os.path.join(os.path.dirname(logfile_dir), "latest")
     if os.path.lexists(link):
         if not os.path.islink(link):
@@ -73,14 +77,14 @@ def configure_logging(
     """
     folder = get_log_dir(os.environ if env is None else env)
     path = os.path.join(folder, filename or f"{logname or 'unknown'}-{os.getpid()}.log")
-    place = os.path.dirname(path)
-    if os.path.isfile(place):
-        raise LoggingException(f"Cannot save log files: file [{place}] is in the way")
+    log_folder = os.path.dirname(path)
+    if os.path.isfile(log_folder):
+        raise LoggingException(f"Cannot save log files: file [{log_folder}] is in the way")
     try:
-        makedirs_with_parent_perms(place)
+        makedirs_with_parent_perms(log_folder)
     except OSError:
         sys.stderr.write(
-            f"WARNING: cannot create log directory [{place}]. Please set ROS_LOG_DIR to a writable location.\n"
+            f"WARNING: cannot create log directory [{log_folder}]. Please set ROS_LOG_DIR to a writable location.\n"
         )
         return None
     os.environ["ROS_LOG_FILENAME"] = path
@@ -96,9 +100,12 @@ def configure_logging(
     handler.setLevel(logging.DEBUG)
     handler.setFormatter(logging.Formatter("[%(name)s][%(levelname)s] %(asctime)s: %(message)s"))
     root = logging.getLogger()
-    for former in [each for each in root.handlers if isinstance(each, RotatingFileHandler)]:  # from an earlier call
-        root.removeHandler(former)
-        former.close()
+    # Remove the handler that an earlier call has added.
+    for old_handler in [
+        root_handler for root_handler in root.handlers if isinstance(root_handler, RotatingFileHandler)
+    ]:
+        root.removeHandler(old_handler)
+        old_handler.close()
     root.addHandler(handler)
     root.setLevel(level)
     return path
@@ -111,14 +118,14 @@ class RospyLogger(logging.Logger):
         """Return path, line, function and stack of the line that logs; arguments as in Python's logging."""
         path, line, name, stack = super().findCaller(*args, **kwargs)
         frame: Any = sys._getframe(1)
-        while frame is not None and _passes_on(frame.f_code.co_filename):
+        while frame is not None and _only_forwards(frame.f_code.co_filename):
             frame = frame.f_back
         if frame is None:
             return path, line, name, stack
         return frame.f_code.co_filename, frame.f_lineno, frame.f_code.co_name, stack
 
 
-def _passes_on(path: str) -> bool:
+def _only_forwards(path: str) -> bool:
     """Return whether a file only forwards messages: Python's logging, and rospy's log functions."""
     return path == logging.__file__ or path.endswith(os.path.join("rospy", "impl", "loggers.py"))
 
@@ -140,7 +147,7 @@ class RosStreamHandler(logging.Handler):
 
     def emit(self, record: logging.LogRecord) -> None:
         """Write a message."""
-        severity = _NAMES.get(record.levelname, record.levelname)
+        severity = _SEVERITY_NAMES.get(record.levelname, record.levelname)
         message = record.getMessage()
         if record.exc_info:
             message += "\n" + logging.Formatter().formatException(record.exc_info)
@@ -159,10 +166,10 @@ class RosStreamHandler(logging.Handler):
         }
         for name, value in values.items():
             text = text.replace("${" + name + "}", value)
-        target = (
+        stream = (
             (self._stderr or sys.stderr) if severity in ("WARN", "ERROR", "FATAL") else (self._stdout or sys.stdout)
         )
-        self._write(target, text + "\n", _COLORS.get(severity))
+        self._write(stream, text + "\n", _COLORS.get(severity))
 
     def _write(self, fd: Any, msg: str, color: str | None) -> None:
         if self._colorize and color and hasattr(fd, "isatty") and fd.isatty():

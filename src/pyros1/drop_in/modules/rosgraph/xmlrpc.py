@@ -26,7 +26,7 @@ class SilenceableXMLRPCRequestHandler(SimpleXMLRPCRequestHandler):
     protocol_version = "HTTP/1.1"
 
     def log_message(self, format: str, *args: Any) -> None:
-        """Write nothing."""
+        """Log nothing."""
 
 
 class ThreadingXMLRPCServer(ThreadingMixIn, SimpleXMLRPCServer):
@@ -45,7 +45,7 @@ class ThreadingXMLRPCServer(ThreadingMixIn, SimpleXMLRPCServer):
         super().__init__(addr, SilenceableXMLRPCRequestHandler, log_requests)
 
     def handle_error(self, request: Any, client_address: Any) -> None:
-        """Log an error of a connection, unless the connection was closed."""
+        """Log an error in handling a connection, unless the connection was closed."""
         import sys
 
         error = sys.exc_info()[1]
@@ -54,7 +54,7 @@ class ThreadingXMLRPCServer(ThreadingMixIn, SimpleXMLRPCServer):
 
 
 class ForkingXMLRPCServer(ForkingMixIn, SimpleXMLRPCServer):
-    """A server with a process for each connection; arguments as above, and the class of the handler."""
+    """A server with a process for each connection; see `ThreadingXMLRPCServer`."""
 
     def __init__(
         self,
@@ -66,13 +66,13 @@ class ForkingXMLRPCServer(ForkingMixIn, SimpleXMLRPCServer):
 
 
 class XmlRpcHandler:
-    """Base of handlers: their public methods can be called."""
+    """Base class of handlers, whose public methods can be called remotely."""
 
     def _ready(self, uri: str) -> None:
         """Handle the start of the server, whose address is ``uri``."""
 
     def _shutdown(self, reason: str) -> None:
-        """Handle the server's end."""
+        """Handle the shutdown of the server."""
 
 
 class XmlRpcNode:
@@ -111,7 +111,7 @@ class XmlRpcNode:
         """Serve requests until the server is stopped."""
         try:
             self._run()
-        except Exception as error:  # noqa: BLE001  the program decides
+        except Exception as error:  # noqa: BLE001  the program decides what to do
             if self.is_shutdown:
                 return
             if self.on_run_error is None:

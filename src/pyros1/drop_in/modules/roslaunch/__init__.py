@@ -82,7 +82,7 @@ def configure_logging(uuid: str) -> None:
     """Create the log folder of a run.
 
     Args:
-        uuid: its run id; see `rlutil.get_or_generate_uuid`.
+        uuid: the run id; see `rlutil.get_or_generate_uuid`.
     """
     _scripting.configure_logging(uuid)
 

@@ -23,8 +23,8 @@ def dump_args(roslaunch_files: Any) -> None:
             print(title)
         for name in names:
             doc, default = args[name]
-            shown = f' (default "{default}")' if optional else ""
-            print(f"  {name}{shown}: {doc or 'undocumented'}")
+            default_text = f' (default "{default}")' if optional else ""
+            print(f"  {name}{default_text}: {doc or 'undocumented'}")
     if not args:
         print("No arguments.")
 

@@ -42,7 +42,7 @@ def namespaces_of(name: str) -> list[str]:
 
 
 def calculate_env_loader(env: Any = None) -> str:
-    """Return the default script for setting up ROS on other machines."""
+    """Return the path of the default script that sets up ROS on other machines."""
     distro = (os.environ if env is None else env).get("ROS_DISTRO", "noetic")
     return f"/opt/ros/{distro}/env.sh"
 
@@ -62,10 +62,16 @@ class ROSLaunchConfig:
     """The contents of a launch, which a program may change before it launches them.
 
     Attributes:
-        nodes, nodes_core, tests: what to start. params: Param by full name. clear_params: namespaces to delete first.
-        machines: Machine by name. executables: not supported. master: the Master. roslaunch_files: files that were
-        read. resolved_node_names: full names of all nodes. config_errors: texts. actions: pyros1's plans of rosparam
-        dumps and deletes.
+        nodes, nodes_core, tests: what to start.
+        params: Param by full name.
+        clear_params: namespaces of parameters that are deleted before parameters are set.
+        machines: Machine by name.
+        executables: commands to run in addition to the nodes, which pyros1 does not support.
+        master: the Master.
+        roslaunch_files: paths of the files that were read.
+        resolved_node_names: full names of all nodes.
+        config_errors: error messages.
+        actions: pyros1's plans of rosparam dumps and deletes.
     """
 
     def __init__(self) -> None:
@@ -187,7 +193,7 @@ def load_config_default(
         loader: an XmlLoader; None for a new one.
         verbose: whether to print what is read.
         assign_machines: whether to assign machines to the nodes.
-        ignore_unset_args: whether to read files as far as possible without values of their required arguments.
+        ignore_unset_args: whether to read as much of the files as possible if required arguments have no values.
 
     Raises:
         RLException: a file cannot be used.

@@ -142,7 +142,9 @@ class Master:
     """The master of a launch.
 
     Attributes:
-        type: "rosmaster". uri: its address. auto: not used.
+        type: "rosmaster".
+        uri: the master's address.
+        auto: not used.
     """
 
     ROSMASTER = "rosmaster"
@@ -150,7 +152,7 @@ class Master:
     __slots__ = ["auto", "type", "uri"]
 
     def __init__(self, type_: str | None = None, uri: str | None = None, auto: Any = None) -> None:
-        self.auto = None  # like stock: it is no longer used
+        self.auto = None  # as in stock, where the attribute is no longer used
         self.type = type_ or Master.ROSMASTER
         self.uri = uri or get_master_uri_env()
 
@@ -271,11 +273,11 @@ class RosbinExecutable(Executable):
 
 
 def local_machine() -> Machine:
-    """Return this machine."""
-    return _LOCAL
+    """Return the Machine for this machine."""
+    return _LOCAL_MACHINE
 
 
-_LOCAL = Machine("", "localhost")
+_LOCAL_MACHINE = Machine("", "localhost")
 
 
 def is_machine_local(machine: Any) -> bool:

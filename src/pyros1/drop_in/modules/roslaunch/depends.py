@@ -8,7 +8,7 @@ from pyros1.drop_in.commands import main as _main
 from pyros1.drop_in.missing import missing
 
 NAME = "roslaunch-deps"
-_SEE = "see `pyros1 launch --deps`"
+_ALTERNATIVE = "see `pyros1 launch --deps`"
 
 
 class RoslaunchDepsException(Exception):
@@ -22,10 +22,10 @@ def roslaunch_deps_main(argv: list[str] = sys.argv) -> None:
 
 __getattr__ = missing(
     "roslaunch.depends",
-    RoslaunchDeps=_SEE,
-    calculate_missing=_SEE,
-    parse_launch=_SEE,
-    print_deps=_SEE,
-    rl_file_deps=_SEE,
-    roslaunch_deps=_SEE,
+    RoslaunchDeps=_ALTERNATIVE,
+    calculate_missing=_ALTERNATIVE,
+    parse_launch=_ALTERNATIVE,
+    print_deps=_ALTERNATIVE,
+    rl_file_deps=_ALTERNATIVE,
+    roslaunch_deps=_ALTERNATIVE,
 )

@@ -59,12 +59,11 @@ class ROSLaunchRunner:
         server_uri: not used: a launch has its own server, whose address is the attribute of this name.
         pmon: a ProcessMonitor that lists and stops the processes; None for a new one.
         is_core: whether to run a core.
-        remote_runner, is_child, num_workers: not used.
-        is_rostest: not used.
+        remote_runner, is_child, is_rostest, num_workers: not used.
         timeout: maximum number of seconds that a master started here waits for a node to respond.
         master_logger_level: minimum level in the log of a master started here.
         sigint_timeout, sigterm_timeout: seconds between SIGINT, SIGTERM and SIGKILL.
-        options: pyros1's further options of a launch.
+        options: further options of a launch, which only pyros1 has; None for the defaults.
 
     Raises:
         RLException: there is no run id.
@@ -145,12 +144,12 @@ class ROSLaunchRunner:
         script.plan = plan_of_node(node)
         handle = self._run.launch(script)
         node.process_name = handle.name
-        return self.pm.launched(handle), True
+        return self.pm.process_for(handle), True
 
     def is_node_running(self, node: Node) -> bool:
         """Return whether a node's process is running."""
-        wanted = ((node.namespace + (node.name or "")).lstrip("/"), node.process_name)
-        return any(name in wanted or name.rpartition("-")[0] in wanted for name in self.pm.get_active_names())
+        names = ((node.namespace + (node.name or "")).lstrip("/"), node.process_name)
+        return any(name in names or name.rpartition("-")[0] in names for name in self.pm.get_active_names())
 
     def spin_once(self) -> bool:
         """Return whether anything is still running."""
@@ -172,7 +171,7 @@ class ROSLaunchRunner:
             self._run.stop()
 
     def run_test(self, test: Any) -> None:
-        """Not possible."""
+        """Raise RLException: `pyros1 test` runs tests."""
         raise RLException("pyros1 has no ROSLaunchRunner.run_test: `pyros1 test` runs tests")
 
 

@@ -13,11 +13,11 @@ _READING = "pyros1.launch.reading reads launch files; see XmlLoader.load and ROS
 
 
 class LoadException(RLException):
-    """Something in a launch cannot be read."""
+    """A launch file cannot be read."""
 
 
 def convert_value(value: str, type_: str) -> Any:
-    """Return a parameter's value from its text.
+    """Convert the text of a parameter to its value.
 
     Args:
         value: the text.

@@ -13,19 +13,21 @@ import rosgraph
 from pyros1.drop_in.missing import missing
 
 __getattr__ = missing(__name__)
-_ID = "/roslaunch_netapi"
-_SECONDS = 10.0
+_CALLER_ID = "/roslaunch_netapi"
+_TIMEOUT = 10.0
 
 
 class NetProcess:
-    """A process of a roslaunch.
+    """A process that a roslaunch started.
 
     Args:
-        name: the process's label. respawn_count: how many times it was started. is_alive: whether it is running.
-        roslaunch_uri: address of its roslaunch.
+        name: the process's label.
+        respawn_count: how many times it was started.
+        is_alive: whether it is running.
+        roslaunch_uri: address of the roslaunch that started it.
 
     Attributes:
-        machine: host of its roslaunch.
+        machine: host of that roslaunch.
     """
 
     def __init__(self, name: str, respawn_count: int, is_alive: bool, roslaunch_uri: str) -> None:
@@ -39,35 +41,37 @@ class NetProcess:
 def get_roslaunch_uris() -> Iterable[str] | None:
     """Return the URIs of all launches; None if there is no master, or no launch has registered its URI."""
     try:
-        found: dict[str, str] = rosgraph.Master(_ID).getParam("/roslaunch/uris")
+        uris: dict[str, str] = rosgraph.Master(_CALLER_ID).getParam("/roslaunch/uris")
     except (rosgraph.MasterException, OSError):
         return None
-    return found.values()
+    return uris.values()
 
 
 def list_processes(roslaunch_uris: Iterable[str] | None = None) -> list[NetProcess]:
     """Return the processes of the given launches (None for all); launches that do not respond are left out."""
     if not roslaunch_uris:
         roslaunch_uris = get_roslaunch_uris() or ()
-    return [process for uri in roslaunch_uris for process in _processes(uri)]
+    return [process for uri in roslaunch_uris for process in _query_processes(uri)]
 
 
-class _Patient(Transport):
+class _TimeoutTransport(Transport):
     """An XML-RPC transport that waits for a response no longer than a timeout."""
 
     def make_connection(self, host: Any) -> Any:
         """Return the connection to a host."""
         connection = super().make_connection(host)
-        connection.timeout = _SECONDS
+        connection.timeout = _TIMEOUT
         return connection
 
 
-def _processes(uri: str) -> list[NetProcess]:
-    proxy: Any = ServerProxy(uri, _Patient())
+def _query_processes(uri: str) -> list[NetProcess]:
+    proxy: Any = ServerProxy(uri, _TimeoutTransport())
     try:
         code, _, (alive, dead) = proxy.list_processes()
         if code != 1:
             return []
-        return [NetProcess(name, count, where is alive, uri) for where in (alive, dead) for name, count in where]
+        return [
+            NetProcess(name, count, processes is alive, uri) for processes in (alive, dead) for name, count in processes
+        ]
     except (OSError, Error, ValueError, TypeError, http.client.HTTPException):
         return []

@@ -29,15 +29,15 @@ def print_node_list(roslaunch_files: Any) -> None:
 
 
 def print_node_filename(node_name: str, roslaunch_files: Any) -> None:
-    """Print the file that defines a node; raise SystemExit if there is no such node."""
+    """Print the file that defines a node; exit with code 1 if there is no such node."""
     config = _load(roslaunch_files)
-    wanted = "/" + node_name.strip("/")
-    found = [node.filename for node in [*config.nodes, *config.tests] if node.namespace + node.name == wanted]
-    if not found:
-        names = "Run \n\troslaunch --nodes <files>\nto see list of node names."
-        print(f"ERROR: cannot find node named [{node_name}]. {names}", file=sys.stderr)
+    full_name = "/" + node_name.strip("/")
+    filenames = [node.filename for node in [*config.nodes, *config.tests] if node.namespace + node.name == full_name]
+    if not filenames:
+        hint = "Run \n\troslaunch --nodes <files>\nto see list of node names."
+        print(f"ERROR: cannot find node named [{node_name}]. {hint}", file=sys.stderr)
         sys.exit(1)
-    print(found[0])
+    print(filenames[0])
 
 
 @rl_errors
@@ -48,9 +48,9 @@ def get_node_args(node_name: str, roslaunch_files: Any) -> list[str]:
         RLException: there is no such node, or a file cannot be read.
     """
     config = load_config_default(roslaunch_files, None, verbose=False, assign_machines=False)
-    wanted = "/" + node_name.strip("/")
+    full_name = "/" + node_name.strip("/")
     for node in [*config.nodes, *config.tests]:
-        if f"{node.namespace}{node.name}" == wanted:
+        if f"{node.namespace}{node.name}" == full_name:
             plan, resources = plan_of_node(node), make_resources()
             executable = locate(plan.package, plan.type, resources.packages)
             return node_arg_words(plan, node_words(plan, executable, resources.environ), resources.environ)

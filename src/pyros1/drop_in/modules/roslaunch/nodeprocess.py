@@ -1,4 +1,4 @@
-"""Numbers about processes."""
+"""Defaults for the supervision of processes."""
 
 from __future__ import annotations
 

@@ -38,8 +38,10 @@ class Node:
     """A node to launch; the arguments are as in a <node> tag.
 
     Attributes:
-        all arguments; ``type`` is ``node_type``. machine: the Machine that was assigned. process_name: name of the
-        process, when it has been started. origin: pyros1's plan of the node, if it is from a launch file.
+        all arguments; ``node_type`` is called ``type``.
+        machine: the Machine that was assigned.
+        process_name: name of the process; None until it has been started.
+        origin: pyros1's plan of the node, if it is from a launch file.
 
     Raises:
         ValueError: a required argument is missing, or an argument is invalid.

@@ -28,7 +28,7 @@ class ROSLaunchParent:
     """Launches launch files.
 
     Attributes:
-        config: the ROSLaunchConfig, after `start`. runner: the ROSLaunchRunner. pm: the ProcessMonitor.
+        config, runner, pm: the ROSLaunchConfig, the ROSLaunchRunner and the ProcessMonitor; None until `start`.
         server: the launch's XML-RPC server, with its ``uri``.
 
     Args:

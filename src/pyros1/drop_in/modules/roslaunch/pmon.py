@@ -1,4 +1,4 @@
-"""Processes of launches, as programs see them. pyros1 supervises them itself."""
+"""Gives programs access to the processes of launches, which pyros1 supervises itself."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ __all__ = [
 ]
 
 _POLL_S = 0.2
-_OWN = "pyros1 starts processes itself: use ROSLaunchRunner.launch_node or ROSLaunch.launch"
+_REASON = "pyros1 starts processes itself: use ROSLaunchRunner.launch_node or ROSLaunch.launch"
 
 logger = logging.getLogger("roslaunch.pmon")
 _shutting_down = False  # programs set it to False to launch again after a shutdown, which is always possible here
@@ -40,13 +40,13 @@ class ProcessListener:
         """Handle the end of a process.
 
         Args:
-            process_name: its name, as "talker-1".
-            exit_code: negative for a signal.
+            process_name: name of the process, such as "talker-1".
+            exit_code: the exit code; negative for a signal.
         """
 
 
-def _option(name: str) -> Any:
-    """Return the property of an option of a process, which applies to the launch immediately."""
+def _policy_property(name: str) -> Any:
+    """Return a property for an option of a process; a change takes effect immediately."""
     return property(
         lambda self: getattr(self._handle.spec.exit_policy, name),
         lambda self, value: setattr(self._handle.spec.exit_policy, name, value),
@@ -64,16 +64,16 @@ class Process:
         respawn, respawn_delay, required: what happens when it exits; they may be changed.
     """
 
-    respawn = _option("respawn")
-    respawn_delay = _option("respawn_delay")
-    required = _option("required")
+    respawn = _policy_property("respawn")
+    respawn_delay = _policy_property("respawn_delay")
+    required = _policy_property("required")
 
     def __init__(self, handle: Any) -> None:
         spec = handle.spec
         self._handle = handle
         self.package, self.name, self.args, self.env = spec.package, handle.name, spec.words, spec.env
 
-    __getattr__ = members("Process", _OWN, frozenset(["start", "should_respawn", "time_of_death"]))
+    __getattr__ = members("Process", _REASON, frozenset(["start", "should_respawn", "time_of_death"]))
 
     def __str__(self) -> str:
         return f"Process<{self.name}>"
@@ -97,7 +97,7 @@ class Process:
         return code
 
     def is_alive(self) -> bool:
-        """Return whether it runs."""
+        """Return whether the process is running."""
         alive: bool = self._handle.is_alive()
         return alive
 
@@ -115,10 +115,10 @@ class Process:
         return "process has died" + (f" [pid {self.pid}, exit code {code}]" if code else "")
 
     def stop(self, errors: list[str] | None = None) -> None:
-        """End it, and wait until it has ended; it starts again if it respawns.
+        """End the process, and wait until it has exited; it starts again if it respawns.
 
         Args:
-            errors: a text is added if it does not end.
+            errors: list to which a message is added if the process does not exit.
         """
         self._handle.end(errors)
 
@@ -127,13 +127,14 @@ class ProcessMonitor:
     """The processes of the launches that were started with it.
 
     Args:
-        name: its name.
+        name: name of the monitor.
 
     Attributes:
-        name: its name. runs: the launches.
+        name: name of the monitor.
+        runs: the launches.
     """
 
-    __getattr__ = members("ProcessMonitor", _OWN, frozenset(["register", "register_core_proc", "unregister"]))
+    __getattr__ = members("ProcessMonitor", _REASON, frozenset(["register", "register_core_proc", "unregister"]))
 
     def __init__(self, name: str = "ProcessMonitor") -> None:
         self.name = name
@@ -150,7 +151,7 @@ class ProcessMonitor:
 
     @property
     def done(self) -> bool:
-        """Whether all its processes have ended for good; see `is_shutdown`."""
+        """Whether all processes have ended for good; see `is_shutdown`."""
         return self.is_shutdown
 
     def start(self) -> None:
@@ -158,11 +159,11 @@ class ProcessMonitor:
         self._started = True
 
     def is_alive(self) -> bool:
-        """Return whether it was started and has not ended."""
+        """Return whether the monitor was started and has not ended."""
         return self._started and not self.is_shutdown
 
     def join(self, timeout: float | None = None) -> None:
-        """Wait until it has ended, for ``timeout`` seconds at most."""
+        """Wait until the monitor has ended, for ``timeout`` seconds at most."""
         end = None if timeout is None else time.monotonic() + timeout
         while self.is_alive() and (end is None or time.monotonic() < end):
             time.sleep(_POLL_S)
@@ -172,15 +173,15 @@ class ProcessMonitor:
     @property
     def procs(self) -> list[Process]:
         """The running processes."""
-        return [self.launched(handle) for run in self.runs for handle in run.processes()]
+        return [self.process_for(handle) for run in self.runs for handle in run.processes()]
 
     @property
     def dead_list(self) -> list[Process]:
         """The processes that have exited and are not respawned."""
-        return [self.launched(handle) for run in self.runs for handle in run.dead_processes()]
+        return [self.process_for(handle) for run in self.runs for handle in run.dead_processes()]
 
-    def launched(self, handle: Any) -> Process:
-        """Return the Process object for a launch's handle; it is the same object for each call."""
+    def process_for(self, handle: Any) -> Process:
+        """Return the Process object for a launch's handle; repeated calls return the same object."""
         return self._launched.setdefault(handle.name, Process(handle))
 
     def has_process(self, name: str) -> bool:
@@ -197,7 +198,9 @@ class ProcessMonitor:
 
     def get_process_names_with_spawn_count(self) -> list[list[tuple[str, int]]]:
         """Return (running, dead): two lists of (name, number of starts) of processes."""
-        return [[(each.name, each.spawn_count) for each in processes] for processes in (self.procs, self.dead_list)]
+        return [
+            [(process.name, process.spawn_count) for process in processes] for processes in (self.procs, self.dead_list)
+        ]
 
     def kill_process(self, name: str) -> bool:
         """Stop the process with a name; return whether there was one. Raise RLException if the name is not a string."""
@@ -271,6 +274,6 @@ def pmon_shutdown() -> None:
 __getattr__ = missing(
     "roslaunch.pmon",
     DeadProcess="see ProcessMonitor.dead_list",
-    FatalProcessLaunch=_OWN,
+    FatalProcessLaunch=_REASON,
     rl_signal="a launch sets no signal handlers",
 )

@@ -1,4 +1,4 @@
-"""What roslaunch prints; stock has these functions in roslaunch.core."""
+"""The print functions of roslaunch; stock has these functions in roslaunch.core."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any
 
 _handlers: list[Callable[[str], object]] = []
 _error_handlers: list[Callable[[str], object]] = []
-_child: list[Any] = [False]
+_child_mode: list[Any] = [False]
 
 
 def add_printlog_handler(h: Callable[[str], object]) -> None:
@@ -32,7 +32,7 @@ def clear_printerrlog_handlers() -> None:
     _error_handlers.clear()
 
 
-def _tell(handlers: list[Callable[[str], object]], msg: str) -> None:
+def _call_handlers(handlers: list[Callable[[str], object]], msg: str) -> None:
     for handler in handlers:
         with contextlib.suppress(Exception):  # what is printed matters more
             handler(msg)
@@ -40,27 +40,27 @@ def _tell(handlers: list[Callable[[str], object]], msg: str) -> None:
 
 def printlog(msg: str) -> None:
     """Pass a line to the handlers, ignoring their exceptions, and print it."""
-    _tell(_handlers, msg)
+    _call_handlers(_handlers, msg)
     print(msg)
 
 
 def printlog_bold(msg: str) -> None:
     """Print a line in bold; see `printlog`."""
-    _tell(_handlers, msg)
+    _call_handlers(_handlers, msg)
     print(f"\033[1m{msg}\033[0m")
 
 
 def printerrlog(msg: str) -> None:
     """Print a line to stderr, in red; see `printlog`."""
-    _tell(_error_handlers, msg)
+    _call_handlers(_error_handlers, msg)
     print(f"\033[31m{msg}\033[0m", file=sys.stderr)
 
 
 def set_child_mode(child_mode: bool) -> None:
     """Set whether this process was started by a launcher on another machine."""
-    _child[0] = child_mode
+    _child_mode[0] = child_mode
 
 
 def is_child_mode() -> bool:
     """Return whether this process was started by a launcher on another machine."""
-    return _child[0]
+    return _child_mode[0]

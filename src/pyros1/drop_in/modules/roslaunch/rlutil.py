@@ -1,4 +1,4 @@
-"""Small helpers of roslaunch."""
+"""Helpers for programs that launch files."""
 
 from __future__ import annotations
 
@@ -34,7 +34,8 @@ __all__ = [
 
 @rl_errors
 def resolve_launch_arguments(args: Iterable[str]) -> list[str]:
-    """Return the paths for words of a command line: ``PACKAGE FILE`` or ``FILE...``; others have ``:=``.
+    """Return the paths of the launch files on a command line, ``PACKAGE FILE`` or ``FILE...``. Words with ``:=`` are
+    ignored.
 
     Raises:
         RLException: a file does not exist.
@@ -55,16 +56,16 @@ def get_or_generate_uuid(options_runid: str | None, options_wait_for_master: boo
 def change_terminal_name(args: list[str], is_core: bool) -> None:
     """Set the title of the terminal's window."""
     _terminal_name[0] = "roscore" if is_core else ",".join(args)
-    _title(_terminal_name[0])
+    _set_title(_terminal_name[0])
 
 
 def update_terminal_name(ros_master_uri: str) -> None:
     """Add the master's address to the title of the terminal's window."""
     if _terminal_name[0]:
-        _title(f"{_terminal_name[0]} {ros_master_uri}")
+        _set_title(f"{_terminal_name[0]} {ros_master_uri}")
 
 
-def _title(text: str) -> None:
+def _set_title(text: str) -> None:
     if sys.stdout.isatty():
         sys.stdout.write(f"\033]2;{''.join(filter(str.isprintable, text))}\007")
 
@@ -95,8 +96,7 @@ def check_roslaunch(f: str, use_test_depends: bool = False, ignore_unset_args: b
         ignore_unset_args: whether to accept arguments without values.
 
     Returns:
-        The errors, or None.
-
+        The errors; None if there are none.
     """
     from roslib.packages import find_node
     from rospkg import ResourceNotFound
@@ -108,24 +108,28 @@ def check_roslaunch(f: str, use_test_depends: bool = False, ignore_unset_args: b
     except RLException as error:
         return str(error)
     needs = file_needs(load_plan([f], parse_arguments(sys.argv), make_resources(), problems=[]))
-    declared = {name for each in needs for name in declared_depends(enclosing_package(Path(each.file))[0])}
+    declared = {name for need in needs for name in declared_depends(enclosing_package(Path(need.file))[0])}
     errors = []
-    for package, found in find_undeclared(needs, test_depends=use_test_depends).items():
-        names = set(found)
+    for package, names_found in find_undeclared(needs, test_depends=use_test_depends).items():
+        names = set(names_found)
         text = f"Missing package dependencies: {package}/package.xml: {', '.join(sorted(names))}"
         if names - declared:
             printerrlog(text)
             errors.append(text)
         elif names:
             printerrlog(f"{text} (notify upstream maintainer)")
-    nodes = [node for each in needs for node in each.nodes]
-    unknown = {package for package, _ in nodes if package not in make_resources().packages.list()}
-    errors += [f"cannot find package [{package}] for node [{kind}]" for package, kind in nodes if package in unknown]
-    for package, kind in nodes:
+    nodes = [node for need in needs for node in need.nodes]
+    unknown_packages = {package for package, _ in nodes if package not in make_resources().packages.list()}
+    errors += [
+        f"cannot find package [{package}] for node [{node_type}]"
+        for package, node_type in nodes
+        if package in unknown_packages
+    ]
+    for package, node_type in nodes:
         try:
-            if not find_node(package, kind):
-                errors.append(f"cannot find node [{kind}] in package [{package}]")
+            if not find_node(package, node_type):
+                errors.append(f"cannot find node [{node_type}] in package [{package}]")
         except ResourceNotFound as error:
-            errors.append(f"unable to find node [{package}/{kind}]: {error}")
+            errors.append(f"unable to find node [{package}/{node_type}]: {error}")
     errors += [f"ROSLaunch config error: {error}" for error in config.config_errors]
     return "\n".join(errors) if errors else None

@@ -1,4 +1,4 @@
-"""The command roslaunch-logs."""
+"""The command roslaunch-logs, which prints the folder of the log files."""
 
 from __future__ import annotations
 
@@ -21,5 +21,7 @@ def get_run_id() -> Any:
 
 
 def logs_main() -> None:
-    """Print the log folder of the running master; if there is none, print that of all runs, and exit with code 2."""
+    """Print the log folder of the running master; if no master is running, print the log folder of all runs, and exit
+    with code 2.
+    """
     _main("roslaunch", [sys.argv[0], "--logs", *sys.argv[1:]])

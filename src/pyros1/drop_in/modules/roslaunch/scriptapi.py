@@ -1,4 +1,4 @@
-"""Launching single nodes from a program."""
+"""Launches single nodes from a program."""
 
 from __future__ import annotations
 
@@ -42,7 +42,8 @@ class ROSLaunch:
         """Start a node; return its process.
 
         Raises:
-            RLException: it cannot be started, or `start` was not called.
+            RLException: the node cannot be started, or `start` was not called.
+            ValueError: ``node`` is not a Node.
         """
         if not self.started or self.parent.runner is None:
             raise RLException("please start ROSLaunch first")

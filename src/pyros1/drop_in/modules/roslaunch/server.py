@@ -13,10 +13,10 @@ class ROSLaunchParentNode:
     Args:
         rl_config: the ROSLaunchConfig.
         pm: the ProcessMonitor.
-        uri: its address.
+        uri: address of the server.
 
     Attributes:
-        rl_config, pm, uri: as given.
+        rl_config, pm, uri: the arguments.
     """
 
     def __init__(self, rl_config: Any, pm: Any, uri: str = "") -> None:

@@ -25,8 +25,8 @@ class ArgException(SubstitutionException):
     """An argument has no value."""
 
 
-class _Source(ScopeSubstituter):
-    """Values for one text, from a program's own dictionary."""
+class _DictSubstituter(ScopeSubstituter):
+    """Looks up the values to substitute in one text, in a program's own dictionary."""
 
     def __init__(self, context: dict[str, Any], filename: str) -> None:
         self._context = context
@@ -45,10 +45,10 @@ class _Source(ScopeSubstituter):
 
     def dirname(self) -> str:
         """Return the folder of the file."""
-        folder = self._context.get("filename")
-        if folder is None:
+        path = self._context.get("filename")
+        if path is None:
             raise SubstitutionException("Cannot substitute $(dirname), no file/directory information available.")
-        return os.path.abspath(os.path.dirname(folder))
+        return os.path.abspath(os.path.dirname(path))
 
 
 def resolve_args(
@@ -73,7 +73,7 @@ def resolve_args(
     if filename is not None:
         context["filename"] = filename
     try:
-        return substitute(arg_str, _Source(context, filename or "<text>"))
+        return substitute(arg_str, _DictSubstituter(context, filename or "<text>"))
     except LaunchError as error:
         if isinstance(error.__cause__, PackageNotFoundError):
             from rospkg import ResourceNotFound

@@ -51,7 +51,7 @@ class XmlLoader:
         """Read a file.
 
         Args:
-            filename: its path.
+            filename: path of the file.
             ros_config: the ROSLaunchConfig to fill.
             core: whether the file's nodes are those of the core.
             argv: ``name:=value`` words; None for those on the program's command line.
@@ -63,7 +63,7 @@ class XmlLoader:
         self._load(filename, make_resources(), ros_config, core, sys.argv if argv is None else argv, verbose)
 
     def load_string(self, xml_text: str, ros_config: Any, core: bool = False, verbose: bool = True) -> None:
-        """Read a file's contents; see `load`."""
+        """Read a launch file from a string; see `load`."""
         resources = replace(make_resources(), read_stdin=lambda: xml_text)
         self._load("-", resources, ros_config, core, [], verbose)
 

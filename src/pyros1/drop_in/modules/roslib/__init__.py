@@ -7,8 +7,8 @@ __all__ = ["is_interactive", "load_manifest", "set_interactive"]
 
 _is_interactive = False
 
-_LATE = ("exceptions", "launcher", "manifest", "message", "names", "packages")
-__getattr__, __dir__ = _names(__name__, {name: f"{__name__}.{name}." for name in _LATE})
+_LAZY_MODULES = ("exceptions", "launcher", "manifest", "message", "names", "packages")
+__getattr__, __dir__ = _names(__name__, {name: f"{__name__}.{name}." for name in _LAZY_MODULES})
 
 
 def set_interactive(interactive: bool) -> None:

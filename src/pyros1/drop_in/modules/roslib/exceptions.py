@@ -1,4 +1,4 @@
-"""Base of roslib's exceptions."""
+"""The base class of roslib's exceptions."""
 
 from pyros1.drop_in.missing import missing
 

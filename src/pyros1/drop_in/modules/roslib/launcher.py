@@ -1,4 +1,4 @@
-"""The start of Python programs of ROS packages."""
+"""Makes the Python modules of ROS packages importable, from before rospkg."""
 
 from __future__ import annotations
 
@@ -23,20 +23,20 @@ def load_manifest(package_name: str, bootstrap_version: str = "0.7") -> None:
         bootstrap_version: has no effect.
     """
     rospack = RosPack.get_instance()
-    for name in (package_name, *_needed(package_name, rospack)):
+    for name in (package_name, *_dependencies(package_name, rospack)):
         try:
             folder = rospack.get_path(name)
         except ResourceNotFound:
             continue
-        for part in ("src", "lib"):
-            path = os.path.join(folder, part)
+        for subfolder in ("src", "lib"):
+            path = os.path.join(folder, subfolder)
             if os.path.isdir(path) and path not in sys.path:
                 sys.path.append(path)
 
 
-def _needed(package: str, rospack: Any) -> list[str]:
+def _dependencies(package: str, rospack: Any) -> list[str]:
     try:
-        found: list[str] = rospack.get_depends(package)
+        dependencies: list[str] = rospack.get_depends(package)
     except Exception:  # noqa: BLE001  a package's broken manifest must not stop a program
         return []
-    return found
+    return dependencies

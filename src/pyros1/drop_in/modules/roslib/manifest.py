@@ -11,16 +11,16 @@ from rospkg import InvalidManifest as ManifestException
 from pyros1.drop_in.missing import missing
 from roslib.packages import InvalidROSPkgException, get_pkg_dir
 
-_WHY = "use rospkg.RosPack().get_manifest, whose dependencies have names"
+_REASON = "use rospkg.RosPack().get_manifest, whose dependencies have names"
 
-__getattr__ = missing(__name__, parse=_WHY, Depend=_WHY, ROSDep=_WHY, Export=_WHY, VersionControl=_WHY)
+__getattr__ = missing(__name__, parse=_REASON, Depend=_REASON, ROSDep=_REASON, Export=_REASON, VersionControl=_REASON)
 
 
 def manifest_file(package: str, required: bool = True, env: Mapping[str, str] | None = None) -> str | None:
     """Return the path of a package's manifest.xml.
 
     Raises:
-        InvalidROSPkgException: there is no such package; or the file is required and missing.
+        InvalidROSPkgException: there is no such package; or it has no manifest.xml, which is required.
     """
     folder = get_pkg_dir(package, required)
     path = folder and os.path.join(folder, MANIFEST_FILE)
@@ -30,10 +30,10 @@ def manifest_file(package: str, required: bool = True, env: Mapping[str, str] | 
 
 
 def load_manifest(package: str) -> Manifest:
-    """Return the manifest of a package; raises ResourceNotFound and ManifestException."""
+    """Return the manifest of a package; raises ResourceNotFound, and ManifestException if it is invalid."""
     return RosPack.get_instance().get_manifest(package)
 
 
 def parse_file(file: str) -> Manifest:
-    """Return the manifest in a file; raises ManifestException."""
+    """Return the manifest in a file; raises ManifestException if it is invalid."""
     return parse_manifest_file(*os.path.split(os.path.abspath(file)))

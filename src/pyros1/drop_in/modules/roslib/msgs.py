@@ -35,20 +35,22 @@ _NO_PACKAGE = "none"
 EXT = ".msg"
 MsgSpecException = InvalidMsgSpec
 
-_WHY = "definitions are found when they are used; see load_by_type and genmsg.MsgContext"
+_REASON = "definitions are found when they are used; see load_by_type and genmsg.MsgContext"
 
 __getattr__ = missing(
     __name__,
-    REGISTERED_TYPES=_WHY,
-    register=_WHY,
-    get_registered=_WHY,
-    load_package=_WHY,
-    load_package_dependencies=_WHY,
+    REGISTERED_TYPES=_REASON,
+    register=_REASON,
+    get_registered=_REASON,
+    load_package=_REASON,
+    load_package_dependencies=_REASON,
 )
 
 
 def parse_type(type_: str) -> tuple[str, bool, int | None]:
-    """Return a type without brackets, whether it is an array, and its length; raises MsgSpecException."""
+    """Return a type without brackets, whether it is an array, and its length; raises MsgSpecException if it is not
+    legal.
+    """
     try:
         return _parse_type(type_)
     except ValueError as error:
@@ -56,19 +58,19 @@ def parse_type(type_: str) -> tuple[str, bool, int | None]:
 
 
 def load_from_string(text: str, package_context: str = "", full_name: str = "", short_name: str = "") -> MsgSpec:
-    """Return the definition in a text; raises MsgSpecException."""
+    """Parse a definition; raises MsgSpecException if it is invalid."""
     package = package_context or _NO_PACKAGE
     spec = load_msg_from_string(MsgContext(), text, f"{package}/{short_name or 'Type'}")
-    types = [kind.removeprefix(f"{_NO_PACKAGE}/") for kind in spec.types]
-    if re.search(r"^\s*Header\b", text, re.MULTILINE):  # as it is written
-        types = [kind.replace("std_msgs/Header", HEADER) for kind in types]
+    types = [name.removeprefix(f"{_NO_PACKAGE}/") for name in spec.types]
+    if re.search(r"^\s*Header\b", text, re.MULTILINE):  # keep the type as it is written
+        types = [name.replace("std_msgs/Header", HEADER) for name in types]
     spec = MsgSpec(types, spec.names, spec.constants, text, full_name)
     spec.short_name, spec.package = short_name, package_context
     return spec
 
 
 def load_from_file(file_path: str, package_context: str = "") -> tuple[str, MsgSpec]:
-    """Return name and definition of the message in a file; the name has no package if none is given."""
+    """Return name and definition of the message in a file; the name has no package if ``package_context`` is empty."""
     short = os.path.basename(file_path).removesuffix(EXT)
     name = f"{package_context}/{short}" if package_context else short
     with open(file_path, encoding="utf-8") as file:
@@ -91,23 +93,25 @@ def list_msg_types(package: str, include_depends: bool) -> list[str]:
 
     Args:
         package: the package.
-        include_depends: whether to add those of its dependencies, as ``package/Type``.
+        include_depends: whether to add the messages of the package's dependencies, as ``package/Type``.
     """
     return list_types(finder().library.messages, package, include_depends)
 
 
 def list_types(types: Callable[[str], Iterable[str]], package: str, include_depends: bool) -> list[str]:
-    """Return the types of a package; ``types`` returns those of one package."""
-    found = list(types(package))
+    """Return the types of a package; see `list_msg_types`. ``types`` is called with a package, and returns its
+    types.
+    """
+    names = list(types(package))
     if include_depends:
         from rospkg import RosPack
 
-        found += [f"{other}/{name}" for other in RosPack.get_instance().get_depends(package) for name in types(other)]
-    return found
+        names += [f"{other}/{name}" for other in RosPack.get_instance().get_depends(package) for name in types(other)]
+    return names
 
 
 def msg_file(package: str, type_: str) -> str:
-    """Return the path of a definition in its package; raises InvalidROSPkgException."""
+    """Return the path of the file that defines a message; raises InvalidROSPkgException."""
     from roslib.packages import resource_file
 
     return resource_file(package, "msg", type_ + EXT)

@@ -1,4 +1,4 @@
-"""Names of the graph, of messages and of services."""
+"""Names in the graph, and names of message and service types."""
 
 from __future__ import annotations
 

@@ -13,8 +13,8 @@ from rospkg.environment import ROS_PACKAGE_PATH, ROS_ROOT
 from pyros1.drop_in.missing import missing
 from pyros1.finding.packages import files_below
 
-_WHY = "use rospkg.list_by_path"
-__getattr__ = missing(__name__, list_pkgs_by_path=_WHY, list_pkgs=_WHY)
+_REASON = "use rospkg.list_by_path"
+__getattr__ = missing(__name__, list_pkgs_by_path=_REASON, list_pkgs=_REASON)
 
 
 class ROSPkgException(Exception):
@@ -32,7 +32,7 @@ def get_pkg_dir(
 
     Args:
         package: the name of the package.
-        required: whether to raise an error if it does not exist; else None is returned.
+        required: whether to raise an error if the package does not exist; otherwise None is returned.
         ros_root, ros_package_path: where to search; None for the values in the environment.
 
     Raises:
@@ -40,8 +40,8 @@ def get_pkg_dir(
     """
     paths = None
     if ros_root is not None or ros_package_path is not None:
-        named = [ros_root or "", *(ros_package_path or os.environ.get(ROS_PACKAGE_PATH, "")).split(os.pathsep)]
-        paths = [path for path in named if path]
+        all_paths = [ros_root or "", *(ros_package_path or os.environ.get(ROS_PACKAGE_PATH, "")).split(os.pathsep)]
+        paths = [path for path in all_paths if path]
     try:
         return RosPack.get_instance(paths).get_path(package)
     except ResourceNotFound:
@@ -89,7 +89,7 @@ def resource_file(package: str, subdir: str, resource_name: str) -> str:
 
 
 def find_node(pkg: str, node_type: str, rospack: Any = None) -> list[str]:
-    """Return the paths of the executables with a name in a package.
+    """Return the paths of all executables in a package that have a given name.
 
     Args:
         pkg: the package.
@@ -112,7 +112,7 @@ def find_node(pkg: str, node_type: str, rospack: Any = None) -> list[str]:
 def find_resource(
     pkg: str, resource_name: str, filter_fn: Callable[[str], bool] | None = None, rospack: Any = None
 ) -> list[str]:
-    """Return the paths of the files with a name in a package.
+    """Return the paths of all files in a package that have a given name.
 
     Args:
         pkg: the package.
@@ -128,9 +128,9 @@ def find_resource(
 
 
 def _find_resource(d: str, resource_name: str, filter_fn: Callable[[str], bool] | None = None) -> list[str]:
-    direct = os.path.join(d, resource_name)
+    direct_path = os.path.join(d, resource_name)
     if os.path.dirname(resource_name):
-        found = [direct] if os.path.isfile(direct) else []
+        paths = [direct_path] if os.path.isfile(direct_path) else []
     else:
-        found = [os.path.join(base, resource_name) for base, files in files_below(d) if resource_name in files]
-    return [path for path in found if filter_fn is None or filter_fn(path)]
+        paths = [os.path.join(base, resource_name) for base, files in files_below(d) if resource_name in files]
+    return [path for path in paths if filter_fn is None or filter_fn(path)]

@@ -29,7 +29,7 @@ class ROSEnvException(Exception):
     """A variable is not set."""
 
 
-def _required(name: str, value: str | None, required: bool) -> str | None:
+def _check_required(name: str, value: str | None, required: bool) -> str | None:
     if required and value is None:
         raise ROSEnvException(f"{name} has not been configured")
     return value
@@ -37,18 +37,22 @@ def _required(name: str, value: str | None, required: bool) -> str | None:
 
 def get_ros_root(required: bool = True, env: _Environ = None) -> str | None:
     """Return ROS_ROOT; raises ROSEnvException if it is required and not set."""
-    return _required(ROS_ROOT, (os.environ if env is None else env).get(ROS_ROOT), required)
+    return _check_required(ROS_ROOT, (os.environ if env is None else env).get(ROS_ROOT), required)
 
 
 def get_ros_package_path(required: bool = False, env: _Environ = None) -> str | None:
     """Return ROS_PACKAGE_PATH; raises ROSEnvException if it is required and not set."""
-    return _required(ROS_PACKAGE_PATH, (os.environ if env is None else env).get(ROS_PACKAGE_PATH), required)
+    return _check_required(ROS_PACKAGE_PATH, (os.environ if env is None else env).get(ROS_PACKAGE_PATH), required)
 
 
 def get_master_uri(required: bool = True, env: _Environ = None, argv: list[str] | None = None) -> str | None:
-    """Return the master's address of the command line or ROS_MASTER_URI; raises ROSEnvException if it is required."""
+    """Return the master's address from the command line or ROS_MASTER_URI.
+
+    Raises:
+        ROSEnvException: neither is set, and the address is required.
+    """
     environ: dict[str, Any] = {ROS_MASTER_URI: None, **(os.environ if env is None else env)}  # without a default
     try:
-        return _required(ROS_MASTER_URI, rosgraph.rosenv.get_master_uri(environ, argv), required)
+        return _check_required(ROS_MASTER_URI, rosgraph.rosenv.get_master_uri(environ, argv), required)
     except ValueError as error:
         raise ROSEnvException(str(error)) from None

@@ -1,4 +1,4 @@
-"""Output of the command rospack."""
+"""Results of the command rospack."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pyros1.finding.crawl import all_packages
 from pyros1.finding.dependencies import Packages
 from pyros1.ground.errors import Error
 
-_WHY = "use rospkg.RosPack and the get_export of its manifests"
+_REASON = "use rospkg.RosPack and the get_export of its manifests"
 _STACKS = "stacks were part of rosbuild; use rospkg.RosPack"
 _COMMANDS: dict[str, Callable[[Packages, str], list[str]]] = {
     "find": lambda packages, name: [packages.find(name).folder],
@@ -20,16 +20,18 @@ _COMMANDS: dict[str, Callable[[Packages, str], list[str]]] = {
     "depends-on1": lambda packages, name: packages.dependents(packages.find(name).name),
 }
 
-__getattr__ = missing(__name__, rospack_plugins=_WHY, rosstackexec=_STACKS, rosstack_depends=_STACKS)
+__getattr__ = missing(__name__, rospack_plugins=_REASON, rosstackexec=_STACKS, rosstack_depends=_STACKS)
 
 
 def rospackexec(args: list[str]) -> str:
     """Return the output of ``rospack``: find, depends, depends1, depends-on, depends-on1 and list-names.
 
-    It is empty for other commands and for commands that would fail.
+    The output is empty for other commands and for commands that would fail.
     """
-    found = [each for each in all_packages(os.environ) if each.manifest in ("package.xml", "manifest.xml")]
-    packages = Packages(found)
+    known_packages = [
+        package for package in all_packages(os.environ) if package.manifest in ("package.xml", "manifest.xml")
+    ]
+    packages = Packages(known_packages)
     if args == ["list-names"]:
         return "\n".join(sorted(packages.by_name))
     try:

@@ -1,4 +1,4 @@
-"""Scripts that talk to the master, from before rosgraph."""
+"""Access to the master for scripts, from before rosgraph."""
 
 from __future__ import annotations
 

@@ -19,11 +19,11 @@ __getattr__ = missing(__name__)
 
 
 def load_from_string(text: str, package_context: str = "", full_name: str = "", short_name: str = "") -> SrvSpec:
-    """Return the service's definition in a text; raises SrvSpecException."""
+    """Parse a service's definition; raises SrvSpecException if it is invalid."""
     parsed = load_srv_from_string(MsgContext(), text, f"{package_context or 'none'}/{short_name or 'Type'}")
     request, response = (
-        msgs.load_from_string(part.text, package_context, f"{full_name}{kind}", f"{short_name}{kind}")
-        for part, kind in ((parsed.request, "Request"), (parsed.response, "Response"))
+        msgs.load_from_string(message.text, package_context, f"{full_name}{suffix}", f"{short_name}{suffix}")
+        for message, suffix in ((parsed.request, "Request"), (parsed.response, "Response"))
     )
     spec = SrvSpec(request, response, text)
     spec.full_name, spec.short_name, spec.package = full_name, short_name, package_context
@@ -31,7 +31,7 @@ def load_from_string(text: str, package_context: str = "", full_name: str = "", 
 
 
 def load_from_file(file_name: str, package_context: str = "") -> tuple[str, SrvSpec]:
-    """Return name and definition of the service in a file; the name has no package if none is given."""
+    """Return name and definition of the service in a file; the name has no package if ``package_context`` is empty."""
     short = os.path.basename(file_name).removesuffix(EXT)
     name = f"{package_context}/{short}" if package_context else short
     with open(file_name, encoding="utf-8") as file:
@@ -39,12 +39,12 @@ def load_from_file(file_name: str, package_context: str = "") -> tuple[str, SrvS
 
 
 def list_srv_types(package: str, include_depends: bool) -> list[str]:
-    """Return the short names of a package's services; arguments as for `roslib.msgs.list_msg_types`."""
+    """Return the short names of a package's services; see `roslib.msgs.list_msg_types`."""
     return msgs.list_types(finder().library.services, package, include_depends)
 
 
 def srv_file(package: str, type_: str) -> str:
-    """Return the path of a service's definition in its package; raises InvalidROSPkgException."""
+    """Return the path of the file that defines a service; raises InvalidROSPkgException."""
     from roslib.packages import resource_file
 
     return resource_file(package, "srv", type_ + EXT)

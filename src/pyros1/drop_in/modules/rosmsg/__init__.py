@@ -34,15 +34,15 @@ _MAX_LINES = 100_000
 
 
 class ROSMsgException(Exception):
-    """A type is not known, or its definition is wrong."""
+    """A type is not known, or its definition is invalid."""
 
 
 class RosMsgProtoException(Exception):
-    """The tool rosmsg-proto has failed; for programs that name it."""
+    """The tool rosmsg-proto has failed; only for programs that refer to it."""
 
 
 class RosMsgProtoArgsException(Exception):
-    """The tool rosmsg-proto has failed; for programs that name it."""
+    """The tool rosmsg-proto has failed; only for programs that refer to it."""
 
 
 def _library() -> Any:
@@ -101,20 +101,20 @@ def _list_types(path: str, subdir: str, ext: str) -> list[str]:
 
 
 def iterate_packages(rospack: Any, mode: str) -> Iterator[tuple[str, str]]:
-    """Yield each package that defines types, with the folder of their definitions."""
+    """Yield each package that defines types, with the folder that contains the definitions."""
     if mode not in (MODE_MSG, MODE_SRV):
         raise ValueError(f"Unknown mode for iterate_packages: {mode}")
     library = _library()
     for package in library.packages():
         for folder in library.folders(package):
-            inner = os.path.join(folder, mode[1:])
-            place = inner if os.path.isdir(inner) else folder
-            if _list_types(place, mode[1:], mode):
-                yield package, place
+            subfolder = os.path.join(folder, mode[1:])
+            definition_folder = subfolder if os.path.isdir(subfolder) else folder
+            if _list_types(definition_folder, mode[1:], mode):
+                yield package, definition_folder
 
 
 def rosmsg_search(rospack: Any, mode: str, base_type: str) -> Iterator[str]:
-    """Yield the full names of all types with a bare name."""
+    """Yield the full names of all types that have a given bare name."""
     library = _library()
     for package in library.packages():
         if base_type in _names(library, package, mode):
@@ -130,8 +130,8 @@ def spec_to_str(msg_context: Any, spec: Any, buff: Any = None, indent: str = "")
     Args:
         msg_context: a genmsg.MsgContext with the nested types.
         spec: a genmsg.MsgSpec, or a `pyros1.msgs.spec.MessageSpec`, which needs no context.
-        buff: file for the text, too.
-        indent: the beginning of each line.
+        buff: a file to which the text is also written; None for none.
+        indent: prefix of each line.
 
     Raises:
         ROSMsgException: the text would be too long.
@@ -140,46 +140,46 @@ def spec_to_str(msg_context: Any, spec: Any, buff: Any = None, indent: str = "")
         Digests(_library().message).dependencies(spec)  # raises an error if a type contains itself
         lines = _lines(spec, indent, [_MAX_LINES])
     else:
-        lines = _registered(msg_context, spec, indent, [_MAX_LINES])
+        lines = _registered_lines(msg_context, spec, indent, [_MAX_LINES])
     text = "".join(f"{line}\n" for line in lines)
     if buff is not None:
         buff.write(text)
     return text
 
 
-def _lines(spec: MessageSpec, indent: str, room: list[int]) -> Iterator[str]:
+def _lines(spec: MessageSpec, indent: str, remaining: list[int]) -> Iterator[str]:
     for constant in spec.constants:
         yield f"{indent}{constant.type} {constant.name}={constant.text}"
     for field in spec.fields:
-        room[0] -= 1
-        if room[0] < 0:
+        remaining[0] -= 1
+        if remaining[0] < 0:
             raise ROSMsgException(f"more than {_MAX_LINES} lines with all nested types")
         yield f"{indent}{field.type} {field.name}"
         if not field.is_builtin:
-            yield from _lines(_library().message(field.base), indent + "  ", room)
+            yield from _lines(_library().message(field.base), indent + "  ", remaining)
 
 
-def _registered(context: Any, spec: Any, indent: str, room: list[int]) -> Iterator[str]:
+def _registered_lines(context: Any, spec: Any, indent: str, remaining: list[int]) -> Iterator[str]:
     from genmsg.msgs import bare_msg_type, is_builtin
 
     for constant in spec.constants:
         yield f"{indent}{constant.type} {constant.name}={constant.val}"
-    for kind, name in zip(spec.types, spec.names, strict=True):
-        room[0] -= 1
-        if room[0] < 0:
+    for type_name, name in zip(spec.types, spec.names, strict=True):
+        remaining[0] -= 1
+        if remaining[0] < 0:
             raise ROSMsgException(f"more than {_MAX_LINES} lines with all nested types")
-        yield f"{indent}{kind} {name}"
-        base = bare_msg_type(kind) or ""
+        yield f"{indent}{type_name} {name}"
+        base = bare_msg_type(type_name) or ""
         if not is_builtin(base):
-            nested = context.get_registered(base)
-            yield from _registered(context, nested, indent + "  ", room)
+            nested = context.get_registered_lines(base)
+            yield from _registered_lines(context, nested, indent + "  ", remaining)
 
 
 def get_msg_text(type_: str, raw: bool = False, rospack: Any = None) -> str:
     """Return the text of a message's definition: as it is written, or with all nested types.
 
     Raises:
-        ROSMsgException: there is no such type, or its definition is wrong.
+        ROSMsgException: there is no such type, or its definition is invalid.
     """
     name = "std_msgs/Header" if type_ == "Header" else type_
     try:
@@ -190,11 +190,11 @@ def get_msg_text(type_: str, raw: bool = False, rospack: Any = None) -> str:
 
 
 def get_srv_text(type_: str, raw: bool = False, rospack: Any = None) -> str:
-    """Return the text of a service's definition; arguments and errors as for `get_msg_text`."""
+    """Return the text of a service's definition; see `get_msg_text` for the arguments and errors."""
     try:
         spec = _library().service(type_)
         return (
-            str(spec.text) if raw else "---\n".join(spec_to_str(None, each) for each in (spec.request, spec.response))
+            str(spec.text) if raw else "---\n".join(spec_to_str(None, part) for part in (spec.request, spec.response))
         )
     except (DefinitionError, UnknownTypeError) as error:
         raise ROSMsgException(f"Unknown srv type [{type_}]: {error}") from error
@@ -230,7 +230,7 @@ def get_yaml_for_msg(
 
 
 def get_array_type_instance(field_type: str, default_package: str | None = None) -> Any:
-    """Return a new message of the type of an array's elements, None for numbers and texts."""
+    """Return a new message of the type of an array's elements; None for numbers and texts."""
     base = field_type.partition("[")[0]
     if "/" not in base and default_package:
         base = f"{default_package}/{base}"
@@ -241,40 +241,40 @@ def get_array_type_instance(field_type: str, default_package: str | None = None)
 
 
 def create_names_filter(names: Any) -> Callable[[Any], Iterator[str]]:
-    """Return a function that yields the names of a message's fields without some."""
+    """Return a function that yields the names of a message's fields, except those in ``names``."""
     return lambda message: (name for name in message.__slots__ if name not in names)
 
 
 # The tool ------------------------------------------------------------------------------------------------------------
 
 
-def _command(mode: str, verb: str, words: list[str]) -> None:
+def _run_command(mode: str, verb: str, words: list[str]) -> None:
     _main("rosmsg" if mode == MODE_MSG else "rossrv", ["", verb, *words])
 
 
 def rosmsg_cmd_show(mode: str, full: str, alias: str = "show") -> None:
     """Print definitions; the types are on the process's command line."""
-    _command(mode, alias, sys.argv[2:])
+    _run_command(mode, alias, sys.argv[2:])
 
 
 def rosmsg_cmd_md5(mode: str, full: str) -> None:
     """Print md5 sums; the types are on the process's command line."""
-    _command(mode, "md5", sys.argv[2:])
+    _run_command(mode, "md5", sys.argv[2:])
 
 
 def rosmsg_cmd_list(mode: str, full: str, argv: list[str] | None = None) -> None:
     """Print all types."""
-    _command(mode, "list", (sys.argv[1:] if argv is None else argv)[1:])
+    _run_command(mode, "list", (sys.argv[1:] if argv is None else argv)[1:])
 
 
 def rosmsg_cmd_package(mode: str, full: str) -> None:
     """Print the types of a package, which is on the process's command line."""
-    _command(mode, "package", sys.argv[2:])
+    _run_command(mode, "package", sys.argv[2:])
 
 
 def rosmsg_cmd_packages(mode: str, full: str, argv: list[str] | None = None) -> None:
     """Print the packages with types."""
-    _command(mode, "packages", (sys.argv[1:] if argv is None else argv)[1:])
+    _run_command(mode, "packages", (sys.argv[1:] if argv is None else argv)[1:])
 
 
 def fullusage(mode: str) -> str:

@@ -1,4 +1,4 @@
-"""rosnode, by pyros1: nodes (https://wiki.ros.org/rosnode)."""
+"""rosnode, by pyros1: lists, pings and shuts down nodes (https://wiki.ros.org/rosnode)."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def _succeed(args: tuple[int, str, Any]) -> Any:
     return value
 
 
-def _state(master: Any = None) -> Any:
+def _system_state(master: Any = None) -> Any:
     try:
         return (master or rosgraph.Master(ID)).getSystemState()
     except OSError:
@@ -69,7 +69,7 @@ def get_api_uri(master: Any, caller_id: str, skip_cache: bool = False) -> str | 
 
 
 def lookup_uri(master: Any, system_state: Any, topic: str, uri: str) -> str:
-    """Return an address of a topic's node, preceded by the node's name if it is known."""
+    """Return the address of a node that uses a topic, preceded by the node's name if that is known."""
     for nodes in (nodes for table in system_state[:2] for name, nodes in table if name == topic):
         for node in nodes:
             if get_api_uri(master, node) == uri:
@@ -78,8 +78,8 @@ def lookup_uri(master: Any, system_state: Any, topic: str, uri: str) -> str:
 
 
 def get_node_names(namespace: str | None = None) -> list[str]:
-    """Return the names of all nodes, or of those of a namespace, sorted."""
-    names = sorted(set(_nodes(_state())))
+    """Return the names of all nodes, or only of those in a namespace, sorted."""
+    names = sorted(set(_nodes(_system_state())))
     if namespace:
         below = namespace.rstrip("/") + "/"
         names = [name for name in names if name.startswith(below) or name == namespace]
@@ -92,20 +92,22 @@ def get_machines_by_nodes() -> list[str]:
 
 
 def get_nodes_by_machine(machine: str) -> list[str]:
-    """Return the nodes of a host; raises ROSNodeException if its name has no address."""
+    """Return the nodes on a host; raises ROSNodeException if the host's name cannot be resolved."""
     try:
-        addresses = {each[4][0] for each in socket.getaddrinfo(machine, None)}
+        addresses = {address_info[4][0] for address_info in socket.getaddrinfo(machine, None)}
     except OSError:
         raise ROSNodeException(f"cannot resolve machine name [{machine}] to address") from None
-    found = []
+    nodes = []
     for node, host in _hosts():
         try:
-            same = machine == host or not addresses.isdisjoint(each[4][0] for each in socket.getaddrinfo(host, None))
+            is_same_host = machine == host or not addresses.isdisjoint(
+                address_info[4][0] for address_info in socket.getaddrinfo(host, None)
+            )
         except OSError:
-            same = False
-        if same:
-            found.append(node)
-    return found
+            is_same_host = False
+        if is_same_host:
+            nodes.append(node)
+    return nodes
 
 
 def _hosts() -> Iterator[tuple[str, str]]:
@@ -121,7 +123,7 @@ def kill_nodes(node_names: Iterable[str]) -> tuple[list[str], list[str]]:
     """Shut down nodes.
 
     Returns:
-        The names of those that were shut down, and of those that are unknown or do not respond.
+        The names of the nodes that were shut down, and of those that are unknown or do not respond.
     """
     master = rosgraph.Master(ID)
     success, fail = [], []
@@ -163,10 +165,10 @@ def rosnode_ping(node_name: str, max_count: int | None = None, verbose: bool = F
     Args:
         max_count: number of pings; None: until the program is interrupted.
         verbose: whether to print the times.
-        skip_cache: whether to ask the master for its address even if it is cached.
+        skip_cache: whether to ask the master for the node's address even if the address is cached.
 
     Returns:
-        Whether it answered.
+        Whether the node answered.
     """
     master = rosgraph.Master(ID)
     uri = get_api_uri(master, node_name, skip_cache)
@@ -180,17 +182,17 @@ def rosnode_ping(node_name: str, max_count: int | None = None, verbose: bool = F
     try:
         while True:
             try:
-                took = api.ping() * 1000
+                milliseconds = api.ping() * 1000
             except (Error, OSError):
                 if not skip_cache:
-                    fresh = get_api_uri(master, node_name, skip_cache=True)
-                    if fresh not in (None, uri):
+                    current_uri = get_api_uri(master, node_name, skip_cache=True)
+                    if current_uri not in (None, uri):
                         return rosnode_ping(node_name, max_count, verbose, skip_cache=True)
                 print(f"ERROR: connection refused to [{uri}]", file=sys.stderr)
                 return False
-            total, count = total + took, count + 1
+            total, count = total + milliseconds, count + 1
             if verbose:
-                print(f"xmlrpc reply from {uri}\ttime={took:f}ms")
+                print(f"xmlrpc reply from {uri}\ttime={milliseconds:f}ms")
             if max_count and count >= max_count:
                 break
             time.sleep(1.0)
@@ -218,15 +220,15 @@ def rosnode_ping_all(verbose: bool = False, skip_cache: bool = False) -> tuple[l
 def cleanup_master_blacklist(master: Any, blacklist: Iterable[str]) -> None:
     """Remove all registrations of some nodes from the master."""
     names = set(blacklist)
-    for name in sorted(names & set(_nodes(_state(master)))):
+    for name in sorted(names & set(_nodes(_system_state(master)))):
         print(f"Unregistering {name}")
     _unregister(master, names)
 
 
 def _unregister(master: Any, names: set[str]) -> None:
-    publishers, subscribers, services = _state(master)
+    publishers, subscribers, services = _system_state(master)
     for name in sorted(names & set(_nodes((publishers, subscribers, services)))):
-        uri = get_api_uri(master, name, True) or ""  # it may have been restarted
+        uri = get_api_uri(master, name, True) or ""  # the node may have been restarted
         node = rosgraph.Master(name, master.master_uri)
         for topic, nodes in publishers:
             if name in nodes:
@@ -241,23 +243,23 @@ def _unregister(master: Any, names: set[str]) -> None:
 
 def cleanup_master_whitelist(master: Any, whitelist: Iterable[str]) -> None:
     """Remove all registrations of nodes that are not in the list from the master."""
-    _unregister(master, set(_nodes(_state(master))) - set(whitelist))
+    _unregister(master, set(_nodes(_system_state(master))) - set(whitelist))
 
 
 def rosnode_cleanup() -> None:
-    """Ask on the terminal whether to remove registrations of nodes that do not respond, and do it."""
+    """Ask on the terminal whether to remove the registrations of nodes that do not respond, and if so, remove them."""
     _run(NAME, "cleanup")
 
 
 def get_node_info_description(node_name: str) -> str:
     """Return what the master knows about a node, as text."""
     master = rosgraph.Master(ID)
-    publishers, subscribers, services = _state(master)
+    publishers, subscribers, services = _system_state(master)
     types = {entry[0]: entry[1] for entry in master.getPublishedTopics("/")}
 
     def topics(table: Any) -> list[str]:
-        own = sorted(name for name, nodes in table if node_name in nodes)
-        return [f" * {name} [{types.get(name, 'unknown type')}]" for name in own]
+        names = sorted(name for name, nodes in table if node_name in nodes)
+        return [f" * {name} [{types.get(name, 'unknown type')}]" for name in names]
 
     def rows(title: str, lines: list[str]) -> str:
         return f"{title}: " + ("\n" + "\n".join(lines) if lines else "None") + "\n"
@@ -273,7 +275,7 @@ def get_node_connection_info_description(node_api: str, master: Any) -> str:
     Raises:
         ROSNodeIOException: the node does not respond.
     """
-    state = _state(master)
+    state = _system_state(master)
     api = NodeApi(ID, node_api, _TIMEOUT)
     try:
         text = f"Pid: {api.pid()}\n"
@@ -283,19 +285,25 @@ def get_node_connection_info_description(node_api: str, master: Any) -> str:
     finally:
         api.close()
     lines = []
-    words = {"o": "outbound", "i": "inbound", "b": "inbound and outbound"}
-    for each in connections:
-        other = lookup_uri(master, state, each.topic, each.destination)
-        place = "" if each.local_port is None else f" ({each.local_port} - {each.peer}) [{each.socket}]"
-        lines.append(f" * topic: {each.topic}\n    * to: {other}\n")
-        if each.connected:
-            lines.append(f"    * direction: {words.get(each.direction, each.direction)}{place}\n")
-        lines.append(f"    * transport: {each.transport}\n")
+    direction_names = {"o": "outbound", "i": "inbound", "b": "inbound and outbound"}
+    for connection in connections:
+        peer_description = lookup_uri(master, state, connection.topic, connection.destination)
+        socket_text = (
+            ""
+            if connection.local_port is None
+            else f" ({connection.local_port} - {connection.peer}) [{connection.socket}]"
+        )
+        lines.append(f" * topic: {connection.topic}\n    * to: {peer_description}\n")
+        if connection.connected:
+            lines.append(
+                f"    * direction: {direction_names.get(connection.direction, connection.direction)}{socket_text}\n"
+            )
+        lines.append(f"    * transport: {connection.transport}\n")
     return text + ("Connections:\n" + "".join(lines) if lines else "")
 
 
 def rosnode_info(node_name: str, quiet: bool = False) -> None:
-    """Print what the master and the node itself report about it; with `quiet` only what the master reports.
+    """Print what the master and the node itself report about the node; with `quiet`, only what the master reports.
 
     Raises:
         ROSNodeIOException: the node does not respond.
@@ -313,7 +321,7 @@ def rosnode_info(node_name: str, quiet: bool = False) -> None:
 
 
 def rosnode_debugnode(node_name: str, quiet: bool = False) -> None:
-    """Print as `rosnode_info`."""
+    """Do the same as `rosnode_info`."""
     rosnode_info(node_name, quiet)
 
 

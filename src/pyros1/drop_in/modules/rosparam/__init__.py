@@ -26,7 +26,7 @@ __getattr__ = missing(__name__)
 NAME = "rosparam"
 NS = "_ns"
 GLOBALNS = "/"
-_LIMIT = 1 << 31
+_INT_LIMIT = 1 << 31
 
 
 class RosParamException(Exception):
@@ -42,7 +42,7 @@ def _get_caller_id() -> str:
 
 
 @contextmanager
-def _answered() -> Iterator[None]:
+def _stock_errors() -> Iterator[None]:
     try:
         yield
     except OSError:
@@ -76,11 +76,11 @@ def construct_yaml_binary(loader: Any, node: Any) -> Binary:
     return Binary(yaml.constructor.SafeConstructor.construct_yaml_binary(loader, node))
 
 
-def _angle(text: str, what: str, begin: str) -> float:
+def _angle(text: str, description: str, prefix: str) -> float:
     try:
-        return _radians(_inside(text, begin))
+        return _radians(_without_prefix(text, prefix))
     except ExpressionError:
-        raise RosParamException(f"invalid {what}: {text}") from None
+        raise RosParamException(f"invalid {description}: {text}") from None
 
 
 def construct_angle_radians(loader: Any, node: Any) -> float:
@@ -93,9 +93,9 @@ def construct_angle_degrees(loader: Any, node: Any) -> float:
     return _angle(loader.construct_scalar(node), "degree value", "deg(") * math.pi / 180.0
 
 
-def _inside(text: str, begin: str) -> str:
+def _without_prefix(text: str, prefix: str) -> str:
     text = text.strip()
-    return text[len(begin) : -1] if text.startswith(begin) else text
+    return text[len(prefix) : -1] if text.startswith(prefix) else text
 
 
 for _loader in (yaml.SafeLoader, yaml.FullLoader, yaml.Loader):
@@ -120,7 +120,7 @@ def load_file(filename: str, default_namespace: str | None = None, verbose: bool
 
     Raises:
         RosParamException: there is no such file.
-        yaml.YAMLError: it is not valid.
+        yaml.YAMLError: the file is not valid YAML.
     """
     if not filename or filename == "-":
         return load_str(sys.stdin.read(), filename, default_namespace, verbose)
@@ -135,8 +135,8 @@ def load_file(filename: str, default_namespace: str | None = None, verbose: bool
 def load_str(
     str: str, filename: str, default_namespace: str | None = None, verbose: bool = False
 ) -> list[tuple[Any, str]]:
-    """Return the documents of a YAML text, each with its namespace; arguments and errors as for `load_file`."""
-    found = []
+    """Return the documents of a YAML text, each with its namespace; see `load_file`."""
+    documents = []
     for document in yaml.load_all(str, yaml.SafeLoader):
         if document is None:
             continue
@@ -145,12 +145,12 @@ def load_str(
             namespace = ns_join(namespace, document.pop(NS))
             if verbose:
                 print(f"reading parameters into namespace [{namespace}]")
-        found.append((document, namespace))
-    return found
+        documents.append((document, namespace))
+    return documents
 
 
 def dump_params(filename: str | None, param: str, verbose: bool = False) -> None:
-    """Write a parameter, or all of a namespace, into a YAML file; None for the standard output."""
+    """Write a parameter, or all parameters of a namespace, to a YAML file; None for the standard output."""
     tree = get_param(param)
     if verbose:
         print_params(tree, param)
@@ -163,20 +163,21 @@ def dump_params(filename: str | None, param: str, verbose: bool = False) -> None
 # Parameters ----------------------------------------------------------------------------------------------------------
 
 
-@_answered()
+@_stock_errors()
 def get_param(param: str) -> Any:
     """Return a parameter; raises MasterError if it is not set."""
     return get_param_server().getParam(_resolve(param))
 
 
 def set_param(param: str, value: str, verbose: bool = False) -> None:
-    """Set a parameter to the value of a YAML text."""
+    """Set a parameter to the value that a YAML text describes."""
     set_param_raw(param, yaml.load(value, yaml.SafeLoader), verbose=verbose)
 
 
-@_answered()
+@_stock_errors()
 def set_param_raw(param: str, value: Any, verbose: bool = False) -> None:
-    """Set a parameter; those of a dictionary one by one. An empty one is set only if there is no namespace yet.
+    """Set a parameter, or with a dictionary, the parameters of a namespace one by one. An empty dictionary is only set
+    if the namespace does not exist yet.
 
     Raises:
         OverflowError: a whole number has more than 32 bits, which XML-RPC cannot send.
@@ -186,20 +187,20 @@ def set_param_raw(param: str, value: Any, verbose: bool = False) -> None:
             set_param_raw(param if not key else ns_join(param, key), each, verbose=verbose)
         if value:
             return
-    _check(value)
+    _check_integers(value)
     name, server = _resolve(param), get_param_server()
     if value == {} and server.hasParam(name) and isinstance(server.getParam(name), dict):
-        return  # its parameters stay
+        return  # the namespace keeps its parameters
     server.setParam(name, value)
     if verbose:
         print(f"set parameter [{name}] to [{value}]")
 
 
-def _check(value: Any) -> None:
-    if isinstance(value, int) and not -_LIMIT <= value < _LIMIT:
+def _check_integers(value: Any) -> None:
+    if isinstance(value, int) and not -_INT_LIMIT <= value < _INT_LIMIT:
         raise OverflowError("int exceeds XML-RPC limits")
-    for each in value.values() if isinstance(value, dict) else value if isinstance(value, (list, tuple)) else ():
-        _check(each)
+    for item in value.values() if isinstance(value, dict) else value if isinstance(value, (list, tuple)) else ():
+        _check_integers(item)
 
 
 def upload_params(ns: str, values: Any, verbose: bool = False) -> None:
@@ -207,9 +208,9 @@ def upload_params(ns: str, values: Any, verbose: bool = False) -> None:
 
     Raises:
         RosParamException: `ns` is the root, and the values are not a dictionary.
-        OverflowError: as for `set_param_raw`.
+        OverflowError: see `set_param_raw`.
     """
-    _check(values)
+    _check_integers(values)
     if ns == GLOBALNS and not isinstance(values, dict):
         raise RosParamException("global / can only be set to a dictionary")
     if verbose:
@@ -217,7 +218,7 @@ def upload_params(ns: str, values: Any, verbose: bool = False) -> None:
     set_param_raw(ns, values)
 
 
-@_answered()
+@_stock_errors()
 def delete_param(param: str, verbose: bool = False) -> None:
     """Delete a parameter; raises MasterError if it is not set."""
     server = get_param_server()
@@ -230,9 +231,9 @@ def delete_param(param: str, verbose: bool = False) -> None:
         print(f"deleted parameter [{param}]")
 
 
-@_answered()
+@_stock_errors()
 def list_params(ns: str) -> list[str]:
-    """Return the names of the parameters of a namespace, sorted."""
+    """Return the names of all parameters in a namespace, sorted."""
     below = _resolve(ns).rstrip("/") + "/"
     return sorted(name for name in get_param_server().getParamNames() if name.startswith(below))
 

@@ -1,6 +1,6 @@
 """rospkg, by pyros1: ROS packages (https://wiki.ros.org/rospkg), as far as programs use it.
 
-If rospkg is installed, from PyPI or Debian, programs import that one.
+If rospkg is installed, from PyPI or Debian, programs import that package instead.
 """
 
 from pyros1.drop_in.missing import missing
@@ -41,5 +41,5 @@ __all__ = [
 
 __version__ = "1.4.0"  # the version of PyPI's rospkg whose API this is
 
-_WHY = "`pip install rospkg` provides it"
-__getattr__ = missing(__name__, expand_to_packages=_WHY, get_stack_version_by_dir=_WHY)
+_REASON = "`pip install rospkg` provides it"
+__getattr__ = missing(__name__, expand_to_packages=_REASON, get_stack_version_by_dir=_REASON)

@@ -18,7 +18,7 @@ class ResourceNotFound(Exception):
     """There is no such package or stack.
 
     Args:
-        msg: its name.
+        msg: name of the package or stack.
         ros_paths: the folders that were searched.
     """
 

@@ -8,13 +8,15 @@ from collections.abc import Mapping
 from pyros1.drop_in.missing import missing
 from rospkg.environment import get_etc_ros_dir
 
-_WHY = "the descriptions of rosbuild's distributions are no longer online; `pip install rospkg` provides them"
+_REASON = "the descriptions of rosbuild's distributions are no longer online; `pip install rospkg` provides them"
 
-__getattr__ = missing(__name__, load_distro=_WHY, distro_uri=_WHY, Distro=_WHY, DistroStack=_WHY, Variant=_WHY)
+__getattr__ = missing(
+    __name__, load_distro=_REASON, distro_uri=_REASON, Distro=_REASON, DistroStack=_REASON, Variant=_REASON
+)
 
 
 def current_distro_codename(env: Mapping[str, str] | None = None) -> str | None:
-    """Return ROS_DISTRO, or the content of the file ``distro`` in ROS_ETC_DIR; None without them."""
+    """Return ROS_DISTRO, or the content of the file ``distro`` in ROS_ETC_DIR; None if neither exists."""
     environ = os.environ if env is None else env
     if "ROS_DISTRO" in environ:
         return environ["ROS_DISTRO"]

@@ -42,17 +42,17 @@ def get_ros_paths(env: _Environ = None) -> list[str]:
 
 
 def get_ros_home(env: _Environ = None) -> str:
-    """Return the folder of this user's ROS files."""
+    """Return the folder for this user's ROS files."""
     return _get(env, ROS_HOME) or os.path.join(os.path.expanduser("~"), ".ros")
 
 
 def get_log_dir(env: _Environ = None) -> str:
-    """Return the folder of logs."""
+    """Return the folder for log files."""
     return _get(env, ROS_LOG_DIR) or os.path.join(get_ros_home(env), "log")
 
 
 def get_test_results_dir(env: _Environ = None) -> str:
-    """Return the folder of test results."""
+    """Return the folder for test results."""
     return _get(env, ROS_TEST_RESULTS_DIR) or os.path.join(get_ros_home(env), "test_results")
 
 

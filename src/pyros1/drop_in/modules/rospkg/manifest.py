@@ -10,9 +10,9 @@ from pyros1.drop_in.missing import missing
 from rospkg.common import MANIFEST_FILE, PACKAGE_FILE, STACK_FILE
 
 _DEPEND_TAGS = ("run_depend", "exec_depend", "build_depend", "build_export_depend", "buildtool_depend", "depend")
-_WHY = "`pip install rospkg` provides it; here is parse_manifest_file"
+_REASON = "`pip install rospkg` provides it; here is parse_manifest_file"
 
-__getattr__ = missing(__name__, parse_manifest=_WHY, Platform=_WHY)
+__getattr__ = missing(__name__, parse_manifest=_REASON, Platform=_REASON)
 
 
 class InvalidManifest(Exception):
@@ -60,9 +60,9 @@ class Export:
     """An element of ``<export>``.
 
     Args:
-        tag: its name.
+        tag: name of the element.
         attrs: its attributes.
-        str: its text.
+        str: the text in it.
     """
 
     def __init__(self, tag: str, attrs: dict[str, str], str: str) -> None:
@@ -71,7 +71,7 @@ class Export:
         self.str = str
 
     def get(self, attr: str) -> str | None:
-        """Return an attribute; None if there is none of this name."""
+        """Return an attribute; None if the element does not have it."""
         return self.attrs.get(attr)
 
 
@@ -103,17 +103,17 @@ class Manifest:
         self.is_catkin = is_catkin
 
     def get_export(self, tag: str, attr: str, convert: bool = True) -> list[str]:
-        """Return the values of an attribute in all exports of a tag.
+        """Return the values of an attribute in all exports with a tag.
 
         Args:
             tag: the exports' tag.
             attr: the attribute's name.
-            convert: whether to replace ``${prefix}`` by the package's folder.
+            convert: whether to replace ``${prefix}`` with the package's folder.
 
         Raises:
-            ValueError: the folder is not known.
+            ValueError: the folder is unknown, since ``filename`` is not set.
         """
-        values = [value for each in self.exports if each.tag == tag and (value := each.get(attr)) is not None]
+        values = [value for export in self.exports if export.tag == tag and (value := export.get(attr)) is not None]
         if not convert:
             return values
         if not self.filename:
@@ -128,8 +128,8 @@ def parse_manifest_file(dirpath: str, manifest_name: str, rospack: Any = None) -
     Args:
         dirpath: the package's folder.
         manifest_name: manifest.xml or stack.xml; without such a file, the folder's package.xml is read.
-        rospack: sorts the dependencies of a package.xml into ROS packages and system packages. None if all are ROS
-            packages.
+        rospack: a RosPack, whose packages are the ROS packages among the dependencies of a package.xml; others are
+            system packages. None if all dependencies are ROS packages.
 
     Raises:
         InvalidManifest: the file is invalid.
@@ -145,21 +145,21 @@ def parse_manifest_file(dirpath: str, manifest_name: str, rospack: Any = None) -
         raise OSError(f"Invalid/non-existent manifest file: {path}")
     with open(source, "rb") as file:
         content = file.read()
-    kind = "stack" if manifest_name == STACK_FILE else "package"
-    result = Manifest(kind, os.path.join(dirpath, MANIFEST_FILE) if is_catkin else path, is_catkin)
+    type_name = "stack" if manifest_name == STACK_FILE else "package"
+    result = Manifest(type_name, os.path.join(dirpath, MANIFEST_FILE) if is_catkin else path, is_catkin)
     try:
         root: Element = fromstring(content)
         _fill(result, root)
         if is_catkin:
-            names = dict.fromkeys(name for tag in _DEPEND_TAGS for name in _texts(root, tag))
-            known = names if rospack is None else set(rospack.list())
-            result.depends = [Depend(name, "package") for name in names if name in known]
-            result.rosdeps = [RosDep(name) for name in names if name not in known]
-        elif root.tag != kind:
-            raise InvalidManifest(f"manifest [{path}] must have a single '{kind}' element")
+            names = dict.fromkeys(name for tag in _DEPEND_TAGS for name in _child_texts(root, tag))
+            known_packages = names if rospack is None else set(rospack.list())
+            result.depends = [Depend(name, "package") for name in names if name in known_packages]
+            result.rosdeps = [RosDep(name) for name in names if name not in known_packages]
+        elif root.tag != type_name:
+            raise InvalidManifest(f"manifest [{path}] must have a single '{type_name}' element")
         else:
-            result.depends = [Depend(each.get(kind, ""), kind) for each in root.findall("depend")]
-            result.rosdeps = [RosDep(each.get("name", "")) for each in root.findall("rosdep")]
+            result.depends = [Depend(element.get(type_name, ""), type_name) for element in root.findall("depend")]
+            result.rosdeps = [RosDep(element.get("name", "")) for element in root.findall("rosdep")]
     except (ParseError, DefusedXmlException, ValueError, LookupError) as error:
         raise InvalidManifest(f"[{source}] invalid XML: {error}") from error
     except RecursionError as error:
@@ -167,30 +167,30 @@ def parse_manifest_file(dirpath: str, manifest_name: str, rospack: Any = None) -
     return result
 
 
-def _inner(element: Element | None) -> str:
+def _inner_xml(element: Element | None) -> str:
     if element is None:
         return ""
     return ((element.text or "") + "".join(tostring(child, "unicode") for child in element)).strip()
 
 
-def _texts(root: Element, tag: str) -> list[str]:
-    return [_inner(each) for each in root.findall(tag)]
+def _child_texts(root: Element, tag: str) -> list[str]:
+    return [_inner_xml(element) for element in root.findall(tag)]
 
 
 def _person(element: Element) -> str:
     mail = element.get("email")
-    return _inner(element) + (f" <{mail}>" if mail else "")
+    return _inner_xml(element) + (f" <{mail}>" if mail else "")
 
 
 def _fill(manifest: Manifest, root: Element) -> None:
     description = root.find("description")
-    manifest.description = _inner(description)
+    manifest.description = _inner_xml(description)
     manifest.brief = "" if description is None else description.get("brief", "")
-    people = [f"Maintainer: {_person(each)}" for each in root.findall("maintainer")]
-    manifest.author = ", ".join([*people, *(_person(each) for each in root.findall("author"))])
-    manifest.licenses = _texts(root, "license")
+    people = [f"Maintainer: {_person(element)}" for element in root.findall("maintainer")]
+    manifest.author = ", ".join([*people, *(_person(element) for element in root.findall("author"))])
+    manifest.licenses = _child_texts(root, "license")
     manifest.license = ", ".join(manifest.licenses)
-    manifest.url = next(iter(_texts(root, "url")), "")
-    manifest.version = _inner(root.find("version"))
+    manifest.url = next(iter(_child_texts(root, "url")), "")
+    manifest.version = _inner_xml(root.find("version"))
     exports = [child for tag in root.findall("export") for child in tag]
-    manifest.exports = [Export(child.tag, dict(child.attrib), _inner(child)) for child in exports]
+    manifest.exports = [Export(child.tag, dict(child.attrib), _inner_xml(child)) for child in exports]

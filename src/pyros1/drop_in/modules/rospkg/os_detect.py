@@ -7,9 +7,9 @@ import platform
 
 from pyros1.drop_in.missing import missing
 
-_WHY = "`pip install rospkg` provides it"
+_REASON = "`pip install rospkg` provides it"
 OS_DEBIAN, OS_UBUNTU = "debian", "ubuntu"
-__getattr__ = missing(__name__, OsDetector=_WHY, uname_get_machine=_WHY)
+__getattr__ = missing(__name__, OsDetector=_REASON, uname_get_machine=_REASON)
 
 
 class OsNotDetected(Exception):
@@ -26,10 +26,10 @@ class OsDetect:
             name, version, codename = (*override.split(":"), "", "")[:3]
             return name, version, codename
         try:
-            facts = platform.freedesktop_os_release()
+            release = platform.freedesktop_os_release()
         except OSError as error:
             raise OsNotDetected(f"Could not detect OS: {error}") from error
-        return facts["ID"], facts.get("VERSION_ID", ""), facts.get("VERSION_CODENAME", "")
+        return release["ID"], release.get("VERSION_ID", ""), release.get("VERSION_CODENAME", "")
 
     def get_name(self) -> str:
         """Return the name; raises OsNotDetected."""

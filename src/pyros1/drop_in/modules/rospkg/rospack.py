@@ -1,4 +1,4 @@
-"""The packages of this machine and their dependencies."""
+"""Finds the packages on this machine and their dependencies."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from rospkg.common import MANIFEST_FILE, PACKAGE_FILE, STACK_FILE, ResourceNotFo
 from rospkg.environment import get_ros_paths
 from rospkg.manifest import InvalidManifest, Manifest, parse_manifest_file
 
-_WHY = "`pip install rospkg` provides it"
-__getattr__ = missing(__name__, expand_to_packages=_WHY, get_stack_version_by_dir=_WHY)
+_REASON = "`pip install rospkg` provides it"
+__getattr__ = missing(__name__, expand_to_packages=_REASON, get_stack_version_by_dir=_REASON)
 
 
 class ManifestManager:
@@ -23,28 +23,28 @@ class ManifestManager:
 
     Args:
         manifest_name: file name of the manifests.
-        ros_paths: the folders; None for those of the environment and others in which pyros1 searches.
+        ros_paths: the folders; None for those in the environment and all others in which pyros1 searches.
     """
 
     _instances: dict[Any, Any] = {}
 
     def __init__(self, manifest_name: str, ros_paths: Sequence[str] | None = None) -> None:
         self._manifest_name = manifest_name
-        self._given = ros_paths is not None
+        self._has_own_paths = ros_paths is not None
         self._ros_paths = get_ros_paths() if ros_paths is None else list(ros_paths)
         self._folders: dict[str, str] | None = None
         self._manifests: dict[str, Manifest] = {}
-        self._needs: dict[str, list[str]] = {}
+        self._dependencies: dict[str, list[str]] = {}
         self._custom: dict[Any, Any] = {}
 
     @classmethod
     def get_instance(cls, ros_paths: Sequence[str] | None = None) -> Any:
-        """Return the only instance for these folders."""
+        """Return the instance for these folders, which all callers share."""
         key = (cls, tuple(get_ros_paths() if ros_paths is None else ros_paths))
-        found = ManifestManager._instances.get(key)
-        if found is None:
-            found = ManifestManager._instances[key] = cls(ros_paths=ros_paths)  # type: ignore[call-arg]
-        return found
+        instance = ManifestManager._instances.get(key)
+        if instance is None:
+            instance = ManifestManager._instances[key] = cls(ros_paths=ros_paths)  # type: ignore[call-arg]
+        return instance
 
     def get_ros_paths(self) -> list[str]:
         """Return the folders that are searched."""
@@ -52,21 +52,21 @@ class ManifestManager:
 
     ros_paths = property(get_ros_paths)
 
-    def _found(self) -> dict[str, str]:
+    def _folders_by_name(self) -> dict[str, str]:
         if self._folders is None:
-            self._folders = self._find()
+            self._folders = self._find_folders()
         return self._folders
 
-    def _find(self) -> dict[str, str]:
+    def _find_folders(self) -> dict[str, str]:
         raise NotImplementedError
 
     def list(self) -> Any:
         """Return the names of all packages or stacks."""
-        return self._found().keys()
+        return self._folders_by_name().keys()
 
     def get_path(self, name: str) -> str:
-        """Return the folder of a package or stack; raises ResourceNotFound."""
-        folder = self._found().get(name)
+        """Return the folder of a package or stack; raises ResourceNotFound if there is none."""
+        folder = self._folders_by_name().get(name)
         if folder is None:
             raise ResourceNotFound(name, ros_paths=self._ros_paths)
         return folder
@@ -87,30 +87,33 @@ class ManifestManager:
         Raises:
             ResourceNotFound: the package or stack, or one of its dependencies, does not exist.
         """
-        direct = [each.name for each in self.get_manifest(name).depends]
+        direct_names = [dependency.name for dependency in self.get_manifest(name).depends]
         if not implicit:
-            return direct
-        if name not in self._needs:
-            found: dict[str, None] = {}
-            waiting = direct[::-1]
-            while waiting:
-                each = waiting.pop()
-                if each not in found and each != name:
-                    found[each] = None
-                    waiting += [inner.name for inner in self.get_manifest(each).depends]
-            self._needs[name] = list(found)
-        return self._needs[name]
+            return direct_names
+        if name not in self._dependencies:
+            all_names: dict[str, None] = {}
+            pending = direct_names[::-1]
+            while pending:
+                dependency_name = pending.pop()
+                if dependency_name not in all_names and dependency_name != name:
+                    all_names[dependency_name] = None
+                    pending += [dependency.name for dependency in self.get_manifest(dependency_name).depends]
+            self._dependencies[name] = list(all_names)
+        return self._dependencies[name]
 
     def get_depends_on(self, name: str, implicit: bool = True) -> Any:
-        """Return the names of those that depend on a package or stack, except broken ones; see :meth:`get_depends`."""
-        result = []
-        for each in self.list():
+        """Return the names of the packages or stacks that depend on this one, except broken ones.
+
+        See :meth:`get_depends` for the arguments.
+        """
+        dependent_names = []
+        for other_name in self.list():
             try:
-                if name in self.get_depends(each, implicit):
-                    result.append(each)
+                if name in self.get_depends(other_name, implicit):
+                    dependent_names.append(other_name)
             except (ResourceNotFound, InvalidManifest, OSError):
                 continue
-        return result
+        return dependent_names
 
     def get_custom_cache(self, key: Any, default: Any = None) -> Any:
         """Return data that a program has stored here."""
@@ -122,18 +125,18 @@ class ManifestManager:
 
 
 class RosPack(ManifestManager):
-    """The packages in some folders; None for all that pyros1 finds."""
+    """The packages in the folders ``ros_paths``; None for all packages that pyros1 finds."""
 
     def __init__(self, ros_paths: Sequence[str] | None = None) -> None:
         super().__init__(MANIFEST_FILE, ros_paths)
-        self._index = package_index(self._ros_paths if self._given else None)
+        self._index = package_index(self._ros_paths if self._has_own_paths else None)
 
-    def _find(self) -> dict[str, str]:
+    def _find_folders(self) -> dict[str, str]:
         paths = {name: str(path) for name, path in self._index.paths().items()}
         return {name: path for name, path in paths.items() if not is_metapackage(path)}
 
     def get_path(self, name: str) -> str:
-        """Return the folder of a package; raises ResourceNotFound."""
+        """Return the folder of a package; raises ResourceNotFound if there is none."""
         folder = ""
         if isinstance(name, str):
             with suppress(LookupError):
@@ -145,7 +148,7 @@ class RosPack(ManifestManager):
     def get_rosdeps(self, package: str, implicit: bool = True) -> Any:
         """Return the names of the system packages on which a package depends; see :meth:`get_depends`."""
         names = [package, *(self.get_depends(package) if implicit else ())]
-        return list(dict.fromkeys(each.name for name in names for each in self.get_manifest(name).rosdeps))
+        return list(dict.fromkeys(rosdep.name for name in names for rosdep in self.get_manifest(name).rosdeps))
 
     def stack_of(self, package: str) -> None:
         """Return None, since packages are not in stacks, which were part of rosbuild. Raises ResourceNotFound."""
@@ -153,15 +156,15 @@ class RosPack(ManifestManager):
 
 
 class RosStack(ManifestManager):
-    """The metapackages in some folders; None for all that pyros1 finds."""
+    """The metapackages in the folders ``ros_paths``; None for all metapackages that pyros1 finds."""
 
     def __init__(self, ros_paths: Sequence[str] | None = None) -> None:
         super().__init__(STACK_FILE, ros_paths)
 
-    __getattr__ = members("RosStack", _WHY, frozenset({"get_stack_version"}))
+    __getattr__ = members("RosStack", _REASON, frozenset({"get_stack_version"}))
 
-    def _find(self) -> dict[str, str]:
-        paths = package_index(self._ros_paths if self._given else None).paths()
+    def _find_folders(self) -> dict[str, str]:
+        paths = package_index(self._ros_paths if self._has_own_paths else None).paths()
         return {name: str(path) for name, path in paths.items() if is_metapackage(str(path))}
 
     def packages_of(self, stack: str) -> list[str]:
@@ -183,22 +186,22 @@ def list_by_path(manifest_name: str, path: str, cache: dict[str, str]) -> Any:
     Packages with a package.xml are found whatever the name of the manifest; metapackages are found as stacks.
     """
     names = []
-    for folder, below, files in os.walk(os.path.abspath(path), followlinks=False):
+    for folder, subfolders, files in os.walk(os.path.abspath(path), followlinks=False):
         if "rospack_nosubdirs" in files or "CATKIN_IGNORE" in files:
-            below.clear()
+            subfolders.clear()
             if "CATKIN_IGNORE" in files:
                 continue
         if PACKAGE_FILE in files:
             name = package_of_folder(folder)
-            below.clear()
+            subfolders.clear()
             kinds = {PACKAGE_FILE, STACK_FILE if is_metapackage(folder) else MANIFEST_FILE}
             if manifest_name not in kinds:
                 continue
         elif manifest_name in files:
             name = os.path.basename(folder)
-            below.clear()
+            subfolders.clear()
         else:
-            below[:] = sorted(each for each in below if each[0] != ".")
+            subfolders[:] = sorted(subfolder for subfolder in subfolders if subfolder[0] != ".")
             continue
         names.append(name)
         cache[name] = folder
@@ -213,7 +216,7 @@ def package_of_folder(folder: str) -> str:
 
 
 def get_package_name(path: str) -> str | None:
-    """Return the name of the package that a path is in; None if it is in none."""
+    """Return the name of the package that contains a path; None if there is none."""
     folder = os.path.realpath(path)
     while True:
         for name in (PACKAGE_FILE, MANIFEST_FILE):

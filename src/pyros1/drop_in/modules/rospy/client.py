@@ -1,4 +1,4 @@
-"""The functions of rospy for the node, parameters and waiting (https://wiki.ros.org/rospy/Overview)."""
+"""Functions of rospy that start the node, access parameters and wait (https://wiki.ros.org/rospy/Overview)."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ from pyros1.ground.errors import (
 from pyros1.ground.loading import loading
 from rospy.core import add_client_shutdown_hook, logdebug, logerr, loginfo, logwarn, register_signals, signal_shutdown
 from rospy.exceptions import ROSException, ROSInitException, ROSInterruptException
-from rospy.msproxy import MasterProxy, reaching
+from rospy.msproxy import MasterProxy, stock_connection_errors
 from rospy.names import as_text, get_caller_id, resolve_name
 
 DEBUG, INFO, WARN, ERROR, FATAL = 1, 2, 4, 8, 16
 TIMEOUT_READY = 15.0
-_SOCKETS = 1 << 20
+_LOCAL_BUFFER_SIZE = 1 << 20
 """Number of bytes that stock's sockets buffer, even within a process, so that bursts beyond `queue_size` arrive."""
 
 
@@ -48,7 +48,7 @@ def myargv(argv: list[str] | None = None) -> list[str]:
     """Return the command line without remappings and private parameters.
 
     Args:
-        argv: None: ``sys.argv``.
+        argv: the command line; None for ``sys.argv``.
     """
     arguments = names.parse_arguments(list(sys.argv if argv is None else argv))
     return [word for word in (sys.argv if argv is None else argv) if word in arguments.rest]
@@ -60,21 +60,22 @@ def load_command_line_node_params(argv: list[str]) -> dict[str, Any]:
     Raises:
         ROSInitException: a value is not YAML, or an argument contains ``:=`` twice.
     """
-    given = names.parse_arguments([word for word in argv if "\n" not in word])  # stock ignores those with a newline
+    # Stock ignores arguments that contain a newline.
+    arguments = names.parse_arguments([word for word in argv if "\n" not in word])
     try:
-        if given.malformed:
-            raise ValueError(f"{given.malformed[0]!r} has more than one ':='")
-        return {key: _value(text.strip()) for key, text in given.parameters.items() if key and text.strip()}
+        if arguments.malformed:
+            raise ValueError(f"{arguments.malformed[0]!r} has more than one ':='")
+        return {key: _parse_value(text.strip()) for key, text in arguments.parameters.items() if key and text.strip()}
     except Exception as error:
         raise ROSInitException(f"invalid command-line parameters: {error}") from error
 
 
-def _value(text: str) -> Any:
+def _parse_value(text: str) -> Any:
     from pyros1.node.parameters.private import parse_plain_value
 
-    plain = parse_plain_value(text)
-    if plain is not None:
-        return plain
+    plain_value = parse_plain_value(text)
+    if plain_value is not None:
+        return plain_value
     import yaml
 
     return yaml.safe_load(text)
@@ -106,15 +107,15 @@ def init_node(
     Raises:
         ROSException: the node has already been started with other arguments.
         ROSInitException: the node could not be started; or a private parameter on the command line is not YAML.
-        TypeError, OverflowError: XML-RPC has no such value for a private parameter.
+        TypeError, OverflowError: XML-RPC cannot transfer the value of a private parameter.
         ValueError: the name is not legal; or this is not the main thread, and signals are not disabled.
     """
     if not name:
         raise ValueError("name must not be empty")
     if "/" in name:
         raise ValueError("namespaces are not allowed in node names")
-    line = list(sys.argv if argv is None else argv)
-    arguments = (name, line, anonymous, log_level, disable_rostime, disable_signals)
+    command_line = list(sys.argv if argv is None else argv)
+    arguments = (name, command_line, anonymous, log_level, disable_rostime, disable_signals)
     with loading():
         from rospy.impl import rosout
 
@@ -133,13 +134,13 @@ def init_node(
         if not disable_signals and not hasattr(sys, "ps1"):
             register_signals()
 
-        def make() -> pyros1.Node:
+        def make_node() -> pyros1.Node:
             config = rosout.configure(level)
-            private = load_command_line_node_params(line)
-            namespaces = [word for word in sys.argv if word.startswith(_NAMESPACE)]  # stock looks for it only here
+            private_params = load_command_line_node_params(command_line)
+            namespaces = [word for word in sys.argv if word.startswith(_NAMESPACE)]  # like stock, only in sys.argv
             node = pyros1.Node(
                 name,
-                argv=[*(word for word in line if not _is_ignored(word)), *namespaces],
+                argv=[*(word for word in command_line if not _is_ignored(word)), *namespaces],
                 anonymous=anonymous,
                 log_level=_LEVELS[level],
                 handle_signals=not disable_signals,
@@ -147,34 +148,34 @@ def init_node(
                 wall_time=disable_rostime,
                 ports=(xmlrpc_port or 0, tcpros_port or 0),
                 strict_names=False,
-                local_room=_SOCKETS,
+                local_room=_LOCAL_BUFFER_SIZE,
             )
             try:
-                for key, value in private.items():
-                    with _carried(), reaching():
+                for key, value in private_params.items():
+                    with _stock_value_errors(), stock_connection_errors():
                         node.params["~" + key] = value
-                rosout.connect(node, line, config)
+                rosout.connect(node, command_line, config)
             except BaseException:  # XML-RPC lacks such values, or the logging configuration is wrong
                 node.shutdown()
                 raise
             return node
 
         try:
-            PROCESS.start(make, arguments)
+            PROCESS.start(make_node, arguments)
         except NodeShutdownError:
             raise ROSInitException("init_node interrupted before it could complete") from None
         except ProtocolError as error:
             raise ROSInitException(str(error)) from None
         if not disable_rosout:
             rosout.show_topic()
-    full = get_caller_id()
-    logdebug("init_node, name[%s], pid[%s]: rospy is pyros1's, %s", full, os.getpid(), os.path.dirname(__file__))
+    full_name = get_caller_id()
+    logdebug("init_node, name[%s], pid[%s]: rospy is pyros1's, %s", full_name, os.getpid(), os.path.dirname(__file__))
 
 
 def _is_ignored(word: str) -> bool:
     """Return whether to hide an argument from the node: a private parameter, or one that stock ignores."""
-    private = word.startswith("_") and not word.startswith("__") and ":=" in word
-    return private or word.startswith(_NAMESPACE) or "\n" in word or word.rstrip().endswith(":=")
+    is_private = word.startswith("_") and not word.startswith("__") and ":=" in word
+    return is_private or word.startswith(_NAMESPACE) or "\n" in word or word.rstrip().endswith(":=")
 
 
 _LEVELS = {DEBUG: "debug", INFO: "info", WARN: "warn", ERROR: "error", FATAL: "fatal"}
@@ -197,16 +198,16 @@ def spin() -> None:
 def on_shutdown(h: Callable[[], object]) -> None:
     """Call a function when the node is about to shut down, while topics, services and sleeps still work.
 
-    It is called immediately if the node has already shut down.
+    The function is called immediately if the node has already shut down.
 
     Raises:
-        TypeError: it cannot be called.
+        TypeError: ``h`` cannot be called.
     """
     add_client_shutdown_hook(h)
 
 
 def get_master(env: Mapping[str, str] | None = None) -> MasterProxy:
-    """Return the master."""
+    """Return a proxy of the master."""
     return MasterProxy(None)
 
 
@@ -241,13 +242,12 @@ def wait_for_message(topic: str, topic_type: Any, timeout: Any = None) -> Any:
             raise ROSInterruptException("rospy shutdown")
         raise ROSException("ROS node has not been initialized yet. Please call init_node() first")
     seconds = timeout.to_sec() if hasattr(timeout, "to_sec") else timeout
-    probe = (
-        None if PROCESS.forked else Subscriber(topic, topic_type)
-    )  # for its checks, and to register it with the program's topics
+    # This subscriber checks the arguments, and registers the topic among those of the program.
+    probe = None if PROCESS.is_forked else Subscriber(topic, topic_type)
     try:
         limit = None if seconds is None else max(0.0, float(seconds))
-        if PROCESS.forked:
-            with _own_node(PROCESS.node) as node:
+        if PROCESS.is_forked:
+            with _make_node_after_fork(PROCESS.node) as node:
                 return node.wait_for_message(resolve_name(topic), topic_type, limit)
         return PROCESS.node.wait_for_message(as_text(topic), topic_type, limit)
     except WaitTimeoutError:
@@ -261,7 +261,7 @@ def wait_for_message(topic: str, topic_type: Any, timeout: Any = None) -> Any:
             probe.unregister()
 
 
-def _own_node(node: pyros1.Node) -> pyros1.Node:
+def _make_node_after_fork(node: pyros1.Node) -> pyros1.Node:
     """Return a node for a forked process, which has no threads of the program's node."""
     special = [
         f"{key}:={text}" for key, text in node.arguments.special.items() if key not in ("__name", "__ns", "__log")
@@ -280,10 +280,10 @@ def get_param(param_name: str, default: Any = _unspecified) -> Any:
 
     Args:
         param_name: name of the parameter.
-        default: the value to return if it is not set.
+        default: the value to return if the parameter is not set.
 
     Raises:
-        KeyError: it is not set, and there is no default.
+        KeyError: the parameter is not set, and there is no default.
     """
     try:
         return get_master()[param_name]
@@ -298,10 +298,10 @@ def get_param_cached(param_name: str, default: Any = _unspecified) -> Any:
 
     Args:
         param_name: name of the parameter.
-        default: the value to return if it is not set.
+        default: the value to return if the parameter is not set.
 
     Raises:
-        KeyError: it is not set, and there is no default.
+        KeyError: the parameter is not set, and there is no default.
     """
     if PROCESS.node is None:
         return get_param(param_name, default)
@@ -327,15 +327,15 @@ def set_param(param_name: str, param_value: Any) -> None:
         OverflowError: a number has more than 32 bits.
     """
     try:
-        with _carried():
+        with _stock_value_errors():
             get_master()[param_name] = param_value
-    except MasterError as error:  # the master refuses it, for example a root that is not a dictionary
+    except MasterError as error:  # the master refuses the value, for example a root that is not a dictionary
         logwarn("cannot set parameter [%s]: %s", param_name, error)
 
 
 @contextmanager
-def _carried() -> Iterator[None]:
-    """Raise TypeError or OverflowError, like stock, for a value that XML-RPC cannot transfer."""
+def _stock_value_errors() -> Iterator[None]:
+    """In a ``with`` block, raise TypeError or OverflowError, like stock, for values that XML-RPC cannot transfer."""
     try:
         yield
     except SerializationError as error:
@@ -347,7 +347,7 @@ def search_param(param_name: str) -> str | None:
 
     Raises:
         ROSException: the name is private.
-        TypeError: it is None.
+        TypeError: the name is None.
     """
     return get_master().search_param(param_name)
 
@@ -361,12 +361,12 @@ def delete_param(param_name: str) -> None:
     """Delete a parameter.
 
     Raises:
-        KeyError: it is not set.
+        KeyError: the parameter is not set.
     """
     del get_master()[param_name]
 
 
-_late = {
+_lazy_imports = {
     **dict.fromkeys(("GetLoggers", "GetLoggersResponse", "SetLoggerLevel", "SetLoggerLevelResponse"), "roscpp.srv"),
     "Logger": "roscpp.msg",
     "Log": "rosgraph_msgs.msg",
@@ -374,7 +374,7 @@ _late = {
 }
 __getattr__, __dir__ = _names(
     __name__,
-    _late,
+    _lazy_imports,
     {"_master_proxy_lock": "pyros1's is safe for threads"},
     {"_init_node_args": lambda: PROCESS.arguments, **dict.fromkeys(("_master_proxy", "_param_server"), get_master)},
 )

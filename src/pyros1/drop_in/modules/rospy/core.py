@@ -16,11 +16,11 @@ from rospy.exceptions import ROSException, ROSInitException
 from rospy.impl.loggers import *  # noqa: F403  the log functions
 from rospy.impl.validators import ParameterInvalid
 from rospy.names import *  # noqa: F403
-from rospy.names import LATE, SEP, valid_name
+from rospy.names import LAZY_IMPORTS, SEP, valid_name
 
 ROSRPC = "rosrpc://"
 MASTER_NAME = "master"
-_said: dict[str, Any] = {}
+_overrides: dict[str, Any] = {}
 """Values that the program has set, which replace those of the node: ``initialized``, ``uri``."""
 
 
@@ -29,13 +29,13 @@ _said: dict[str, Any] = {}
 
 def is_initialized() -> bool:
     """Return whether the node has been started, or the value set with `set_initialized`."""
-    return _said.get("initialized", PROCESS.node is not None)
+    return _overrides.get("initialized", PROCESS.node is not None)
 
 
 def set_initialized(initialized: bool) -> None:
     """Set the result of `is_initialized` until the node is started. This does not start the node."""
-    _said["initialized"] = initialized
-    PROCESS.when_started(lambda _: _said.pop("initialized", None))
+    _overrides["initialized"] = initialized
+    PROCESS.when_started(lambda _: _overrides.pop("initialized", None))
 
 
 def is_shutdown() -> bool:
@@ -57,7 +57,7 @@ def signal_shutdown(reason: str) -> None:
     PROCESS.shutdown(reason)
 
 
-def _check(hook: object) -> None:
+def _require_callable(hook: object) -> None:
     if not callable(hook):
         raise TypeError(f"shutdown hook [{hook}] must be a function or callable object: {type(hook)}")
 
@@ -65,12 +65,12 @@ def _check(hook: object) -> None:
 def add_client_shutdown_hook(h: Callable[[], object]) -> None:
     """Call a function when the node is about to shut down, while topics, services and sleeps still work.
 
-    It is called immediately if the node has already shut down.
+    The function is called immediately if the node has already shut down.
 
     Raises:
-        TypeError: it cannot be called.
+        TypeError: ``h`` cannot be called.
     """
-    _check(h)
+    _require_callable(h)
     PROCESS.on_shutdown(lambda _: h())
 
 
@@ -78,9 +78,9 @@ def add_preshutdown_hook(h: Callable[[str], object]) -> None:
     """Call a function with the reason when the node is about to shut down, after those of `add_client_shutdown_hook`.
 
     Raises:
-        TypeError: it cannot be called.
+        TypeError: ``h`` cannot be called.
     """
-    _check(h)
+    _require_callable(h)
     PROCESS.on_shutdown(h, "before")
 
 
@@ -88,9 +88,9 @@ def add_shutdown_hook(h: Callable[[str], object]) -> None:
     """Call a function with the reason when `is_shutdown` has become true.
 
     Raises:
-        TypeError: it cannot be called.
+        TypeError: ``h`` cannot be called.
     """
-    _check(h)
+    _require_callable(h)
     PROCESS.on_shutdown(h, "after")
 
 
@@ -102,28 +102,27 @@ def _ros_signal(sig: int, stackframe: FrameType | None) -> None:
     """Shut down the node in the main thread, which pauses the program meanwhile; then call the previous handler."""
     counts = _interrupts.count_signal()
     if PROCESS.starting and signal.getsignal(sig) is not _ros_signal:
-        return  # the node's own handler, which is already installed, ends it
-    if PROCESS.node is None:  # it could not start
-        _former(sig, stackframe)
+        return  # the node's own handler, which is already installed, handles the signal
+    if PROCESS.node is None:  # the node could not be started
+        _call_previous_handler(sig, stackframe)
         return
-    if counts and _interrupts.count > 1:  # the program has ignored the first
+    if counts and _interrupts.count > 1:  # the program has ignored the first signal
         if sig == signal.SIGINT:
             raise KeyboardInterrupt
         die_by_signal(sig)
     signal_shutdown(f"signal-{sig}")
     if _signalChain.get(sig) != signal.SIG_DFL:
-        with contextlib.suppress(
-            KeyboardInterrupt
-        ):  # of Python's own handler: the program sees that the node has shut down
-            _former(sig, stackframe)
+        # Python's own handler raises KeyboardInterrupt, but the program sees that the node has shut down.
+        with contextlib.suppress(KeyboardInterrupt):
+            _call_previous_handler(sig, stackframe)
 
 
-def _former(sig: int, stackframe: FrameType | None) -> None:
+def _call_previous_handler(sig: int, stackframe: FrameType | None) -> None:
     """Call the previous handler of a signal."""
-    former = _signalChain.get(sig)
-    if callable(former):
-        former(sig, stackframe)
-    elif former == signal.SIG_DFL:
+    previous_handler = _signalChain.get(sig)
+    if callable(previous_handler):
+        previous_handler(sig, stackframe)
+    elif previous_handler == signal.SIG_DFL:
         die_by_signal(sig)
 
 
@@ -134,9 +133,9 @@ def register_signals() -> None:
         ValueError: this is not the main thread.
     """
     for number in (signal.SIGTERM, signal.SIGINT):
-        former = signal.signal(number, _ros_signal)
-        if former is not _ros_signal:
-            _signalChain[number] = former
+        previous_handler = signal.signal(number, _ros_signal)
+        if previous_handler is not _ros_signal:
+            _signalChain[number] = previous_handler
 
 
 # Addresses ------------------------------------------------------------------------------------------------------------
@@ -144,20 +143,20 @@ def register_signals() -> None:
 
 def get_node_uri() -> str | None:
     """Return the URI of the node's API, or the value set with `set_node_uri`; None without a node."""
-    return _said.get("uri", PROCESS.node.uri if PROCESS.node is not None else None)
+    return _overrides.get("uri", PROCESS.node.uri if PROCESS.node is not None else None)
 
 
 def set_node_uri(uri: str | None) -> None:
     """Set the result of `get_node_uri` until the node is started. This does not change the node's URI."""
-    _said["uri"] = uri
-    PROCESS.when_started(lambda _: _said.pop("uri", None))
+    _overrides["uri"] = uri
+    PROCESS.when_started(lambda _: _overrides.pop("uri", None))
 
 
 def get_ros_root(required: bool = False, env: Mapping[str, str] | None = None) -> str | None:
     """Return the environment variable ROS_ROOT.
 
     Raises:
-        ROSException: it is required, but not set.
+        ROSException: the variable is required, but not set.
     """
     root = (os.environ if env is None else env).get("ROS_ROOT")
     if required and not root:
@@ -169,7 +168,7 @@ def parse_rosrpc_uri(uri: str) -> tuple[str, int]:
     """Return host and port of a service's URI.
 
     Raises:
-        ParameterInvalid: it is not a valid URI.
+        ParameterInvalid: ``uri`` is not a valid URI.
     """
     from urllib.parse import urlparse
 
@@ -180,12 +179,12 @@ def parse_rosrpc_uri(uri: str) -> tuple[str, int]:
         if parts.hostname and parts.port:
             return parts.hostname, parts.port
     except ValueError:
-        pass  # of the port
+        pass  # raised for an invalid port
     raise ParameterInvalid(f"ROS service URL is invalid: {uri}")
 
 
 def xmlrpcapi(uri: str | None, cache: bool = True) -> Any:
-    """Return an `xmlrpc.client` proxy for the API at a URI; None if it is not a valid URI."""
+    """Return an `xmlrpc.client` proxy for the API at a URI; None if the URI is not valid."""
     from urllib.parse import urlparse
     from xmlrpc.client import ServerProxy
 
@@ -195,25 +194,27 @@ def xmlrpcapi(uri: str | None, cache: bool = True) -> Any:
 
 
 def is_topic(param_name: str) -> Callable[[Any, str], str]:
-    """Return a check of topic names, called with (value, caller id); it raises ParameterInvalid."""
-    valid = valid_name(param_name)
+    """Return a function that checks a topic name: called with (name, caller id), it returns the full name, or raises
+    ParameterInvalid if the name is not legal.
+    """
+    validate = valid_name(param_name)
 
     def check(value: Any, caller_id: str) -> str:
         if value == SEP:
             raise ParameterInvalid(f"ERROR: parameter [{param_name}] cannot be the global namespace")
-        return valid(value, caller_id)
+        return validate(value, caller_id)
 
     return check
 
 
-_late = {**LATE, "rosgraph": "rosgraph.", "Log": "rosgraph_msgs.msg", "NullHandler": "logging"}
-_late |= dict.fromkeys(("configure_logging", "deprecated"), "rospy.impl.early")
-_late |= {"_base_logger": "rospy.impl.loggers"}
+_lazy_imports = {**LAZY_IMPORTS, "rosgraph": "rosgraph.", "Log": "rosgraph_msgs.msg", "NullHandler": "logging"}
+_lazy_imports |= dict.fromkeys(("configure_logging", "deprecated"), "rospy.impl.early")
+_lazy_imports |= {"_base_logger": "rospy.impl.loggers"}
 _private = {"_in_shutdown": "ending", "_shutdown_flag": "is_shutdown"}
 _hooks = "add functions with rospy.on_shutdown, or add_client_shutdown_hook and its siblings"
 _getter, __dir__ = _names(
     __name__,
-    _late,
+    _lazy_imports,
     dict.fromkeys(("_client_shutdown_hooks", "_preshutdown_hooks", "_shutdown_hooks"), _hooks),
     {"_uri": get_node_uri},
 )

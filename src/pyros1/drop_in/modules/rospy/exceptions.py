@@ -21,7 +21,7 @@ class ROSTimeMovedBackwardsException(ROSInterruptException):
     """Simulated time jumped back during a sleep.
 
     Attributes:
-        time: the jump.
+        time: how far time jumped back.
     """
 
     def __init__(self, time: object) -> None:

@@ -1,4 +1,4 @@
-"""Log levels of other nodes."""
+"""Reads and changes the log levels of other nodes."""
 
 from __future__ import annotations
 
@@ -50,9 +50,9 @@ class LoggerLevelServiceCaller:
             raise ROSConsoleException(f"the master does not answer: {error}") from error
         if code != 1:
             raise ROSConsoleException(message)
-        end = "/set_logger_level"
+        suffix = "/set_logger_level"
         services: list[Any] = state[2]
-        return sorted(name[: -len(end)] for name, _ in services if name.endswith(end))
+        return sorted(name[: -len(suffix)] for name, _ in services if name.endswith(suffix))
 
     def send_logger_change_message(self, node: str, logger: str, level: str) -> bool:
         """Set a logger's level; return whether it has changed.

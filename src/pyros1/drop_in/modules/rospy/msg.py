@@ -31,18 +31,18 @@ def args_kwds_to_message(data_class: type[Any], args: tuple[Any, ...], kwds: dic
         return data_class(**kwds)
     if len(args) != 1:
         return data_class(*args)
-    given = args[0]
-    md5sum = getattr(given, "_md5sum", None)
-    if md5sum is None or isinstance(given, type):
-        return data_class(given)
-    if md5sum == data_class._md5sum or isinstance(given, AnyMsg):
-        return given
-    if data_class._slot_types[:1] == [given._type]:
-        return data_class(given)  # the only field; if there are several, the error names the missing ones
-    raise TypeError(f"expected [{data_class._slot_types[0] if data_class._slot_types else ''}] but got [{given._type}]")
+    value = args[0]
+    md5sum = getattr(value, "_md5sum", None)
+    if md5sum is None or isinstance(value, type):
+        return data_class(value)
+    if md5sum == data_class._md5sum or isinstance(value, AnyMsg):
+        return value
+    if data_class._slot_types[:1] == [value._type]:
+        return data_class(value)  # the only field; if there are several, the error names the missing ones
+    raise TypeError(f"expected [{data_class._slot_types[0] if data_class._slot_types else ''}] but got [{value._type}]")
 
 
-class _Part:
+class _ByteCollector:
     """Collects the bytes that a message writes."""
 
     def __init__(self) -> None:
@@ -64,9 +64,9 @@ def serialize_message(b: Any, seq: int, msg: Any) -> None:
         msg.header.seq = seq
         if msg.header.frame_id is None:
             msg.header.frame_id = "0"
-    part = _Part()
-    msg.serialize(part)
-    b.write(struct.pack("<I", len(part.data)) + bytes(part.data))
+    collector = _ByteCollector()
+    msg.serialize(collector)
+    b.write(struct.pack("<I", len(collector.data)) + bytes(collector.data))
 
 
 def deserialize_messages(
@@ -127,10 +127,10 @@ def _read(
 
 
 def _serialize(self: AnyMsg, buff: Any) -> None:
-    """Write the bytes to a file.
+    """Write the bytes of a message to a file.
 
     Raises:
-        ROSException: there are none.
+        ROSException: there are no bytes.
     """
     if self._buff is None:
         raise ROSException("AnyMsg is not initialized")

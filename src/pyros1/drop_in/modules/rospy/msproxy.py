@@ -20,18 +20,18 @@ if TYPE_CHECKING:
     from pyros1.node.parameters.parameters import Parameters
 
 _T = TypeVar("_T")
-_RESOLVED = {
+_NAME_POSITIONS = {
     **dict.fromkeys(("deleteParam", "setParam", "getParam", "searchParam", "hasParam"), 0),
     **dict.fromkeys(("subscribeParam", "unsubscribeParam"), 1),
     **dict.fromkeys(("registerService", "lookupService", "unregisterService"), 0),
     **dict.fromkeys(("registerPublisher", "registerSubscriber", "unregisterPublisher", "unregisterSubscriber"), 0),
 }
-"""Methods with a name that is resolved -> its position in the arguments."""
+"""Method with a name that is resolved -> position of the name in the arguments."""
 
 
 @contextmanager
-def reaching() -> Iterator[None]:
-    """Raise ConnectionRefusedError, like stock, if the master does not respond."""
+def stock_connection_errors() -> Iterator[None]:
+    """In a ``with`` block, raise ConnectionRefusedError, like stock, if the master does not respond."""
     try:
         yield
     except MasterUnreachableError as error:
@@ -45,13 +45,14 @@ class MasterProxy:
         uri: the master's URI; None for that of the node or the environment.
 
     Attributes:
-        client: pyros1's client of the master. parameters: the parameters.
+        client: pyros1's client of the master.
+        parameters: pyros1's parameters.
     """
 
     def __init__(self, uri: str | None) -> None:
-        self._reach(uri)
+        self._connect(uri)
 
-    def _reach(self, uri: str | None) -> None:
+    def _connect(self, uri: str | None) -> None:
         node = PROCESS.node
         if node is not None and node.ok() and uri in (None, node.master_uri):
             self.client: MasterClient = node.master
@@ -73,20 +74,21 @@ class MasterProxy:
         return ServerProxy(self.client.uri)
 
     def do(self, action: Callable[[], _T]) -> _T:
-        """Return the result of a function that calls the master; it is called again if the node shuts down meanwhile.
+        """Return the result of a function that calls the master; the function is called again if the node shuts down
+        meanwhile.
 
         Raises:
             ConnectionRefusedError: the master does not respond.
         """
         client, node = self.client, PROCESS.node
         try:
-            with reaching():
+            with stock_connection_errors():
                 return action()
         except ConnectionRefusedError:
             if node is None or node.ok() or client is not node.master:
                 raise
-        self._reach(client.uri)  # the node has closed its connection
-        with reaching():
+        self._connect(client.uri)  # the node has closed its connection
+        with stock_connection_errors():
             return action()
 
     def __getattr__(self, key: str) -> Callable[..., Any]:
@@ -98,14 +100,14 @@ class MasterProxy:
 
             Raises:
                 ConnectionRefusedError: the master does not respond.
-                Fault: it has no such method.
+                Fault: the master has no such method.
             """
-            words = list(args)
-            place = _RESOLVED.get(key)
-            if place is not None and place < len(words) and key != "searchParam":
-                words[place] = resolve_name(words[place])
+            arguments = list(args)
+            position = _NAME_POSITIONS.get(key)
+            if position is not None and position < len(arguments) and key != "searchParam":
+                arguments[position] = resolve_name(arguments[position])
             try:
-                answer = self.do(lambda: self.client.call_unchecked(key, *words))
+                answer = self.do(lambda: self.client.call_unchecked(key, *arguments))
             except MasterMethodError as error:
                 from xmlrpc.client import Fault  # slow to import
 
@@ -142,7 +144,7 @@ class MasterProxy:
 
         Raises:
             ROSException: the name is private.
-            TypeError: it is None.
+            TypeError: ``key`` is None.
         """
         if key is None:
             raise TypeError("cannot marshal None unless allow_none is enabled")
@@ -153,8 +155,8 @@ class MasterProxy:
 
     def get_param_cached(self, key: str) -> Any:
         """Return a parameter from a local copy that the master keeps up to date; raises KeyError if it is not set."""
-        missing = object()
-        value = self.do(lambda: self.parameters.cached(as_text(key), missing))
-        if value is missing:
+        missing_marker = object()
+        value = self.do(lambda: self.parameters.cached(as_text(key), missing_marker))
+        if value is missing_marker:
             raise KeyError(key)
         return as_stock(value)

@@ -50,7 +50,7 @@ def namespace(name: str) -> str:
 
     Raises:
         ValueError: the name is None.
-        TypeError: it is not a str.
+        TypeError: the name is not a str.
     """
     if name is None:
         raise ValueError("name")
@@ -59,15 +59,15 @@ def namespace(name: str) -> str:
     return names.namespace(name)
 
 
-_given: dict[str, list[str]] = {}
+_command_line: dict[str, list[str]] = {}
 """The command line set by `reload_mappings`, which replaces that of the process."""
 
 
-_early: dict[str, str] = {}
+_early_remappings: dict[str, str] = {}
 """The remappings set by `initialize_mappings`."""
 
 
-_caller: dict[str, str] = {}
+_program_name: dict[str, str] = {}
 """The full name of the node that the program has set."""
 
 
@@ -75,31 +75,31 @@ def _set_caller_id(caller_id: str) -> None:
     """Set the program's full name until a node is started.
 
     Raises:
-        ValueError: it is None.
-        TypeError: it is not a str.
+        ValueError: the name is None.
+        TypeError: the name is not a str.
     """
     namespace(caller_id)
-    if not _caller:
-        PROCESS.when_started(lambda _: _caller.clear())
-    _caller["id"] = caller_id
+    if not _program_name:
+        PROCESS.when_started(lambda _: _program_name.clear())
+    _program_name["id"] = caller_id
 
 
 def _arguments() -> names.Arguments:
     if PROCESS.node is not None:
         return PROCESS.node.arguments
-    return names.parse_arguments(_given.get("argv", sys.argv))
+    return names.parse_arguments(_command_line.get("argv", sys.argv))
 
 
 def reload_mappings(argv: list[str]) -> None:
     """Use the remappings on a command line until the node is started, which uses those of `rospy.init_node`."""
-    _given["argv"] = list(argv)
+    _command_line["argv"] = list(argv)
 
 
 def get_caller_id() -> str:
     """Return the node's full name; before it is started, ``unnamed`` in its namespace."""
     if PROCESS.node is not None:
         return PROCESS.node.name
-    return _caller["id"] if "id" in _caller else get_namespace() + "unnamed"
+    return _program_name["id"] if "id" in _program_name else get_namespace() + "unnamed"
 
 
 def get_name() -> str:
@@ -111,10 +111,10 @@ def get_namespace() -> str:
     """Return the node's namespace, with a trailing slash."""
     if PROCESS.node is not None:
         return names.namespace(PROCESS.node.name)
-    if "id" in _caller:
-        return names.namespace(_caller["id"])
-    given = _arguments().special.get("__ns") or os.environ.get("ROS_NAMESPACE", "")
-    return canonicalize_name(f"/{given}/").rstrip(SEP) + SEP
+    if "id" in _program_name:
+        return names.namespace(_program_name["id"])
+    namespace_text = _arguments().special.get("__ns") or os.environ.get("ROS_NAMESPACE", "")
+    return canonicalize_name(f"/{namespace_text}/").rstrip(SEP) + SEP
 
 
 def get_mappings() -> dict[str, str]:
@@ -129,15 +129,15 @@ def get_resolved_mappings() -> dict[str, str]:
     There are none before the node is started or `initialize_mappings` is called.
     """
     if PROCESS.node is None:
-        return dict(_early)
-    return {**PROCESS.node.arguments.special, **_resolved(PROCESS.node.name)}
+        return dict(_early_remappings)
+    return {**PROCESS.node.arguments.special, **_resolved_remappings(PROCESS.node.name)}
 
 
-def _resolved(caller: str) -> dict[str, str]:
-    return {_full(old, caller): _full(new, caller) for old, new in _arguments().remappings.items() if new}
+def _resolved_remappings(caller: str) -> dict[str, str]:
+    return {_full_name(old, caller): _full_name(new, caller) for old, new in _arguments().remappings.items() if new}
 
 
-def _full(name: str, caller_id: str) -> str:
+def _full_name(name: str, caller_id: str) -> str:
     """Return the full name without applying remappings. Like in stock, illegal names are accepted."""
     if not name:
         return namespace(caller_id)
@@ -156,14 +156,14 @@ def resolve_name(name: str, caller_id: str | None = None) -> str:
         name: any name; it may be illegal.
         caller_id: full name of the node; None for the program's own.
     """
-    full = _full(name, caller_id or get_caller_id())
+    full_name = _full_name(name, caller_id or get_caller_id())
     if not name:
-        return full
+        return full_name
     if PROCESS.node is None:
-        return _early.get(full, full)
+        return _early_remappings.get(full_name, full_name)
     if not PROCESS.node.arguments.remappings:
-        return full
-    return _resolved(PROCESS.node.name).get(full, full)
+        return full_name
+    return _resolved_remappings(PROCESS.node.name).get(full_name, full_name)
 
 
 def warn_of_name(name: str, depth: int) -> None:
@@ -187,8 +187,8 @@ def resolve_name_without_node_name(name: str) -> str:
     if is_private(name):
         raise ValueError("~name topics cannot be created before init_node() has been called")
     caller = get_caller_id()
-    full = _full(name, caller)
-    return _resolved(caller).get(full, full)
+    full_name = _full_name(name, caller)
+    return _resolved_remappings(caller).get(full_name, full_name)
 
 
 def remap_name(name: str, caller_id: str | None = None, resolved: bool = True) -> str:
@@ -202,8 +202,8 @@ def remap_name(name: str, caller_id: str | None = None, resolved: bool = True) -
         caller_id: full name of the node in which the new name is resolved; None for the program's own.
         resolved: not used, like in stock.
     """
-    found = get_mappings().get(name)
-    return name if found is None else _full(found, caller_id or get_caller_id())
+    new_name = get_mappings().get(name)
+    return name if new_name is None else _full_name(new_name, caller_id or get_caller_id())
 
 
 def scoped_name(caller_id: str, name: str) -> str:
@@ -227,8 +227,8 @@ def initialize_mappings(node_name: str) -> None:
         node_name: the full name of the node.
     """
     arguments = _arguments()
-    _early.clear()
-    _early.update({**arguments.special, **_resolved(node_name)})
+    _early_remappings.clear()
+    _early_remappings.update({**arguments.special, **_resolved_remappings(node_name)})
 
 
 # Checks of arguments --------------------------------------------------------------------------------------------------
@@ -238,7 +238,7 @@ def valid_name_validator_resolved(param_name: str, param_value: Any, caller_id: 
     """Return a full name.
 
     Raises:
-        ParameterInvalid: it is not a name.
+        ParameterInvalid: the value is not a name.
     """
     name = valid_name_validator_unresolved(param_name, param_value, caller_id)
     return names.resolve_name(name, caller_id, strict=False)  # here, ~/x is below the node
@@ -248,7 +248,7 @@ def valid_name_validator_unresolved(param_name: str, param_value: Any, caller_id
     """Validate a name and return it unchanged.
 
     Raises:
-        ParameterInvalid: it is not a name.
+        ParameterInvalid: the value is not a name.
     """
     from rospy.impl.validators import ParameterInvalid
 
@@ -280,16 +280,16 @@ def global_name(param_name: str) -> Callable[[Any, str], str]:
     return check
 
 
-LATE = {
+LAZY_IMPORTS = {
     "ParameterInvalid": "rospy.impl.validators",
     "get_ros_namespace": "rosgraph.names",
     "load_mappings": "rosgraph.names",
     "make_global_ns": "rosgraph.names",
 }
-"""Names that this module imports from others, like stock's, and modules that have all names of this one."""
+"""Names that this module imports lazily, like stock's; modules that have all names of this one do so as well."""
 __getattr__, __dir__ = _names(
     __name__,
-    LATE,
+    LAZY_IMPORTS,
     live={
         "_caller_namespace": get_namespace,
         "_caller_id": get_caller_id,

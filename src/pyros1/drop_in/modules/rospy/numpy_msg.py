@@ -20,12 +20,12 @@ def numpy_msg(msg_type: Any) -> Any:
     """Return a class of the same type whose messages have numpy arrays when they are received.
 
     Arrays have one dimension, shape (n,), and the field's number type; they are read-only, since they refer to the
-    bytes received. Those of uint8 and char are bytes, as in any message. Such a class can be given to Publisher, too:
+    bytes received. Arrays of uint8 and char are bytes, as in any message. Such a class can be passed to Publisher, too:
     fields take numpy arrays with any class.
     """
 
     def decode(buffer: bytes, start: int, end: int, exact: bool = False) -> Any:
-        message: Any = made.__new__(made)
+        message: Any = numpy_class.__new__(numpy_class)
         decoded: Any = msg_type._decode_arrays(buffer, start, end, _view, exact)
         for name in msg_type.__slots__:
             setattr(message, name, getattr(decoded, name))
@@ -38,5 +38,5 @@ def numpy_msg(msg_type: Any) -> Any:
         return self
 
     members = {"__slots__": (), "_decode": staticmethod(decode), "deserialize": deserialize}
-    made: Any = MessageType(f"Numpy_{msg_type._type.replace('/', '__')}", (msg_type,), members)
-    return made
+    numpy_class: Any = MessageType(f"Numpy_{msg_type._type.replace('/', '__')}", (msg_type,), members)
+    return numpy_class

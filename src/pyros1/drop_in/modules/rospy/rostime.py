@@ -14,12 +14,12 @@ from rospy.exceptions import ROSInitException, ROSInterruptException, ROSTimeMov
 _rostime_cond = threading.Condition()
 _ticking: list[bool] = []
 """Whether there is a callback to notify."""
-_given_at: list[Any] = []
+_program_time_and_clock: list[Any] = []
 """The time set by the program, and the time on /clock at that moment."""
 
 
-def _own(value: Any) -> Any:
-    """Return a time or duration as rospy's class, like the results of calculations with these."""
+def _as_rospy(value: Any) -> Any:
+    """Convert a time or duration to rospy's class, like the results of calculations with these."""
     if value.__class__ is pyros1.ground.timing.Duration:
         return Duration(value.secs, value.nsecs)
     if value.__class__ is pyros1.ground.timing.Time:
@@ -43,25 +43,25 @@ class Duration(pyros1.ground.timing.Duration):
         return super().from_sec(float_secs)
 
     def __add__(self, other: object) -> Any:
-        return _own(super().__add__(other))
+        return _as_rospy(super().__add__(other))
 
     def __sub__(self, other: object) -> Any:
-        return _own(super().__sub__(other))
+        return _as_rospy(super().__sub__(other))
 
     def __neg__(self) -> Any:
-        return _own(super().__neg__())
+        return _as_rospy(super().__neg__())
 
     def __mul__(self, factor: object) -> Any:
-        return _own(super().__mul__(factor))
+        return _as_rospy(super().__mul__(factor))
 
     def __floordiv__(self, other: object) -> Any:
-        return _own(super().__floordiv__(other))
+        return _as_rospy(super().__floordiv__(other))
 
     def __truediv__(self, other: object) -> Any:
-        return _own(super().__truediv__(other))
+        return _as_rospy(super().__truediv__(other))
 
     def __mod__(self, other: object) -> Any:
-        return _own(super().__mod__(other))
+        return _as_rospy(super().__mod__(other))
 
     __rmul__ = __mul__
 
@@ -83,13 +83,13 @@ class Time(pyros1.ground.timing.Time):
     __slots__ = ()
 
     def __add__(self, other: object) -> Any:
-        return _own(super().__add__(other))
+        return _as_rospy(super().__add__(other))
 
     __radd__ = __add__
 
     def __sub__(self, other: object) -> Any:
         difference = super().__sub__(other)
-        return difference if isinstance(other, pyros1.ground.timing.Time) else _own(difference)
+        return difference if isinstance(other, pyros1.ground.timing.Time) else _as_rospy(difference)
 
     def __repr__(self) -> str:
         return f"rospy.Time[{self.to_nsec()}]"
@@ -115,7 +115,7 @@ class Time(pyros1.ground.timing.Time):
 
 
 def _set_rostime(t: Any) -> None:
-    """Set the time, for tests. It then stands still until `switch_to_wallclock` or a message on /clock.
+    """Set the time, for tests. Time then stands still until `switch_to_wallclock` or a message on /clock.
 
     Args:
         t: a Time of genpy or rospy.
@@ -125,29 +125,29 @@ def _set_rostime(t: Any) -> None:
     """
     if not isinstance(t, pyros1.ground.timing.Time):
         raise ValueError(f"must be Time instance: {t.__class__}")
-    _give(Time(t.secs, t.nsecs))
+    _set_program_time(Time(t.secs, t.nsecs))
 
 
-def _give(value: Time | None) -> None:
+def _set_program_time(value: Time | None) -> None:
     globals()["_rostime_current"] = value  # programs read and write this variable as well
-    set_time()
+    time_set_by_program()
     _wake(None)
 
 
-def set_time() -> Time | None:
+def time_set_by_program() -> Time | None:
     """Return the time set by the program; None if it has not set one, or /clock has changed since."""
-    given: Time | None = globals().get("_rostime_current")
+    program_time: Time | None = globals().get("_rostime_current")
     node = PROCESS.node
-    if given is None or node is None or not node.simulated_time:
-        return given
+    if program_time is None or node is None or not node.simulated_time:
+        return program_time
     clock = node.now()
-    if not _given_at or _given_at[0] is not given:
-        _given_at[:] = [given, clock]
-    elif _given_at[1] is not clock:
-        _given_at.clear()
+    if not _program_time_and_clock or _program_time_and_clock[0] is not program_time:
+        _program_time_and_clock[:] = [program_time, clock]
+    elif _program_time_and_clock[1] is not clock:
+        _program_time_and_clock.clear()
         globals().pop("_rostime_current", None)
         return None
-    return given
+    return program_time
 
 
 def sleep_in_set_time(seconds: float) -> None:
@@ -177,15 +177,15 @@ def _next_time() -> Time:
 
 
 def get_rostime() -> Time:
-    """Return the node's time: wall time, or that on /clock.
+    """Return the node's time: wall time, simulated time from /clock, or a time that the program has set.
 
     Raises:
         ROSInitException: the node has not been started.
     """
     node = PROCESS.node
-    given = set_time()
-    if given is not None and (node is not None or PROCESS.wall_time):
-        return given
+    program_time = time_set_by_program()
+    if program_time is not None and (node is not None or PROCESS.wall_time):
+        return program_time
     if node is None:
         if not PROCESS.wall_time:
             raise ROSInitException("time is not initialized. Have you called init_node()?")
@@ -206,7 +206,7 @@ def get_time() -> float:
 
 def is_wallclock() -> bool:
     """Return whether the node uses wall time."""
-    return set_time() is None and (PROCESS.node is None or not PROCESS.node.simulated_time)
+    return time_set_by_program() is None and (PROCESS.node is None or not PROCESS.node.simulated_time)
 
 
 def is_rostime_initialized() -> bool:
@@ -225,7 +225,7 @@ def switch_to_wallclock() -> None:
     Raises:
         NotImplementedError: the node uses simulated time, which cannot be changed.
     """
-    _give(None)
+    _set_program_time(None)
     if not is_wallclock():
         raise NotImplementedError("pyros1 cannot switch a running node from simulated to wall time")
     PROCESS.wall_time = True
@@ -236,11 +236,11 @@ def get_rostime_cond() -> threading.Condition:
     with _rostime_cond:
         if not _ticking:
             _ticking.append(True)
-            PROCESS.when_started(_tick)
+            PROCESS.when_started(_start_notifications)
     return _rostime_cond
 
 
-def _tick(node: Any) -> None:
+def _start_notifications(node: Any) -> None:
     PROCESS.on_shutdown(_wake, "after")
     if node.simulated_time:
         from pyros1.msgs.rosgraph_msgs.msg import Clock
@@ -254,7 +254,7 @@ def _wake(_: object) -> None:
 
 
 def wallsleep(duration: float) -> None:
-    """Sleep for some seconds of wall time."""
+    """Sleep for a number of seconds of wall time."""
     if duration > 0:
         time.sleep(duration)
 

@@ -1,4 +1,4 @@
-"""The common part of services and service proxies (https://wiki.ros.org/rospy/Overview/Services)."""
+"""What services and service proxies have in common (https://wiki.ros.org/rospy/Overview/Services)."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pyros1.drop_in.missing import names as _names
 from pyros1.ground.names import canonicalize_name
 from rospy.core import *  # noqa: F403  stock's module has these names as well
 from rospy.impl.registration import Registration
-from rospy.names import LATE, as_text, resolve_name, warn_of_name
+from rospy.names import LAZY_IMPORTS, as_text, resolve_name, warn_of_name
 
 logger = logging.getLogger("rospy.service")
 
@@ -23,16 +23,18 @@ class _Service:
     """Base class of Service and ServiceProxy.
 
     Attributes:
-        resolved_name: the full name. service_class: the service class. request_class, response_class: its messages.
+        resolved_name: the full name.
+        service_class: the service class.
+        request_class, response_class: the classes of its messages.
 
     Raises:
         AttributeError: the class is not a service class.
     """
 
     def __init__(self, name: str, service_class: Any) -> None:
-        self._given = canonicalize_name(as_text(name)) or "/"
+        self._unresolved_name = canonicalize_name(as_text(name)) or "/"
         if name:
-            warn_of_name(self._given, 4)
+            warn_of_name(self._unresolved_name, 4)
         self.resolved_name = resolve_name(name)
         self.service_class = service_class
         self.request_class = service_class._request_class
@@ -80,7 +82,7 @@ class ServiceManager:
 SERVICES = ServiceManager()
 """The services of this program."""
 
-_late = {**LATE, "Service": "rospy.impl.tcpros_service", "ServiceProxy": "rospy.impl.tcpros_service"}
-_late |= dict.fromkeys(("BIDIRECTIONAL", "INBOUND", "OUTBOUND", "Transport"), "rospy.impl.transport")
-_late |= {"wait_for_service": "rospy.impl.tcpros_service", "Log": "rosgraph_msgs.msg"}
-__getattr__, __dir__ = _names(__name__, _late)
+_lazy_imports = {**LAZY_IMPORTS, "Service": "rospy.impl.tcpros_service", "ServiceProxy": "rospy.impl.tcpros_service"}
+_lazy_imports |= dict.fromkeys(("BIDIRECTIONAL", "INBOUND", "OUTBOUND", "Transport"), "rospy.impl.transport")
+_lazy_imports |= {"wait_for_service": "rospy.impl.tcpros_service", "Log": "rosgraph_msgs.msg"}
+__getattr__, __dir__ = _names(__name__, _lazy_imports)

@@ -13,7 +13,7 @@ from pyros1.ground.timing import Duration as _Duration
 from pyros1.ground.timing import Time as _Time
 from pyros1.ground.timing import scalar
 from rospy.exceptions import ROSInterruptException, ROSTimeMovedBackwardsException
-from rospy.rostime import Duration, Time, get_rostime, set_time, sleep_in_set_time, wallsleep
+from rospy.rostime import Duration, Time, get_rostime, sleep_in_set_time, time_set_by_program, wallsleep
 
 
 class TimerEvent:
@@ -47,7 +47,7 @@ __all__ = ["Rate", "Timer", "TimerEvent", "sleep"]
 def _now() -> int:
     """Return the node's time in nanoseconds. For wall time no object is created, which matters in loops of 1 kHz."""
     node = PROCESS.node
-    return get_rostime().to_nsec() if node is None or node.simulated_time or set_time() else time.time_ns()
+    return get_rostime().to_nsec() if node is None or node.simulated_time or time_set_by_program() else time.time_ns()
 
 
 def sleep(duration: float | _Duration) -> None:
@@ -66,7 +66,7 @@ def sleep(duration: float | _Duration) -> None:
         if node is not None and node.simulated_time and (PROCESS.is_shutdown or not node.ok()):
             raise ROSInterruptException("ROS shutdown request")
         return
-    if set_time() is not None:
+    if time_set_by_program() is not None:
         sleep_in_set_time(seconds)
         return
     if node is None or PROCESS.is_shutdown:
@@ -76,11 +76,11 @@ def sleep(duration: float | _Duration) -> None:
         return
     start = node.now() if node.simulated_time else None
     try:
-        alive = node.sleep(seconds)
+        is_running = node.sleep(seconds)
     except TimeMovedBackwardsError:
-        back = (start - node.now()).to_sec() if start else 0.0
-        raise ROSTimeMovedBackwardsException(back) from None
-    if not alive and node.simulated_time:
+        jump = (start - node.now()).to_sec() if start else 0.0
+        raise ROSTimeMovedBackwardsException(jump) from None
+    if not is_running and node.simulated_time:
         raise ROSInterruptException("ROS shutdown request")
 
 
@@ -121,9 +121,9 @@ class Rate:
 
     def remaining(self) -> Duration:
         """Return the remaining time of the current cycle."""
-        return Duration(*divmod(self._left(get_rostime().to_nsec()), _NS))
+        return Duration(*divmod(self._remaining_ns(get_rostime().to_nsec()), _NS))
 
-    def _left(self, now: int) -> int:
+    def _remaining_ns(self, now: int) -> int:
         self._last = min(self._last, now)  # now, if time has jumped back
         return self._cycle - (now - self._last)
 
@@ -133,9 +133,9 @@ class Rate:
         Raises:
             ROSInterruptException, ROSTimeMovedBackwardsException: see `sleep`.
         """
-        now = _now()  # a jump of simulated time during a sleep affects the next one, like in stock
+        now = _now()  # a jump of simulated time during a sleep affects the next sleep, as in stock
         try:
-            sleep(self._left(now) / _NS)
+            sleep(self._remaining_ns(now) / _NS)
         except ROSTimeMovedBackwardsException:
             if not self._reset:
                 raise
@@ -165,12 +165,12 @@ class Timer(threading.Thread):
         self._callback = callback
         self._oneshot = oneshot
         self._reset = reset
-        self._ended = False
+        self._stopped = False
         self.start()
 
     def shutdown(self) -> None:
         """Stop the timer: no more calls are made."""
-        self._ended = True
+        self._stopped = True
 
     def run(self) -> None:
         """Make the calls, in the timer's thread."""
@@ -178,8 +178,8 @@ class Timer(threading.Thread):
         expected: Any = rate.last_time + self._period
         last_expected: Any = None
         last_real: Any = None
-        took = None
-        while not (PROCESS.is_shutdown or self._ended):
+        last_duration = None
+        while not (PROCESS.is_shutdown or self._stopped):
             try:
                 rate.sleep()
             except ROSTimeMovedBackwardsException:
@@ -188,17 +188,17 @@ class Timer(threading.Thread):
                 if PROCESS.is_shutdown:
                     return
                 raise
-            if self._ended or PROCESS.is_shutdown or not (PROCESS.node is None or PROCESS.node.ok()):
+            if self._stopped or PROCESS.is_shutdown or not (PROCESS.node is None or PROCESS.node.ok()):
                 return
             real = get_rostime()
             start = time.perf_counter()
-            self._callback(TimerEvent(last_expected, last_real, _time(expected), real, took))
+            self._callback(TimerEvent(last_expected, last_real, _as_time(expected), real, last_duration))
             if self._oneshot:
                 return
-            took = time.perf_counter() - start
-            last_expected, last_real = _time(expected), real
+            last_duration = time.perf_counter() - start
+            last_expected, last_real = _as_time(expected), real
             expected = expected + self._period
 
 
-def _time(value: Any) -> Time:
+def _as_time(value: Any) -> Time:
     return Time(value.secs, value.nsecs)

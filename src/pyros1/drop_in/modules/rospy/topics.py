@@ -19,9 +19,9 @@ from rospy.impl.topic_views import PublisherImpl as _PublisherImpl
 from rospy.impl.topic_views import SubscriberImpl as _SubscriberImpl
 from rospy.impl.topic_views import TopicImpl as _TopicImpl
 from rospy.impl.topic_views import TopicManager as _TopicManager
-from rospy.impl.wrong_values import error_of, name_frame
+from rospy.impl.wrong_values import fill_in_frame, stock_error_for
 from rospy.msg import AnyMsg, Message, args_kwds_to_message, serialize_message
-from rospy.names import LATE, as_text, resolve_name, resolve_name_without_node_name, warn_of_name
+from rospy.names import LAZY_IMPORTS, as_text, resolve_name, resolve_name_without_node_name, warn_of_name
 
 DEFAULT_BUFF_SIZE = 65536
 python3 = 1
@@ -83,7 +83,7 @@ class Topic:
             raise ValueError(f"data_class [{data_class}] is not a class")
         if not hasattr(data_class, "_md5sum") or hasattr(data_class, "_request_class"):  # services are not messages
             raise ValueError(f"data_class [{data_class.__class__.__name__}] is not a message data class")
-        self._given = canonicalize_name(as_text(name))
+        self._unresolved_name = canonicalize_name(as_text(name))
         warn_of_name(name, 4)
         resolve = resolve_name if PROCESS.node is not None else resolve_name_without_node_name
         self.name = self.resolved_name = resolve(name)
@@ -96,8 +96,10 @@ class Topic:
         self.impl = TOPICS.acquire_impl(reg_type, self.resolved_name, data_class)
         self._handle: Any = None
 
-    def _begin(self, node: pyros1.Node) -> None:
-        """Start together with the node. Objects created after its shutdown do nothing, like in stock."""
+    def _start(self, node: pyros1.Node) -> None:
+        """Register the topic when the node has been started. Objects created after its shutdown do nothing, like in
+        stock.
+        """
         impl, reason = self.impl, None
         if impl is None or not node.ok():
             return
@@ -117,7 +119,7 @@ class Topic:
                 self._handle = handle
                 impl.handles = [*impl.handles, handle]
                 return
-        handle.unregister()  # another thread, such as that of its callback, has ended it in the meantime
+        handle.unregister()  # another thread, such as that of its callback, has closed this object in the meantime
 
     def _open(self, node: pyros1.Node, data_class: Any, impl: Any) -> Any:
         raise NotImplementedError
@@ -128,19 +130,19 @@ class Topic:
 
     def unregister(self) -> None:
         """Close this publisher or subscriber; the topic is unregistered with the last one in the program."""
-        PROCESS.forget(self._begin)
+        PROCESS.forget(self._start)
         with TOPICS.lock:
             impl, self.impl = self.impl, None
             handle, self._handle = self._handle, None
             if impl is None:
                 return
-            impl.handles = [each for each in impl.handles if each is not handle]
-            self._leave(impl)
+            impl.handles = [other_handle for other_handle in impl.handles if other_handle is not handle]
+            self._detach(impl)
         if handle is not None:
             handle.unregister()
         TOPICS.release_impl(self.reg_type, self.resolved_name)
 
-    def _leave(self, impl: Any) -> None:
+    def _detach(self, impl: Any) -> None:
         """Remove what this object has added to the topic."""
 
 
@@ -182,17 +184,17 @@ class Publisher(Topic):
             impl.set_queue_size(queue_size)
         if subscriber_listener is not None:
             impl.add_subscriber_listener(subscriber_listener)
-        PROCESS.when_started(self._begin)
+        PROCESS.when_started(self._start)
 
-    def _begin(self, node: pyros1.Node) -> None:
-        super()._begin(node)
+    def _start(self, node: pyros1.Node) -> None:
+        super()._start(node)
         impl = self.impl
         if impl is not None:
             impl.watch()
 
     def _open(self, node: pyros1.Node, data_class: Any, impl: Any) -> Any:
         return node.advertise(
-            self._given, data_class, queue_size=impl.queue_size, latch=self._latch, headers=self._headers
+            self._unresolved_name, data_class, queue_size=impl.queue_size, latch=self._latch, headers=self._headers
         )
 
     def publish(self, *args: Any, **kwds: Any) -> None:
@@ -208,7 +210,7 @@ class Publisher(Topic):
             AttributeError, UnicodeEncodeError: a value has a completely different type, see `rospy.impl.wrong_values`.
             TypeError: the message is of another type, or positional and named values are mixed.
         """
-        handle = self._handle or self._begun()
+        handle = self._handle or self._wait_for_handle()
         if handle is None:
             return
         if len(args) == 1 and args[0].__class__ is self.data_class and not kwds:
@@ -218,13 +220,13 @@ class Publisher(Topic):
         try:
             handle.publish(message)
         except SerializationError as error:
-            if not name_frame(message):
-                raise error_of(error) from error
+            if not fill_in_frame(message):
+                raise stock_error_for(error) from error
             self.publish(message)
-        except NodeError:  # another thread has unregistered it just now
+        except NodeError:  # another thread has just unregistered this publisher
             raise ROSException(_UNREGISTERED) from None
 
-    def _begun(self) -> Any:
+    def _wait_for_handle(self) -> Any:
         """Return pyros1's publisher as soon as it has been started; None after the node's shutdown.
 
         Raises:
@@ -234,7 +236,7 @@ class Publisher(Topic):
             raise ROSException(_UNREGISTERED)
         if PROCESS.node is None:
             raise ROSException(_NO_NODE)
-        with PROCESS.start_lock:  # another thread has locked it while it starts
+        with PROCESS.start_lock:  # another thread holds the lock while it starts the node
             return self._handle
 
 
@@ -246,7 +248,7 @@ class Subscriber(Topic):
         data_class: message class, numpy_msg(class), or AnyMsg.
         callback: called with each message, and ``callback_args`` if not None. Calls for one topic never overlap.
         queue_size: maximum number of messages of each publisher queued for a slow callback; None for no limit.
-        buff_size, tcp_nodelay: like in stock.
+        buff_size, tcp_nodelay: accepted for compatibility.
 
     Raises:
         ROSException: ``queue_size`` or ``buff_size`` is invalid.
@@ -279,38 +281,40 @@ class Subscriber(Topic):
                 impl.callbacks.append(self._entry)
         if tcp_nodelay:
             impl.set_tcp_nodelay(tcp_nodelay)
-        PROCESS.when_started(self._begin)
+        PROCESS.when_started(self._start)
 
     def _open(self, node: pyros1.Node, data_class: Any, impl: Any) -> Any:
         from rospy.impl.rosout import guarded
 
-        call: Callable[[Any], object] = _ignore
+        on_message: Callable[[Any], object] = _ignore
         if self.callback is not None:
             callback, extra = self.callback, self.callback_args
-            call = guarded(callback if extra is None else lambda message: callback(message, extra), callback)
-        return node.subscribe(self._given, data_class, call, queue_size=self._queue_size, tcp_nodelay=True)
+            on_message = guarded(callback if extra is None else lambda message: callback(message, extra), callback)
+        return node.subscribe(
+            self._unresolved_name, data_class, on_message, queue_size=self._queue_size, tcp_nodelay=True
+        )
 
-    def _begin(self, node: pyros1.Node) -> None:
-        super()._begin(node)
+    def _start(self, node: pyros1.Node) -> None:
+        super()._start(node)
         impl = self.impl
         if self._handle is not None and impl is not None and impl.ref_count == 1:
             impl.begin_statistics()
 
-    def _leave(self, impl: Any) -> None:
-        impl.callbacks = [each for each in impl.callbacks if each is not self._entry]
+    def _detach(self, impl: Any) -> None:
+        impl.callbacks = [entry for entry in impl.callbacks if entry is not self._entry]
 
 
 def _ignore(_message: Any) -> None:
     """Ignore a message of a subscriber without a callback."""
 
 
-_links = "pyros1's nodes have their own links; see Publisher.impl.connections"
+_reason = "pyros1's nodes have their own links; see Publisher.impl.connections"
 __getattr__, __dir__ = _names(
     __name__,
     {
-        **LATE,
+        **LAZY_IMPORTS,
         "Log": "rosgraph_msgs.msg",
         "SubscriberStatisticsLogger": "rospy.impl.statistics",
     },
-    dict.fromkeys(("Poller", "QueuedConnection", "get_tcpros_handler"), _links),
+    dict.fromkeys(("Poller", "QueuedConnection", "get_tcpros_handler"), _reason),
 )

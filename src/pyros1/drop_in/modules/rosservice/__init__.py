@@ -1,4 +1,4 @@
-"""rosservice, by pyros1: services (https://wiki.ros.org/rosservice)."""
+"""rosservice, by pyros1: lists and calls services (https://wiki.ros.org/rosservice)."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def get_service_headers(service_name: str, service_uri: str) -> dict[str, str]:
     """Return the connection header of a service's node.
 
     Raises:
-        ROSServiceIOException: it does not respond.
+        ROSServiceIOException: the service does not respond.
         ROSServiceException: the address is invalid.
     """
     if urlparse(service_uri).scheme != "rosrpc":
@@ -91,7 +91,7 @@ def get_service_type(service_name: str) -> str | None:
 
 
 def get_service_node(service_name: str) -> str | None:
-    """Return the node that provides a service, None if it is unknown."""
+    """Return the node that provides a service, None if no node does."""
     for name, nodes in _services():
         if name == service_name and nodes:
             return str(nodes[0])
@@ -102,48 +102,48 @@ def get_service_list(node: str | None = None, namespace: str | None = None, incl
     """Return the names of services.
 
     Args:
-        node: only of this node.
-        namespace: only of this namespace.
+        node: the node whose services to return; None for all nodes.
+        namespace: the namespace whose services to return; None for all namespaces.
         include_nodes: whether to return pairs of a name and its nodes.
     """
-    chosen = [[name, nodes] for name, nodes in _services() if not node or node in nodes]
+    selected = [[name, nodes] for name, nodes in _services() if not node or node in nodes]
     names = set(
-        names_in_namespace([name for name, _ in chosen], script_resolve_name(NAME, namespace) if namespace else None)
+        names_in_namespace([name for name, _ in selected], script_resolve_name(NAME, namespace) if namespace else None)
     )
-    return [[name, nodes] if include_nodes else name for name, nodes in chosen if name in names]
+    return [[name, nodes] if include_nodes else name for name, nodes in selected if name in names]
 
 
 def rosservice_find(service_type: str) -> list[str]:
     """Return the names of the services of a type; those whose nodes do not respond are omitted."""
-    found = []
+    names = []
     for name, _ in _services():
         try:
             if get_service_type(name) == service_type:
-                found.append(name)
+                names.append(name)
         except ROSServiceIOException:
             continue
-    return found
+    return names
 
 
 def get_service_class_by_name(service_name: str) -> Any:
     """Return the class of a service.
 
     Raises:
-        ROSServiceException: no node provides it, or there is no definition of its type.
+        ROSServiceException: no node provides the service, or there is no definition of its type.
     """
-    kind = get_service_type(service_name)
-    if not kind:
+    type_name = get_service_type(service_name)
+    if not type_name:
         raise ROSServiceException(f"Service [{service_name}] is not available.")
-    cls = roslib.message.get_service_class(kind)
+    cls = roslib.message.get_service_class(type_name)
     if cls is None:
         raise ROSServiceException(
-            f"Unable to load type [{kind}].\nHave you typed 'make' in [{kind.partition('/')[0]}]?"
+            f"Unable to load type [{type_name}].\nHave you typed 'make' in [{type_name.partition('/')[0]}]?"
         )
     return cls
 
 
 def get_service_args(service_name: str) -> str:
-    """Return the names of a service's arguments; raises ROSServiceException."""
+    """Return the names of a service's arguments; see `get_service_class_by_name` for errors."""
     return get_printable_message_args(get_service_class_by_name(service_name)._request_class())
 
 
@@ -158,11 +158,11 @@ def call_service(service_name: str, service_args: Any, service_class: Any = None
 
     Args:
         service_name: name of the service.
-        service_args: list of the request's values, or of one mapping.
-        service_class: class of the service; None: according to its type.
+        service_args: list of the request's values, or list of one mapping.
+        service_class: class of the service; None to find it from the service's type.
 
     Returns:
-        Request and response.
+        The request and the response.
 
     Raises:
         ROSServiceException: the arguments are invalid, or the call failed.
@@ -176,12 +176,12 @@ def call_service(service_name: str, service_args: Any, service_class: Any = None
         )
     except genpy.MessageException as error:
 
-        def shown(value: Any) -> str:
+        def describe(value: Any) -> str:
             return f"{value} (type {type(value).__name__})"
 
-        given = "".join(f"\n * {shown(each)}" for each in service_args)
+        values_text = "".join(f"\n * {describe(arg)}" for arg in service_args)
         raise ROSServiceException(
-            f"Incompatible arguments to call service:\n{error}\nProvided arguments are:{given or chr(10)}"
+            f"Incompatible arguments to call service:\n{error}\nProvided arguments are:{values_text or chr(10)}"
             f"\n\nService arguments are: [{get_printable_message_args(request)}]"
         ) from None
     if not rospy.core.is_initialized():
@@ -200,34 +200,34 @@ def call_service(service_name: str, service_args: Any, service_class: Any = None
         ) from error
 
 
-def _print(verb: str, *words: str) -> None:
+def _run_verb(verb: str, *words: str) -> None:
     code = _run(NAME, verb, *words)
     if code:
         sys.exit(code)
 
 
 def _rosservice_type(service_name: str) -> None:
-    _print("type", service_name)
+    _run_verb("type", service_name)
 
 
 def _rosservice_node(service_name: str) -> None:
-    _print("node", service_name)
+    _run_verb("node", service_name)
 
 
 def _rosservice_uri(service_name: str) -> None:
-    _print("uri", service_name)
+    _run_verb("uri", service_name)
 
 
 def _rosservice_args(service_name: str) -> None:
-    _print("args", service_name)
+    _run_verb("args", service_name)
 
 
 def _rosservice_info(service_name: str) -> None:
-    _print("info", service_name)
+    _run_verb("info", service_name)
 
 
 def _rosservice_list(namespace: str | None = None, print_nodes: bool = False) -> None:
-    _print("list", *(["-n"] if print_nodes else []), *([namespace] if namespace else []))
+    _run_verb("list", *(["-n"] if print_nodes else []), *([namespace] if namespace else []))
 
 
 def _rosservice_call(service_name: str, service_args: Any, verbose: bool = False, service_class: Any = None) -> None:

@@ -34,12 +34,12 @@ def get_master() -> ServerProxy:
     return ServerProxy(rosgraph.get_master_uri())
 
 
-def _registered(kind: int, topic: str, node: str) -> bool:
+def _is_registered(index: int, topic: str, node: str) -> bool:
     master: Any = get_master()
     code, message, state = master.getSystemState("/roslib")
     if code != 1:
         raise OSError(f"Unable to retrieve master state: {message}")
-    return any(node in nodes for name, nodes in state[kind] if name == topic)
+    return any(node in nodes for name, nodes in state[index] if name == topic)
 
 
 def is_publisher(topic: str, publisher_id: str) -> bool:
@@ -48,16 +48,16 @@ def is_publisher(topic: str, publisher_id: str) -> bool:
     Raises:
         IOError: the master does not respond.
     """
-    return _registered(0, topic, publisher_id)
+    return _is_registered(0, topic, publisher_id)
 
 
 def is_subscriber(topic: str, subscriber_id: str) -> bool:
     """Return whether a node subscribes to a topic; see `is_publisher`."""
-    return _registered(1, topic, subscriber_id)
+    return _is_registered(1, topic, subscriber_id)
 
 
 def rosrun(package: str, test_name: str, test: Any, sysargs: list[str] | None = None) -> None:
-    """Run tests, end this program's node, and exit with 1 if they failed: for the end of a test program.
+    """Run tests, shut down this program's node, and exit with 1 if a test failed; called at the end of a test program.
 
     Args:
         package: the ROS package.
@@ -78,11 +78,11 @@ def deprecated(func: Callable[..., Any]) -> Callable[..., Any]:
     """Wrap a function so that calls cause a DeprecationWarning."""
 
     @functools.wraps(func)
-    def call(*args: Any, **kwargs: Any) -> Any:
+    def warn_and_call(*args: Any, **kwargs: Any) -> Any:
         warnings.warn(f"Call to deprecated function {func.__name__}.", DeprecationWarning, stacklevel=2)
         return func(*args, **kwargs)
 
-    return call
+    return warn_and_call
 
 
 @deprecated

@@ -1,4 +1,4 @@
-"""rostopic, by pyros1: topics (https://wiki.ros.org/rostopic)."""
+"""rostopic, by pyros1: prints, publishes and measures topics (https://wiki.ros.org/rostopic)."""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ from rostopic._echo import CallbackEcho, create_field_filter, msgevalgen
 from rostopic._publishing import create_publisher, publish_message, stdin_publish, wait_for_subscriber
 from rostopic._rates import ROSTopicBandwidth, ROSTopicDelay, ROSTopicHz
 
-_PUB = "see publish_message, and the command `rostopic pub`"
+_PUBLISHING = "see publish_message, and the command `rostopic pub`"
 __getattr__ = missing(
     __name__,
-    argv_publish=_PUB,
+    argv_publish=_PUBLISHING,
     create_value_transform="see create_field_filter",
-    file_yaml_arg=_PUB,
-    param_publish=_PUB,
-    param_publish_once=_PUB,
-    stdin_yaml_arg=_PUB,
+    file_yaml_arg=_PUBLISHING,
+    param_publish=_PUBLISHING,
+    param_publish_once=_PUBLISHING,
+    stdin_yaml_arg=_PUBLISHING,
 )
 
 NAME = "rostopic"
@@ -36,7 +36,7 @@ _caller_apis: dict[str, str] = {}
 
 
 class ROSTopicException(Exception):
-    """A topic or type is not known, or something is wrong with it."""
+    """A topic or type is unknown or invalid."""
 
 
 class ROSTopicIOException(ROSTopicException):
@@ -78,13 +78,17 @@ def get_api(master: Any, caller_id: str) -> str:
 
 def _get_topic_type(topic: str) -> tuple[str | None, str | None, Callable[[Any], Any] | None]:
     try:
-        known = _master_get_topic_types(rosgraph.Master("/rostopic"))
+        topic_types = _master_get_topic_types(rosgraph.Master("/rostopic"))
     except OSError:
         raise ROSTopicIOException("Unable to communicate with master!") from None
-    found = [(name, kind) for name, kind in known if topic == name or topic.startswith((f"{name}/", f"{name}["))]
-    for name, kind in sorted(found, key=lambda pair: len(pair[0]), reverse=True):
-        if kind != rosgraph.names.ANYTYPE:
-            return kind, name, msgevalgen(topic[len(name) :])
+    matches = [
+        (name, type_name)
+        for name, type_name in topic_types
+        if topic == name or topic.startswith((f"{name}/", f"{name}["))
+    ]
+    for name, type_name in sorted(matches, key=lambda pair: len(pair[0]), reverse=True):
+        if type_name != rosgraph.names.ANYTYPE:
+            return type_name, name, msgevalgen(topic[len(name) :])
     return None, None, None
 
 
@@ -92,53 +96,56 @@ def get_topic_type(topic: str, blocking: bool = False) -> Any:
     """Return the type of a topic, the topic itself, and a function.
 
     Args:
-        topic: full name of a topic, and behind it perhaps a path to a field.
+        topic: full name of a topic, optionally followed by the path of a field.
         blocking: whether to wait until the topic is known.
 
     Returns:
-        Type, topic, and a function that returns the field; or None without one. All are None if it is not known.
+        Type, topic, and a function that returns the field (None if there is no path). All are None if the topic is
+        unknown.
 
     Raises:
         ROSTopicIOException: the master does not answer.
     """
-    found = _get_topic_type(topic)
-    if blocking and not found[0]:
+    topic_info = _get_topic_type(topic)
+    if blocking and not topic_info[0]:
         print(f"WARNING: topic [{topic}] does not appear to be published yet", file=sys.stderr)
-        while not found[0] and not rospy.is_shutdown():
+        while not topic_info[0] and not rospy.is_shutdown():
             time.sleep(0.1)
-            found = _get_topic_type(topic)
-    return found
+            topic_info = _get_topic_type(topic)
+    return topic_info
 
 
 def get_topic_class(topic: str, blocking: bool = False) -> Any:
-    """Return the class of a topic's messages, and otherwise as `get_topic_type`.
+    """Return the class of a topic's messages instead of its type, and otherwise the same as `get_topic_type`.
 
     Raises:
         ROSTopicException: there is no definition of the type.
     """
-    kind, name, field = get_topic_type(topic, blocking=blocking)
-    if kind is None:
+    type_name, name, field = get_topic_type(topic, blocking=blocking)
+    if type_name is None:
         return None, None, None
-    cls = roslib.message.get_message_class(kind)
+    cls = roslib.message.get_message_class(type_name)
     if not cls:
-        raise ROSTopicException(f"Cannot load message class for [{kind}]. Are your messages built?")
+        raise ROSTopicException(f"Cannot load message class for [{type_name}]. Are your messages built?")
     return cls, name, field
 
 
 def find_by_type(topic_type: str) -> list[str]:
-    """Return the names of the topics of a type; raises ROSTopicIOException."""
+    """Return the names of the topics of a type; raises ROSTopicIOException if the master does not answer."""
     try:
-        known = _master_get_topic_types(rosgraph.Master("/rostopic"))
+        topic_types = _master_get_topic_types(rosgraph.Master("/rostopic"))
     except OSError:
         raise ROSTopicIOException("Unable to communicate with master!") from None
-    return [name for name, kind in known if kind == topic_type]
+    return [name for name, type_name in topic_types if type_name == topic_type]
 
 
 # Lists ---------------------------------------------------------------------------------------------------------------
 
 
 def get_topic_list(master: Any = None) -> tuple[list[Any], list[Any]]:
-    """Return publications and subscriptions, each as (topic, type, nodes); raises OSError without a master."""
+    """Return publications and subscriptions, each as (topic, type, nodes); raises OSError if the master does not
+    answer.
+    """
     master = master or rosgraph.Master("/rostopic")
     publishers, subscribers, _ = master.getSystemState()
     types = {entry[0]: entry[1] for entry in _master_get_topic_types(master)}
@@ -154,14 +161,14 @@ def _rostopic_list_group_by_host(
     """Return the entries of `get_topic_list` by host, each with the nodes there."""
 
     def by_host(table: list[Any]) -> dict[str, list[Any]]:
-        found: dict[str, list[Any]] = {}
-        for topic, kind, nodes in table:
-            here: dict[str, list[str]] = {}
+        entries_by_host: dict[str, list[Any]] = {}
+        for topic, type_name, nodes in table:
+            nodes_by_host: dict[str, list[str]] = {}
             for node in nodes:
-                here.setdefault(urlparse(get_api(master, node)).hostname or "unknown", []).append(node)
-            for host, names in here.items():
-                found.setdefault(host, []).append((topic, kind, names))
-        return found
+                nodes_by_host.setdefault(urlparse(get_api(master, node)).hostname or "unknown", []).append(node)
+            for host, names in nodes_by_host.items():
+                entries_by_host.setdefault(host, []).append((topic, type_name, names))
+        return entries_by_host
 
     return by_host(pubs), by_host(subs)
 
@@ -178,11 +185,11 @@ def get_info_text(topic: str) -> str:
         publishers, subscribers = get_topic_list(master)
     except OSError:
         raise ROSTopicIOException("Unable to communicate with master!") from None
-    own = [[entry for entry in table if entry[0] == topic] for table in (publishers, subscribers)]
-    if not any(own):
+    topic_entries = [[entry for entry in table if entry[0] == topic] for table in (publishers, subscribers)]
+    if not any(topic_entries):
         raise ROSTopicException(f"Unknown topic {topic}")
     text = f"Type: {get_topic_type(topic)[0] or 'unknown type'}\n\n"
-    for title, entries in zip(("Publishers", "Subscribers"), own, strict=True):
+    for title, entries in zip(("Publishers", "Subscribers"), topic_entries, strict=True):
         nodes = [node for _, _, names in entries for node in names]
         rows = "".join(f" * {node} ({get_api(master, node)})\n" for node in nodes)
         text += f"{title}: " + (f"\n{rows}\n" if rows else "None\n\n")
@@ -192,18 +199,18 @@ def get_info_text(topic: str) -> str:
 # The tool ------------------------------------------------------------------------------------------------------------
 
 
-def _print(verb: str, *words: str) -> None:
+def _run_verb(verb: str, *words: str) -> None:
     code = _run(NAME, verb, *words)
     if code:
         sys.exit(code)
 
 
 def _rostopic_type(topic: str) -> None:
-    _print("type", topic)
+    _run_verb("type", topic)
 
 
 def _rostopic_info(topic: str) -> None:
-    _print("info", topic)
+    _run_verb("info", topic)
 
 
 def _rostopic_list(
@@ -214,7 +221,7 @@ def _rostopic_list(
     group_by_host: bool = False,
 ) -> None:
     flags = {"-v": verbose, "-s": subscribers_only, "-p": publishers_only, "--host": group_by_host}
-    _print("list", *(flag for flag, wanted in flags.items() if wanted), *([topic] if topic else []))
+    _run_verb("list", *(flag for flag, is_set in flags.items() if is_set), *([topic] if topic else []))
 
 
 def _rostopic_hz(
@@ -228,15 +235,15 @@ def _rostopic_hz(
         raise ROSTopicException("pyros1's rostopic._rostopic_hz takes no filter: use ROSTopicHz")
     flags = ["--wall-time"] * use_wtime + ["--tcpnodelay"] * tcp_nodelay
     window = [] if window_size < 0 else ["-w", str(window_size)]
-    _print("hz", *window, *flags, *([topics] if isinstance(topics, str) else topics))
+    _run_verb("hz", *window, *flags, *([topics] if isinstance(topics, str) else topics))
 
 
 def _rostopic_bw(topic: str, window_size: int = -1) -> None:
-    _print("bw", *([] if window_size < 0 else ["-w", str(window_size)]), topic)
+    _run_verb("bw", *([] if window_size < 0 else ["-w", str(window_size)]), topic)
 
 
 def _rostopic_delay(topic: str, window_size: int = -1, tcp_nodelay: bool = False) -> None:
-    _print("delay", *([] if window_size < 0 else ["-w", str(window_size)]), *["--tcpnodelay"] * tcp_nodelay, topic)
+    _run_verb("delay", *([] if window_size < 0 else ["-w", str(window_size)]), *["--tcpnodelay"] * tcp_nodelay, topic)
 
 
 def _rostopic_echo(topic: str, callback_echo: Any, bag_file: str | None = None, echo_all_topics: bool = False) -> None:
@@ -245,19 +252,23 @@ def _rostopic_echo(topic: str, callback_echo: Any, bag_file: str | None = None, 
         import rosbag
 
         with rosbag.Bag(bag_file) as bag:
-            for recorded, message, stamp in bag.read_messages():
-                name = recorded if recorded[:1] == "/" else rosgraph.names.script_resolve_name(NAME, recorded)
+            for recorded_topic, message, stamp in bag.read_messages():
+                name = (
+                    recorded_topic
+                    if recorded_topic[:1] == "/"
+                    else rosgraph.names.script_resolve_name(NAME, recorded_topic)
+                )
                 callback_echo.callback(message, {"topic": name, "type_information": None}, current_time=stamp)
                 if callback_echo.done:
                     break
         return
     _check_master()
     rospy.init_node(NAME, anonymous=True)
-    cls, real, field = get_topic_class(topic, blocking=True)
+    cls, real_name, field = get_topic_class(topic, blocking=True)
     if cls is None:
         return
     callback_echo.msg_eval = field
-    rospy.Subscriber(real, cls, callback_echo.callback, {"topic": topic, "type_information": None})
+    rospy.Subscriber(real_name, cls, callback_echo.callback, {"topic": topic, "type_information": None})
     while not rospy.is_shutdown() and not callback_echo.done:
         time.sleep(0.1)
 

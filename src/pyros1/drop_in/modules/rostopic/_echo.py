@@ -1,4 +1,4 @@
-"""Fields of messages, and printing of messages as they come."""
+"""Extracts fields of messages, and prints messages as they arrive."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from pyros1.bag.export.tables import Table
 from pyros1.msgs.text import format_message
 from pyros1.observe.fields import FieldPath, FieldPathError
 
-_CLEAR = "\033[2J\033[;H"
+_CLEAR_SCREEN = "\033[2J\033[;H"
 
 
 def msgevalgen(pattern: str) -> Callable[[Any], Any] | None:
     """Return a function that returns a field of a message.
 
     Args:
-        pattern: the path behind the topic, for example ``/pose/position/x`` or ``/poses[0:2]``.
+        pattern: the path that follows the topic's name, for example ``/pose/position/x`` or ``/poses[0:2]``.
 
     Returns:
         The function, which prints an error and returns None for messages without the field. None for an empty path,
@@ -44,34 +44,34 @@ def msgevalgen(pattern: str) -> Callable[[Any], Any] | None:
 
 
 def create_field_filter(echo_nostr: bool, echo_noarr: bool) -> Callable[[Any], Iterator[str]]:
-    """Return a function that yields the names of a message's fields, without those of texts or of arrays.
+    """Return a function that yields the names of a message's fields, optionally without texts or arrays.
 
     Args:
-        echo_nostr: leave out texts.
-        echo_noarr: leave out arrays.
+        echo_nostr: whether to leave out texts.
+        echo_noarr: whether to leave out arrays.
     """
 
     def field_filter(val: Any) -> Iterator[str]:
-        for name, kind in zip(val.__slots__, val._slot_types, strict=True):
-            is_text = kind == "string" or kind.startswith(("string[", "std_msgs/String"))
-            if not (echo_noarr and "[" in kind) and not (echo_nostr and is_text):
+        for name, field_type in zip(val.__slots__, val._slot_types, strict=True):
+            is_text = field_type == "string" or field_type.startswith(("string[", "std_msgs/String"))
+            if not (echo_noarr and "[" in field_type) and not (echo_nostr and is_text):
                 yield name
 
     return field_filter
 
 
 class CallbackEcho:
-    """Prints messages, as ``rostopic echo``.
+    """Prints messages like ``rostopic echo``.
 
     Args:
-        topic: only messages of this topic, or with `echo_all_topics` of those below.
+        topic: the topic whose messages are printed; with `echo_all_topics`, also those of topics below it.
         msg_eval: function that returns a field; None: whole messages.
         plot: whether to print rows of values.
-        filter_fn: function that tells whether a message is printed.
+        filter_fn: function that returns whether to print a message; None to print all.
         echo_clear: whether to clear the screen before each message.
         echo_all_topics: whether to print messages of all topics.
-        offset_time: whether to print times as differences to the present.
-        count: number of messages after which it is done.
+        offset_time: whether to print times relative to the current time.
+        count: number of messages to print; None for no limit.
         field_filter_fn: see `create_field_filter`.
         fixed_numeric_width: number of characters of each number.
         value_transform_fn: function that changes a message before it is printed.
@@ -99,7 +99,7 @@ class CallbackEcho:
         self.plot = plot
         self.filter_fn = filter_fn
         self.fixed_numeric_width = fixed_numeric_width
-        self.prefix = _CLEAR if echo_clear else ""
+        self.prefix = _CLEAR_SCREEN if echo_clear else ""
         self.suffix = "" if plot else "\n---\n"
         self.echo_all_topics = echo_all_topics
         self.offset_time = offset_time
@@ -150,7 +150,7 @@ class CallbackEcho:
         Args:
             data: the message.
             callback_args: mapping with ``topic``, and ``type_information`` of a field or None.
-            current_time: time in place of the present, for messages of a bag.
+            current_time: time to use instead of the current time, for messages from a bag.
         """
         topic = callback_args["topic"]
         if self.done or (self.filter_fn is not None and not self.filter_fn(data)):
@@ -191,13 +191,13 @@ class CallbackEcho:
             self.done = True
 
     def _write_row(self, value: Any, current_time: Any, offset: Any) -> None:
-        """Write a row of values with its time, and before the first one a row of names."""
+        """Write a row of values with its time; before the first row, write a row of names."""
         if self._table is None:
             self._table = Table(field_filter=self.field_filter)
             self._table.emit_header(value, sys.stdout.write)
         if current_time is not None:
-            moment = current_time
+            stamp = current_time
         else:
-            moment = value.header.stamp if getattr(value, "_has_header", False) else rospy.get_rostime()
-        nanoseconds = moment.to_nsec() - (offset.to_nsec() if offset is not None else 0)
+            stamp = value.header.stamp if getattr(value, "_has_header", False) else rospy.get_rostime()
+        nanoseconds = stamp.to_nsec() - (offset.to_nsec() if offset is not None else 0)
         self._table.emit_message(value, nanoseconds, sys.stdout.write, offset)

@@ -1,4 +1,4 @@
-"""How often messages come, how large they are and how old: `rostopic hz`, `bw` and `delay` for programs."""
+"""Measures the rate, size and age of messages: `rostopic hz`, `bw` and `delay` for programs."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ from pyros1.observe.statistics import (
 
 
 class ROSTopicHz:
-    """How often messages come.
+    """Measures how often messages arrive.
 
     Args:
-        window_size: number of messages that count; -1: very many.
-        filter_expr: called with each message: whether it counts.
-        use_wtime: whether to use wall time in the place of ROS time.
+        window_size: maximum number of messages in the window; -1 for a very large number.
+        filter_expr: called with each message; returns whether to count it. None to count all.
+        use_wtime: whether to use wall time instead of ROS time.
     """
 
     def __init__(
@@ -69,7 +69,7 @@ class ROSTopicHz:
         return self._last_printed[topic]
 
     def set_last_printed_tn(self, value: float, topic: str | None = None) -> None:
-        """Set that time."""
+        """Set the time that `get_last_printed_tn` returns."""
         self._last_printed[topic] = value
 
     def get_msg_t0(self, topic: str | None = None) -> float:
@@ -77,7 +77,7 @@ class ROSTopicHz:
         return self._first[topic]
 
     def set_msg_t0(self, value: float, topic: str | None = None) -> None:
-        """Set that time."""
+        """Set the time that `get_msg_t0` returns."""
         self._first[topic] = value
 
     def get_msg_tn(self, topic: str | None = None) -> float:
@@ -85,15 +85,15 @@ class ROSTopicHz:
         return self._latest[topic]
 
     def set_msg_tn(self, value: float, topic: str | None = None) -> None:
-        """Set that time."""
+        """Set the time that `get_msg_tn` returns."""
         self._latest[topic] = value
 
     def get_times(self, topic: str | None = None) -> list[float]:
-        """Return the seconds between one message and the next, for those that count."""
+        """Return the seconds between one message and the next, for the messages in the window."""
         return self._gaps[topic]
 
     def set_times(self, value: list[float], topic: str | None = None) -> None:
-        """Set them."""
+        """Set the times that `get_times` returns."""
         self._gaps[topic] = value
 
     def callback_hz(self, m: Any, topic: str | None = None) -> None:
@@ -113,7 +113,7 @@ class ROSTopicHz:
                     print("time has reset, resetting counters")
                     self._gaps[topic] = []
                 return
-            if not 0 <= self._first[topic] <= now:  # the first one, or the time has jumped back
+            if not 0 <= self._first[topic] <= now:  # the first message, or the time has jumped back
                 self._first[topic] = now
                 self._gaps[topic] = []
             else:
@@ -123,11 +123,11 @@ class ROSTopicHz:
             self._latest[topic] = now
 
     def get_hz(self, topic: str | None = None) -> tuple[float, float, float, float, int] | None:
-        """Return what has been counted.
+        """Return statistics of the messages in the window.
 
         Returns:
             The rate in Hz; the shortest and the longest time between two messages and the deviation of these times
-            from their mean, in seconds; the number of messages. None if there are no new ones since the last call.
+            from their mean, in seconds; the number of messages. None if there are no new messages since the last call.
         """
         with self.lock:
             gaps = self._gaps.get(topic)
@@ -135,32 +135,32 @@ class ROSTopicHz:
             if not gaps or latest == self._last_printed[topic]:
                 return None
             self._last_printed[topic] = latest
-            found = summarise(gaps)
-            number = len(gaps) + 1
-        rate = 1 / found.mean if found.mean > 0 else 0
-        return rate, found.minimum, found.maximum, found.deviation, number
+            summary = summarise(gaps)
+            count = len(gaps) + 1
+        rate = 1 / summary.mean if summary.mean > 0 else 0
+        return rate, summary.minimum, summary.maximum, summary.deviation, count
 
     def print_hz(self, topics: Sequence[str | None] = (None,)) -> None:
-        """Print what has been counted: of one topic, or a table of several."""
-        found = {topic: each for topic, each in ((topic, self.get_hz(topic)) for topic in topics) if each is not None}
-        if not found:
+        """Print the statistics of one topic, or a table for several topics."""
+        results = {topic: each for topic, each in ((topic, self.get_hz(topic)) for topic in topics) if each is not None}
+        if not results:
             print("no new messages")
         elif len(topics) == 1:
-            print(rate_lines(*_with_summary(found[topics[0]])))
+            print(rate_lines(*_with_summary(results[topics[0]])))
         else:
-            print(rate_table({str(topic): _with_summary(each) for topic, each in found.items()}))
+            print(rate_table({str(topic): _with_summary(each) for topic, each in results.items()}))
 
 
-def _with_summary(found: tuple[float, float, float, float, int]) -> tuple[float, Summary, int]:
-    rate, least, most, deviation, number = found
-    return rate, Summary(0.0, least, most, deviation), number
+def _with_summary(result: tuple[float, float, float, float, int]) -> tuple[float, Summary, int]:
+    rate, minimum, maximum, deviation, number = result
+    return rate, Summary(0.0, minimum, maximum, deviation), number
 
 
 class ROSTopicBandwidth:
-    """How many bytes come.
+    """Measures how many bytes per second arrive.
 
     Args:
-        window_size: number of messages that count.
+        window_size: maximum number of messages in the window.
     """
 
     def __init__(self, window_size: int = BW_WINDOW) -> None:
@@ -183,21 +183,21 @@ class ROSTopicBandwidth:
                 traceback.print_exc()
 
     def print_bw(self) -> None:
-        """Print what has been counted; nothing while there are less than two messages."""
+        """Print the statistics; nothing while there are fewer than two messages."""
         with self.lock:
             if len(self.times) < 2:
                 return
-            passed = time.time() - self.times[0]
+            elapsed = time.time() - self.times[0]
             sizes = list(self.sizes)
-        if passed > 0:
-            print(size_lines(sizes, passed))
+        if elapsed > 0:
+            print(size_lines(sizes, elapsed))
 
 
 class ROSTopicDelay:
-    """How old messages are when they come: the time since the stamp in their header.
+    """Measures how old messages are when they arrive: the time since the stamp in their header.
 
     Args:
-        window_size: number of messages that count; -1: very many.
+        window_size: maximum number of messages in the window; -1 for a very large number.
     """
 
     def __init__(self, window_size: int) -> None:
@@ -209,7 +209,7 @@ class ROSTopicDelay:
         self.window_size = HZ_WINDOW if window_size < 0 else window_size
 
     def callback_delay(self, msg: Any) -> None:
-        """Count a message; the first one is only where the window begins."""
+        """Count a message; the first one only starts the window."""
         if not msg._has_header:
             rospy.logerr("msg does not have header")
             return
@@ -230,26 +230,26 @@ class ROSTopicDelay:
             self.msg_tn = now
 
     def get_delay(self) -> tuple[float, float, float, float, int] | None:
-        """Return what has been counted.
+        """Return statistics of the messages in the window.
 
         Returns:
-            The mean age, the smallest and the largest, and their deviation from the mean, in seconds; the number of
-            messages. None if there are no new ones since the last call.
+            The mean, minimum and maximum age and the standard deviation, in seconds; the number of messages. None if
+            there are no new messages since the last call.
         """
         with self.lock:
             if not self.delays or self.msg_tn == self.last_msg_tn:
                 return None
             self.last_msg_tn = self.msg_tn
-            found, number = summarise(self.delays), len(self.delays) + 1
-        return found.mean, found.minimum, found.maximum, found.deviation, number
+            summary, count = summarise(self.delays), len(self.delays) + 1
+        return summary.mean, summary.minimum, summary.maximum, summary.deviation, count
 
     def print_delay(self) -> None:
-        """Print what has been counted; nothing while there are less than two messages."""
+        """Print the statistics; nothing while there are fewer than two messages."""
         if not self.delays:
             return
-        found = self.get_delay()
-        if found is None:
+        result = self.get_delay()
+        if result is None:
             print("no new messages")
             return
-        *values, number = found
+        *values, number = result
         print(delay_lines(Summary(*values), number))

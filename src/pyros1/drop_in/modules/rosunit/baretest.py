@@ -1,4 +1,4 @@
-"""Summaries of test runs."""
+"""Functions for test results; pyros1 has them in rosunit.core and rosunit.summaries."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Paths and names of test results."""
+"""Determines the paths and names of test results."""
 
 from __future__ import annotations
 
@@ -48,14 +48,14 @@ def makedirs_with_parent_perms(p: str) -> None:
     if path.exists():
         return
     makedirs_with_parent_perms(str(path.parent))
-    above = path.parent.stat()
+    parent_status = path.parent.stat()
     with contextlib.suppress(FileExistsError):
         path.mkdir()
-    made = path.stat()
-    if (made.st_uid, made.st_gid) != (above.st_uid, above.st_gid):
-        os.chown(path, above.st_uid, above.st_gid)
-    if made.st_mode != above.st_mode:
-        path.chmod(above.st_mode)
+    own_status = path.stat()
+    if (own_status.st_uid, own_status.st_gid) != (parent_status.st_uid, parent_status.st_gid):
+        os.chown(path, parent_status.st_uid, parent_status.st_gid)
+    if own_status.st_mode != parent_status.st_mode:
+        path.chmod(parent_status.st_mode)
 
 
 def xml_results_file(
@@ -65,12 +65,12 @@ def xml_results_file(
 
     Args:
         test_pkg: the test's package.
-        test_name: its name.
-        is_rostest: whether they are those of a launch file's tests.
+        test_name: name of the test.
+        is_rostest: whether the results are those of a launch file's tests.
         env: environment variables; None for this process's.
 
     Raises:
-        IOError: the folder cannot be made.
+        IOError: the folder cannot be created.
     """
     folder = results_folder(os.environ if env is None else env)
     try:
@@ -94,12 +94,12 @@ def create_xml_runner(
 
     Args:
         test_pkg: the test's package.
-        test_name: its name.
+        test_name: name of the test.
         results_file: the file; None for the default one.
-        is_rostest: as for `xml_results_file`.
+        is_rostest: see `xml_results_file`.
 
     Raises:
-        IOError: the file's folder cannot be made.
+        IOError: the file's folder cannot be created.
     """
     path = results_file or xml_results_file(test_pkg, os.path.basename(test_name), is_rostest)
     folder = os.path.dirname(os.path.abspath(path))

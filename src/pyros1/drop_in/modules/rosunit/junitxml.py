@@ -54,22 +54,22 @@ def cdata(cdata_text: str) -> str:
     return f"<![CDATA[\n{cdata_text}\n]]>"
 
 
-def _texted(tag: str, text: str, **attributes: str) -> ET.Element:
+def _make_text_element(tag: str, text: str, **attributes: str) -> ET.Element:
     element = ET.Element(tag, attributes)
     element.text = filter_nonprintable_text(cdata(text))
     return element
 
 
-def _line(name: str, what: str) -> str:
-    return f"[{name}]{what}".ljust(_WIDTH, "-")
+def _make_rule(name: str, label: str) -> str:
+    return f"[{name}]{label}".ljust(_WIDTH, "-")
 
 
 class TestInfo:
     """The reason why a test did not succeed.
 
     Args:
-        type_: name of the kind, for example of an exception.
-        text: human-readable.
+        type_: name of the kind of problem, for example of an exception.
+        text: a human-readable description.
     """
 
     __test__ = False  # not a test class for pytest
@@ -83,11 +83,11 @@ class TestError(TestInfo):
     """A test could not be run."""
 
     def xml_element(self) -> ET.Element:
-        """Return its element."""
-        return _texted("error", self.text, type=self.type)
+        """Return the XML element."""
+        return _make_text_element("error", self.text, type=self.type)
 
     def xml(self) -> bytes:
-        """Return its XML, in UTF-8."""
+        """Return the XML in UTF-8."""
         return ET.tostring(self.xml_element(), encoding="utf-8")
 
 
@@ -95,11 +95,11 @@ class TestFailure(TestInfo):
     """An assertion of a test failed."""
 
     def xml_element(self) -> ET.Element:
-        """Return its element."""
-        return _texted("failure", self.text, type=self.type)
+        """Return the XML element."""
+        return _make_text_element("failure", self.text, type=self.type)
 
     def xml(self) -> bytes:
-        """Return its XML, in UTF-8."""
+        """Return the XML in UTF-8."""
         return ET.tostring(self.xml_element(), encoding="utf-8")
 
 
@@ -107,7 +107,9 @@ class TestCaseResult:
     """Result of one test.
 
     Attributes:
-        name, classname: of the test. time: its duration in seconds. failures, errors: why it did not succeed.
+        name, classname: name and class of the test.
+        time: duration in seconds.
+        failures, errors: why the test did not succeed.
     """
 
     __test__ = False
@@ -129,8 +131,10 @@ class TestCaseResult:
         """The result as text, human-readable."""
         if self.passed:
             return f"[{self.name}][passed]\n"
-        parts = [("[FAILURE]", each.text) for each in self.failures] + [("[ERROR]", each.text) for each in self.errors]
-        return "".join(f"{_line(self.name, what)}\n{text}\n{'-' * _WIDTH}\n\n" for what, text in parts)
+        parts = [("[FAILURE]", problem.text) for problem in self.failures] + [
+            ("[ERROR]", problem.text) for problem in self.errors
+        ]
+        return "".join(f"{_make_rule(self.name, what)}\n{text}\n{'-' * _WIDTH}\n\n" for what, text in parts)
 
     def add_failure(self, failure: Any) -> None:
         """Add a `TestFailure`."""
@@ -141,13 +145,13 @@ class TestCaseResult:
         self.errors.append(error)
 
     def xml_element(self) -> ET.Element:
-        """Return its element."""
+        """Return the XML element."""
         element = ET.Element("testcase", {"classname": self.classname, "name": self.name, "time": str(self.time)})
-        element.extend(each.xml_element() for each in (*self.failures, *self.errors))
+        element.extend(problem.xml_element() for problem in (*self.failures, *self.errors))
         return element
 
     def xml(self) -> bytes:
-        """Return its XML, in UTF-8."""
+        """Return the XML in UTF-8."""
         return ET.tostring(self.xml_element(), encoding="utf-8")
 
 
@@ -155,8 +159,11 @@ class Result:
     """Results of several tests.
 
     Attributes:
-        name: of the suite. num_errors, num_failures, num_tests: as counted by the runner.
-        test_case_results: of each test. system_out, system_err: what they printed. time: in seconds.
+        name: name of the suite.
+        num_errors, num_failures, num_tests: as counted by the runner.
+        test_case_results: result of each test.
+        system_out, system_err: what the tests printed.
+        time: duration in seconds.
     """
 
     __slots__ = [
@@ -197,20 +204,20 @@ class Result:
         self.test_case_results.append(r)
 
     def xml_element(self) -> bytes:
-        """Return its XML, in UTF-8, as stock does in spite of the name."""
-        element = _suite(self.name, self.num_tests, self.num_failures, self.time, self.num_errors)
+        """Return the XML in UTF-8, like stock, despite the name."""
+        element = _make_suite(self.name, self.num_tests, self.num_failures, self.time, self.num_errors)
         element.extend(case.xml_element() for case in self.test_case_results)
-        element.append(_texted("system-out", self.system_out))
-        element.append(_texted("system-err", self.system_err))
+        element.append(_make_text_element("system-out", self.system_out))
+        element.append(_make_text_element("system-err", self.system_err))
         return ET.tostring(element, encoding="utf-8")
 
 
-def _suite(name: str, tests: int, failures: int, time: float, errors: int = 0) -> ET.Element:
+def _make_suite(name: str, tests: int, failures: int, time: float, errors: int = 0) -> ET.Element:
     counts = {"tests": tests, "failures": failures, "time": time, "errors": errors}
     return ET.Element("testsuite", {key: str(count) for key, count in counts.items()} | {"name": name})
 
 
-def _one_test(suite: ET.Element, class_name: str, testcase_name: str) -> ET.Element:
+def _add_test(suite: ET.Element, class_name: str, testcase_name: str) -> ET.Element:
     return ET.SubElement(
         suite, "testcase", {"name": testcase_name, "status": "run", "time": "1", "classname": class_name}
     )
@@ -226,22 +233,22 @@ def test_failure_junit_xml(
     """Return the XML, in UTF-8, of a suite with one test that has failed.
 
     Args:
-        test_name: of the suite.
-        message: why.
-        stdout: what it printed.
-        class_name, testcase_name: of the test.
+        test_name: name of the suite.
+        message: why the test failed.
+        stdout: what the test printed.
+        class_name, testcase_name: class and name of the test.
     """
-    suite = _suite(test_name, 1, 1, 1)
-    ET.SubElement(_one_test(suite, class_name, testcase_name), "failure", {"message": message, "type": ""})
+    suite = _make_suite(test_name, 1, 1, 1)
+    ET.SubElement(_add_test(suite, class_name, testcase_name), "failure", {"message": message, "type": ""})
     if stdout:
-        suite.append(_texted("system-out", stdout))
+        suite.append(_make_text_element("system-out", stdout))
     return ET.tostring(suite, encoding="utf-8")
 
 
 def test_success_junit_xml(test_name: str, class_name: str = "Results", testcase_name: str = "test_ran") -> bytes:
     """Return the XML, in UTF-8, of a suite with one test that has succeeded."""
-    suite = _suite(test_name, 1, 0, 1)
-    _one_test(suite, class_name, testcase_name)
+    suite = _make_suite(test_name, 1, 0, 1)
+    _add_test(suite, class_name, testcase_name)
     return ET.tostring(suite, encoding="utf-8")
 
 
@@ -252,7 +259,7 @@ def read(test_file: str, test_name: str) -> Result:
     """Read a file of results; a file that cannot be read causes a warning on stdout, and has no results.
 
     Args:
-        test_file: its name. Characters that XML cannot contain are replaced in the file.
+        test_file: path of the file. Characters that XML cannot contain are replaced in the file.
         test_name: name of the result, and prefix of the classes of its tests.
 
     Raises:
@@ -266,7 +273,7 @@ def read(test_file: str, test_name: str) -> Result:
         if os.path.getsize(test_file) == 0:
             print(f"WARN: test result file is empty [{test_file}]")
             return result
-        root = fromstring(_cleaned(test_file))
+        root = fromstring(_read_cleaned(test_file))
     except (ET.ParseError, DefusedXmlException, OSError) as error:
         print(f"WARN: cannot read test result file [{test_file}]: {error}")
         return result
@@ -274,54 +281,56 @@ def read(test_file: str, test_name: str) -> Result:
     if not suites:
         print(f"WARN: test result file [{test_file}] contains no results")
     folder, name = os.path.split(os.path.abspath(test_file))
-    shown = f"{os.path.basename(folder)}.{os.path.splitext(name.removeprefix('TEST-'))[0]}"
+    display_name = f"{os.path.basename(folder)}.{os.path.splitext(name.removeprefix('TEST-'))[0]}"
     for suite in suites:
-        result.accumulate(_load(suite, test_name, shown))
+        result.accumulate(_load(suite, test_name, display_name))
     return result
 
 
-def _cleaned(test_file: str) -> bytes:
-    """Return a file's bytes without characters that XML cannot contain; write them back if they have changed."""
+def _read_cleaned(test_file: str) -> bytes:
+    """Return a file's bytes without characters that XML cannot contain; write the result back to the file if it has
+    changed.
+    """
     with open(test_file, "rb") as file:
-        found = file.read()
+        content = file.read()
     try:
-        text = found.decode("utf-8")
+        text = content.decode("utf-8")
     except UnicodeDecodeError:
-        text = found.decode("latin-1")
+        text = content.decode("latin-1")
     clean = _illegal.sub("?", text).encode("utf-8")
-    if clean != found:
+    if clean != content:
         with open(test_file, "wb") as file:
             file.write(clean)
     return clean
 
 
-def _load(suite: ET.Element, test_name: str, shown: str) -> Result:
+def _load(suite: ET.Element, test_name: str, display_name: str) -> Result:
     counts = (int(suite.get(key) or 0) for key in ("errors", "failures", "tests"))
     result = Result(test_name, *counts)
     result.time = _seconds(suite)
-    _fill(result, suite, shown)
+    _fill(result, suite, display_name)
     return result
 
 
-def _fill(result: Result, suite: ET.Element, shown: str) -> None:
+def _fill(result: Result, suite: ET.Element, display_name: str) -> None:
     """Add the results of a suite and of the suites in it; the counts in the file are ignored."""
     for element in suite:
         if element.tag == "testcase":
-            result.add_test_case_result(_case(element, result.name, shown))
+            result.add_test_case_result(_case(element, result.name, display_name))
         elif element.tag == "testsuite":
-            _fill(result, element, shown)
+            _fill(result, element, display_name)
         elif element.tag == "system-out" and _text(element):
-            result.system_out += f"{_line(shown, ' stdout')}\n{_text(element)}"
+            result.system_out += f"{_make_rule(display_name, ' stdout')}\n{_text(element)}"
         elif element.tag == "system-err" and _text(element):
-            result.system_err += f"{_line(shown, ' stderr')}\n{_text(element)}"
+            result.system_err += f"{_make_rule(display_name, ' stderr')}\n{_text(element)}"
 
 
-def _case(element: ET.Element, test_name: str, shown: str) -> TestCaseResult:
-    case = TestCaseResult(f"{shown}/{element.get('name') or 'unknown'}")
+def _case(element: ET.Element, test_name: str, display_name: str) -> TestCaseResult:
+    case = TestCaseResult(f"{display_name}/{element.get('name') or 'unknown'}")
     case.classname = f"{test_name}.{element.get('classname') or 'unknown'}"
     case.time = _seconds(element)
-    case.failures = [TestFailure(why.get("type", ""), _text(why)) for why in element.findall("failure")]
-    case.errors = [TestError(why.get("type", ""), _text(why)) for why in element.findall("error")]
+    case.failures = [TestFailure(problem.get("type", ""), _text(problem)) for problem in element.findall("failure")]
+    case.errors = [TestError(problem.get("type", ""), _text(problem)) for problem in element.findall("error")]
     return case
 
 
@@ -337,10 +346,10 @@ def _seconds(element: ET.Element) -> float:
 
 
 def read_all(filter_: Iterable[str] = ()) -> Result:
-    """Read all files of results in packages' folders below the folder of ROS's test results.
+    """Read the result files of all packages, which are in folders below the folder for ROS's test results.
 
     Args:
-        filter_: names of packages; if empty, all.
+        filter_: names of packages; empty for all.
     """
     total = Result("ros")
     top = rospkg.get_test_results_dir()

@@ -1,4 +1,6 @@
-"""Names of unittest that tests of ROS packages use, and that Python 3.12 removed: ``assertEquals``, ``assert_`` ..."""
+"""Restores names of unittest that tests of ROS packages use and Python 3.12 removed: ``assertEquals``,
+``assert_`` ...
+"""
 
 from __future__ import annotations
 
@@ -8,7 +10,7 @@ import warnings
 from collections.abc import Callable
 from typing import Any
 
-_NAMES = {
+_NEW_NAMES = {
     "assert_": "assertTrue",
     "assertEquals": "assertEqual",
     "assertNotEquals": "assertNotEqual",
@@ -29,12 +31,12 @@ _NAMES = {
 
 def restore(case: type[Any] = unittest.TestCase) -> None:
     """Add the names that a class of tests lacks; existing ones are kept."""
-    for old, new in _NAMES.items():
+    for old, new in _NEW_NAMES.items():
         if not hasattr(case, old):
-            setattr(case, old, _renamed(old, new))
+            setattr(case, old, _make_alias(old, new))
 
 
-def _renamed(old: str, new: str) -> Callable[..., Any]:
+def _make_alias(old: str, new: str) -> Callable[..., Any]:
     @functools.wraps(getattr(unittest.TestCase, new))
     def method(self: unittest.TestCase, *args: Any, **kwargs: Any) -> Any:
         warnings.warn(f"Please use {new} instead of {old}.", DeprecationWarning, stacklevel=2)

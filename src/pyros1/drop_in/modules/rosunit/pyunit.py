@@ -1,4 +1,4 @@
-"""Unit tests that are programs."""
+"""Runs unit tests from test programs."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def unitrun(
     sysargs: list[str] | None = None,
     coverage_packages: list[str] | None = None,
 ) -> None:
-    """Run tests, and exit with 1 if they fail: for the end of a test program.
+    """Run tests, and exit with 1 if a test fails; called at the end of a test program.
 
     Args:
         package: the ROS package.

@@ -1,4 +1,4 @@
-"""A runner of unittest's tests that writes their results in JUnit's format."""
+"""Runs unittest's tests, and writes their results in JUnit's format."""
 
 from __future__ import annotations
 
@@ -16,24 +16,24 @@ _LINE = "-" * 80
 
 
 class _Recorder(unittest.TestResult):
-    """Collects the cases of a run, and reports each."""
+    """Collects the test cases of a run, and prints the result of each."""
 
     def __init__(self, report: IO[str]) -> None:
         super().__init__()
         self.cases: list[Case] = []
         self._report = report
-        self._began = 0.0
-        self._found: tuple[str, str, str] | None = None
+        self._started_at = 0.0
+        self._problem: tuple[str, str, str] | None = None
 
     def startTest(self, test: unittest.TestCase) -> None:
         super().startTest(test)
-        self._began = time.monotonic()
-        self._found = None
+        self._started_at = time.monotonic()
+        self._problem = None
 
     def addError(self, test: unittest.TestCase, err: Any) -> None:
         super().addError(test, err)
         self._add("ERROR", err)
-        if not hasattr(test, "_testMethodName"):  # of a class or module as a whole: no test was started
+        if not hasattr(test, "_testMethodName"):  # an error in a class or module as a whole: no test was started
             self.stopTest(test)
 
     def addFailure(self, test: unittest.TestCase, err: Any) -> None:
@@ -47,31 +47,31 @@ class _Recorder(unittest.TestResult):
 
     def addUnexpectedSuccess(self, test: unittest.TestCase) -> None:
         super().addUnexpectedSuccess(test)
-        self._found = ("FAILURE", "UnexpectedSuccess", "")
+        self._problem = ("FAILURE", "UnexpectedSuccess", "")
 
     def stopTest(self, test: unittest.TestCase) -> None:
         super().stopTest(test)
         name = getattr(test, "_testMethodName", str(test))
-        kind = type(test)
-        case = Case(name, f"{kind.__module__}.{kind.__qualname__}", time.monotonic() - self._began)
+        test_class = type(test)
+        case = Case(name, f"{test_class.__module__}.{test_class.__qualname__}", time.monotonic() - self._started_at)
         self.cases.append(case)
-        if self._found is None:
+        if self._problem is None:
             self._report.write(f"[Testcase: {name}] ... ok\n")
             return
-        what, error, text = self._found
-        (case.failures if what == "FAILURE" else case.errors).append((error, text))
-        self._report.write(f"[Testcase: {name}] ... {what}!\n{what}: {text}{_LINE}\n")
+        label, error, text = self._problem
+        (case.failures if label == "FAILURE" else case.errors).append((error, text))
+        self._report.write(f"[Testcase: {name}] ... {label}!\n{label}: {text}{_LINE}\n")
 
-    def _add(self, what: str, err: Any) -> None:
-        kind, error, trace = err
-        self._found = (what, kind.__name__, f"{error}\n" + "".join(traceback.format_tb(trace)))
+    def _add(self, label: str, err: Any) -> None:
+        error_type, error, trace = err
+        self._problem = (label, error_type.__name__, f"{error}\n" + "".join(traceback.format_tb(trace)))
 
 
 class XMLTestRunner:
     """Runs tests, prints a report, and writes the results.
 
     Args:
-        stream: a text file for the results, closed after them; None for stdout.
+        stream: a text file for the results, which is closed after writing; None for stdout.
     """
 
     def __init__(self, stream: IO[str] | None = None) -> None:

@@ -23,7 +23,7 @@ _DATATYPES = {
     PointField.FLOAT32: ("f", 4),
     PointField.FLOAT64: ("d", 8),
 }
-_MANY = 4096
+_MAX_WRITTEN_OUT = 4096
 
 __getattr__ = missing(__name__)
 
@@ -36,76 +36,76 @@ def read_points(
     Args:
         cloud: the message.
         field_names: fields to read; None for all. The values come in the order of the fields in memory.
-        skip_nans: omit points with a NaN in one of these fields.
+        skip_nans: whether to omit points with a NaN in one of these fields.
         uvs: (column, row) of the points to read; empty for all.
 
     Raises:
-        AssertionError: ``cloud`` is not such a message.
+        AssertionError: ``cloud`` is not a sensor_msgs/PointCloud2.
         struct.error: there is less data than the cloud's size requires.
     """
     assert getattr(cloud, "_type", "") == "sensor_msgs/PointCloud2", "cloud is not a sensor_msgs.msg.PointCloud2"
     layout = struct.Struct(_get_struct_fmt(cloud.is_bigendian, cloud.fields, field_names))
     data = bytes(cloud.data) if isinstance(cloud.data, (list, tuple)) else cloud.data
-    places = list(uvs)
-    if layout.size and not places and cloud.width * cloud.height > len(data):
+    pixels = list(uvs)
+    if layout.size and not pixels and cloud.width * cloud.height > len(data):
         raise struct.error(f"the cloud has {cloud.height} rows of {cloud.width} points, but {len(data)} bytes of data")
     if (
-        places
+        pixels
         or layout.size > cloud.point_step
         or len(data) < cloud.row_step * (cloud.height - 1) + (cloud.point_step * cloud.width)
     ):
-        yield from _read_one_by_one(cloud, data, layout, places, skip_nans)
+        yield from _read_one_by_one(cloud, data, layout, pixels, skip_nans)
         return
     points = struct.Struct(f"{layout.format}{cloud.point_step - layout.size}x")
     for row in range(cloud.height) if cloud.width and cloud.point_step else ():
         start = row * cloud.row_step
-        part = memoryview(data)[start : start + cloud.point_step * cloud.width]
+        row_data = memoryview(data)[start : start + cloud.point_step * cloud.width]
         if skip_nans:
-            whole = _without_nans(part, cloud, field_names)
-            yield from compress(points.iter_unpack(part), whole)
+            is_valid = _find_valid_points(row_data, cloud, field_names)
+            yield from compress(points.iter_unpack(row_data), is_valid)
         else:
-            yield from points.iter_unpack(part)
+            yield from points.iter_unpack(row_data)
 
 
 def _read_one_by_one(
-    cloud: Any, data: Any, layout: struct.Struct, places: list[Any], skip_nans: bool
+    cloud: Any, data: Any, layout: struct.Struct, pixels: list[Any], skip_nans: bool
 ) -> Iterator[tuple[Any, ...]]:
     # A cloud may claim to have more points than fit into memory.
-    for u, v in places or ((u, v) for v in range(cloud.height if cloud.width else 0) for u in range(cloud.width)):
+    for u, v in pixels or ((u, v) for v in range(cloud.height if cloud.width else 0) for u in range(cloud.width)):
         point = layout.unpack_from(data, cloud.row_step * v + cloud.point_step * u)
         if not (skip_nans and any(value != value for value in point)):  # noqa: PLR0124  only NaN is not itself
             yield point
 
 
-def _without_nans(row: memoryview, cloud: Any, field_names: Sequence[str] | None) -> list[bool]:
+def _find_valid_points(row: memoryview, cloud: Any, field_names: Sequence[str] | None) -> list[bool]:
     """Return for each point of a row whether it has no NaN in the fields."""
-    whole = np.ones(cloud.width, bool)
+    is_valid = np.ones(cloud.width, bool)
     order = ">" if cloud.is_bigendian else "<"
     for field in cloud.fields:
-        kind = _DATATYPES[field.datatype][0]
-        if kind in "fd" and (field_names is None or field.name in field_names):
-            shape, strides = (cloud.width, field.count), (cloud.point_step, struct.calcsize(kind))
-            values = np.ndarray(shape, order + kind.replace("f", "f4").replace("d", "f8"), row, field.offset, strides)
-            whole &= ~np.isnan(values).any(axis=1)
-    return whole.tolist()
+        code = _DATATYPES[field.datatype][0]
+        if code in "fd" and (field_names is None or field.name in field_names):
+            shape, strides = (cloud.width, field.count), (cloud.point_step, struct.calcsize(code))
+            values = np.ndarray(shape, order + code.replace("f", "f4").replace("d", "f8"), row, field.offset, strides)
+            is_valid &= ~np.isnan(values).any(axis=1)
+    return is_valid.tolist()
 
 
 def read_points_list(
     cloud: Any, field_names: Sequence[str] | None = None, skip_nans: bool = False, uvs: Iterable[Any] = ()
 ) -> list[Any]:
-    """Return the points of a cloud as named tuples; arguments and errors as for :func:`read_points`."""
+    """Return the points of a cloud as named tuples; see :func:`read_points`."""
     assert getattr(cloud, "_type", "") == "sensor_msgs/PointCloud2", "cloud is not a sensor_msgs.msg.PointCloud2"
     names = [field.name for field in cloud.fields] if field_names is None else field_names
-    kind = namedtuple("Point", names)  # type: ignore[misc]
-    return list(map(kind._make, read_points(cloud, field_names, skip_nans, uvs)))
+    point_class = namedtuple("Point", names)  # type: ignore[misc]
+    return list(map(point_class._make, read_points(cloud, field_names, skip_nans, uvs)))
 
 
 def create_cloud(header: Any, fields: Sequence[Any], points: Any) -> Any:
     """Return a cloud of one row.
 
     Args:
-        header: its header.
-        fields: its fields (sensor_msgs/PointField).
+        header: header of the cloud.
+        fields: fields of the cloud (sensor_msgs/PointField).
         points: the points, each a sequence with one value for each element of each field, in the order of the fields
             in memory; or an array of shape (points, values).
 
@@ -114,7 +114,7 @@ def create_cloud(header: Any, fields: Sequence[Any], points: Any) -> Any:
     """
     layout = struct.Struct(_get_struct_fmt(False, fields))
     width = len(points)
-    data = _packed_array(layout, fields, points)
+    data = _pack_array(layout, fields, points)
     if data is None:
         data = b"".join(starmap(layout.pack, points))
     return PointCloud2(
@@ -130,25 +130,25 @@ def create_cloud(header: Any, fields: Sequence[Any], points: Any) -> Any:
     )
 
 
-def _packed_array(layout: struct.Struct, fields: Sequence[Any], points: Any) -> bytes | bytearray | None:
+def _pack_array(layout: struct.Struct, fields: Sequence[Any], points: Any) -> bytes | bytearray | None:
     """Return the data of an array of points if all fields are floats; None if they must be packed one by one."""
     if not isinstance(points, np.ndarray) or points.ndim != 2 or points.dtype.kind not in "fiu":
         return None
-    kinds = [_DATATYPES[field.datatype][0] for field in fields]
-    if any(kind not in "fd" for kind in kinds) or sum(field.count for field in fields) != points.shape[1]:
+    codes = [_DATATYPES[field.datatype][0] for field in fields]
+    if any(code not in "fd" for code in codes) or sum(field.count for field in fields) != points.shape[1]:
         return None
-    data, first = bytearray(layout.size * len(points)), 0
+    data, first_column = bytearray(layout.size * len(points)), 0
     for field in sorted(fields, key=lambda each: each.offset):
-        kind, size = _DATATYPES[field.datatype]
+        code, size = _DATATYPES[field.datatype]
         shape, strides = (len(points), field.count), (layout.size, size)
-        target: Any = np.ndarray(shape, "<f4" if kind == "f" else "<f8", data, field.offset, strides)
-        target[:] = points[:, first : first + field.count]
-        first += field.count
+        target: Any = np.ndarray(shape, "<f4" if code == "f" else "<f8", data, field.offset, strides)
+        target[:] = points[:, first_column : first_column + field.count]
+        first_column += field.count
     return data
 
 
 def create_cloud_xyz32(header: Any, points: Any) -> Any:
-    """Return a cloud with the fields x, y and z of 32 bits; arguments and errors as for :func:`create_cloud`."""
+    """Return a cloud with the fields x, y and z of 32 bits; see :func:`create_cloud`."""
     fields = [PointField(name, offset, PointField.FLOAT32, 1) for name, offset in (("x", 0), ("y", 4), ("z", 8))]
     return create_cloud(header, fields, points)
 
@@ -162,14 +162,14 @@ def _get_struct_fmt(is_bigendian: bool, fields: Iterable[Any], field_names: Sequ
         if field.datatype not in _DATATYPES:
             raise ValueError(f"field [{field.name}] has the unknown type {field.datatype}")
         if field.offset > end:
-            parts.append(_repeated("x", field.offset - end))
+            parts.append(_repeat("x", field.offset - end))
             end = field.offset
-        kind, size = _DATATYPES[field.datatype]
-        parts.append(_repeated(kind, field.count))
+        code, size = _DATATYPES[field.datatype]
+        parts.append(_repeat(code, field.count))
         end += size * field.count
     return "".join(parts)
 
 
-def _repeated(kind: str, count: int) -> str:
-    """Return the format of equal items; as in stock, unless a field has millions of them."""
-    return kind * count if count <= _MANY else f"{count}{kind}"
+def _repeat(code: str, count: int) -> str:
+    """Return the format of several equal items; the same as in stock, unless there are very many."""
+    return code * count if count <= _MAX_WRITTEN_OUT else f"{count}{code}"

@@ -55,9 +55,9 @@ class Concurrence(Container):
         self._child_outcomes: Outcomes = {}
         self._error: Exception | None = None
         self._is_running = False
-        self._preempted_late = False  # when no state was running any more
-        self._changing = threading.RLock()
-        self._calling = threading.Lock()
+        self._preempted_late = False  # whether a preemption was requested when no state was running any more
+        self._state_lock = threading.RLock()
+        self._callback_lock = threading.Lock()
 
     @staticmethod
     def add(label: str, state: State, remapping: Mapping[str, str] | None = None) -> State:
@@ -103,7 +103,7 @@ class Concurrence(Container):
             threading.Thread(target=self._run, args=(label, state), name=f"concurrent_split:{label}", daemon=True)
             for label, state in self._states.items()
         ]
-        with self._changing:
+        with self._state_lock:
             self._child_outcomes = dict.fromkeys(self._states)
             self._is_running = True
             self._preempted_late = False
@@ -139,34 +139,34 @@ class Concurrence(Container):
                     f"Attempted to return outcome '{outcome}' from concurrent state '{label}' which only has "
                     f"registered outcomes: {list(state.get_registered_outcomes())}"
                 )
-            with self._changing:
+            with self._state_lock:
                 self._child_outcomes[label] = outcome
-            ends = self._asked_to_end()
+            must_preempt = self._should_terminate()
         except Exception as error:  # noqa: BLE001  the waiting thread raises it
             logerr(f"Concurrent state '{label}' failed: {traceback.format_exc()}")
-            with self._changing:
+            with self._state_lock:
                 self._error = self._error or error
             self._preempt_children()
             return
-        if ends:
+        if must_preempt:
             self._preempt_children()
         self.call_transition_cbs()
 
-    def _asked_to_end(self) -> bool:
+    def _should_terminate(self) -> bool:
         """Call ``child_termination_cb``, in one thread at a time; return whether running states are to be preempted."""
         if self._child_termination_cb is None:
             return False
-        with self._calling:
+        with self._callback_lock:
             return bool(self._child_termination_cb(dict(self._child_outcomes)))
 
     def _preempt_children(self) -> None:
-        with self._changing:
+        with self._state_lock:
             for label in self.get_active_states():
                 self._states[label].request_preempt()
 
     def _finish(self) -> None:
-        """Recall the preemption of states that have not serviced it; the container's is serviced if all states have."""
-        with self._changing:
+        """Recall the preemption of states that have not serviced it. If there are none, service the container's."""
+        with self._state_lock:
             self._is_running = False
             unserviced = [state for state in self._states.values() if state.preempt_requested()]
             for state in unserviced:
@@ -178,19 +178,19 @@ class Concurrence(Container):
         children = self._child_outcomes
         if self._outcome_cb is not None:
             try:
-                chosen = self._outcome_cb(dict(children))
+                callback_outcome = self._outcome_cb(dict(children))
             except Exception as error:
                 raise InvalidUserCodeError(f"Could not execute outcome callback: {traceback.format_exc()}") from error
-            if chosen is not None:
-                if chosen not in self._outcomes:
+            if callback_outcome is not None:
+                if callback_outcome not in self._outcomes:
                     raise InvalidUserCodeError(
-                        f"The outcome callback returned '{chosen}', but the outcomes of the concurrence are: "
+                        f"The outcome callback returned '{callback_outcome}', but the outcomes of the concurrence are: "
                         f"{list(self._outcomes)}"
                     )
-                return chosen
+                return callback_outcome
         complete_first = sorted(self._outcome_map.items(), key=lambda item: len(item[1]) < len(children))
-        for outcome, wanted in complete_first:
-            if all(children.get(label) == each for label, each in wanted.items()):
+        for outcome, state_outcomes in complete_first:
+            if all(children.get(label) == each for label, each in state_outcomes.items()):
                 return outcome
         return self._default_outcome
 
@@ -200,7 +200,7 @@ class Concurrence(Container):
 
     def request_preempt(self) -> None:
         """Ask all running states to end early."""
-        with self._changing:
+        with self._state_lock:
             super().request_preempt()
             if self._is_running:
                 self._preempted_late = not self.get_active_states()
@@ -217,8 +217,8 @@ class Concurrence(Container):
                 raise InvalidTransitionError(
                     f"'{outcome}' is not an outcome of the concurrence: {list(self._outcomes)}"
                 )
-        for outcome, wanted in self._outcome_map.items():
-            for label, each in wanted.items():
+        for outcome, state_outcomes in self._outcome_map.items():
+            for label, each in state_outcomes.items():
                 if label not in self._states:
                     raise InvalidStateError(f"The outcome map of '{outcome}' names '{label}', which is not there.")
                 if each not in self._states[label].get_registered_outcomes():
@@ -246,7 +246,9 @@ class Concurrence(Container):
     def get_internal_edges(self) -> list[tuple[str, str, str]]:
         """Return (outcome, label of the state, outcome of the concurrence) for each entry of the outcome map."""
         return [
-            (each, label, outcome) for outcome, wanted in self._outcome_map.items() for label, each in wanted.items()
+            (each, label, outcome)
+            for outcome, state_outcomes in self._outcome_map.items()
+            for label, each in state_outcomes.items()
         ]
 
 

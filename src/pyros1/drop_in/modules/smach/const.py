@@ -13,7 +13,7 @@ from typing import Any
 from smach.log import logerr
 
 _VALUES = (str, bytes, int, float, complex, tuple, list, dict, set, frozenset)
-_PLAIN = (*_VALUES, Enum, PurePath, type, ModuleType, FunctionType, BuiltinFunctionType, BaseException)
+_PLAIN_TYPES = (*_VALUES, Enum, PurePath, type, ModuleType, FunctionType, BuiltinFunctionType, BaseException)
 
 
 def get_const(obj: Any) -> Any:
@@ -21,7 +21,7 @@ def get_const(obj: Any) -> Any:
     if isinstance(obj, MethodType):
         owner = get_const(obj.__self__)
         return obj if owner is obj.__self__ else MethodType(obj.__func__, owner)
-    if isinstance(obj, _PLAIN) or type(obj) is Const or not hasattr(obj, "__dict__") or hasattr(obj, "_md5sum"):
+    if isinstance(obj, _PLAIN_TYPES) or type(obj) is Const or not hasattr(obj, "__dict__") or hasattr(obj, "_md5sum"):
         return obj
     return Const(obj)
 
@@ -82,7 +82,7 @@ def _refuse(name: Any) -> None:
     raise TypeError(text)
 
 
-def _reading(function: Callable[..., Any]) -> Callable[..., Any]:
+def _make_reader(function: Callable[..., Any]) -> Callable[..., Any]:
     def call(self: Any, *args: Any) -> Any:
         return get_const(function(object.__getattribute__(self, "_object"), *args))
 
@@ -91,8 +91,8 @@ def _reading(function: Callable[..., Any]) -> Callable[..., Any]:
 
 # Python looks for these on the class, not in __getattr__.
 for _function in (len, iter, repr, str, hash, bool, int, float):
-    setattr(Const, f"__{_function.__name__}__", _reading(_function))
+    setattr(Const, f"__{_function.__name__}__", _make_reader(_function))
 for _name in ("getitem", "contains", "eq", "ne", "lt", "le", "gt", "ge", "add", "sub", "mul", "truediv", "neg"):
-    setattr(Const, f"__{_name}__", _reading(getattr(operator, _name)))
+    setattr(Const, f"__{_name}__", _make_reader(getattr(operator, _name)))
 
 __all__ = ["Const", "get_const"]

@@ -24,7 +24,7 @@ _OPENED = _Opened()
 
 
 class Container(State):
-    """Base of the containers.
+    """Base class of containers.
 
     ``with container:`` opens it, so that its class's static methods add states to it. Callbacks are called when it
     starts, when its active states change, and when it ends.
@@ -44,7 +44,7 @@ class Container(State):
             "termination": [],
         }
 
-    # What each kind of container answers ------------------------------------------------------------------------------
+    # What each kind of container provides -----------------------------------------------------------------------------
 
     def __getitem__(self, key: str) -> State:
         """Return a state by its label; raise KeyError if there is no such state."""
@@ -93,12 +93,12 @@ class Container(State):
         if parent_ud is not None:
             self._copy(ud, parent_ud, self.get_registered_output_keys(), "output")
 
-    def _copy(self, source: Any, target: Any, keys: Iterable[str], kind: str) -> None:
+    def _copy(self, source: Any, target: Any, keys: Iterable[str], direction: str) -> None:
         for key in keys:
             try:
                 value = source[key]
             except KeyError:
-                logwarn(f"Attempting to copy {kind} key '{key}', but this key does not exist.")
+                logwarn(f"Attempting to copy {direction} key '{key}', but this key does not exist.")
             else:
                 target[key] = value
 
@@ -128,12 +128,12 @@ class Container(State):
         """Call the termination callbacks."""
         self._call("termination", terminal_states, outcome)
 
-    def _call(self, kind: str, *args: Any) -> None:
-        for callback, extra in list(self._callbacks[kind]):
+    def _call(self, event: str, *args: Any) -> None:
+        for callback, extra in list(self._callbacks[event]):
             try:
                 callback(self.userdata, *args, *extra)
             except Exception as error:  # noqa: BLE001  the machine continues
-                logerr(f"Could not execute {kind} callback: {type(error).__name__}: {error}")
+                logerr(f"Could not execute {event} callback: {type(error).__name__}: {error}")
 
     # Construction -----------------------------------------------------------------------------------------------------
 
@@ -175,7 +175,7 @@ class Container(State):
     def __exit__(self, exc_type: Any, exc_val: Any, exc_tb: Any) -> None:
         if exc_type is None:
             self.close()
-        elif self in _OPENED.stack:  # also removes inner ones that the program left open
+        elif self in _OPENED.stack:  # also removes inner containers that the program left open
             del _OPENED.stack[_OPENED.stack.index(self) :]
 
     @classmethod

@@ -2,7 +2,7 @@
 
 
 class SmachError(Exception):
-    """Base of the errors of smach."""
+    """Base class of smach's errors."""
 
 
 class InvalidStateError(SmachError):

@@ -45,7 +45,7 @@ class Iterator(Container):
         self._break_outcomes: tuple[str, ...] = ()
         self._final_outcome_map: Mapping[str, str] = {}
         self._is_running = False
-        self._changing = threading.Lock()
+        self._state_lock = threading.Lock()
 
     @staticmethod
     def set_contained_state(
@@ -91,16 +91,16 @@ class Iterator(Container):
             self.call_termination_cbs([self._state_label], outcome)
             return outcome
         finally:
-            with self._changing:
+            with self._state_lock:
                 self._is_running = False
-                self._state.recall_preempt()  # requested between two items, but there was no next item
+                self._state.recall_preempt()  # a preemption was requested after the last item
 
     def _iterate(self, state: State) -> str | None:
         """Run the state for each item; return its last outcome, or ``exhausted_outcome`` if there are no more items."""
         for item in self._items() if callable(self._items) else self._items:
             if is_shutdown():
                 return None
-            with self._changing:
+            with self._state_lock:
                 if self.preempt_requested():
                     state.request_preempt()
             logdebug(f"Iterator: next item for state '{self._state_label}'")
@@ -108,14 +108,14 @@ class Iterator(Container):
             outcome = self._run(state)
             if outcome is None:
                 return None
-            with self._changing:
+            with self._state_lock:
                 if self.preempt_requested():
                     if not state.preempt_requested():
                         self.service_preempt()
                     state.recall_preempt()
                     return outcome
-            loops = outcome in self._loop_outcomes or not self._loop_outcomes
-            if outcome in self._break_outcomes or not loops:
+            continues = outcome in self._loop_outcomes or not self._loop_outcomes
+            if outcome in self._break_outcomes or not continues:
                 return outcome
             self.call_transition_cbs()
         return self._exhausted_outcome
@@ -145,7 +145,7 @@ class Iterator(Container):
 
     def request_preempt(self) -> None:
         """Ask the state, and thus the iterator, to end early."""
-        with self._changing:
+        with self._state_lock:
             super().request_preempt()
             if self._is_running and self._state is not None:
                 self._state.request_preempt()
@@ -157,13 +157,13 @@ class Iterator(Container):
         if self._state is None:
             raise InvalidStateError("The iterator has no state: use Iterator.set_contained_state.")
         known = self._state.get_registered_outcomes()
-        for kind, names in (("loop", self._loop_outcomes), ("break", self._break_outcomes)):
-            lost = [name for name in names if name not in known]
-            if lost:
-                raise InvalidTransitionError(f"Iterator state '{self._state_label}' has no {kind} outcomes {lost}.")
-        lost = [name for name in self._final_outcome_map.values() if name not in self._outcomes]
-        if lost:
-            raise InvalidTransitionError(f"The iterator has no outcomes {lost}, to which final outcomes are mapped.")
+        for role, names in (("loop", self._loop_outcomes), ("break", self._break_outcomes)):
+            unknown = [name for name in names if name not in known]
+            if unknown:
+                raise InvalidTransitionError(f"Iterator state '{self._state_label}' has no {role} outcomes {unknown}.")
+        unknown = [name for name in self._final_outcome_map.values() if name not in self._outcomes]
+        if unknown:
+            raise InvalidTransitionError(f"The iterator has no outcomes {unknown}, to which final outcomes are mapped.")
 
     def get_children(self) -> dict[str, State]:
         """Return the state by its label."""
@@ -188,8 +188,8 @@ class Iterator(Container):
         """Return (outcome, label of the state, label or outcome to which it leads) for each transition."""
         edges = [(self._exhausted_outcome, self._state_label, self._exhausted_outcome)]
         for outcome in self._state.get_registered_outcomes() if self._state is not None else ():
-            goes_on = outcome in self._loop_outcomes or not self._loop_outcomes
-            if goes_on and outcome not in self._break_outcomes:
+            continues = outcome in self._loop_outcomes or not self._loop_outcomes
+            if continues and outcome not in self._break_outcomes:
                 edges.append((outcome, self._state_label, self._state_label))
             else:
                 edges.append((outcome, self._state_label, self._final_outcome_map.get(outcome, outcome)))

@@ -4,39 +4,39 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-Log = Callable[[str], object]
+LogFunction = Callable[[str], object]
 
 
-def _printing(level: str) -> Log:
+def _make_printer(level: str) -> LogFunction:
     return lambda msg: print(f"[ {level} ] : {msg}")
 
 
-_LOGS: dict[str, Log] = {level: _printing(level) for level in ("INFO", "WARN", "DEBUG", "ERROR")}
+_LOG_FUNCTIONS: dict[str, LogFunction] = {level: _make_printer(level) for level in ("INFO", "WARN", "DEBUG", "ERROR")}
 
 
 def loginfo(msg: str) -> None:
     """Log an informational message."""
-    _LOGS["INFO"](msg)
+    _LOG_FUNCTIONS["INFO"](msg)
 
 
 def logwarn(msg: str) -> None:
     """Log a warning."""
-    _LOGS["WARN"](msg)
+    _LOG_FUNCTIONS["WARN"](msg)
 
 
 def logdebug(msg: str) -> None:
     """Log a debug message."""
-    _LOGS["DEBUG"](msg)
+    _LOG_FUNCTIONS["DEBUG"](msg)
 
 
 def logerr(msg: str) -> None:
     """Log an error."""
-    _LOGS["ERROR"](msg)
+    _LOG_FUNCTIONS["ERROR"](msg)
 
 
-def set_loggers(info: Log, warn: Log, debug: Log, error: Log) -> None:
+def set_loggers(info: LogFunction, warn: LogFunction, debug: LogFunction, error: LogFunction) -> None:
     """Replace the log functions; ``import smach_ros`` sets those of rospy."""
-    _LOGS.update(INFO=info, WARN=warn, DEBUG=debug, ERROR=error)
+    _LOG_FUNCTIONS.update(INFO=info, WARN=warn, DEBUG=debug, ERROR=error)
 
 
 __all__ = ["logdebug", "logerr", "loginfo", "logwarn", "set_loggers"]

@@ -1,4 +1,4 @@
-"""Sequences: states in the order in which they are added (https://wiki.ros.org/smach/Tutorials/Sequence%20container)."""
+"""Sequences: states that run in the order in which they were added (https://wiki.ros.org/smach/Tutorials/Sequence%20container)."""
 
 from __future__ import annotations
 
@@ -30,16 +30,21 @@ class Sequence(StateMachine):
 
     @staticmethod
     def add(label: str, state: State, transitions: Transitions | None = None, remapping: Any = None) -> State:
-        """Add a state to the open sequence; a transition for the connector outcome replaces that to the next state.
+        """Add a state to the open sequence; a transition for the connector outcome replaces the transition to the next
+        state.
 
         Arguments and errors are those of `StateMachine.add`.
         """
         return StateMachine.add(label, state, transitions, remapping)
 
     def _add(self, label: str, state: State, transitions: Transitions, remapping: Any, connectors: Any) -> State:
-        on = self._connector_outcome
-        if on not in connectors and on not in transitions and on in state.get_registered_outcomes():
-            connectors = (*connectors, on)
+        connector = self._connector_outcome
+        if (
+            connector not in connectors
+            and connector not in transitions
+            and connector in state.get_registered_outcomes()
+        ):
+            connectors = (*connectors, connector)
         return super()._add(label, state, transitions, remapping, connectors)
 
 

@@ -36,12 +36,12 @@ class StateMachine(Container):
         self._states: dict[str, State] = {}
         self._transitions: dict[str, dict[str, str | None]] = {}
         self._remappings: dict[str, Mapping[str, str]] = {}
-        self._connectors: tuple[str, ...] = ()  # outcomes of the last state that lead to the next one
+        self._connectors: tuple[str, ...] = ()  # outcomes of the last state that lead to the next state
         self._last_label = ""
         self._initial_state_label: str | None = None
         self._current_label: str | None = None
         self._is_running = False
-        self._changing = threading.Lock()
+        self._state_lock = threading.Lock()
 
     # Construction -----------------------------------------------------------------------------------------------------
 
@@ -113,16 +113,16 @@ class StateMachine(Container):
         if self._initial_state_label not in self._states:
             raise InvalidStateError(f"The initial state '{self._initial_state_label}' is not in the state machine.")
         known = {*self._states, *self._outcomes, None}
-        lost = [
+        dangling = [
             f"\n\t'{label}':'{outcome}'-->'{target}'"
             for label, transitions in self._transitions.items()
             for outcome, target in transitions.items()
             if target not in known
         ]
-        if lost:
+        if dangling:
             raise InvalidTransitionError(
                 f"State machine failed consistency check: these transitions lead to no state and no outcome:"
-                f"{''.join(lost)}\n\tStates: {list(self._states)}\n\tOutcomes: {list(self._outcomes)}"
+                f"{''.join(dangling)}\n\tStates: {list(self._states)}\n\tOutcomes: {list(self._outcomes)}"
             )
 
     # Running ----------------------------------------------------------------------------------------------------------
@@ -147,7 +147,7 @@ class StateMachine(Container):
         outcome = None
         try:
             self._copy_input_keys(parent_ud, self.userdata)
-            with self._changing:
+            with self._state_lock:
                 self._current_label = label = self._initial_state_label or ""
             keys = self.userdata.keys()
             loginfo(f"State machine starting in initial state '{label}' with userdata: \n\t{keys}")
@@ -161,7 +161,7 @@ class StateMachine(Container):
                 self._copy_output_keys(self.userdata, parent_ud)
                 self.call_termination_cbs([label], outcome)
         finally:
-            with self._changing:
+            with self._state_lock:
                 self._is_running = False
                 self._current_label = None
         return outcome
@@ -169,29 +169,29 @@ class StateMachine(Container):
     def _step(self, label: str) -> str | None:
         """Run a state, and go to the next one; return the machine's outcome if there is no next one."""
         state = self._states[label]
-        said = self._run(label, state)
-        if said is None and is_shutdown():
+        ended = self._run(label, state)
+        if ended is None and is_shutdown():
             return None  # the state is a machine that has ended with the program
-        if said not in state.get_registered_outcomes():
+        if ended not in state.get_registered_outcomes():
             raise InvalidTransitionError(
-                f"Attempted to return outcome '{said}' from state '{label}' of type '{type(state).__name__}' which "
+                f"Attempted to return outcome '{ended}' from state '{label}' of type '{type(state).__name__}' which "
                 f"only has registered outcomes: {list(state.get_registered_outcomes())}"
             )
-        target = self._transitions[label].get(said)
+        target = self._transitions[label].get(ended)
         if target is None:
-            target = said
+            target = ended
         if target in self._states:
-            self._go(label, target)
-            loginfo(f"State machine transitioning '{label}':'{said}'-->'{target}'")
+            self._enter(label, target)
+            loginfo(f"State machine transitioning '{label}':'{ended}'-->'{target}'")
             self.call_transition_cbs()
             return None
         if target not in self._outcomes:
             raise InvalidTransitionError(
-                f"Outcome '{said}' of state '{label}' leads to '{target}', which is neither a state nor an outcome of "
+                f"Outcome '{ended}' of state '{label}' leads to '{target}', which is neither a state nor an outcome of "
                 f"the state machine. States: {list(self._states)}, outcomes: {list(self._outcomes)}."
             )
-        self._go(label, None)
-        loginfo(f"State machine terminating '{label}':'{said}':'{target}'")
+        self._enter(label, None)
+        loginfo(f"State machine terminating '{label}':'{ended}':'{target}'")
         return target
 
     def _run(self, label: str, state: State) -> Any:
@@ -205,9 +205,11 @@ class StateMachine(Container):
                 f"Could not execute state '{label}' of type '{type(state).__name__}': {traceback.format_exc()}"
             ) from error
 
-    def _go(self, label: str, target: str | None) -> None:
-        """Make another state the current one. A preemption that no state has serviced is passed on to it."""
-        with self._changing:
+    def _enter(self, label: str, target: str | None) -> None:
+        """Make another state the current one. A preemption that the previous state has not serviced is passed on
+        to it.
+        """
+        with self._state_lock:
             if self.preempt_requested():
                 if not self._states[label].preempt_requested():
                     self.service_preempt()
@@ -223,7 +225,7 @@ class StateMachine(Container):
 
     def request_preempt(self) -> None:
         """Ask the current state to end early; if it does not service the request, ask the next state, and so on."""
-        with self._changing:
+        with self._state_lock:
             super().request_preempt()
             if self._current_label is not None:
                 self._states[self._current_label].request_preempt()

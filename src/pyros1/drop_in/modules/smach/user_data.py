@@ -37,12 +37,12 @@ class UserData:
             keys: names in this object.
             remapping: name in the new object -> name in this object, if they differ.
         """
-        there = {here: name for name, here in remapping.items()}
-        if len(there) != len(remapping):
+        new_names = {here: name for name, here in remapping.items()}
+        if len(new_names) != len(remapping):
             logerr(f"SMACH userdata remapping is not one-to-one: {remapping}")
         result = UserData()
         for key in keys:
-            result[there.get(key, key)] = self[key]
+            result[new_names.get(key, key)] = self[key]
         return result
 
     def merge(self, ud: UserData, keys: Iterable[str], remapping: Mapping[str, str]) -> None:
@@ -92,7 +92,7 @@ class UserData:
 
 
 class Remapper:
-    """A state's view of its container's userdata: the keys that the state declared, under its own names.
+    """A state's view of its container's userdata: the keys that the state declared, under the state's own names.
 
     Reading a key that is not an input, or writing one that is not an output, raises InvalidUserCodeError. An object
     that is only an input cannot be changed: see `smach.const`.

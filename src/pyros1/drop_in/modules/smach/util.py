@@ -1,21 +1,21 @@
-"""The program's shutdown, and callbacks that declare the keys they use and the outcomes they return."""
+"""Checks whether the program is exiting, and lets callbacks declare their keys and outcomes."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from typing import Any
 
-_CHECKS: list[Callable[[], bool]] = [lambda: False]
+_SHUTDOWN_CHECK: list[Callable[[], bool]] = [lambda: False]
 
 
 def is_shutdown() -> bool:
     """Return whether the program is exiting, in which case containers stop after the current state."""
-    return _CHECKS[0]()
+    return _SHUTDOWN_CHECK[0]()
 
 
 def set_shutdown_check(cb: Callable[[], bool]) -> None:
     """Replace the function that `is_shutdown` calls; ``import smach_ros`` sets ``rospy.is_shutdown``."""
-    _CHECKS[0] = cb
+    _SHUTDOWN_CHECK[0] = cb
 
 
 def has_smach_interface(obj: object) -> bool:
@@ -29,7 +29,7 @@ class CBInterface:
 
     Args:
         cb: the callback.
-        outcomes: further outcomes that it may return.
+        outcomes: additional outcomes that it may return.
         input_keys: userdata that it reads.
         output_keys: userdata that it writes.
         io_keys: userdata that it reads and writes.

@@ -1,4 +1,4 @@
-"""A container as an action server (https://wiki.ros.org/smach/Tutorials/Wrapping%20a%20SMACH%20Container%20With%20actionlib)."""
+"""Offers a container as an action server (https://wiki.ros.org/smach/Tutorials/Wrapping%20a%20SMACH%20Container%20With%20actionlib)."""
 
 from __future__ import annotations
 
@@ -15,14 +15,15 @@ class ActionServerWrapper:
     """An action server that runs a container for each goal.
 
     Args:
-        server_name: name of the action. action_spec: its class.
+        server_name: name of the action.
+        action_spec: class of the action.
         wrapped_container: the container, whose userdata has goal, feedback and result.
-        succeeded_outcomes, aborted_outcomes, preempted_outcomes: its outcomes, sorted by what the action reports; each
-            outcome has to be in one of them.
+        succeeded_outcomes, aborted_outcomes, preempted_outcomes: the outcomes of the container for which the action
+            reports success, failure and preemption; each outcome has to be in one of these lists.
         goal_key, feedback_key, result_key: userdata keys of the messages.
         goal_slots_map, feedback_slots_map, result_slots_map: field of the message -> userdata key.
-        expand_goal_slots: each field of the goal is put into the userdata under its own name.
-        pack_result_slots: each field of the result is taken from the userdata under its own name.
+        expand_goal_slots: whether to put each field of the goal into the userdata under its own name.
+        pack_result_slots: whether to take each field of the result from the userdata under its own name.
 
     Raises:
         InvalidStateError: an outcome is in none of the lists, or in several.
@@ -48,7 +49,7 @@ class ActionServerWrapper:
         self.wrapped_container = wrapped_container
         self._server_name = server_name
         self._action_spec = action_spec
-        self._reports = {
+        self._outcomes_by_report = {
             "succeeded": tuple(succeeded_outcomes),
             "aborted": tuple(aborted_outcomes),
             "preempted": tuple(preempted_outcomes),
@@ -67,15 +68,16 @@ class ActionServerWrapper:
         self._server: Any = None
 
     def _check_outcomes(self) -> None:
-        given = [outcome for outcomes in self._reports.values() for outcome in outcomes]
-        known = self.wrapped_container.get_registered_outcomes()
-        twice = sorted({outcome for outcome in given if given.count(outcome) > 1})
-        lost = [outcome for outcome in known if outcome not in given]
-        extra = [outcome for outcome in given if outcome not in known]
-        if twice or lost or extra:
+        listed_outcomes = [outcome for outcomes in self._outcomes_by_report.values() for outcome in outcomes]
+        container_outcomes = self.wrapped_container.get_registered_outcomes()
+        repeated_outcomes = sorted({outcome for outcome in listed_outcomes if listed_outcomes.count(outcome) > 1})
+        unlisted_outcomes = [outcome for outcome in container_outcomes if outcome not in listed_outcomes]
+        unknown_outcomes = [outcome for outcome in listed_outcomes if outcome not in container_outcomes]
+        if repeated_outcomes or unlisted_outcomes or unknown_outcomes:
             raise InvalidStateError(
                 "Each outcome of a wrapped container has to be in one of succeeded_outcomes, aborted_outcomes and "
-                f"preempted_outcomes. In several: {twice}; in none: {lost}; not an outcome: {extra}."
+                f"preempted_outcomes. In several: {repeated_outcomes}; in none: {unlisted_outcomes}; "
+                f"not an outcome: {unknown_outcomes}."
             )
 
     def run_server(self) -> None:
@@ -104,14 +106,14 @@ class ActionServerWrapper:
         if feedback is not None and self._server is not None and self._server.is_active():
             self._server.publish_feedback(feedback)
 
-    def _pack(self, empty: Any, userdata: Any, key: str, slots: Mapping[str, str]) -> Any:
+    def _pack(self, default: Any, userdata: Any, key: str, slots: Mapping[str, str]) -> Any:
         """Return the message from the userdata; None if the userdata has no part of it."""
-        filled = {slot: userdata[name] for slot, name in slots.items() if name in userdata}
-        whole = userdata[key] if key in userdata else None  # noqa: SIM401  userdata is not a mapping
-        if whole is None and not filled:
+        filled_slots = {slot: userdata[name] for slot, name in slots.items() if name in userdata}
+        whole_message = userdata[key] if key in userdata else None  # noqa: SIM401  userdata is not a mapping
+        if whole_message is None and not filled_slots:
             return None
-        message = copy.deepcopy(empty if whole is None else whole)
-        for slot, value in filled.items():
+        message = copy.deepcopy(default if whole_message is None else whole_message)
+        for slot, value in filled_slots.items():
             setattr(message, slot, value)
         return message
 
@@ -132,9 +134,9 @@ class ActionServerWrapper:
             rospy.logerr("The container of action server '%s' failed: %s", self._server_name, traceback.format_exc())
             outcome = None
         result = self._pack(self._result, container.userdata, self._result_key, self._result_slots)
-        if outcome in self._reports["succeeded"]:
+        if outcome in self._outcomes_by_report["succeeded"]:
             self._server.set_succeeded(result)
-        elif outcome in self._reports["preempted"]:
+        elif outcome in self._outcomes_by_report["preempted"]:
             self._server.set_preempted(result)
         else:
             self._server.set_aborted(result)

@@ -22,7 +22,7 @@ class ConditionState(State):
         input_keys: userdata that it reads.
         poll_rate: rospy.Duration between two calls.
         timeout: rospy.Duration after which the outcome is "false"; None for no limit.
-        max_checks: calls after which the outcome is "false"; -1 for no limit.
+        max_checks: number of calls after which the outcome is "false"; -1 for no limit.
     """
 
     def __init__(

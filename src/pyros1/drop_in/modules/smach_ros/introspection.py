@@ -1,4 +1,4 @@
-"""Observing state machines from other programs, and choosing their initial states (https://wiki.ros.org/smach/Tutorials/Smach%20Viewer)."""
+"""Lets other programs observe state machines, and set their initial states (https://wiki.ros.org/smach/Tutorials/Smach%20Viewer)."""
 
 from __future__ import annotations
 
@@ -27,8 +27,10 @@ class IntrospectionClient:
     def get_servers(self) -> list[str]:
         """Return the names of the servers."""
         topics = rospy.get_published_topics()
-        wanted = "smach_msgs/SmachContainerStatus"
-        return [name[: name.rfind(STATUS_TOPIC)] for name, kind in topics if kind == wanted and STATUS_TOPIC in name]
+        status_type = "smach_msgs/SmachContainerStatus"
+        return [
+            name[: name.rfind(STATUS_TOPIC)] for name, kind in topics if kind == status_type and STATUS_TOPIC in name
+        ]
 
     def set_initial_state(
         self,
@@ -41,35 +43,36 @@ class IntrospectionClient:
         """Set the initial states of a container.
 
         Args:
-            server: name of the server. path: path of the container.
-            initial_states: labels.
+            server: name of the server.
+            path: path of the container.
+            initial_states: labels of the states.
             initial_userdata: added to the container's userdata; servers of pyros1 take plain values only.
             timeout: how long to wait for the server's confirmation; None: do not wait, so that the container may
                 start before the server knows.
 
         Returns:
-            Whether the server confirmed it in time; True without a timeout.
+            Whether the server confirmed the states in time; True without a timeout.
         """
-        wanted = list(initial_states)
-        said = threading.Event()
+        labels = list(initial_states)
+        confirmed = threading.Event()
 
-        def hear(status: Any) -> None:
-            if status.path == path and list(status.initial_states) == wanted:
-                said.set()
+        def on_status(status: Any) -> None:
+            if status.path == path and list(status.initial_states) == labels:
+                confirmed.set()
 
         values = {} if initial_userdata is None else {key: initial_userdata[key] for key in initial_userdata.keys()}  # noqa: SIM118
-        command = SmachContainerInitialStatusCmd(path=path, initial_states=wanted, local_data=encode(values))
-        # Latched, so that it arrives although the server connects later.
+        command = SmachContainerInitialStatusCmd(path=path, initial_states=labels, local_data=encode(values))
+        # Latched, so that the message arrives although the server connects later.
         publisher = rospy.Publisher(server + INIT_TOPIC, SmachContainerInitialStatusCmd, latch=True, queue_size=1)
         publisher.publish(command)
         if timeout is None:
             return True
-        subscriber = rospy.Subscriber(server + STATUS_TOPIC, SmachContainerStatus, hear)
+        subscriber = rospy.Subscriber(server + STATUS_TOPIC, SmachContainerStatus, on_status)
         end = time.monotonic() + timeout.to_sec()
         try:
-            while not said.wait(0.05) and not rospy.is_shutdown() and time.monotonic() < end:
+            while not confirmed.wait(0.05) and not rospy.is_shutdown() and time.monotonic() < end:
                 pass
-            return said.is_set()
+            return confirmed.is_set()
         finally:
             subscriber.unregister()
             publisher.unregister()
@@ -81,17 +84,19 @@ class ContainerProxy:
     Args:
         server_name: name of the introspection server.
         container: the container.
-        path: its path in the whole machine.
+        path: path of the container in the whole machine.
     """
 
     def __init__(self, server_name: str, container: Container, path: str) -> None:
         self._container = container
         self._path = path
         self._lock = threading.Lock()
-        self._stopped = False  # the container still calls this
+        self._stopped = False  # needed because the container still calls this object
         self._structure_pub = rospy.Publisher(server_name + STRUCTURE_TOPIC, SmachContainerStructure, queue_size=100)
         self._status_pub = rospy.Publisher(server_name + STATUS_TOPIC, SmachContainerStatus, queue_size=100)
-        self._init_cmd = rospy.Subscriber(server_name + INIT_TOPIC, SmachContainerInitialStatusCmd, self._begin_with)
+        self._init_cmd = rospy.Subscriber(
+            server_name + INIT_TOPIC, SmachContainerInitialStatusCmd, self._handle_init_command
+        )
         container.register_start_cb(lambda userdata, labels: self.publish_status("START"))
         container.register_transition_cb(lambda userdata, labels: self.publish_status("TRANSITION"))
         container.register_termination_cb(lambda userdata, labels, outcome: self.publish_status("TERMINATION"))
@@ -117,10 +122,10 @@ class ContainerProxy:
         """Publish the active states and the userdata of the container.
 
         Args:
-            info_str: why: "HEARTBEAT", "START", "TRANSITION", "TERMINATION" or "INITIAL STATE".
+            info_str: the reason: "HEARTBEAT", "START", "TRANSITION", "TERMINATION" or "INITIAL STATE".
         """
         if self._stopped or not self._status_pub.get_num_connections():
-            return  # nobody receives it, and the userdata may be large
+            return  # nobody receives the message, and the userdata may be large
         userdata = self._container.userdata
         values = {key: userdata[key] for key in userdata.keys()}  # noqa: SIM118
         message = SmachContainerStatus(
@@ -134,7 +139,7 @@ class ContainerProxy:
         with self._lock:
             self._status_pub.publish(message)
 
-    def _begin_with(self, command: Any) -> None:
+    def _handle_init_command(self, command: Any) -> None:
         if command.path != self._path:
             return
         unknown = [label for label in command.initial_states if label not in self._container.get_children()]
@@ -154,20 +159,20 @@ class ContainerProxy:
     def stop(self) -> None:
         """Unregister the publishers and the subscriber."""
         self._stopped = True
-        for each in (self._structure_pub, self._status_pub, self._init_cmd):
-            each.unregister()
+        for topic in (self._structure_pub, self._status_pub, self._init_cmd):
+            topic.unregister()
 
 
 class IntrospectionServer:
-    """Publishes the state of a container and its nested containers, and lets others choose their initial states.
+    """Publishes the state of a container and its nested containers, and lets other programs set their initial states.
 
     Publishes ``SERVER_NAME/smach/container_structure`` and ``.../container_status``, every two seconds and when
     something happens, and listens to ``.../container_init``.
 
     Args:
         server_name: prefix of the topics.
-        state: the container. Add its states first.
-        path: its path, as others show it; a prefix of the paths of the containers in it.
+        state: the container, to which all states have been added.
+        path: path of the container, as other programs show it; a prefix of the paths of the containers in it.
     """
 
     def __init__(self, server_name: str, state: Any, path: str) -> None:
@@ -179,17 +184,19 @@ class IntrospectionServer:
         self._thread: threading.Thread | None = None
 
     def start(self) -> None:
-        """Begin."""
+        """Start publishing the containers' state, and listening for initial states."""
         if self._thread is not None:
             return
         self.construct(self._server_name, self._state, self._path)
         self._stopped.clear()
-        self._thread = threading.Thread(target=self._beat, name=f"{self._server_name} introspection", daemon=True)
+        self._thread = threading.Thread(
+            target=self._publish_periodically, name=f"{self._server_name} introspection", daemon=True
+        )
         self._thread.start()
         rospy.core.add_preshutdown_hook(lambda reason: self._stopped.set())
 
     def stop(self) -> None:
-        """End."""
+        """Stop publishing and listening."""
         self._stopped.set()
         thread, self._thread = self._thread, None
         if thread is not None and thread is not threading.current_thread():
@@ -197,7 +204,7 @@ class IntrospectionServer:
         self.clear()
 
     def construct(self, server_name: str, state: Any, path: str) -> None:
-        """Create a proxy for a container, and for those in it."""
+        """Create a proxy for a container and for all containers in it."""
         if not isinstance(state, Container):
             return
         self._proxies.append(ContainerProxy(server_name, state, path))
@@ -210,7 +217,7 @@ class IntrospectionServer:
         for proxy in proxies:
             proxy.stop()
 
-    def _beat(self) -> None:
+    def _publish_periodically(self) -> None:
         while not self._stopped.wait(HEARTBEAT) and not rospy.is_shutdown():
             for proxy in self._proxies:
                 try:

@@ -1,7 +1,7 @@
-"""Userdata in messages: as other programs of smach send and read it, but without running what they send.
+"""Encodes userdata for messages, compatible with other programs that use smach, but without running code from them.
 
-It is a pickled dictionary (protocol 2) in base64. A pickle can name any function for the reader to call, so only plain
-values are read: numbers, text, bytes, and lists, tuples, sets and dictionaries of them.
+Userdata is a pickled dictionary (protocol 2) in base64. A pickle can name any function for the reader to call, so only
+plain values are read: numbers, text, bytes, and lists, tuples, sets and dictionaries of them.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import pickletools
 from typing import Any
 
 
-class _Plain(pickle.Unpickler):
+class _PlainUnpickler(pickle.Unpickler):
     def find_class(self, module_name: str, global_name: str) -> Any:
         match module_name, global_name:  # protocol 2 writes sets and bytes as calls
             case (("__builtin__" | "builtins"), "set"):
@@ -33,11 +33,11 @@ def encode(values: dict[str, Any]) -> str:
     try:
         data = pickle.dumps(values, 2)
     except Exception:  # noqa: BLE001  any class may refuse, in its own way
-        data = pickle.dumps({key: value for key, value in values.items() if _fits(value)}, 2)
+        data = pickle.dumps({key: value for key, value in values.items() if _is_picklable(value)}, 2)
     return base64.b64encode(data).decode()
 
 
-def _fits(value: Any) -> bool:
+def _is_picklable(value: Any) -> bool:
     try:
         pickle.dumps(value, 2)
     except Exception:  # noqa: BLE001  as above
@@ -49,7 +49,7 @@ def decode(text: str) -> dict[str, Any]:
     """Return the userdata of a message.
 
     Raises:
-        ValueError: it is not userdata, or contains more than plain values.
+        ValueError: the text is not userdata, or contains more than plain values.
     """
     if not text:
         return {}
@@ -58,8 +58,8 @@ def decode(text: str) -> dict[str, Any]:
     except (binascii.Error, ValueError):
         data = text.encode("latin-1", "replace")  # older senders leave the base64 out
     try:
-        _check(data)
-        values = _Plain(io.BytesIO(data)).load()
+        _check_safety(data)
+        values = _PlainUnpickler(io.BytesIO(data)).load()
     except Exception as error:  # a broken pickle raises nearly anything
         raise ValueError(f"cannot read userdata: {error}") from error
     if not isinstance(values, dict) or not all(isinstance(key, str) for key in values):
@@ -67,7 +67,7 @@ def decode(text: str) -> dict[str, Any]:
     return values
 
 
-def _check(data: bytes) -> None:
+def _check_safety(data: bytes) -> None:
     """Refuse pickles that harm the reader even though classes are refused.
 
     The memo uses memory up to its highest index. Keys are hashed: with a tuple of a tuple of a tuple ... Python
@@ -77,10 +77,10 @@ def _check(data: bytes) -> None:
     memo: dict[int, tuple[int, int] | None] = {}
     for op, arg, _ in pickletools.genops(data):
         if "PUT" in op.name or op.name == "MEMOIZE":
-            place = int(arg or 0) if "PUT" in op.name else len(memo)
-            if place > len(data):
+            index = int(arg or 0) if "PUT" in op.name else len(memo)
+            if index > len(data):
                 raise ValueError("not userdata")
-            memo[place] = stack[-1]
+            memo[index] = stack[-1]
         elif "GET" in op.name:
             stack.append(memo[int(arg or 0)])
         elif op.name == "DUP":
@@ -97,13 +97,13 @@ def _check(data: bytes) -> None:
             parts += [part for part in (stack.pop() for _ in before) if part is not None]
             depth = 1 + max((deep for deep, _ in parts), default=0)
             size = 1 + sum(size for _, size in parts)
-            if op.name in _HASHED and (depth > _DEEPEST or size > max(len(data), _LARGEST)):
+            if op.name in _HASHED and (depth > _MAX_DEPTH or size > max(len(data), _MAX_SIZE)):
                 raise ValueError("too deep, or the same value too often")
             stack += [(depth, size)] * len(op.stack_after)
 
 
 _HASHED = ("TUPLE", "TUPLE1", "TUPLE2", "TUPLE3", "FROZENSET")
-_DEEPEST = 500
-_LARGEST = 1_000_000
+_MAX_DEPTH = 500
+_MAX_SIZE = 1_000_000
 
 __all__ = ["decode", "encode"]

@@ -15,11 +15,11 @@ class MonitorState(State):
     """A state that lasts until a function returns false for a message; outcomes "valid", "invalid" and "preempted".
 
     Args:
-        topic: topic.
+        topic: name of the topic.
         msg_type: message class.
         cond_cb: called with the userdata and each message; false ends the state with "invalid". It may be declared with
             `smach.cb_interface`.
-        max_checks: messages after which the outcome is "valid"; -1 for no limit.
+        max_checks: number of messages after which the outcome is "valid"; -1 for no limit.
         input_keys, output_keys: userdata that it reads and writes.
     """
 
@@ -38,7 +38,7 @@ class MonitorState(State):
         self._cond_cb = cond_cb
         self._max_checks = max_checks
         self._n_checks = 0
-        self._found = ""
+        self._outcome = ""
         self._trigger_event = threading.Event()
         self._register_interface(cond_cb)
 
@@ -48,7 +48,7 @@ class MonitorState(State):
             self.service_preempt()
             return "preempted"
         self._n_checks = 0
-        self._found = ""
+        self._outcome = ""
         self._trigger_event.clear()
         subscriber = rospy.Subscriber(self._topic, self._msg_type, self._cb, callback_args=ud)
         try:
@@ -59,23 +59,23 @@ class MonitorState(State):
         if self.preempt_requested():
             self.service_preempt()
             return "preempted"
-        return self._found or "preempted"
+        return self._outcome or "preempted"
 
     def _cb(self, msg: Any, ud: Any) -> None:
         if self._trigger_event.is_set():
             return
         self._n_checks += 1
         try:
-            good = self._cond_cb(ud, msg)
+            is_valid = self._cond_cb(ud, msg)
         except Exception:  # noqa: BLE001  the program's code: as if it returned False
             rospy.logerr(
                 "Error thrown while executing condition callback %s: %s", self._cond_cb, traceback.format_exc()
             )
-            good = False
-        if not good:
-            self._found = "invalid"
+            is_valid = False
+        if not is_valid:
+            self._outcome = "invalid"
         elif 0 < self._max_checks <= self._n_checks:
-            self._found = "valid"
+            self._outcome = "valid"
         else:
             return
         self._trigger_event.set()

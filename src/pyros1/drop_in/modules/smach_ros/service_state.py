@@ -14,14 +14,16 @@ class ServiceState(CallState):
     """A state that calls a service; outcomes "succeeded", "aborted" and "preempted".
 
     Args:
-        service_name: the service. service_spec: its class.
+        service_name: name of the service.
+        service_spec: class of the service.
         request: the request, if nothing else provides one; None for an empty one.
         request_cb: called with the userdata and the request, then ``request_cb_args`` and ``request_cb_kwargs``; it
             changes the request, or returns another one.
-        request_key: userdata key of a whole request. request_slots: userdata keys that are fields of the request.
+        request_key: userdata key of a whole request.
+        request_slots: userdata keys that are fields of the request.
         response_cb: called with the userdata and the response, then its own arguments; it may return an outcome.
-        response_key, response_slots: likewise, for what is kept of the response.
-        input_keys, output_keys, outcomes: further ones, which the callbacks use.
+        response_key, response_slots: userdata keys in which the whole response, or fields of it, are stored.
+        input_keys, output_keys, outcomes: additional ones, which the callbacks use.
     """
 
     def __init__(
@@ -55,19 +57,19 @@ class ServiceState(CallState):
 
     def execute(self, ud: Any) -> Any:
         """Wait for the service, call it, and return the outcome."""
-        if not self._wait():
+        if not self._wait_for_service():
             self.service_preempt()
             return "preempted"
         try:
-            request = self._message(ud)
+            request = self._make_message(ud)
             response = rospy.ServiceProxy(self._service_name, self._service_spec)(request)
         except rospy.ServiceException as error:
             rospy.logerr("Exception when calling service '%s': %s", self._service_name, error)
             return "aborted"
-        self._keep(ud, response)
-        return self._back_call(ud, response) or "succeeded"
+        self._store(ud, response)
+        return self._received_call(ud, response) or "succeeded"
 
-    def _wait(self) -> bool:
+    def _wait_for_service(self) -> bool:
         """Wait until the service exists; return False if preempted, or if the node shuts down."""
         while not self.preempt_requested() and not rospy.is_shutdown():
             try:

@@ -18,17 +18,19 @@ class SimpleActionState(CallState):
     """A state that sends a goal to an action server; outcomes "succeeded", "aborted" and "preempted".
 
     Args:
-        action_name: name of the action. action_spec: its class.
+        action_name: name of the action.
+        action_spec: class of the action.
         goal: the goal, if nothing else provides one; None for an empty one.
-        goal_key: userdata key of a whole goal. goal_slots: userdata keys that are fields of the goal.
+        goal_key: userdata key of a whole goal.
+        goal_slots: userdata keys that are fields of the goal.
         goal_cb: called with the userdata and the goal, then ``goal_cb_args`` and ``goal_cb_kwargs``; it changes the
             goal, or returns another one.
-        result_key, result_slots: likewise, for what is kept of the result.
+        result_key, result_slots: userdata keys in which the whole result, or fields of it, are stored.
         result_cb: called with the userdata, the status (of actionlib_msgs/GoalStatus) and the result, then its own
             arguments; it may return an outcome.
-        input_keys, output_keys, outcomes: further ones, which the callbacks use.
+        input_keys, output_keys, outcomes: additional ones, which the callbacks use.
         exec_timeout: rospy.Duration after which the goal is canceled, and the outcome is "aborted"; None for no limit.
-        preempt_timeout: rospy.Duration that the server has to end a canceled goal.
+        preempt_timeout: rospy.Duration within which the server has to end a canceled goal.
         server_wait_timeout: rospy.Duration to wait for the server.
     """
 
@@ -82,20 +84,20 @@ class SimpleActionState(CallState):
         """Send the goal, wait for the result, and return the outcome."""
         if not self._wait_for_server():
             if self.preempt_requested() or rospy.is_shutdown():
-                return self._preempted()
+                return self._finish_preempted()
             rospy.logerr("Action server '%s' is not there.", self._action_name)
             return "aborted"
         self._status = self.INACTIVE
-        goal = self._message(ud)
+        goal = self._make_message(ud)
         if self.preempt_requested():
-            return self._preempted()
+            return self._finish_preempted()
         self._done.clear()
         self._status = self.ACTIVE
         self._action_client.send_goal(goal, done_cb=lambda state, result: self._done.set())
         self._wait_for_result()
         self._status = self.COMPLETED
         if rospy.is_shutdown() and not self._done.is_set():
-            return self._preempted()
+            return self._finish_preempted()
         return self._outcome(ud)
 
     def _wait_for_server(self) -> bool:
@@ -112,18 +114,18 @@ class SimpleActionState(CallState):
     def _wait_for_result(self) -> None:
         """Wait for the end of the goal, and cancel it if it takes too long."""
         begin = rospy.Time.now()
-        canceled: float | None = None
+        canceled_at: float | None = None
         while not self._done.wait(0.02) and not rospy.is_shutdown():
-            if canceled is None:
+            if canceled_at is None:
                 begin = min(begin, rospy.Time.now())  # simulated time may jump back
-                late = self._exec_timeout is not None and rospy.Time.now() - begin > self._exec_timeout
-                if late or self.preempt_requested():
-                    if late:
+                timed_out = self._exec_timeout is not None and rospy.Time.now() - begin > self._exec_timeout
+                if timed_out or self.preempt_requested():
+                    if timed_out:
                         rospy.logwarn("Action '%s' timed out: canceling its goal.", self._action_name)
                     self._status = self.PREEMPTING
                     self._action_client.cancel_goal()
-                    canceled = time.monotonic()
-            elif time.monotonic() - canceled > self._preempt_timeout.to_sec():
+                    canceled_at = time.monotonic()
+            elif time.monotonic() - canceled_at > self._preempt_timeout.to_sec():
                 rospy.logerr("Action server '%s' did not end a canceled goal in time.", self._action_name)
                 self._action_client.stop_tracking_goal()
                 break
@@ -135,19 +137,19 @@ class SimpleActionState(CallState):
             return "aborted"
         status, result = self._action_client.get_state(), self._action_client.get_result()
         if result is not None:
-            self._keep(ud, result)
-        said = self._back_call(ud, status, result)
+            self._store(ud, result)
+        callback_outcome = self._received_call(ud, status, result)
         preempted = status in (GoalStatus.PREEMPTED, GoalStatus.RECALLED) and self.preempt_requested()
         if preempted:
             self.service_preempt()
-        if said is not None:
-            return said
+        if callback_outcome is not None:
+            return callback_outcome
         if status == GoalStatus.SUCCEEDED:
             return "succeeded"
-        # "preempted" is for preemption of this state: if another client did it, or after a timeout, it has failed.
+        # "preempted" means that this state was preempted; preemption by another client or after a timeout is a failure.
         return "preempted" if preempted else "aborted"
 
-    def _preempted(self) -> str:
+    def _finish_preempted(self) -> str:
         self.service_preempt()
         return "preempted"
 

@@ -1,4 +1,4 @@
-"""Goals and requests from userdata, and userdata from results and responses: for action states and service states."""
+"""The base class of action and service states: builds messages from userdata, and stores received messages in it."""
 
 from __future__ import annotations
 
@@ -25,51 +25,53 @@ class Call(NamedTuple):
 
 
 class CallState(State):
-    """Base of the states that send a message and get one back; outcomes "succeeded", "aborted" and "preempted".
+    """Base class of states that send a message and receive another one; outcomes "succeeded", "aborted" and
+    "preempted".
 
     Args:
-        what: "goal" or "request", "result" or "response", for error messages.
-        first: the message to send if nothing changes it.
-        out: userdata key of the whole message to send; keys that are fields of it; function that changes it.
-        back: userdata key for the message that came back; keys that are fields of it; function that sees it.
-        keys: further input keys, output keys and outcomes.
+        message_names: names of both messages for error messages: ("goal", "result") or ("request", "response").
+        default: the message to send if nothing changes it.
+        sent: for the message to send: userdata key of the whole message; keys that are fields of it; function that
+        changes it.
+        received: for the received message: the same, except that the function only reads the message.
+        keys: additional input keys, output keys and outcomes.
     """
 
     def __init__(
         self,
-        what: tuple[str, str],
-        first: Any,
-        out: tuple[str | None, Iterable[str], Call],
-        back: tuple[str | None, Iterable[str], Call],
+        message_names: tuple[str, str],
+        default: Any,
+        sent: tuple[str | None, Iterable[str], Call],
+        received: tuple[str | None, Iterable[str], Call],
         keys: tuple[Iterable[str], Iterable[str], Iterable[str]],
     ) -> None:
         inputs, outputs, outcomes = keys
         super().__init__(("succeeded", "aborted", "preempted"), inputs, outputs)
         self.register_outcomes(outcomes)
-        self._first = first
-        self._out_key, slots, self._out_call = out
-        self._back_key, back_slots, self._back_call = back
-        self._out_slots, self._back_slots = tuple(slots), tuple(back_slots)
-        for name, call in zip(what, (self._out_call, self._back_call), strict=True):
+        self._default = default
+        self._sent_key, slots, self._sent_call = sent
+        self._received_key, back_slots, self._received_call = received
+        self._sent_slots, self._received_slots = tuple(slots), tuple(back_slots)
+        for name, call in zip(message_names, (self._sent_call, self._received_call), strict=True):
             if call.function is not None and not callable(call.function):
                 raise InvalidStateError(f"The {name} callback is not a function: {call.function!r}")
             self._register_interface(call.function)
-        self.register_input_keys(([self._out_key] if self._out_key else []) + [*self._out_slots])
-        self.register_output_keys(([self._back_key] if self._back_key else []) + [*self._back_slots])
+        self.register_input_keys(([self._sent_key] if self._sent_key else []) + [*self._sent_slots])
+        self.register_output_keys(([self._received_key] if self._received_key else []) + [*self._received_slots])
 
-    def _message(self, ud: Any) -> Any:
-        """Return the message to send: from its key, then its slots, then the function."""
-        message = copy.deepcopy(ud[self._out_key] if self._out_key else self._first)
-        for slot in self._out_slots:
+    def _make_message(self, ud: Any) -> Any:
+        """Return the message to send: taken from its key, then changed by its slots, then by the function."""
+        message = copy.deepcopy(ud[self._sent_key] if self._sent_key else self._default)
+        for slot in self._sent_slots:
             setattr(message, slot, ud[slot])
-        changed = self._out_call(ud, message)
+        changed = self._sent_call(ud, message)
         return message if changed is None else changed
 
-    def _keep(self, ud: Any, message: Any) -> None:
+    def _store(self, ud: Any, message: Any) -> None:
         """Store the received message in the userdata."""
-        if self._back_key:
-            ud[self._back_key] = message
-        for slot in self._back_slots:
+        if self._received_key:
+            ud[self._received_key] = message
+        for slot in self._received_slots:
             ud[slot] = getattr(message, slot)
 
 

@@ -14,7 +14,7 @@ PATIENCE = 60.0
 
 
 def set_preempt_handler(sc: Any) -> None:
-    """Preempt a container when the node shuts down, and wait until it has ended, at most a minute.
+    """Preempt a container when the node shuts down, and wait until it has ended, for a minute at most.
 
     Run the container in a thread of its own, and ``rospy.spin()`` in the main thread: a container in the main thread
     cannot continue while the main thread handles Ctrl-C. In that case there is no wait: the current state
@@ -23,14 +23,14 @@ def set_preempt_handler(sc: Any) -> None:
     Args:
         sc: a `smach.StateMachine`, `smach.Concurrence` or other container.
     """
-    runs_in: list[int] = []
-    sc.register_start_cb(lambda userdata, labels: runs_in.append(threading.get_ident()))
+    thread_ids: list[int] = []
+    sc.register_start_cb(lambda userdata, labels: thread_ids.append(threading.get_ident()))
 
     def preempt(reason: str) -> None:
         if not sc.is_running():
             return
         sc.request_preempt()
-        if runs_in[-1:] == [threading.get_ident()]:
+        if thread_ids[-1:] == [threading.get_ident()]:
             return
         rospy.loginfo("Shutdown requested: preempting the state machine, and waiting for its end.")
         end = time.monotonic() + PATIENCE

@@ -7,11 +7,12 @@ from tf import transformations
 from tf.broadcaster import TransformBroadcaster
 from tf.listener import Transformer, TransformerROS, TransformListener
 
-_GONE = ("_bt_to_msg", "_msg_to_bt")  # conversions of the C++ extension of 2012, which programs still import
+# Conversions of the C++ extension of 2012, which programs still import.
+_REMOVED_SUFFIXES = ("_bt_to_msg", "_msg_to_bt")
 
 
 def __getattr__(name: str) -> object:
-    if name.endswith(_GONE):
+    if name.endswith(_REMOVED_SUFFIXES):
         raise AttributeError(
             f"tf.{name} converted to a C++ type, and was removed when tf became tf2; stock lacks it, too"
         )

@@ -1,7 +1,7 @@
 """The velocity of a frame in another one, as a mean over an interval.
 
-The angular velocity is the same as in stock. The linear one is that of a point which moves with the frame; the result
-of stock's Python code is not a velocity.
+The angular velocity is the same as in stock. The linear velocity is that of a point which moves with the frame; the
+result of stock's Python code is not a velocity.
 """
 
 from __future__ import annotations
@@ -31,25 +31,27 @@ def twist(
     start = max(rospy.Time(0.00001) + interval, end) - interval
     seconds = (end - start).to_sec()
 
-    start_place, start_turn = _lookup(transformer, observation, tracking, start)
-    end_place, end_turn = _lookup(transformer, observation, tracking, end)
-    between = transformations.quaternion_multiply(transformations.quaternion_inverse(start_turn), end_turn)
-    angle, axis = _angle_and_axis(between)
-    linear = (end_place - start_place) / seconds
+    start_position, start_rotation = _lookup(transformer, observation, tracking, start)
+    end_position, end_rotation = _lookup(transformer, observation, tracking, end)
+    relative_rotation = transformations.quaternion_multiply(
+        transformations.quaternion_inverse(start_rotation), end_rotation
+    )
+    angle, axis = _angle_and_axis(relative_rotation)
+    linear = (end_position - start_position) / seconds
 
-    origin, turn = _lookup(transformer, reference, tracking, middle)
-    angular = _rotated(turn, axis) * (angle / seconds)
-    _, turn = _lookup(transformer, reference, observation, middle)
-    place, point_turn = _lookup(transformer, reference, point_frame, middle)
+    origin, rotation = _lookup(transformer, reference, tracking, middle)
+    angular = _rotate(rotation, axis) * (angle / seconds)
+    _, rotation = _lookup(transformer, reference, observation, middle)
+    position, point_rotation = _lookup(transformer, reference, point_frame, middle)
     xyz = (point.x, point.y, point.z) if hasattr(point, "x") else tuple(point)
-    arm = _rotated(point_turn, xyz) + place - origin
-    linear = _rotated(turn, linear) + numpy.cross(angular, arm)
+    arm = _rotate(point_rotation, xyz) + position - origin
+    linear = _rotate(rotation, linear) + numpy.cross(angular, arm)
     return tuple(linear.tolist()), tuple(angular.tolist())
 
 
 def _lookup(transformer: Any, target: str, source: str, time: Any) -> tuple[Any, Any]:
-    place, turn = transformer.lookupTransform(target, source, time)
-    return numpy.array(place), numpy.array(turn)
+    position, rotation = transformer.lookupTransform(target, source, time)
+    return numpy.array(position), numpy.array(rotation)
 
 
 def _angle_and_axis(quaternion: Any) -> tuple[float, Any]:
@@ -60,5 +62,5 @@ def _angle_and_axis(quaternion: Any) -> tuple[float, Any]:
     return 2.0 * float(numpy.arctan2(sine, w)), numpy.array((x, y, z)) / sine
 
 
-def _rotated(quaternion: Any, vector: Any) -> Any:
+def _rotate(quaternion: Any, vector: Any) -> Any:
     return transformations.quaternion_matrix(quaternion)[:3, :3] @ numpy.asarray(vector, numpy.float64)

@@ -44,7 +44,7 @@ class Transformer:
         return self._buffer.all_frames_as_string()
 
     def setTransform(self, transform: Any, authority: str = "default_authority") -> None:
-        """Add a geometry_msgs/TransformStamped from a node of that name."""
+        """Add a geometry_msgs/TransformStamped from the node ``authority``."""
         self._buffer.set_transform(transform, authority)
 
     def canTransform(self, target_frame: str, source_frame: str, time: Any) -> Any:
@@ -72,7 +72,7 @@ class Transformer:
         """
         self._check_listening()
         names = strip_leading_slash(target_frame), strip_leading_slash(source_frame)
-        _check(*self._buffer.can_transform(*names, time, timeout, return_debug_tuple=True))
+        _require_transform(*self._buffer.can_transform(*names, time, timeout, return_debug_tuple=True))
 
     def waitForTransformFull(
         self,
@@ -88,7 +88,7 @@ class Transformer:
         self._check_listening()
         target, source, fixed = map(strip_leading_slash, (target_frame, source_frame, fixed_frame))
         arguments = (target, target_time, source, source_time, fixed, timeout)
-        _check(*self._buffer.can_transform_full(*arguments, return_debug_tuple=True))
+        _require_transform(*self._buffer.can_transform_full(*arguments, return_debug_tuple=True))
 
     def _check_listening(self) -> None:
         if not self._using_dedicated_thread:
@@ -107,7 +107,7 @@ class Transformer:
         self._buffer.clear()
 
     def frameExists(self, frame_id: str) -> bool:
-        """Return whether the frame with a name, which has no leading slash, has a parent."""
+        """Return whether a frame has a parent; its name must be given without a leading slash."""
         return frame_id in self.getFrameStrings()
 
     def getFrameStrings(self) -> Any:
@@ -132,19 +132,20 @@ class Transformer:
                 ExtrapolationException.
         """
         names = strip_leading_slash(target_frame), strip_leading_slash(source_frame)
-        return _numbers(self._buffer.lookup_transform(*names, time))
+        return _to_lists(self._buffer.lookup_transform(*names, time))
 
     def lookupTransformFull(
         self, target_frame: str, target_time: Any, source_frame: str, source_time: Any, fixed_frame: str
     ) -> tuple[list[float], list[float]]:
         """Return the pose of ``source_frame`` at ``source_time`` in ``target_frame`` at ``target_time``.
 
-        See `lookupTransform`."""
+        See `lookupTransform`.
+        """
         target, source, fixed = map(strip_leading_slash, (target_frame, source_frame, fixed_frame))
-        return _numbers(self._buffer.lookup_transform_full(target, target_time, source, source_time, fixed))
+        return _to_lists(self._buffer.lookup_transform_full(target, target_time, source, source_time, fixed))
 
     def lookupTwist(self, tracking_frame: str, observation_frame: str, time: Any, averaging_interval: Any) -> Any:
-        """Return the velocity of a frame's origin in another frame; see `lookupTwistFull`."""
+        """Return the mean velocity of a frame's origin in another frame; see `lookupTwistFull`."""
         return self.lookupTwistFull(
             tracking_frame, observation_frame, observation_frame, (0, 0, 0), tracking_frame, time, averaging_interval
         )
@@ -193,13 +194,13 @@ class Transformer:
         return ""
 
 
-def _numbers(message: Any) -> tuple[list[float], list[float]]:
+def _to_lists(message: Any) -> tuple[list[float], list[float]]:
     v, q = message.transform.translation, message.transform.rotation
     return [v.x, v.y, v.z], [q.x, q.y, q.z, q.w]
 
 
-def _check(found: Any, problem: str) -> None:
-    if not found:
+def _require_transform(is_available: Any, problem: str) -> None:
+    if not is_available:
         raise tf2_ros.TransformException(problem or "no such transformation: ")
 
 
@@ -236,10 +237,10 @@ class TransformerROS(Transformer):
     def transformVector3(self, target_frame: str, v3s: Any) -> Any:
         """Transform a geometry_msgs/Vector3Stamped to another frame, by rotating it."""
         vector = v3s.vector
-        turn = self.asMatrix(target_frame, v3s.header)[:3, :3]
+        rotation = self.asMatrix(target_frame, v3s.header)[:3, :3]
         result = geometry_msgs.Vector3Stamped()
         _set_header(result, target_frame, v3s)
-        result.vector = geometry_msgs.Vector3(*numpy.dot(turn, (vector.x, vector.y, vector.z)).tolist())
+        result.vector = geometry_msgs.Vector3(*numpy.dot(rotation, (vector.x, vector.y, vector.z)).tolist())
         return result
 
     def transformQuaternion(self, target_frame: str, ps: Any) -> Any:
@@ -274,7 +275,7 @@ class TransformerROS(Transformer):
 
 
 def _set_header(message: Any, frame: str, other: Any) -> None:
-    """Set the frame of a message, and copy the stamp of another one."""
+    """Set the frame of a message, and copy the stamp from another message."""
     message.header.stamp = other.header.stamp
     message.header.frame_id = frame
 

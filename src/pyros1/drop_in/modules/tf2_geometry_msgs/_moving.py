@@ -1,6 +1,6 @@
 """Rotation matrices and quaternions computed as PyKDL does: quaternions are not normalized.
 
-They are tuples of floats, since numpy is slower for so few numbers.
+Matrices and quaternions are tuples of floats, since numpy is slower for so few numbers.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from typing import Any
 Row = tuple[float, float, float]
 Matrix = tuple[Row, Row, Row]
 
-_SMALL = 1e-6
+_MIN_TRACE = 1e-6
 
 
 def from_quaternion(x: float, y: float, z: float, w: float) -> Matrix:
@@ -26,10 +26,12 @@ def from_quaternion(x: float, y: float, z: float, w: float) -> Matrix:
 
 
 def to_quaternion(matrix: Matrix) -> tuple[float, float, float, float]:
-    """Return the quaternion (x, y, z, w) of a matrix (3, 3): with positive w or, if w is small, its largest part."""
+    """Return the quaternion (x, y, z, w) of a matrix (3, 3): with a positive w or, if w is small, a positive largest
+    component.
+    """
     (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = matrix
     trace = xx + yy + zz
-    if trace > _SMALL:
+    if trace > _MIN_TRACE:
         s = 0.5 / sqrt(trace + 1.0)
         return (zy - yz) * s, (xz - zx) * s, (yx - xy) * s, 0.25 / s
     if xx > yy and xx > zz:
@@ -42,21 +44,21 @@ def to_quaternion(matrix: Matrix) -> tuple[float, float, float, float]:
     return (xz + zx) / s, (yz + zy) / s, 0.25 * s, (yx - xy) / s
 
 
-def multiplied(one: Matrix, two: Matrix) -> Matrix:
+def multiply(one: Matrix, two: Matrix) -> Matrix:
     """Return the product of two matrices (3, 3)."""
-    (ax, ay, az), (bx, by, bz), (cx, cy, cz) = (rotated(one, column) for column in zip(*two, strict=True))
+    (ax, ay, az), (bx, by, bz), (cx, cy, cz) = (rotate(one, column) for column in zip(*two, strict=True))
     return (ax, bx, cx), (ay, by, cy), (az, bz, cz)
 
 
-def rotated(turn: Matrix, vector: Sequence[float]) -> Row:
+def rotate(rotation: Matrix, vector: Sequence[float]) -> Row:
     """Return a rotated vector (3,)."""
     x, y, z = vector
-    (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = turn
+    (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = rotation
     return xx * x + xy * y + xz * z, yx * x + yy * y + yz * z, zx * x + zy * y + zz * z
 
 
-def moved(transform: Any, point: Row) -> Row:
+def transform_point(transform: Any, point: Row) -> Row:
     """Return a point (3,), transformed by a geometry_msgs/Transform."""
     q, v = transform.rotation, transform.translation
-    x, y, z = rotated(from_quaternion(q.x, q.y, q.z, q.w), point)
+    x, y, z = rotate(from_quaternion(q.x, q.y, q.z, q.w), point)
     return x + v.x, y + v.y, z + v.z

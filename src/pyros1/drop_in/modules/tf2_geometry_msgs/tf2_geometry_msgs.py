@@ -1,6 +1,6 @@
-"""Functions that transform messages of geometry_msgs to other frames, and their registrations.
+"""Transforms messages of geometry_msgs to other frames, and registers the functions with tf2_ros.
 
-Stock uses PyKDL, from which programs see that the results have the transform's header.
+Stock uses PyKDL. Like there, the results have the transform's header.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import rospy
 import tf2_ros
 
 from pyros1.msgs.geometry_msgs.msg import PointStamped, PoseStamped, Vector3Stamped, WrenchStamped
-from tf2_geometry_msgs._moving import Matrix, from_quaternion, moved, multiplied, rotated, to_quaternion
+from tf2_geometry_msgs._moving import Matrix, from_quaternion, multiply, rotate, to_quaternion, transform_point
 
 
 def to_msg_msg(msg: Any) -> Any:
@@ -25,9 +25,9 @@ def from_msg_msg(msg: Any) -> Any:
     return msg
 
 
-for _kind in (Vector3Stamped, PoseStamped, PointStamped):
-    tf2_ros.ConvertRegistration().add_to_msg(_kind, to_msg_msg)
-    tf2_ros.ConvertRegistration().add_from_msg(_kind, from_msg_msg)
+for _message_class in (Vector3Stamped, PoseStamped, PointStamped):
+    tf2_ros.ConvertRegistration().add_to_msg(_message_class, to_msg_msg)
+    tf2_ros.ConvertRegistration().add_from_msg(_message_class, from_msg_msg)
 
 
 def transform_to_kdl(t: Any) -> Any:
@@ -47,16 +47,16 @@ def transform_to_kdl(t: Any) -> Any:
 def do_transform_point(point: Any, transform: Any) -> Any:
     """Return a PointStamped in another frame, with the header of the TransformStamped."""
     result = PointStamped()
-    p, there = point.point, result.point
-    there.x, there.y, there.z = moved(transform.transform, (p.x, p.y, p.z))
+    p, target = point.point, result.point
+    target.x, target.y, target.z = transform_point(transform.transform, (p.x, p.y, p.z))
     result.header = transform.header
     return result
 
 
 def do_transform_vector3(vector3: Any, transform: Any) -> Any:
-    """Return a Vector3Stamped in another frame: only rotated."""
+    """Return a Vector3Stamped in another frame: it is only rotated."""
     result = Vector3Stamped()
-    _rotate(result.vector, vector3.vector, _turn(transform))
+    _rotate(result.vector, vector3.vector, _rotation_matrix(transform))
     result.header = transform.header
     return result
 
@@ -66,30 +66,32 @@ def do_transform_pose(pose: Any, transform: Any) -> Any:
     result = PoseStamped()
     p, q = pose.pose.position, pose.pose.orientation
     position, orientation = result.pose.position, result.pose.orientation
-    position.x, position.y, position.z = moved(transform.transform, (p.x, p.y, p.z))
-    turned = multiplied(_turn(transform), from_quaternion(q.x, q.y, q.z, q.w))
-    orientation.x, orientation.y, orientation.z, orientation.w = to_quaternion(turned)
+    position.x, position.y, position.z = transform_point(transform.transform, (p.x, p.y, p.z))
+    rotation = multiply(_rotation_matrix(transform), from_quaternion(q.x, q.y, q.z, q.w))
+    orientation.x, orientation.y, orientation.z, orientation.w = to_quaternion(rotation)
     result.header = transform.header
     return result
 
 
 def do_transform_wrench(wrench: Any, transform: Any) -> Any:
-    """Return a WrenchStamped in another frame: force and torque rotated; the torque's point is not moved."""
+    """Return a WrenchStamped in another frame: force and torque are rotated, but the point of application is not
+    moved.
+    """
     result = WrenchStamped()
-    turn = _turn(transform)
-    _rotate(result.wrench.force, wrench.wrench.force, turn)
-    _rotate(result.wrench.torque, wrench.wrench.torque, turn)
+    rotation = _rotation_matrix(transform)
+    _rotate(result.wrench.force, wrench.wrench.force, rotation)
+    _rotate(result.wrench.torque, wrench.wrench.torque, rotation)
     result.header = transform.header
     return result
 
 
-def _turn(transform: Any) -> Matrix:
+def _rotation_matrix(transform: Any) -> Matrix:
     q = transform.transform.rotation
     return from_quaternion(q.x, q.y, q.z, q.w)
 
 
-def _rotate(into: Any, vector: Any, turn: Matrix) -> None:
-    into.x, into.y, into.z = rotated(turn, (vector.x, vector.y, vector.z))
+def _rotate(target: Any, vector: Any, rotation: Matrix) -> None:
+    target.x, target.y, target.z = rotate(rotation, (vector.x, vector.y, vector.z))
 
 
 tf2_ros.TransformRegistration().add(PointStamped, do_transform_point)

@@ -26,10 +26,10 @@ class BufferCore:
     """
 
     def __init__(self, cache_time: Any = _TEN_SECONDS) -> None:
-        self._core = Buffer(_timed(cache_time), time_class=Time)
+        self._core = Buffer(_require_time(cache_time), time_class=Time)
 
     def set_transform(self, transform: Any, authority: str, /) -> None:
-        """Add a geometry_msgs/TransformStamped from a node of that name. An invalid one is reported."""
+        """Add a geometry_msgs/TransformStamped from the node ``authority``. An invalid transform is reported."""
         self._core.set_transforms((transform,), authority)
 
     def set_transform_static(self, transform: Any, authority: str, /) -> None:
@@ -49,35 +49,38 @@ class BufferCore:
         self._core.clear()
 
     def lookup_transform_core(self, target_frame: str, source_frame: str, time: Any) -> Any:
-        """Return where ``source_frame`` is in ``target_frame``, as a geometry_msgs/TransformStamped.
+        """Return the pose of ``source_frame`` in ``target_frame``, as a geometry_msgs/TransformStamped.
 
         Raises:
-            TransformException: one of those of this package.
+            TransformException: the transform is not available; one of the subclasses in this package.
             TypeError: an argument is of another type.
         """
-        return self._core.lookup_transform(target_frame, source_frame, _timed(time))
+        return self._core.lookup_transform(target_frame, source_frame, _require_time(time))
 
     def lookup_transform_full_core(
         self, target_frame: str, target_time: Any, source_frame: str, source_time: Any, fixed_frame: str
     ) -> Any:
-        """Return where ``source_frame`` was at its time, in ``target_frame`` at its time, relative to ``fixed_frame``.
+        """Return the pose of ``source_frame`` at ``source_time`` in ``target_frame`` at ``target_time``.
 
-        For the exceptions, see `lookup_transform_core`."""
+        ``fixed_frame`` is assumed not to move between the two times. For the exceptions, see `lookup_transform_core`.
+        """
         return self._core.lookup_transform_full(
-            target_frame, _timed(target_time), source_frame, _timed(source_time), fixed_frame
+            target_frame, _require_time(target_time), source_frame, _require_time(source_time), fixed_frame
         )
 
     def can_transform_core(self, target_frame: str, source_frame: str, time: Any) -> tuple[int, str]:
         """Return (1, "") if `lookup_transform_core` would succeed, else (0, reason)."""
-        why = self._core.why_not(target_frame, source_frame, _timed(time))
-        return (1, "") if why is None else (0, why)
+        reason = self._core.why_not(target_frame, source_frame, _require_time(time))
+        return (1, "") if reason is None else (0, reason)
 
     def can_transform_full_core(
         self, target_frame: str, target_time: Any, source_frame: str, source_time: Any, fixed_frame: str
     ) -> tuple[int, str]:
         """Return (1, "") if `lookup_transform_full_core` would succeed, else (0, reason)."""
-        why = self._core.why_not_full(target_frame, _timed(target_time), source_frame, _timed(source_time), fixed_frame)
-        return (1, "") if why is None else (0, why)
+        reason = self._core.why_not_full(
+            target_frame, _require_time(target_time), source_frame, _require_time(source_time), fixed_frame
+        )
+        return (1, "") if reason is None else (0, reason)
 
     def get_latest_common_time(self, target_frame: str, source_frame: str, /) -> Any:
         """Return the latest time at which all frames between the two are known; 0 if all of them are static.
@@ -97,7 +100,7 @@ class BufferCore:
 
     def _allFramesAsDot(self, time: Any = None) -> str:
         """Return the tree in Graphviz's dot language, with ages if a time is passed."""
-        return self._core.all_frames_as_dot(None if time is None else _timed(time).to_sec())
+        return self._core.all_frames_as_dot(None if time is None else _require_time(time).to_sec())
 
     def _frameExists(self, frame: str, /) -> bool:
         """Return whether a frame of that name is known."""
@@ -113,12 +116,12 @@ class BufferCore:
         self, target_frame: str, target_time: Any, source_frame: str, source_time: Any, fixed_frame: str
     ) -> list[str]:
         """Return the names of the frames from source through ``fixed_frame`` to target, including both."""
-        times = _timed(target_time), _timed(source_time)
+        times = _require_time(target_time), _require_time(source_time)
         return self._core.chain_full(target_frame, times[0], source_frame, times[1], fixed_frame)
 
     def _wait(self, timeout: float, target_frame: str, source_frame: str, time: Any) -> bool:
         """Wait some seconds of wall time for a transform; return whether it is available."""
-        return self._core.can_transform(target_frame, source_frame, _timed(time), timeout)
+        return self._core.can_transform(target_frame, source_frame, _require_time(time), timeout)
 
     def _wait_full(
         self,
@@ -130,11 +133,11 @@ class BufferCore:
         fixed_frame: str,
     ) -> bool:
         """Wait like `_wait`."""
-        times = _timed(target_time), _timed(source_time)
+        times = _require_time(target_time), _require_time(source_time)
         return self._core.can_transform_full(target_frame, times[0], source_frame, times[1], fixed_frame, timeout)
 
 
-def _timed(time: Any) -> Any:
+def _require_time(time: Any) -> Any:
     """Return a time or duration; raise TypeError for other types, including numbers of seconds."""
     if isinstance(time, TVal):
         return time

@@ -13,9 +13,9 @@ import tf2_ros.buffer_interface
 from pyros1.msgs.tf2_msgs.srv import FrameGraph, FrameGraphResponse
 
 DEFAULT_CAN_TRANSFORM_POLLING_SCALE = 0.01
-_NOW = rospy.Duration(0.0)
-_LONG_AGO = rospy.Duration(3)
-_SHORT, _LONG = 0.001, 0.02
+_NO_WAIT = rospy.Duration(0.0)
+_MAX_JUMP = rospy.Duration(3)
+_MIN_POLL, _MAX_POLL = 0.001, 0.02
 """Seconds of wall time after which a wait checks the node's time again; the transform ends it immediately."""
 
 
@@ -43,8 +43,8 @@ class Buffer(tf2.BufferCore, tf2_ros.buffer_interface.BufferInterface):
     def __get_frames(self, req: Any) -> Any:
         return FrameGraphResponse(self.all_frames_as_yaml())
 
-    def lookup_transform(self, target_frame: str, source_frame: str, time: Any, timeout: Any = _NOW) -> Any:
-        """Return where ``source_frame`` is in ``target_frame``, as a geometry_msgs/TransformStamped.
+    def lookup_transform(self, target_frame: str, source_frame: str, time: Any, timeout: Any = _NO_WAIT) -> Any:
+        """Return the pose of ``source_frame`` in ``target_frame``, as a geometry_msgs/TransformStamped.
 
         Args:
             target_frame: the target frame.
@@ -53,10 +53,10 @@ class Buffer(tf2.BufferCore, tf2_ros.buffer_interface.BufferInterface):
             timeout: maximum Duration to wait for the transform, in the node's time; shutdown interrupts the wait.
 
         Raises:
-            TransformException: one of those of tf2_py.
+            TransformException: the transform is not available; one of the subclasses in tf2_py.
             ROSInitException: there is a timeout, but no node.
         """
-        if timeout != _NOW:
+        if timeout != _NO_WAIT:
             self.can_transform(target_frame, source_frame, time, timeout)
         return self.lookup_transform_core(target_frame, source_frame, time)
 
@@ -67,28 +67,29 @@ class Buffer(tf2.BufferCore, tf2_ros.buffer_interface.BufferInterface):
         source_frame: str,
         source_time: Any,
         fixed_frame: str,
-        timeout: Any = _NOW,
+        timeout: Any = _NO_WAIT,
     ) -> Any:
-        """Return where ``source_frame`` was at its time, in ``target_frame`` at its time; ``fixed_frame`` stood still.
+        """Return the pose of ``source_frame`` at ``source_time`` in ``target_frame`` at ``target_time``.
 
-        See `lookup_transform`."""
-        if timeout != _NOW:
+        ``fixed_frame`` is assumed not to move between the two times. See `lookup_transform`.
+        """
+        if timeout != _NO_WAIT:
             self.can_transform_full(target_frame, target_time, source_frame, source_time, fixed_frame, timeout)
         return self.lookup_transform_full_core(target_frame, target_time, source_frame, source_time, fixed_frame)
 
     def can_transform(
-        self, target_frame: str, source_frame: str, time: Any, timeout: Any = _NOW, return_debug_tuple: bool = False
+        self, target_frame: str, source_frame: str, time: Any, timeout: Any = _NO_WAIT, return_debug_tuple: bool = False
     ) -> Any:
         """Return 1 if `lookup_transform` would succeed, now or within a timeout, else 0.
 
         Args:
-            return_debug_tuple: return (1 or 0, reason).
+            return_debug_tuple: whether to return (1 or 0, reason).
         """
         arguments = (target_frame, source_frame, time)
-        if timeout != _NOW:
+        if timeout != _NO_WAIT:
             _wait(timeout, lambda seconds: self._wait(seconds, *arguments))
-        answer = self.can_transform_core(*arguments)
-        return answer if return_debug_tuple else answer[0]
+        result = self.can_transform_core(*arguments)
+        return result if return_debug_tuple else result[0]
 
     def can_transform_full(
         self,
@@ -97,22 +98,22 @@ class Buffer(tf2.BufferCore, tf2_ros.buffer_interface.BufferInterface):
         source_frame: str,
         source_time: Any,
         fixed_frame: str,
-        timeout: Any = _NOW,
+        timeout: Any = _NO_WAIT,
         return_debug_tuple: bool = False,
     ) -> Any:
         """Return 1 if `lookup_transform_full` would succeed, now or within a timeout, else 0; see `can_transform`."""
         arguments = (target_frame, target_time, source_frame, source_time, fixed_frame)
-        if timeout != _NOW:
+        if timeout != _NO_WAIT:
             _wait(timeout, lambda seconds: self._wait_full(seconds, *arguments))
-        answer = self.can_transform_full_core(*arguments)
-        return answer if return_debug_tuple else answer[0]
+        result = self.can_transform_full_core(*arguments)
+        return result if return_debug_tuple else result[0]
 
 
-def _wait(timeout: Any, found: Callable[[float], bool]) -> None:
+def _wait(timeout: Any, wait_for_transform: Callable[[float], bool]) -> None:
     """Wait in the node's time; stop if the node shuts down, or time jumps back, as when a bag is replayed."""
     start = now = rospy.Time.now()
     end = start + timeout
-    while now < end and now + _LONG_AGO >= start and not rospy.is_shutdown():
-        if found(min(max((end - now).to_sec(), _SHORT), _LONG)):
+    while now < end and now + _MAX_JUMP >= start and not rospy.is_shutdown():
+        if wait_for_transform(min(max((end - now).to_sec(), _MIN_POLL), _MAX_POLL)):
             return
         now = rospy.Time.now()

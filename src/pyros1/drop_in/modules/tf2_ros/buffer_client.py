@@ -15,7 +15,7 @@ from pyros1.ground.errors import NodeShutdownError
 from pyros1.msgs.actionlib_msgs.msg import GoalStatus
 from pyros1.msgs.tf2_msgs.msg import LookupTransformAction, LookupTransformGoal
 
-_NOW = rospy.Duration(0.0)
+_NO_WAIT = rospy.Duration(0.0)
 _PADDING = rospy.Duration(2)
 
 
@@ -37,21 +37,21 @@ class BufferClient(tf2_ros.buffer_interface.BufferInterface):
         self.timeout_padding = timeout_padding
         self.client = pyros1.tf.BufferClient(PROCESS.node, rospy.remap_name(ns), timeout_padding, remap=False)
 
-    def wait_for_server(self, timeout: Any = _NOW) -> bool:
+    def wait_for_server(self, timeout: Any = _NO_WAIT) -> bool:
         """Wait for the server for a Duration (0 for no limit); return whether it is available."""
         try:
             return self.client.wait_for_server(timeout if timeout else None)
         except NodeShutdownError:
             return False
 
-    def lookup_transform(self, target_frame: str, source_frame: str, time: Any, timeout: Any = _NOW) -> Any:
-        """Return where ``source_frame`` is in ``target_frame``; see `Buffer.lookup_transform`.
+    def lookup_transform(self, target_frame: str, source_frame: str, time: Any, timeout: Any = _NO_WAIT) -> Any:
+        """Return the pose of ``source_frame`` in ``target_frame``; see `Buffer.lookup_transform`.
 
         Raises:
             TimeoutException: there was no response.
             TransformException: the server's buffer has no such transform.
         """
-        return _asked(lambda: self.client.lookup_transform(target_frame, source_frame, time, timeout))
+        return _call_server(lambda: self.client.lookup_transform(target_frame, source_frame, time, timeout))
 
     def lookup_transform_full(
         self,
@@ -60,13 +60,15 @@ class BufferClient(tf2_ros.buffer_interface.BufferInterface):
         source_frame: str,
         source_time: Any,
         fixed_frame: str,
-        timeout: Any = _NOW,
+        timeout: Any = _NO_WAIT,
     ) -> Any:
-        """Return where ``source_frame`` was; see `Buffer.lookup_transform_full`. Raises as `lookup_transform`."""
+        """Return where ``source_frame`` was; see `Buffer.lookup_transform_full`. Raises the same errors as
+        `lookup_transform`.
+        """
         arguments = (target_frame, target_time, source_frame, source_time, fixed_frame, timeout)
-        return _asked(lambda: self.client.lookup_transform_full(*arguments))
+        return _call_server(lambda: self.client.lookup_transform_full(*arguments))
 
-    def can_transform(self, target_frame: str, source_frame: str, time: Any, timeout: Any = _NOW) -> bool:
+    def can_transform(self, target_frame: str, source_frame: str, time: Any, timeout: Any = _NO_WAIT) -> bool:
         """Return whether `lookup_transform` succeeds, now or within a timeout."""
         try:
             self.lookup_transform(target_frame, source_frame, time, timeout)
@@ -81,7 +83,7 @@ class BufferClient(tf2_ros.buffer_interface.BufferInterface):
         source_frame: str,
         source_time: Any,
         fixed_frame: str,
-        timeout: Any = _NOW,
+        timeout: Any = _NO_WAIT,
     ) -> bool:
         """Return whether `lookup_transform_full` succeeds, now or within a timeout."""
         try:
@@ -91,9 +93,9 @@ class BufferClient(tf2_ros.buffer_interface.BufferInterface):
         return True
 
 
-def _asked(ask: Callable[[], Any]) -> Any:
+def _call_server(call: Callable[[], Any]) -> Any:
     try:
-        return ask()
+        return call()
     except (tf2.TimeoutException, NodeShutdownError):
         raise tf2.TimeoutException(
             "The LookupTransform goal sent to the BufferServer did not come back in the specified time. "

@@ -13,7 +13,7 @@ import rospy
 
 from pyros1.msgs.std_msgs.msg import Header
 
-_NOW = rospy.Duration(0.0)
+_NO_WAIT = rospy.Duration(0.0)
 
 
 class BufferInterface:
@@ -26,7 +26,7 @@ class BufferInterface:
     def __init__(self) -> None:
         self.registration = TransformRegistration()
 
-    def transform(self, object_stamped: Any, target_frame: str, timeout: Any = _NOW, new_type: Any = None) -> Any:
+    def transform(self, object_stamped: Any, target_frame: str, timeout: Any = _NO_WAIT, new_type: Any = None) -> Any:
         """Transform data with a header to another frame, at the time of its header.
 
         Args:
@@ -41,10 +41,10 @@ class BufferInterface:
         """
         do_transform = self.registration.get(type(object_stamped))
         header = object_stamped.header
-        moved = do_transform(
+        transformed = do_transform(
             object_stamped, self.lookup_transform(target_frame, header.frame_id, header.stamp, timeout)
         )
-        return moved if not new_type else convert(moved, new_type)
+        return transformed if not new_type else convert(transformed, new_type)
 
     def transform_full(
         self,
@@ -52,20 +52,20 @@ class BufferInterface:
         target_frame: str,
         target_time: Any,
         fixed_frame: str,
-        timeout: Any = _NOW,
+        timeout: Any = _NO_WAIT,
         new_type: Any = None,
     ) -> Any:
         """Transform data to another frame at another time, assuming that ``fixed_frame`` is fixed. See `transform`."""
         do_transform = self.registration.get(type(object_stamped))
         header = object_stamped.header
-        moved = do_transform(
+        transformed = do_transform(
             object_stamped,
             self.lookup_transform_full(target_frame, target_time, header.frame_id, header.stamp, fixed_frame, timeout),
         )
-        return moved if not new_type else convert(moved, new_type)
+        return transformed if not new_type else convert(transformed, new_type)
 
-    def lookup_transform(self, target_frame: str, source_frame: str, time: Any, timeout: Any = _NOW) -> Any:
-        """Return where ``source_frame`` is in ``target_frame``; to be overridden."""
+    def lookup_transform(self, target_frame: str, source_frame: str, time: Any, timeout: Any = _NO_WAIT) -> Any:
+        """Return the pose of ``source_frame`` in ``target_frame``; to be overridden."""
         raise NotImplementedException()
 
     def lookup_transform_full(
@@ -75,12 +75,12 @@ class BufferInterface:
         source_frame: str,
         source_time: Any,
         fixed_frame: str,
-        timeout: Any = _NOW,
+        timeout: Any = _NO_WAIT,
     ) -> Any:
         """Return where ``source_frame`` was, with two times; to be overridden."""
         raise NotImplementedException()
 
-    def can_transform(self, target_frame: str, source_frame: str, time: Any, timeout: Any = _NOW) -> Any:
+    def can_transform(self, target_frame: str, source_frame: str, time: Any, timeout: Any = _NO_WAIT) -> Any:
         """Return whether `lookup_transform` would succeed; to be overridden."""
         raise NotImplementedException()
 
@@ -91,7 +91,7 @@ class BufferInterface:
         source_frame: str,
         source_time: Any,
         fixed_frame: str,
-        timeout: Any = _NOW,
+        timeout: Any = _NO_WAIT,
     ) -> Any:
         """Return whether `lookup_transform_full` would succeed; to be overridden."""
         raise NotImplementedException()
@@ -112,7 +112,7 @@ class TypeException(Exception):
 
 
 class NotImplementedException(Exception):
-    """A buffer does not have a method."""
+    """A method is not implemented by a buffer."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -120,7 +120,7 @@ class NotImplementedException(Exception):
 
 
 class TransformRegistration:
-    """The types that can be transformed in this process, with their functions."""
+    """The types that can be transformed in this process, with the functions that transform them."""
 
     __type_map: dict[Any, Callable[[Any, Any], Any]] = {}
 
@@ -129,12 +129,12 @@ class TransformRegistration:
         print(self.__type_map)
 
     def add(self, key: Any, callback: Callable[[Any, Any], Any]) -> None:
-        """Register a type, with a function of an object and a geometry_msgs/TransformStamped."""
+        """Register a type, with a function that transforms an object by a geometry_msgs/TransformStamped."""
         self.__type_map[key] = callback
 
     def get(self, key: Any) -> Callable[[Any, Any], Any]:
-        """Return the function of a type; raises TypeException if there is none."""
-        return _found(self.__type_map, key)
+        """Return the function that transforms a type; raises TypeException if there is none."""
+        return _get_registered(self.__type_map, key)
 
 
 class ConvertRegistration:
@@ -158,18 +158,18 @@ class ConvertRegistration:
 
     def get_from_msg(self, key: Any) -> Callable[[Any], Any]:
         """Return a registered function; raises TypeException if there is none."""
-        return _found(self.__from_msg_map, key)
+        return _get_registered(self.__from_msg_map, key)
 
     def get_to_msg(self, key: Any) -> Callable[[Any], Any]:
         """Return a registered function; raises TypeException if there is none."""
-        return _found(self.__to_msg_map, key)
+        return _get_registered(self.__to_msg_map, key)
 
     def get_convert(self, key: Any) -> Callable[[Any], Any]:
         """Return a registered function; raises TypeException if there is none."""
-        return _found(self.__convert_map, key)
+        return _get_registered(self.__convert_map, key)
 
 
-def _found(functions: dict[Any, Callable[..., Any]], key: Any) -> Callable[..., Any]:
+def _get_registered(functions: dict[Any, Callable[..., Any]], key: Any) -> Callable[..., Any]:
     try:
         return functions[key]
     except KeyError:

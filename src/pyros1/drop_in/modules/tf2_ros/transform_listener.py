@@ -20,7 +20,7 @@ class TransformListener:
 
     Args:
         buffer: a BufferCore, or another object with its `set_transform`, `set_transform_static` and `clear`.
-        queue_size, buff_size, tcp_nodelay: as for rospy.Subscriber.
+        queue_size, buff_size, tcp_nodelay: see rospy.Subscriber.
 
     Attributes:
         tf_sub, tf_static_sub: the subscribers.
@@ -36,19 +36,22 @@ class TransformListener:
         self.buffer = buffer
         self.last_update = rospy.Time.now()
         self.last_update_lock = threading.Lock()
-        # Most buffers accept a whole message at once; one that overrides the methods gets single transforms.
-        kind = type(buffer)
-        self._whole = isinstance(buffer, BufferCore) and (kind.set_transform, kind.set_transform_static) == (
+        # Most buffers accept a whole message at once; a buffer that overrides the methods gets single transforms.
+        buffer_class = type(buffer)
+        self._accepts_whole_messages = isinstance(buffer, BufferCore) and (
+            buffer_class.set_transform,
+            buffer_class.set_transform_static,
+        ) == (
             BufferCore.set_transform,
             BufferCore.set_transform_static,
         )
         options: dict[str, Any] = {"queue_size": queue_size, "buff_size": buff_size, "tcp_nodelay": tcp_nodelay}
         # A program's own callback gets messages.
-        own = self._whole and (type(self).callback, type(self).static_callback) == (
+        has_standard_callbacks = self._accepts_whole_messages and (type(self).callback, type(self).static_callback) == (
             TransformListener.callback,
             TransformListener.static_callback,
         )
-        transforms = make_subscription_class(TFMessage) if own else TFMessage
+        transforms = make_subscription_class(TFMessage) if has_standard_callbacks else TFMessage
         self.tf_sub = rospy.Subscriber("/tf", transforms, self.callback, **options)
         self.tf_static_sub = rospy.Subscriber("/tf_static", transforms, self.static_callback, **options)
 
@@ -58,7 +61,7 @@ class TransformListener:
     def unregister(self) -> None:
         """Stop listening; the buffer keeps its transforms."""
         for name in ("tf_sub", "tf_static_sub"):
-            if name in vars(self):  # not if the constructor failed
+            if name in vars(self):  # missing if the constructor failed
                 getattr(self, name).unregister()
 
     def check_for_reset(self) -> None:
@@ -66,25 +69,25 @@ class TransformListener:
         with self.last_update_lock:
             now = rospy.Time.now()
             if now < self.last_update:
-                back = (self.last_update - now).to_sec()
-                rospy.logwarn("Detected jump back in time of %fs. Clearing TF buffer.", back)
+                jump = (self.last_update - now).to_sec()
+                rospy.logwarn("Detected jump back in time of %fs. Clearing TF buffer.", jump)
                 self.buffer.clear()
             self.last_update = now
 
     def callback(self, data: Any) -> None:
         """Handle a message on /tf."""
-        self._take(data, False)
+        self._handle_message(data, False)
 
     def static_callback(self, data: Any) -> None:
         """Handle a message on /tf_static."""
-        self._take(data, True)
+        self._handle_message(data, True)
 
-    def _take(self, data: Any, static: bool) -> None:
+    def _handle_message(self, data: Any, static: bool) -> None:
         self.check_for_reset()
         sender = (data._connection_header or {}).get("callerid", "default_authority")
-        if self._whole:
+        if self._accepts_whole_messages:
             add_to_buffer(self.buffer, data, sender, static=static)
             return
-        take = self.buffer.set_transform_static if static else self.buffer.set_transform
+        set_transform = self.buffer.set_transform_static if static else self.buffer.set_transform
         for transform in data.transforms:
-            take(transform, sender)
+            set_transform(transform, sender)

@@ -1,4 +1,4 @@
-"""Function that transforms a sensor_msgs/PointCloud2 to another frame with numpy, and its registration."""
+"""Transforms a sensor_msgs/PointCloud2 to another frame with numpy, and registers the function with tf2_ros."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from tf2_geometry_msgs.tf2_geometry_msgs import from_msg_msg, to_msg_msg, transf
 
 from pyros1.msgs.sensor_msgs.msg import PointCloud2
 
-_KINDS = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 8: "f8"}
+_NUMPY_TYPES = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 8: "f8"}
 """Data types of sensor_msgs/PointField, for numpy."""
 
 
@@ -37,36 +37,40 @@ def do_transform_cloud(cloud: Any, transform: Any) -> Any:
     Raises:
         ValueError: there is no field x, y or z, or the data is too short.
     """
-    fields = sorted((field for field in cloud.fields if field.datatype in _KINDS), key=lambda field: field.offset)
+    fields = sorted((field for field in cloud.fields if field.datatype in _NUMPY_TYPES), key=lambda field: field.offset)
     names = [field.name for field in fields]
     if not {"x", "y", "z"} <= {*names}:
         raise ValueError(f"a point cloud must have fields x, y and z; this one has {', '.join(names) or 'none'}")
-    step = max((field.offset + field.count * np.dtype(_KINDS[field.datatype]).itemsize for field in fields), default=0)
-    points = _table(cloud, _layout(fields, cloud.point_step, ">" if cloud.is_bigendian else "<"))
-    out = np.zeros(len(points), _layout(fields, step, "<"))
+    point_step = max(
+        (field.offset + field.count * np.dtype(_NUMPY_TYPES[field.datatype]).itemsize for field in fields), default=0
+    )
+    points = _to_records(cloud, _make_dtype(fields, cloud.point_step, ">" if cloud.is_bigendian else "<"))
+    result = np.zeros(len(points), _make_dtype(fields, point_step, "<"))
     for name in names:
-        out[name] = points[name]
+        result[name] = points[name]
     v, q = transform.transform.translation, transform.transform.rotation
-    turn = np.array(from_quaternion(q.x, q.y, q.z, q.w))
-    xyz = np.stack([points[axis].astype(np.float64) for axis in "xyz"], axis=-1) @ turn.T + (v.x, v.y, v.z)
-    for number, axis in enumerate("xyz"):
-        out[axis] = xyz[:, number]
+    rotation = np.array(from_quaternion(q.x, q.y, q.z, q.w))
+    xyz = np.stack([points[axis].astype(np.float64) for axis in "xyz"], axis=-1) @ rotation.T + (v.x, v.y, v.z)
+    for column, axis in enumerate("xyz"):
+        result[axis] = xyz[:, column]
     return PointCloud2(
         header=transform.header,
         height=1,
-        width=len(out),
+        width=len(result),
         is_dense=False,
         is_bigendian=False,
         fields=cloud.fields,
-        point_step=step,
-        row_step=step * len(out),
-        data=out.tobytes(),
+        point_step=point_step,
+        row_step=point_step * len(result),
+        data=result.tobytes(),
     )
 
 
-def _layout(fields: list[Any], step: int, order: str) -> np.dtype[Any]:
+def _make_dtype(fields: list[Any], point_step: int, byte_order: str) -> np.dtype[Any]:
     formats = [
-        (order + _KINDS[field.datatype], (field.count,)) if field.count != 1 else order + _KINDS[field.datatype]
+        (byte_order + _NUMPY_TYPES[field.datatype], (field.count,))
+        if field.count != 1
+        else byte_order + _NUMPY_TYPES[field.datatype]
         for field in fields
     ]
     return np.dtype(
@@ -74,12 +78,12 @@ def _layout(fields: list[Any], step: int, order: str) -> np.dtype[Any]:
             "names": [field.name for field in fields],
             "formats": formats,
             "offsets": [field.offset for field in fields],
-            "itemsize": step,
+            "itemsize": point_step,
         }
     )
 
 
-def _table(cloud: Any, layout: np.dtype[Any]) -> Any:
+def _to_records(cloud: Any, layout: np.dtype[Any]) -> Any:
     """Return the points of a cloud as an array of records, without the bytes between its rows."""
     rows = np.frombuffer(bytes(cloud.data), np.uint8, cloud.height * cloud.row_step).reshape(cloud.height, -1)
     return np.ascontiguousarray(rows[:, : cloud.width * cloud.point_step]).reshape(-1).view(layout)

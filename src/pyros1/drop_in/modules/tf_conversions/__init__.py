@@ -1,6 +1,7 @@
 """tf_conversions, by pyros1: `transformations`, and conversions of PyKDL's frames if PyKDL is installed.
 
-See https://wiki.ros.org/tf_conversions."""
+See https://wiki.ros.org/tf_conversions.
+"""
 
 from tf import transformations
 

@@ -1,4 +1,4 @@
-"""Conversions between PyKDL.Frame and messages, tuples of tf, and matrices. They need PyKDL, a compiled library."""
+"""Converts between PyKDL.Frame and messages, tf's tuples and matrices. This needs PyKDL, a compiled library."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ def __getattr__(name: str) -> Any:
     if name.startswith("__"):
         raise AttributeError(name)
     try:
-        return getattr(_kdl(), name)  # stock's module has all of PyKDL's names
+        return getattr(_import_kdl(), name)  # stock's module has all of PyKDL's names
     except ImportError as error:
         raise AttributeError(f"pyros1 has no tf_conversions.{name}: {error}") from None
 
 
-def _kdl() -> Any:
+def _import_kdl() -> Any:
     try:
         import PyKDL  # type: ignore[import-not-found]
     except ImportError:
@@ -28,13 +28,13 @@ def _kdl() -> Any:
     return PyKDL
 
 
-def _frame(place: Any, turn: Any) -> Any:
-    kdl = _kdl()
-    return kdl.Frame(kdl.Rotation.Quaternion(*map(float, turn)), kdl.Vector(*map(float, place)))
+def _frame(position: Any, orientation: Any) -> Any:
+    kdl = _import_kdl()
+    return kdl.Frame(kdl.Rotation.Quaternion(*map(float, orientation)), kdl.Vector(*map(float, position)))
 
 
 def fromTf(tf: Any) -> Any:
-    """Return the frame of a pair of translation (3,) and quaternion (4,), as `lookupTransform` gives it."""
+    """Return the frame of a pair of translation (3,) and quaternion (4,), as `lookupTransform` returns it."""
     return _frame(*tf)
 
 
@@ -45,19 +45,19 @@ def toTf(f: Any) -> Any:
 
 def fromMsg(p: Any) -> Any:
     """Return the frame of a geometry_msgs/Pose."""
-    place, turn = p.position, p.orientation
-    return _frame((place.x, place.y, place.z), (turn.x, turn.y, turn.z, turn.w))
+    position, orientation = p.position, p.orientation
+    return _frame((position.x, position.y, position.z), (orientation.x, orientation.y, orientation.z, orientation.w))
 
 
 def toMsg(f: Any) -> Any:
     """Return a frame as geometry_msgs/Pose."""
-    place, turn = toTf(f)
-    return Pose(Point(*place), Quaternion(*turn))
+    position, orientation = toTf(f)
+    return Pose(Point(*position), Quaternion(*orientation))
 
 
 def fromMatrix(m: Any) -> Any:
     """Return the frame of a matrix (4, 4)."""
-    kdl = _kdl()
+    kdl = _import_kdl()
     m = numpy.asarray(m, numpy.float64)
     return kdl.Frame(kdl.Rotation(*m[:3, :3].ravel().tolist()), kdl.Vector(*m[:3, 3].tolist()))
 
@@ -68,9 +68,9 @@ def toMatrix(f: Any) -> Any:
 
 
 def fromCameraParams(cv: Any, rvec: Any, tvec: Any) -> Any:
-    """Return the frame of the vectors (3,) that OpenCV's calibration gives; ``cv`` is the module cv2."""
-    turn, _ = cv.Rodrigues(numpy.asarray(rvec, numpy.float64).reshape(3))
+    """Return the frame of the vectors (3,) that OpenCV's calibration returns; ``cv`` is the module cv2."""
+    rotation, _ = cv.Rodrigues(numpy.asarray(rvec, numpy.float64).reshape(3))
     matrix = numpy.identity(4)
-    matrix[:3, :3] = turn
+    matrix[:3, :3] = rotation
     matrix[:3, 3] = numpy.asarray(tvec, numpy.float64).reshape(3)
     return fromMatrix(matrix)

@@ -1,4 +1,4 @@
-"""LazyTransport, a base for nodes that subscribe only while somebody listens (https://wiki.ros.org/topic_tools)."""
+"""LazyTransport, a base class for nodes that subscribe only while somebody listens (https://wiki.ros.org/topic_tools)."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import Any
 
 import rospy
 
-_DELAY = 5.0
+_WARNING_DELAY = 5.0
 """Seconds after which a node that has never subscribed logs a warning."""
 
 
@@ -20,7 +20,7 @@ class LazyTransport(rospy.SubscribeListener):
     def __init__(self) -> None:
         self._publishers: list[rospy.Publisher] = []
         self._connection_status: bool | None = None  # None: never yet
-        rospy.Timer(rospy.Duration.from_sec(_DELAY), self._warn_never_subscribed_cb, oneshot=True)
+        rospy.Timer(rospy.Duration.from_sec(_WARNING_DELAY), self._warn_never_subscribed_cb, oneshot=True)
 
     def _warn_never_subscribed_cb(self, timer_event: Any) -> None:
         if self._connection_status is None:
@@ -48,7 +48,7 @@ class LazyTransport(rospy.SubscribeListener):
         """Handle the disconnection of a subscriber."""
         if not rospy.get_param("~lazy", True):
             return
-        if self._connection_status and not any(each.get_num_connections() for each in self._publishers):
+        if self._connection_status and not any(publisher.get_num_connections() for publisher in self._publishers):
             self._connection_status = False
             self.unsubscribe()
 

@@ -37,9 +37,9 @@ class BadNode:
     """A node that does not respond.
 
     Args:
-        name: its name.
+        name: name of the node.
         type: ``DEAD``, or ``WONKY`` if it has responded before.
-        reason: why.
+        reason: why it does not respond.
     """
 
     DEAD = 0
@@ -52,7 +52,7 @@ class BadNode:
 
 
 class Edge:
-    """An edge.
+    """An edge between two vertices of the graph.
 
     Args:
         start, end: vertices.
@@ -81,7 +81,7 @@ class Edge:
 
 
 def edge_args(start: str, dest: str, direction: str, label: str) -> list[tuple[str, str, str]]:
-    """Return (start, end, label) of the edges of a connection; the direction is "i", "o" or "b" (both)."""
+    """Return (start, end, label) of each edge for a connection; the direction is "i", "o" or "b" (both)."""
     edges = [(start, dest, label)] if direction in ("o", "b") else []
     return [*edges, (dest, start, label)] if direction in ("i", "b") else edges
 
@@ -114,15 +114,15 @@ class EdgeList:
 
     def add_edges(self, start: str, dest: str, direction: str, label: str = "") -> bool:
         """Add the edges of a connection (see `edge_args`); return whether one of them is new."""
-        new = [self.add(Edge(*args)) for args in edge_args(start, dest, direction, label)]  # all, not only the first
-        return any(new)
+        added = [self.add(Edge(*args)) for args in edge_args(start, dest, direction, label)]  # all, not only the first
+        return any(added)
 
     def delete(self, edge: Edge) -> None:
         """Remove an edge."""
         for table, key in ((self.edges_by_start, edge.key), (self.edges_by_end, edge.rkey)):
-            left = [each for each in table.get(key, ()) if each != edge]
-            if left:
-                table[key] = left
+            remaining = [other for other in table.get(key, ()) if other != edge]
+            if remaining:
+                table[key] = remaining
             else:
                 table.pop(key, None)
 
@@ -134,15 +134,18 @@ class EdgeList:
 
 
 class Graph:
-    """The graph.
+    """The graph of nodes, topics and services.
 
     Args:
         node_ns, topic_ns: only nodes and topics in these namespaces are included.
 
     Attributes:
-        nn_nodes: names of the nodes. nt_nodes: vertices of the topics. srvs: names of the services.
+        nn_nodes: names of the nodes.
+        nt_nodes: vertices of the topics.
+        srvs: names of the services.
         nn_edges: edges between nodes that are connected, with the topic as the label.
-        nt_edges: edges between nodes and topics, of connections. nt_all_edges: of all registrations.
+        nt_edges: edges between nodes and topics, for connections.
+        nt_all_edges: edges between nodes and topics, for all registrations.
         bad_nodes: nodes that do not respond, by name.
     """
 
@@ -209,12 +212,12 @@ class Graph:
         nodes.update(node for _, names in services for node in names if node.startswith(self.node_ns))
         srvs = {name for name, _ in services}
         before = (self.nn_nodes, self.nt_nodes, self.srvs, sorted(map(str, self.nt_all_edges)))
-        for gone in self.nn_nodes - nodes:
-            self._forget(gone)
+        for removed in self.nn_nodes - nodes:
+            self._remove_node(removed)
         self.nn_nodes, self.nt_nodes, self.srvs, self.nt_all_edges = nodes, topics, srvs, edges
         return before != (nodes, topics, srvs, sorted(map(str, edges)))
 
-    def _forget(self, node: str) -> None:
+    def _remove_node(self, node: str) -> None:
         self.nn_edges.delete_all(node)
         self.nt_edges.delete_all(node)
         self.last_node_refresh.pop(node, None)
@@ -224,9 +227,9 @@ class Graph:
 
     def _node_refresh(self, node: str) -> bool:
         """Query a node for its connections; return whether there are new ones, or the node no longer answers."""
-        first = node not in self.last_node_refresh
+        is_first = node not in self.last_node_refresh
         try:
-            uri = self._uri(node)
+            uri = self._lookup_uri(node)
             api = NodeApi(_ROS_NAME, uri, _NODE_TIMEOUT)
             try:
                 connections = api.connections()
@@ -234,37 +237,37 @@ class Graph:
                 api.close()
         except (MasterException, OSError, Error) as error:
             with self.bad_nodes_lock:
-                known = node in self.bad_nodes
-                kind = BadNode.DEAD if first or known else BadNode.WONKY
-                self.bad_nodes[node] = BadNode(node, kind, str(error))
-            return not known
+                was_bad = node in self.bad_nodes
+                bad_type = BadNode.DEAD if is_first or was_bad else BadNode.WONKY
+                self.bad_nodes[node] = BadNode(node, bad_type, str(error))
+            return not was_bad
         self.last_node_refresh[node] = time.time()
         with self.bad_nodes_lock:
             changed = self.bad_nodes.pop(node, None) is not None
-        for each in connections:
-            if not each.connected or not each.topic.startswith(self.topic_ns):
+        for connection in connections:
+            if not connection.connected or not connection.topic.startswith(self.topic_ns):
                 continue
-            other = self._name(each.destination)
-            if other is not None and other.startswith(self.node_ns):
-                changed = self.nn_edges.add_edges(node, other, each.direction, each.topic) or changed
-                changed = self.nt_edges.add_edges(node, topic_node(each.topic), each.direction) or changed
+            peer_name = self._name_of(connection.destination)
+            if peer_name is not None and peer_name.startswith(self.node_ns):
+                changed = self.nn_edges.add_edges(node, peer_name, connection.direction, connection.topic) or changed
+                changed = self.nt_edges.add_edges(node, topic_node(connection.topic), connection.direction) or changed
         return changed
 
-    def _uri(self, node: str) -> str:
+    def _lookup_uri(self, node: str) -> str:
         uri = self.node_uri_map.get(node)
         if uri is None:
             uri = self.node_uri_map[node] = self.master.lookupNode(node)
             self.uri_node_map[uri] = node
         return uri
 
-    def _name(self, destination: str) -> str | None:
-        """Return the name of the node at the other end; subscribers know only its address."""
+    def _name_of(self, destination: str) -> str | None:
+        """Return the name of the node at the other end; subscribers only report the address of that node."""
         if not destination.startswith("http://"):
             return destination
         if destination not in self.uri_node_map:
             for node in self.nn_nodes - self.node_uri_map.keys():
                 try:
-                    self._uri(node)
+                    self._lookup_uri(node)
                 except (MasterException, OSError):
                     continue
         return self.uri_node_map.get(destination)

@@ -1,4 +1,4 @@
-"""One request at a service, as a connection on which its answer is written."""
+"""Represents a request to a service as a connection to which the response is written."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from rospy.impl.transport import BIDIRECTIONAL, Transport, next_number
 
 
 def write_error(transport: Any, text: str) -> None:
-    """Write the answer of a service that has failed.
+    """Write the response of a service that has failed.
 
     Args:
-        transport: has ``write_data``.
+        transport: an object with the method ``write_data``.
         text: the reason.
     """
     data = text.encode()
@@ -24,10 +24,10 @@ def write_error(transport: Any, text: str) -> None:
 
 
 class Exchange(Transport):
-    """Takes the answer to a request, as a message or as bytes; pyros1's node sends it.
+    """Collects the response to a request, as a message or as bytes, for pyros1's node, which sends it.
 
     Args:
-        name: of the service.
+        name: name of the service.
         request: the request.
     """
 
@@ -36,13 +36,15 @@ class Exchange(Transport):
     _message: Any = None
     _data = b""
 
-    def __init__(self, name: str, request: Any) -> None:  # one for each call: what few ask for is made when they do
+    def __init__(
+        self, name: str, request: Any
+    ) -> None:  # called for each request: attributes that few programs use are created later
         self.name = name
         self._request = request
 
     @cached_property
     def id(self) -> int:  # type: ignore[override]
-        """Its number."""
+        """The number of the connection."""
         return next_number()
 
     @cached_property
@@ -57,18 +59,18 @@ class Exchange(Transport):
 
     @cached_property
     def write_buff(self) -> io.BytesIO:
-        """Takes what a program writes before it sends it."""
+        """Buffer for what a program writes before sending it."""
         return io.BytesIO()
 
     def send_message(self, msg: Any, seq: int) -> None:
-        """Answer with a message; ``seq`` is put into its header, if it has one."""
+        """Respond with a message; ``seq`` is written to its header, if it has one."""
         if getattr(msg, "_has_header", False):
             msg.header.seq = seq
         self._message = msg
         self.__dict__.pop("write_buff", None)
 
     def write_data(self, data: bytes) -> bool:
-        """Answer with bytes: 1, length and response; or 0, length and reason."""
+        """Respond with bytes: 1, length and response; or 0, length and the reason of a failure."""
         self._data += data
         return True
 
@@ -76,7 +78,7 @@ class Exchange(Transport):
         """Return the response.
 
         Raises:
-            ServiceRefusal: the answer is that the service has failed, or there is none.
+            ServiceRefusal: the service has failed, or has not written a response.
         """
         if self._message is not None:
             return self._message

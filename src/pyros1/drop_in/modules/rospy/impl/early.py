@@ -1,4 +1,4 @@
-"""What programs do before, or without, a node."""
+"""Functions that programs use before the node is started, or without a node."""
 
 from __future__ import annotations
 
@@ -21,25 +21,25 @@ def configure_logging(node_name: str, level: int = logging.INFO) -> None:
     """Write the messages of Python's logging to a file; a node does so by itself.
 
     Args:
-        node_name: the file's name comes from it, unless ``__log:=PATH`` is on the command line.
-        level: least level of the messages.
+        node_name: determines the name of the file, unless ``__log:=PATH`` is on the command line.
+        level: minimum level of the messages.
 
     Raises:
         ROSException: the name is empty.
     """
     name = node_name.replace("/", "_").removeprefix("_")
-    given = get_mappings().get("__log")
-    if not name and not given:
+    log_path = get_mappings().get("__log")
+    if not name and not log_path:
         raise ROSException(f"invalid configure_logging parameter: {node_name}")
-    _configure("rospy", level, filename=os.path.abspath(given) if given else f"{name}.log")
+    _configure("rospy", level, filename=os.path.abspath(log_path) if log_path else f"{name}.log")
 
 
 def deprecated(func: F) -> F:
-    """Return a function that warns before it calls another."""
+    """Return a function that issues a DeprecationWarning, and then calls ``func``."""
 
     @functools.wraps(func)
-    def warned(*args: Any, **kwargs: Any) -> Any:
+    def warn_and_call(*args: Any, **kwargs: Any) -> Any:
         warnings.warn(f"Call to deprecated function {func.__name__}.", DeprecationWarning, stacklevel=2)
         return func(*args, **kwargs)
 
-    return warned  # type: ignore[return-value]  # it has the same arguments
+    return warn_and_call  # type: ignore[return-value]  # it has the same arguments

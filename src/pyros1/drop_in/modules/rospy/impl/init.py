@@ -1,4 +1,4 @@
-"""The start of a node, which `rospy.init_node` does here."""
+"""Starts nodes in stock; in pyros1, only `rospy.init_node` does that."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ __all__ = ["RosStreamHandler", "start_node"]
 def start_node(
     environ: Any, resolved_name: str, master_uri: str | None = None, port: int = 0, tcpros_port: int = 0
 ) -> Any:
-    """Not possible: a program's node is started by `rospy.init_node`.
+    """Raise NotImplementedError: only `rospy.init_node` starts a program's node.
 
     Raises:
         NotImplementedError: always.

@@ -7,25 +7,25 @@ from collections.abc import Callable
 from types import FrameType
 from typing import Any
 
-_MAX_PLACES = 10_000
+_MAX_CALL_SITES = 10_000
 _DEBUG, _INFO, _WARN, _ERROR, _CRITICAL = 10, 20, 30, 40, 50
 
-Place = tuple[str, int, int]
+CallSite = tuple[str, int, int]
 
 
-def _place(frame: FrameType) -> Place:
-    """Return what identifies a call in the program's source."""
+def _call_site(frame: FrameType) -> CallSite:
+    """Return a value that identifies the call in the program's source."""
     return frame.f_code.co_filename, frame.f_lineno, frame.f_lasti
 
 
 def _remember(table: dict[Any, Any], key: Any, value: Any) -> None:
-    if len(table) >= _MAX_PLACES:
+    if len(table) >= _MAX_CALL_SITES:
         table.clear()
     table[key] = value
 
 
 class LoggingThrottle:
-    """Tells whether a place may log again: called with (place, period in seconds)."""
+    """Returns whether a call site may log again: called with (call site, period in seconds)."""
 
     last_logging_time_table: dict[Any, float] = {}
 
@@ -40,7 +40,7 @@ class LoggingThrottle:
 
 
 class LoggingIdentical:
-    """Tells whether a place logs another text than the last time: called with (place, text)."""
+    """Returns whether a call site logs another text than last time: called with (call site, text)."""
 
     last_logging_msg_table: dict[Any, str] = {}
 
@@ -53,7 +53,7 @@ class LoggingIdentical:
 
 
 class LoggingOnce:
-    """Tells whether a place logs for the first time: called with the place."""
+    """Returns whether a call site logs for the first time: called with the call site."""
 
     called_caller_ids: set[Any] = set()
 
@@ -64,7 +64,7 @@ class LoggingOnce:
         return True
 
 
-_may_again, _is_other, _is_first = LoggingThrottle(), LoggingIdentical(), LoggingOnce()
+_may_log_again, _is_new_text, _is_first = LoggingThrottle(), LoggingIdentical(), LoggingOnce()
 
 
 def _emit(name: str, level: int, frame: FrameType, msg: Any, args: tuple[Any, ...], kwargs: dict[str, Any]) -> None:
@@ -100,48 +100,48 @@ def _stack(frame: FrameType) -> list[str]:
     return ["Stack (most recent call last):\n", *traceback.format_stack(frame)]
 
 
-def _functions(level: int, word: str, name: str = "rosout") -> list[Callable[..., None]]:
+def _make_log_functions(level: int, base_name: str, name: str = "rosout") -> list[Callable[..., None]]:
     def log(msg: Any, *args: Any, **kwargs: Any) -> None:
-        """Log a message; ``args`` are filled in, ``logger_name`` is that of a logger below rosout."""
+        """Log a message, with ``args`` filled in. ``logger_name`` is the name of a logger below rosout."""
         _emit(name, level, sys._getframe(1), msg, args, kwargs)
 
     def throttle(period: float, msg: Any, *args: Any, **kwargs: Any) -> None:
-        """Log a message, from this place in the program at most every ``period`` seconds."""
+        """Log a message, from this line of the program at most every ``period`` seconds."""
         frame = sys._getframe(1)
-        if _may_again(_place(frame), period):
+        if _may_log_again(_call_site(frame), period):
             _emit(name, level, frame, msg, args, kwargs)
 
     def identical(period: float, msg: Any, *args: Any, **kwargs: Any) -> None:
-        """Log a message, the same one from this place in the program at most every ``period`` seconds."""
+        """Log a message, but the same one from this line of the program at most every ``period`` seconds."""
         frame = sys._getframe(1)
-        place = _place(frame)
-        if _is_other(place, msg):  # without its arguments, like stock
-            _may_again(place, 0)
-        elif not _may_again(place, period):
+        call_site = _call_site(frame)
+        if _is_new_text(call_site, msg):  # without its arguments, like stock
+            _may_log_again(call_site, 0)
+        elif not _may_log_again(call_site, period):
             return
         _emit(name, level, frame, msg, args, kwargs)
 
     def once(msg: Any, *args: Any, **kwargs: Any) -> None:
-        """Log a message, from this place in the program only once."""
+        """Log a message, from this line of the program only once."""
         frame = sys._getframe(1)
-        if _is_first(_place(frame)):
+        if _is_first(_call_site(frame)):
             _emit(name, level, frame, msg, args, kwargs)
 
     functions: list[Callable[..., None]] = [log, throttle, identical, once]
-    for function, end in zip(functions, ("", "_throttle", "_throttle_identical", "_once"), strict=True):
-        function.__name__ = function.__qualname__ = word + end
+    for function, suffix in zip(functions, ("", "_throttle", "_throttle_identical", "_once"), strict=True):
+        function.__name__ = function.__qualname__ = base_name + suffix
     return functions
 
 
-logdebug, logdebug_throttle, logdebug_throttle_identical, logdebug_once = _functions(_DEBUG, "logdebug")
-loginfo, loginfo_throttle, loginfo_throttle_identical, loginfo_once = _functions(_INFO, "loginfo")
-logwarn, logwarn_throttle, logwarn_throttle_identical, logwarn_once = _functions(_WARN, "logwarn")
-logerr, logerr_throttle, logerr_throttle_identical, logerr_once = _functions(_ERROR, "logerr")
-logfatal, logfatal_throttle, logfatal_throttle_identical, logfatal_once = _functions(_CRITICAL, "logfatal")
+logdebug, logdebug_throttle, logdebug_throttle_identical, logdebug_once = _make_log_functions(_DEBUG, "logdebug")
+loginfo, loginfo_throttle, loginfo_throttle_identical, loginfo_once = _make_log_functions(_INFO, "loginfo")
+logwarn, logwarn_throttle, logwarn_throttle_identical, logwarn_once = _make_log_functions(_WARN, "logwarn")
+logerr, logerr_throttle, logerr_throttle_identical, logerr_once = _make_log_functions(_ERROR, "logerr")
+logfatal, logfatal_throttle, logfatal_throttle_identical, logfatal_once = _make_log_functions(_CRITICAL, "logfatal")
 logout = loginfo
 logerror = logerr
 rospydebug, rospyinfo, rospywarn, rospyerr = (
-    _functions(level, word, "rospy.internal")[0]
+    _make_log_functions(level, word, "rospy.internal")[0]
     for level, word in ((_DEBUG, "debug"), (_INFO, "info"), (_WARN, "warning"), (_ERROR, "error"))
 )
 _LEVELS = {"debug": _DEBUG, "info": _INFO, "warning": _WARN, "warn": _WARN, "error": _ERROR, "critical": _CRITICAL}
@@ -156,15 +156,15 @@ def _base_logger(
     level: str = "info",
     once: bool = False,
 ) -> None:
-    """Log a message at a level of Python's logger, like the functions above: stock's are based on this one."""
+    """Log a message at a level of Python's logger, like the functions above, which are based on this one in stock."""
     frame = sys._getframe(1)
-    place = _place(frame.f_back or frame)
+    call_site = _call_site(frame.f_back or frame)
     if once:
-        wanted = _is_first(place)
+        must_log = _is_first(call_site)
     elif throttle_identical:
-        again = throttle is not None and _may_again(place, throttle)
-        wanted = _is_other(place, msg) or again
+        may_log = throttle is not None and _may_log_again(call_site, throttle)
+        must_log = _is_new_text(call_site, msg) or may_log
     else:
-        wanted = not throttle or _may_again(place, throttle)
-    if wanted:
+        must_log = not throttle or _may_log_again(call_site, throttle)
+    if must_log:
         _emit("rosout", _LEVELS[level], frame, msg, args, kwargs)

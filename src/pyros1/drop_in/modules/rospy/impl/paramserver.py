@@ -13,10 +13,10 @@ SEP = GLOBALNS = "/"
 
 
 class ParamServerCache:
-    """Copies of parameters that the master keeps up to date; `rospy.get_param_cached` and `set` make them."""
+    """Copies of parameters that the master keeps up to date; created by `rospy.get_param_cached` and `set`."""
 
     def __init__(self) -> None:
-        self._own = Parameters()
+        self._own_copies = Parameters()
         self._notifiers: list[Callable[[str, Any], object]] = []
         self._watching = False
 
@@ -24,55 +24,55 @@ class ParamServerCache:
         """Return the copy of a parameter.
 
         Raises:
-            KeyError: there is none.
+            KeyError: there is no copy.
         """
-        if key in self._own:
-            value = _plain(self._own.get(key))
+        if key in self._own_copies:
+            value = _copy_dicts(self._own_copies.get(key))
             if value == {}:  # this is how the master reports a deleted parameter
                 raise KeyError(key)
             return value
-        if not _kept(key):
+        if not _is_cached(key):
             raise KeyError(key)
-        missing = object()
-        value = _parameters().cached(key, missing)
-        if value is missing:
+        missing_marker = object()
+        value = _parameters().cached(key, missing_marker)
+        if value is missing_marker:
             raise KeyError(key)
         return value
 
     def set(self, key: str, value: Any) -> None:
-        """Make a copy of a parameter, which the master does not keep up to date."""
-        self._own.set(key, value)
+        """Store a copy of a parameter; the master does not keep this copy up to date."""
+        self._own_copies.set(key, value)
 
     def delete(self, key: str) -> None:
         """Drop the copy of a parameter.
 
         Raises:
-            KeyError: there is none; or it is the root of all.
+            KeyError: there is no copy; or ``key`` is the root of all parameters.
         """
         if key == SEP:
             raise KeyError("cannot delete root of parameter tree")
-        if key in self._own:
-            self._own.delete(key)
-        elif _kept(key):
+        if key in self._own_copies:
+            self._own_copies.delete(key)
+        elif _is_cached(key):
             _parameters().uncache(key)
         else:
             raise KeyError(key)
 
     def update(self, key: str, value: Any) -> None:
-        """Take a change of a parameter; an empty dict deletes it.
+        """Apply a change of a parameter to its copy; an empty dict deletes it.
 
         Raises:
             KeyError: there is no copy.
         """
         node = PROCESS.node
-        if key in self._own:
-            self._own.set(key, value)
+        if key in self._own_copies:
+            self._own_copies.set(key, value)
             self._notify(key, value)
         elif node is None or not node.params.update(node.resolve(key), value):
             raise KeyError(key)
 
     def set_notifier(self, notifier: Callable[[str, Any], object] | None) -> None:
-        """Call a function with name and value of each change; None: no more."""
+        """Call a function with name and value for each change; None to stop."""
         self._notifiers = [] if notifier is None else [notifier]
         if not self._watching:
             self._watching = True
@@ -83,15 +83,15 @@ class ParamServerCache:
             notifier(key, value)
 
 
-def _plain(value: Any) -> Any:
-    return {key: _plain(each) for key, each in value.items()} if isinstance(value, dict) else value
+def _copy_dicts(value: Any) -> Any:
+    return {key: _copy_dicts(each) for key, each in value.items()} if isinstance(value, dict) else value
 
 
 def _parameters() -> Any:
     return PROCESS.node.params if PROCESS.node is not None else None
 
 
-def _kept(key: str) -> bool:
+def _is_cached(key: str) -> bool:
     """Return whether the node has a copy of a parameter."""
     node = PROCESS.node
     return node is not None and node.resolve(key) in node.params.cached_names()

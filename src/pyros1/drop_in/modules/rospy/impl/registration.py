@@ -16,19 +16,21 @@ class Registration:
 
 
 def get_topic_manager() -> Any:
-    """Return what lists the program's topics."""
+    """Return the object that lists the program's topics."""
     from rospy.topics import TOPICS
 
     return TOPICS
 
 
 def get_service_manager() -> Any:
-    """Return what lists the program's services."""
+    """Return the object that lists the program's services."""
     from rospy.service import SERVICES
 
     return SERVICES
 
 
-_own = "pyros1's nodes register themselves"
-_unlike = ("RegManager", "RegistrationListener", "RegistrationListeners", "get_registration_listeners")
-__getattr__, __dir__ = _names(__name__, why=dict.fromkeys((*_unlike, "set_topic_manager", "set_service_manager"), _own))
+_reason = "pyros1's nodes register themselves"
+_missing_names = ("RegManager", "RegistrationListener", "RegistrationListeners", "get_registration_listeners")
+__getattr__, __dir__ = _names(
+    __name__, why=dict.fromkeys((*_missing_names, "set_topic_manager", "set_service_manager"), _reason)
+)

@@ -1,5 +1,5 @@
-"""The log: Python's loggers ``rosout`` and below, and the node, which writes what they take to the terminal, to its
-file and to /rosout (https://wiki.ros.org/rospy/Overview/Logging).
+"""The log: Python's loggers ``rosout`` and below, and the node, which writes their records to the terminal, to its
+log file and to /rosout (https://wiki.ros.org/rospy/Overview/Logging).
 """
 
 from __future__ import annotations
@@ -22,23 +22,23 @@ if TYPE_CHECKING:
     from pyros1.node import Node
     from pyros1.node.log.logger import Log
 
-_PYTHON = {1: logging.DEBUG, 2: logging.INFO, 4: logging.WARNING, 8: logging.ERROR, 16: logging.CRITICAL}
-_STOCK = ("rospy", "rospy.internal", "rospy.service", "rospy.tcpros", "rospy.topics")
+_PYTHON_LEVELS = {1: logging.DEBUG, 2: logging.INFO, 4: logging.WARNING, 8: logging.ERROR, 16: logging.CRITICAL}
+_STOCK_LOGGERS = ("rospy", "rospy.internal", "rospy.service", "rospy.tcpros", "rospy.topics")
 """Loggers that stock has as well."""
-_CONFIG = "ROS_PYTHON_LOG_CONFIG_FILE"
-_LOG_FILE = "ROS_LOG_FILENAME"
-_PUBLISHED = Destinations(terminal=False, file=False)
-_FILED = Destinations(terminal=False, rosout=False)
+_CONFIG_VARIABLE = "ROS_PYTHON_LOG_CONFIG_FILE"
+_LOG_FILE_VARIABLE = "ROS_LOG_FILENAME"
+_ROSOUT_ONLY = Destinations(terminal=False, file=False)
+_FILE_ONLY = Destinations(terminal=False, rosout=False)
 
 
 def python_level(level: int) -> int:
     """Return Python's level for one of rospy's."""
-    return _PYTHON[level]
+    return _PYTHON_LEVELS[level]
 
 
 def ros_level(level: int) -> int:
     """Return rospy's level, 1, 2, 4, 8 or 16, for one of Python's."""
-    return max((ros for ros, python in _PYTHON.items() if python <= level), default=1)
+    return max((ros for ros, python in _PYTHON_LEVELS.items() if python <= level), default=1)
 
 
 class Levels(MutableMapping[str, int]):
@@ -48,7 +48,7 @@ class Levels(MutableMapping[str, int]):
         return ros_level(logging.getLogger(name).getEffectiveLevel())
 
     def __setitem__(self, name: str, level: int) -> None:
-        logging.getLogger(name).setLevel(_PYTHON[level])
+        logging.getLogger(name).setLevel(_PYTHON_LEVELS[level])
 
     def __delitem__(self, name: str) -> None:
         logging.getLogger(name).setLevel(logging.NOTSET)
@@ -78,18 +78,18 @@ class RosOutHandler(logging.Handler):
 
     Args:
         node: the node.
-        shows: whether it also writes them to the terminal and the file.
+        writes_locally: whether the node also writes them to the terminal and its log file.
     """
 
-    def __init__(self, node: Node, shows: bool = True) -> None:
+    def __init__(self, node: Node, writes_locally: bool = True) -> None:
         super().__init__()
         self._log = node.log
-        self._shows = shows
+        self._writes_locally = writes_locally
 
     def emit(self, record: logging.LogRecord) -> None:
         """Write one record."""
         text = self.format(record)  # arguments that do not fit raise in the program, as in stock
-        destinations = ALL_DESTINATIONS if self._shows else _PUBLISHED
+        destinations = ALL_DESTINATIONS if self._writes_locally else _ROSOUT_ONLY
         try:
             _pass_on(self._log, record, text, destinations)
         except Exception:  # noqa: BLE001 - like Python's handlers
@@ -105,37 +105,37 @@ class _FileHandler(logging.Handler):
 
     def emit(self, record: logging.LogRecord) -> None:
         if record.name.partition(".")[0] == "rosout":
-            return  # it has been written
+            return  # RosOutHandler has already written the record
         try:
-            _pass_on(self._log, record, self.format(record), _FILED)
+            _pass_on(self._log, record, self.format(record), _FILE_ONLY)
         except Exception:  # noqa: BLE001 - as above
             self.handleError(record)
 
 
 def configure(level: int) -> str:
-    """Set the levels of Python's loggers, unless there is the file that ROS_PYTHON_LOG_CONFIG_FILE names.
+    """Set the levels of Python's loggers, unless the file that ROS_PYTHON_LOG_CONFIG_FILE names exists.
 
     Args:
         level: rospy's level of the logger ``rosout``.
 
     Returns:
-        The path of that file; empty: there is none.
+        The path of that file; empty if there is none.
     """
-    for name in _STOCK:
+    for name in _STOCK_LOGGERS:
         logging.getLogger(name)
-    path = os.environ.get(_CONFIG)
+    path = os.environ.get(_CONFIG_VARIABLE)
     if path and os.path.isfile(path):
         return path
     logging.getLogger().setLevel(logging.INFO)
-    logging.getLogger("rosout").setLevel(_PYTHON[level])
+    logging.getLogger("rosout").setLevel(_PYTHON_LEVELS[level])
     return ""
 
 
-def _load(path: str) -> None:
-    """Configure Python's loggers from a file. It may ask for the name of the log file (ROS_LOG_FILENAME)."""
+def _load_config(path: str) -> None:
+    """Configure Python's loggers from a file, which may refer to the log file (ROS_LOG_FILENAME)."""
     from logging.config import dictConfig, fileConfig
 
-    os.makedirs(os.path.dirname(os.environ[_LOG_FILE]) or ".", exist_ok=True)
+    os.makedirs(os.path.dirname(os.environ[_LOG_FILE_VARIABLE]) or ".", exist_ok=True)
     if path.endswith((".yaml", ".yml")):
         import yaml
 
@@ -147,45 +147,47 @@ def _load(path: str) -> None:
         fileConfig(path, disable_existing_loggers=False)
 
 
-class _Words:
-    """Prints hints, each only once, about errors in callbacks of programs for old Pythons."""
+class _OldProgramHints:
+    """Returns hints about errors in callbacks of programs for old Python versions, each only once."""
 
     def __init__(self) -> None:
-        self._said: set[str] = set()
+        self._shown_hints: set[str] = set()
 
     def __call__(self, error: BaseException) -> str:
         from pyros1.drop_in.start import pyros1_modules
 
-        word: str = pyros1_modules.reason_for(error)  # type: ignore[no-untyped-call]  # it is for any Python
-        if not word or word in self._said:
+        hint: str = pyros1_modules.hint_for(error)  # type: ignore[no-untyped-call]  # the module is for any Python
+        if not hint or hint in self._shown_hints:
             return ""
-        self._said.add(word)
-        return "\n" + word
+        self._shown_hints.add(hint)
+        return "\n" + hint
 
 
-_words = _Words()
+_hints = _OldProgramHints()
 
 
-def guarded(callback: Callable[[Any], object], shown: object) -> Callable[[Any], None]:
-    """Return a callback whose errors the logger ``rosout`` tells, so that handlers that programs add to it get them.
+def guarded(callback: Callable[[Any], object], original: object) -> Callable[[Any], None]:
+    """Return a callback that logs its errors with the logger ``rosout``, whose handlers programs may have added.
 
     Args:
         callback: called with each message.
-        shown: what the program gave as its callback.
+        original: the callback that the program passed, for the message.
     """
 
     def call(message: Any) -> None:
         try:
             callback(message)
         except Exception as error:
-            moved = isinstance(error, ROSTimeMovedBackwardsException)  # also a kind of ROSInterruptException
-            if (isinstance(error, (KeyboardInterrupt, NodeShutdownError)) and not moved) or PROCESS.is_shutdown:
+            time_moved_back = isinstance(error, ROSTimeMovedBackwardsException)  # also a kind of ROSInterruptException
+            if (
+                isinstance(error, (KeyboardInterrupt, NodeShutdownError)) and not time_moved_back
+            ) or PROCESS.is_shutdown:
                 raise  # the shutdown interrupted a wait, which the node handles
             import traceback
 
-            place = error.__traceback__
-            trace = traceback.format_exception(type(error), error, place and (place.tb_next or place))
-            logerr("bad callback: %s\n%s%s", shown, "".join(trace), _words(error))
+            first_frame = error.__traceback__
+            trace = traceback.format_exception(type(error), error, first_frame and (first_frame.tb_next or first_frame))
+            logerr("bad callback: %s\n%s%s", original, "".join(trace), _hints(error))
 
     return call
 
@@ -195,30 +197,32 @@ def connect(node: Node, argv: list[str], config: str) -> None:
 
     Args:
         node: the node.
-        argv: its command line.
-        config: path of a configuration file, which says what is shown and written; empty: there is none.
+        argv: the node's command line.
+        config: path of a configuration file, which determines what is shown and written; empty if there is none.
     """
-    os.environ[_LOG_FILE] = default_log_file(node.name, os.environ, parse_arguments(argv).special)
+    os.environ[_LOG_FILE_VARIABLE] = default_log_file(node.name, os.environ, parse_arguments(argv).special)
     if config:
-        _load(config)
+        _load_config(config)
     node.log.use_levels(Levels())
-    node.log.explain_with(_words)
+    node.log.explain_with(_hints)
     root, rosout = logging.getLogger(), logging.getLogger("rosout")
     if not config:
         for logger in (root, rosout):
-            _leave_terminal(logger)
+            _remove_terminal_handlers(logger)
         root.addHandler(_FileHandler(node))
-    rosout.addHandler(RosOutHandler(node, shows=not config))
+    rosout.addHandler(RosOutHandler(node, writes_locally=not config))
 
 
-def _leave_terminal(logger: logging.Logger) -> None:
+def _remove_terminal_handlers(logger: logging.Logger) -> None:
     """Remove handlers that print, such as that of ``logging.basicConfig``: rospy's messages would be printed twice.
 
     Stock's configuration removes all handlers that exist before the node starts; ours keeps those that write
     elsewhere.
     """
-    terminal = (sys.stdout, sys.stderr, sys.__stdout__, sys.__stderr__)
-    for handler in [each for each in logger.handlers if getattr(each, "stream", None) in terminal]:
+    terminal_streams = (sys.stdout, sys.stderr, sys.__stdout__, sys.__stderr__)
+    for handler in [
+        candidate for candidate in logger.handlers if getattr(candidate, "stream", None) in terminal_streams
+    ]:
         logger.removeHandler(handler)
 
 

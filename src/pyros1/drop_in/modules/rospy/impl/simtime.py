@@ -15,7 +15,7 @@ _USE_SIMTIME = "/use_sim_time"
 
 
 def init_simtime() -> bool:
-    """Say that there is a clock: without a node it is wall time. Return True."""
+    """Declare that a clock is available, which is wall time if there is no node; return True."""
     set_rostime_initialized(True)
     return True
 

@@ -25,7 +25,7 @@ class SubscriberStatisticsLogger:
     """Publishes the statistics of a topic to which this program subscribes.
 
     Args:
-        subscriber: the topic.
+        subscriber: the `SubscriberImpl` of the topic.
     """
 
     def __init__(self, subscriber: SubscriberImpl) -> None:
@@ -34,14 +34,14 @@ class SubscriberStatisticsLogger:
 
         self.subscriber_name = subscriber.name
         self._has_header: bool = subscriber.data_class._has_header
-        found = (
+        values = (
             get_param(f"/statistics_window_{name}", default) for name, default in zip(_LIMITS, Limits(), strict=True)
         )
-        self._limits = Limits(*found)
+        self._limits = Limits(*values)
         self._windows: dict[str, Window] = {}
         node: Any = PROCESS.node
-        self._publisher = Publisher("/statistics", _message(), queue_size=10)
-        self._handle = node.subscribe(subscriber.name, AnyMsg, self._take)
+        self._publisher = Publisher("/statistics", _message_class(), queue_size=10)
+        self._handle = node.subscribe(subscriber.name, AnyMsg, self._on_message)
 
     @classmethod
     def is_enabled(cls) -> bool:
@@ -50,7 +50,7 @@ class SubscriberStatisticsLogger:
 
         return bool(get_param("/enable_statistics", False))
 
-    def _take(self, message: AnyMsg) -> None:
+    def _on_message(self, message: AnyMsg) -> None:
         sender = (message._connection_header or {}).get("callerid", "")
         if sender not in self._windows:
             if len(self._windows) >= _MAX_PUBLISHERS:
@@ -67,7 +67,7 @@ class SubscriberStatisticsLogger:
 
     def _publish(self, sender: str, report: Report) -> None:
         node: Any = PROCESS.node
-        message: Any = _message()(
+        message: Any = _message_class()(
             topic=self.subscriber_name,
             node_pub=sender,
             node_sub=node.name,
@@ -78,8 +78,8 @@ class SubscriberStatisticsLogger:
             traffic=report.size,
         )
         for name, values in (("period", report.period), ("stamp_age", report.age)):
-            for part, value in zip(("mean", "stddev", "max"), values, strict=True):
-                setattr(message, f"{name}_{part}", Duration(value))
+            for suffix, value in zip(("mean", "stddev", "max"), values, strict=True):
+                setattr(message, f"{name}_{suffix}", Duration(value))
         self._publisher.publish(message)
 
     def shutdown(self) -> None:
@@ -88,7 +88,7 @@ class SubscriberStatisticsLogger:
         self._publisher.unregister()
 
 
-def _message() -> Any:
+def _message_class() -> Any:
     from pyros1.msgs.rosgraph_msgs.msg import TopicStatistics
 
     return TopicStatistics

@@ -1,4 +1,4 @@
-"""A connection to a service's provider that a program makes itself; those of the node are its own
+"""Connections to services that a program makes itself; the node has its own connections
 (https://wiki.ros.org/ROS/TCPROS).
 """
 
@@ -26,19 +26,19 @@ from rospy.service import ServiceException
 
 DEFAULT_BUFF_SIZE = 65536
 TCPROS = "TCPROS"
-_OWN = "pyros1's nodes take connections themselves; see Publisher.impl and Subscriber.impl"
+_REASON = "pyros1's nodes take connections themselves; see Publisher.impl and Subscriber.impl"
 _HEADER_TIMEOUT = 60.0
 _LENGTH = struct.Struct("<I")
 Read = Callable[[int], bytes]
-"""Receives as many bytes as it is asked for."""
+"""A function that receives the given number of bytes."""
 
 
 class TCPROSTransportProtocol:
-    """What is said over a connection.
+    """The protocol of a connection: the header that is sent, and how messages are received.
 
     Args:
-        resolved_name: topic or service.
-        recv_data_class: class of the messages to receive; None for none.
+        resolved_name: name of the topic or service.
+        recv_data_class: class of the messages to receive; None if there are none.
         queue_size, buff_size: accepted for compatibility.
     """
 
@@ -66,18 +66,19 @@ class TCPROSTransportProtocol:
         """Receive and return a message.
 
         Raises:
-            TransportException: it is too large. DeserializationError: it cannot be decoded.
+            TransportException: the message is too large.
+            DeserializationError: the message cannot be decoded.
         """
-        return self.recv_data_class().deserialize(_sized(read))
+        return self.recv_data_class().deserialize(_receive_with_length(read))
 
 
 class TCPROSServiceClient(TCPROSTransportProtocol):
-    """Calls of a service.
+    """The protocol of a client of a service.
 
     Args:
         resolved_name: the service's name.
-        service_class: its class.
-        headers: further fields of the connection header.
+        service_class: class of the service.
+        headers: additional fields of the connection header.
         buff_size: accepted for compatibility.
     """
 
@@ -105,11 +106,13 @@ class TCPROSServiceClient(TCPROSTransportProtocol):
         """
         if read(1) != b"\0":
             return super().receive(read)
-        raise ServiceException(f"service [{self.resolved_name}] responded with an error: {_sized(read)!r}")
+        raise ServiceException(
+            f"service [{self.resolved_name}] responded with an error: {_receive_with_length(read)!r}"
+        )
 
 
-def _sized(read: Read) -> bytes:
-    """Receive what comes after its length."""
+def _receive_with_length(read: Read) -> bytes:
+    """Receive a number of bytes that is sent in front of them."""
     (size,) = _LENGTH.unpack(read(_LENGTH.size))
     if size > MAX_MESSAGE_SIZE:
         raise TransportException(f"{size} bytes are too many for a message")
@@ -117,15 +120,16 @@ def _sized(read: Read) -> bytes:
 
 
 class TCPROSTransport(Transport):
-    """A connection of which the program takes care itself: ``connect``, ``send_message``, ``receive_once``, ``close``.
+    """A connection that the program manages itself: ``connect``, ``send_message``, ``receive_once``, ``close``.
 
     Args:
-        protocol: what is said, for example a `rospy.impl.tcpros_service.TCPROSServiceClient`.
-        name: topic or service.
+        protocol: the protocol, for example a `rospy.impl.tcpros_service.TCPROSServiceClient`.
+        name: name of the topic or service.
         header: the other side's connection header, if it is known.
 
     Attributes:
-        header: the other side's connection header, also as type, md5sum and callerid_pub.
+        header: the other side's connection header.
+        type, md5sum, callerid_pub: fields of that header.
         done: whether the connection has ended.
     """
 
@@ -146,12 +150,12 @@ class TCPROSTransport(Transport):
         """Connect, and exchange headers.
 
         Args:
-            dest_addr, dest_port: where to.
+            dest_addr, dest_port: host and port to connect to.
             endpoint_id: the other side's URI.
             timeout: seconds for this and each later wait; None: no limit.
 
         Raises:
-            TransportInitError: that failed.
+            TransportInitError: the connection could not be established.
         """
         self.endpoint_id = endpoint_id
         try:
@@ -165,11 +169,11 @@ class TCPROSTransport(Transport):
 
     def _read_header(self, sock: socket.socket) -> None:
         reader = HeaderReader()
-        until = monotonic() + (sock.gettimeout() or _HEADER_TIMEOUT)
+        deadline = monotonic() + (sock.gettimeout() or _HEADER_TIMEOUT)
         header = None
         while header is None:
             data = sock.recv(4096)
-            if not data or monotonic() > until:
+            if not data or monotonic() > deadline:
                 raise TransportTerminated("connection from sender terminated before handshake header received")
             header = reader.feed(data)
         self.header, self._received = header, bytes(reader.rest)
@@ -186,10 +190,11 @@ class TCPROSTransport(Transport):
 
         Args:
             msg: the message.
-            seq: put into its header, if it has one.
+            seq: sequence number for the message's header, if it has one.
 
         Raises:
-            TransportInitError: there is no connection. TransportTerminated: it has ended.
+            TransportInitError: there is no connection.
+            TransportTerminated: the connection has ended.
         """
         if self.socket is None:
             raise TransportInitError("TCPROS transport was not successfully initialized")
@@ -202,11 +207,11 @@ class TCPROSTransport(Transport):
             raise TransportTerminated(f"{error.errno}{error.strerror}") from error
 
     def receive_once(self) -> list[Any]:
-        """Receive the next message, and return a list of it.
+        """Receive the next message, and return it in a list.
 
         Raises:
             TransportTerminated: the connection has ended.
-            TransportException: what came is not a message.
+            TransportException: the received bytes are not a message.
             ServiceException: a service has failed.
         """
         if self.socket is None:
@@ -242,14 +247,14 @@ class TCPROSTransport(Transport):
 
 
 def start_tcpros_server() -> None:
-    """Do nothing: `rospy.init_node` starts what takes connections."""
+    """Do nothing: `rospy.init_node` starts the server."""
 
 
 __getattr__ = missing(
     "rospy.impl.tcpros_base",
-    TCPROSServer=_OWN,
-    TCPServer=_OWN,
-    get_tcpros_server_address=_OWN,
-    init_tcpros_server=_OWN,
-    recv_buff=_OWN,
+    TCPROSServer=_REASON,
+    TCPServer=_REASON,
+    get_tcpros_server_address=_REASON,
+    init_tcpros_server=_REASON,
+    recv_buff=_REASON,
 )

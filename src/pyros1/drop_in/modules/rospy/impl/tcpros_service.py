@@ -1,4 +1,4 @@
-"""Services and their callers (https://wiki.ros.org/rospy/Overview/Services)."""
+"""Services and service proxies (https://wiki.ros.org/rospy/Overview/Services)."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ from rospy.core import logerr, logfatal, logwarn
 from rospy.exceptions import ROSException, ROSInterruptException, ROSSerializationException
 from rospy.impl.answering import Exchange, write_error
 from rospy.impl.tcpros_base import DEFAULT_BUFF_SIZE
-from rospy.impl.wrong_values import error_of
+from rospy.impl.wrong_values import stock_error_for
 from rospy.msg import args_kwds_to_message
 from rospy.msproxy import MasterProxy
 from rospy.names import as_text, isstring, resolve_name
@@ -44,14 +44,14 @@ logger = logging.getLogger("rospy.service")
 
 
 def convert_return_to_response(response: Any, response_class: type[Any]) -> Any:
-    """Return the response for what a handler has returned.
+    """Convert what a handler has returned to a response.
 
     Args:
         response: a response; a list, tuple or dict of its fields; or the value of its only field.
-        response_class: its class.
+        response_class: class of the response.
 
     Raises:
-        ServiceException: it cannot be one.
+        ServiceException: the value cannot be converted.
     """
     if isinstance(response, response_class) or getattr(response, "_type", None) == response_class._type:
         return response
@@ -66,24 +66,25 @@ def convert_return_to_response(response: Any, response_class: type[Any]) -> Any:
     try:
         return response_class(*values)
     except Exception as error:
-        wrong = "wrong number of values" if values is response else "invalid value"
-        raise ServiceException(f"handler returned {wrong}: {error}") from error
+        problem = "wrong number of values" if values is response else "invalid value"
+        raise ServiceException(f"handler returned {problem}: {error}") from error
 
 
 class ServiceImpl(_Service):
     """A service that the node provides.
 
     Args:
-        name: of the service.
-        service_class: its class.
+        name: name of the service.
+        service_class: class of the service.
         handler: called with the request; returns a response, or the values of its fields as a list, tuple or dict, or
             the value of its only field.
-        buff_size: as in rospy.
-        error_handler: called with (exception, type, value, traceback) when the handler raises; None: it is logged.
+        buff_size: accepted for compatibility.
+        error_handler: called with (exception, type, value, traceback) when the handler raises an exception; None to log
+            it.
 
     Raises:
         ServiceException: the program has a service of that name.
-        ValueError: the name is not a text.
+        ValueError: the name is not a non-empty string.
     """
 
     def __init__(
@@ -106,9 +107,9 @@ class ServiceImpl(_Service):
         if error_handler is not None:
             self.error_handler = error_handler  # type: ignore[method-assign, assignment]  # as programs do it, too
         self._server: Any = None
-        self._over = Event()
+        self._ended = Event()
         SERVICES.register(self.resolved_name, self)
-        PROCESS.when_started(self._begin)
+        PROCESS.when_started(self._start)
 
     __getattr__ = members("Service", "pyros1's nodes serve connections themselves", frozenset(["protocol"]))
 
@@ -120,11 +121,11 @@ class ServiceImpl(_Service):
 
         logerr("Error processing request: %s\n%s", e, "".join(traceback.format_exception(exc_type, exc_value, tb)))
 
-    def _begin(self, node: pyros1.Node) -> None:
+    def _start(self, node: pyros1.Node) -> None:
         if self.done or not node.ok():
             return
         try:
-            server = self._server = node.advertise_service(self._given, self.service_class, self._answer)
+            server = self._server = node.advertise_service(self._unresolved_name, self.service_class, self._answer)
         except NodeShutdownError:
             return
         except NodeError as error:
@@ -135,7 +136,7 @@ class ServiceImpl(_Service):
             return
         self.uri = server.uri
         self.registered = True
-        if self.done:  # another thread has ended it in the meantime
+        if self.done:  # another thread has ended the service in the meantime
             server.shutdown()
 
     def _answer(self, request: Any) -> Any:
@@ -157,19 +158,19 @@ class ServiceImpl(_Service):
         except ServiceException as error:
             self._write_service_error(transport, f"service cannot process request: {error}")
         except Exception as error:  # noqa: BLE001 - the program's code: the error is sent to the client
-            kind, value, trace = sys.exc_info()
-            self.error_handler(error, kind, value, trace)  # type: ignore[arg-type]  # none is None here
+            error_type, value, trace = sys.exc_info()
+            self.error_handler(error, error_type, value, trace)  # type: ignore[arg-type]  # none is None here
             self._write_service_error(transport, f"error processing request: {error}")
 
     def _write_service_error(self, transport: Any, err_msg: str) -> None:
-        """Write that the call has failed."""
+        """Respond that the call has failed."""
         write_error(transport, err_msg)
 
     def spin(self) -> None:
         """Wait until the service or the node ends."""
         try:
             while not PROCESS.is_shutdown and not self.done:
-                self._over.wait(0.2)
+                self._ended.wait(0.2)
         except KeyboardInterrupt:
             PROCESS.shutdown("keyboard interrupt")
 
@@ -177,19 +178,19 @@ class ServiceImpl(_Service):
         """End the service.
 
         Args:
-            reason: for the log.
+            reason: accepted for compatibility.
         """
         if self.done:
             return
         self.done = True
-        PROCESS.forget(self._begin)
+        PROCESS.forget(self._start)
         SERVICES.unregister(self.resolved_name, self)
         if self._server is not None:
             self._server.shutdown()
-        self._over.set()
+        self._ended.set()
 
     def handle(self, transport: Any, header: Mapping[str, str]) -> None:
-        """Connections are served by pyros1's node.
+        """Raise NotImplementedError: pyros1's node serves connections itself.
 
         Raises:
             NotImplementedError: always.
@@ -201,7 +202,7 @@ class Service(ServiceImpl):
     """A service that the node provides; see `ServiceImpl`."""
 
 
-class _Visitor:
+class _NodeStandIn:
     """Stands in for a node in calls of a program without a node."""
 
     def __init__(self) -> None:
@@ -233,10 +234,10 @@ class ServiceProxy(_Service):
     """Calls a service.
 
     Args:
-        name: of the service.
-        service_class: its class.
-        persistent: keep the connection from call to call.
-        headers: further fields of the connection header.
+        name: name of the service.
+        service_class: class of the service.
+        persistent: whether to keep the connection between calls.
+        headers: additional fields of the connection header.
 
     Attributes:
         seq: number of calls.
@@ -259,7 +260,7 @@ class ServiceProxy(_Service):
         """Return the service's URI.
 
         Raises:
-            ServiceException: no node provides it, or the master cannot be reached.
+            ServiceException: no node provides the service, or the master cannot be reached.
         """
         try:
             code, _, uri = MasterProxy(None).lookupService(self.resolved_name)
@@ -271,7 +272,7 @@ class ServiceProxy(_Service):
 
     @property
     def uri(self) -> str | None:
-        """Where the service is, if it has been called; the master is asked for it."""
+        """The service's URI according to the master; None before the first call."""
         return self._get_service_uri(None) if self.seq else None
 
     def wait_for_service(self, timeout: Any = None) -> None:
@@ -298,32 +299,32 @@ class ServiceProxy(_Service):
         if PROCESS.is_shutdown:
             raise ServiceException(f"service [{self.resolved_name}] unavailable")
         try:
-            client = self._connected()
+            client = self._get_client()
             self.seq += 1
             return client.call(request)
         except NodeShutdownError:
             raise ROSInterruptException("node shutdown interrupted service call") from None
         except SerializationError as error:
-            wrong = error_of(error)
-            raise (error if isinstance(wrong, ROSSerializationException) else wrong) from error.__cause__
+            stock_error = stock_error_for(error)
+            raise (error if isinstance(stock_error, ROSSerializationException) else stock_error) from error.__cause__
         except Error as error:
-            raise ServiceException(_reason(self.resolved_name, error)) from error
+            raise ServiceException(_failure_text(self.resolved_name, error)) from error
 
-    def _connected(self) -> ServiceClient:
+    def _get_client(self) -> ServiceClient:
         client, node = self._client, PROCESS.node
         if client is not None:
             return client
         if node is None:  # rospy can call services without a node
             from pyros1.node.services.client import ServiceClient
 
-            visitor: Any = _Visitor()
+            stand_in: Any = _NodeStandIn()
             master = MasterProxy(None).client
             client = ServiceClient(
-                visitor, master, self.resolved_name, self.service_class, self.persistent, self._headers
+                stand_in, master, self.resolved_name, self.service_class, self.persistent, self._headers
             )
         else:
             client = self._client = node.service(
-                self._given, self.service_class, persistent=self.persistent, headers=self._headers
+                self._unresolved_name, self.service_class, persistent=self.persistent, headers=self._headers
             )
         return client
 
@@ -333,8 +334,8 @@ class ServiceProxy(_Service):
             self._client.close()
 
 
-def _reason(service: str, error: Error) -> str:
-    """Return stock's text for a call that failed."""
+def _failure_text(service: str, error: Error) -> str:
+    """Return stock's error message for a call that failed."""
     if isinstance(error, ServiceError) and error.answer is not None:
         return f"service [{service}] responded with an error: {error.answer!r}"
     if isinstance(error, ServiceUnavailableError) and "no node provides it" in str(error):
@@ -350,11 +351,11 @@ def wait_for_service(service: str, timeout: Any = None) -> None:
     """Wait until a service is provided.
 
     Args:
-        service: its name.
+        service: name of the service.
         timeout: seconds or a Duration; None: no limit.
 
     Raises:
-        ROSException: it was not provided in time.
+        ROSException: the service was not provided in time.
         ROSInterruptException: the node is shutting down.
         ValueError: the timeout is 0.
     """
@@ -374,8 +375,8 @@ def wait_for_service(service: str, timeout: Any = None) -> None:
         else:
             from pyros1.node.services.client import wait_for_service as wait
 
-            visitor: Any = _Visitor()
-            wait(visitor, MasterProxy(None).client, name, limit)
+            stand_in: Any = _NodeStandIn()
+            wait(stand_in, MasterProxy(None).client, name, limit)
     except WaitTimeoutError:
         raise ROSException(f"timeout exceeded while waiting for service {name}") from None
     except NodeShutdownError:

@@ -1,6 +1,4 @@
-"""``Publisher.impl`` and ``Subscriber.impl``: a topic's connections, as programs see them that look behind publishers
-and subscribers.
-"""
+"""``Publisher.impl`` and ``Subscriber.impl``: the connections of a topic, for programs that inspect them."""
 
 from __future__ import annotations
 
@@ -12,22 +10,25 @@ from pyros1.drop_in.missing import members
 from pyros1.drop_in.process import PROCESS
 from rospy.exceptions import ROSException
 
-_SOCKET = "pyros1's nodes have the sockets, one thread for all, and none within a process"
-_IN_SOCKET = frozenset(
+_SOCKET_REASON = "pyros1's nodes have the sockets, one thread for all, and none within a process"
+_SOCKET_MEMBERS = frozenset(
     ["socket", "fileno", "protocol", "local_endpoint", "remote_endpoint", "cleanup_cb", "read_buff", "write_buff"]
 )
-_LOCKS = "messages are sent without a lock of the topic"
-_LOCKED = frozenset(["acquire", "release", "c_lock", "publock", "buff", "seq", "latch"])
+_LOCK_REASON = "messages are sent without a lock of the topic"
+_LOCK_MEMBERS = frozenset(["acquire", "release", "c_lock", "publock", "buff", "seq", "latch"])
 
 
 class Connection:
     """A connection to a peer.
 
     Attributes:
-        id: number of the connection. endpoint_id: the peer's node name, or the address of its API.
-        direction: "o" or "i". transport_type, name: its transport, and the topic's name.
+        id: number of the connection.
+        endpoint_id: the peer's node name, or the address of its API.
+        direction: "o" or "i".
+        transport_type, name: the name of the transport, and of the topic.
         header, type, md5sum, callerid_pub, is_latched: as in the connection header.
-        stat_bytes, stat_num_msg: bytes and messages so far. done: whether it has ended.
+        stat_bytes, stat_num_msg: number of bytes and messages so far.
+        done: whether the connection has ended.
     """
 
     def __init__(self, number: int, link: Any, topic: str, direction: str) -> None:
@@ -46,15 +47,15 @@ class Connection:
 
     @property
     def stat_bytes(self) -> int:
-        """Bytes so far."""
+        """Number of bytes so far."""
         return int(getattr(self._link, "bytes_received", 0) or getattr(self._link, "bytes_sent", 0))
 
     @property
     def stat_num_msg(self) -> int:
-        """Messages so far."""
+        """Number of messages so far."""
         return int(self._link.messages)
 
-    __getattr__ = members("Publisher.impl.connections[]", _SOCKET, _IN_SOCKET)
+    __getattr__ = members("Publisher.impl.connections[]", _SOCKET_REASON, _SOCKET_MEMBERS)
 
     def get_transport_info(self) -> str:
         """Return the addresses of both ends, as text."""
@@ -65,14 +66,17 @@ class TopicImpl:
     """A topic of this program; see `PublisherImpl` and `SubscriberImpl`.
 
     Attributes:
-        name, resolved_name: full name. data_class, type: of the first publisher or subscriber.
-        ref_count: number of publishers or subscribers. handles: those of pyros1.
-        closed: whether none is left. handler: None, as in stock.
+        name, resolved_name: full name.
+        data_class, type: message class and type name of the first publisher or subscriber.
+        ref_count: number of publishers or subscribers.
+        handles: pyros1's publishers or subscribers.
+        closed: whether no publisher or subscriber is left.
+        handler: None, as in stock.
     """
 
     direction = ""
     handler = None
-    __getattr__ = members("Publisher.impl and Subscriber.impl", _LOCKS, _LOCKED)
+    __getattr__ = members("Publisher.impl and Subscriber.impl", _LOCK_REASON, _LOCK_MEMBERS)
 
     def __init__(self, name: str, data_class: Any) -> None:
         self.name = self.resolved_name = name
@@ -93,7 +97,7 @@ class TopicImpl:
         """The connections."""
         links = self._links()
         numbers: dict[int, tuple[Any, int]] = {}
-        for link in links:  # each keeps its number
+        for link in links:  # each link keeps its number
             numbers[id(link)] = self._numbers.get(id(link)) or (link, self._next)
             self._next = max(self._next, numbers[id(link)][1] + 1)
         self._numbers = numbers
@@ -109,24 +113,32 @@ class TopicImpl:
 
     def has_connection(self, endpoint_id: str) -> bool:
         """Return whether a peer is connected."""
-        return any(each.endpoint_id == endpoint_id for each in self.connections)
+        return any(connection.endpoint_id == endpoint_id for connection in self.connections)
 
     def close(self) -> None:
-        """End what belongs to the topic."""
+        """Release what belongs to the topic."""
         self.closed = True
 
     def check(self) -> None:
-        """Do nothing: connections that have ended are noticed at once."""
+        """Do nothing: ended connections are noticed immediately."""
 
     def get_stats_info(self) -> list[tuple[Any, ...]]:
         """Return (id, peer, direction, transport, topic, whether it is connected, addresses) of each connection."""
         return [
-            (each.id, each.endpoint_id, each.direction, each.transport_type, each.name, True, each.get_transport_info())
-            for each in self.connections
+            (
+                connection.id,
+                connection.endpoint_id,
+                connection.direction,
+                connection.transport_type,
+                connection.name,
+                True,
+                connection.get_transport_info(),
+            )
+            for connection in self.connections
         ]
 
     def add_connection(self, c: Any) -> bool:
-        """Connections of others cannot be added.
+        """Raise NotImplementedError: pyros1 makes connections itself.
 
         Raises:
             NotImplementedError: always.
@@ -140,7 +152,8 @@ class PublisherImpl(TopicImpl):
     """A topic that this program publishes.
 
     Attributes:
-        queue_size, is_latch, headers: of all publishers of the topic. subscriber_listeners: those of all.
+        queue_size, is_latch, headers: shared by all publishers of the topic.
+        subscriber_listeners: the listeners of all publishers of the topic.
     """
 
     direction = "o"
@@ -158,11 +171,11 @@ class PublisherImpl(TopicImpl):
         self.headers.update(headers)
 
     def enable_latch(self) -> None:
-        """Note that the topic is latched."""
+        """Record that the topic is latched."""
         self.is_latch = True
 
     def set_queue_size(self, queue_size: int) -> None:
-        """Set how many messages may wait; it holds if the topic has no publisher yet."""
+        """Set the maximum number of queued messages, for publishers that are started later."""
         self.queue_size = queue_size
 
     def publish(self, message: Any, connection_override: Connection | None = None) -> None:
@@ -173,33 +186,34 @@ class PublisherImpl(TopicImpl):
 
     def get_stats(self) -> tuple[str, int, list[tuple[int, int, int, bool]]]:
         """Return (topic, bytes, [(id, bytes, messages, whether it is connected)])."""
-        each = [(one.id, one.stat_bytes, one.stat_num_msg, not one.done) for one in self.connections]
-        return self.name, sum(one[1] for one in each), each
+        stats = [(one.id, one.stat_bytes, one.stat_num_msg, not one.done) for one in self.connections]
+        return self.name, sum(one[1] for one in stats), stats
 
-    # Listeners: a thread of pyros1's calls them -----------------------------------------------------------------------
+    # Listeners, which a thread of pyros1 calls
+    # -------------------------------------------------------------------------
 
     def add_subscriber_listener(self, l: Any) -> None:  # noqa: E741 - stock's name
-        """Tell a `SubscribeListener` of subscribers that come and go."""
+        """Notify a `SubscribeListener` when subscribers connect and disconnect."""
         self.subscriber_listeners.append(l)
         PROCESS.when_started(lambda _: self.watch())
 
     def watch(self) -> None:
-        """Begin to tell the listeners, once the topic is published."""
+        """Start to notify the listeners, if the topic is already published."""
         handles = self.handles
         if self._watch is None and self.subscriber_listeners and handles:
-            self._watch = handles[0].watch(self._came, self._went)
+            self._watch = handles[0].watch(self._on_connect, self._on_disconnect)
 
-    def _came(self, peer: Any) -> None:
+    def _on_connect(self, peer: Any) -> None:
         handles = self.handles
         for listener in list(self.subscriber_listeners):
             listener.peer_subscribe(self.name, handles[0].publish if handles else self.publish, peer.publish)
 
-    def _went(self, peer: Any) -> None:
+    def _on_disconnect(self, peer: Any) -> None:
         for listener in list(self.subscriber_listeners):
             listener.peer_unsubscribe(self.name, peer.others)
 
 
-def _with(callback: Any, extra: Any, message: Any) -> None:
+def _call_with_extra(callback: Any, extra: Any, message: Any) -> None:
     callback(message, extra)
 
 
@@ -207,8 +221,8 @@ class SubscriberImpl(TopicImpl):
     """A topic to which this program subscribes.
 
     Attributes:
-        callbacks: (callback, further argument or None) of each subscriber.
-        queue_size, buff_size, tcp_nodelay: of the last one that set it.
+        callbacks: (callback, extra argument or None) of each subscriber.
+        queue_size, buff_size, tcp_nodelay: the values that were set last.
     """
 
     direction = "i"
@@ -232,17 +246,17 @@ class SubscriberImpl(TopicImpl):
             self.statistics_logger = SubscriberStatisticsLogger(self)
 
     def close(self) -> None:
-        """End what belongs to the topic."""
+        """Release what belongs to the topic."""
         super().close()
         if self.statistics_logger is not None:
             self.statistics_logger.shutdown()
             self.statistics_logger = None
 
     def set_queue_size(self, queue_size: int | None) -> None:
-        """Set how many messages may wait; -1 and None: no limit.
+        """Set the maximum number of queued messages; -1 and None for no limit.
 
         Raises:
-            ROSException: it is 0, or not a number.
+            ROSException: the size is 0, or not a number.
         """
         if queue_size == -1:
             self.queue_size = None
@@ -254,10 +268,10 @@ class SubscriberImpl(TopicImpl):
             self.queue_size = queue_size
 
     def set_buff_size(self, buff_size: int) -> None:
-        """Note the size of the buffer in bytes; pyros1's buffers grow as they must.
+        """Record the size of the buffer in bytes; it has no effect, since pyros1's buffers grow as needed.
 
         Raises:
-            ROSException: it is not a positive number.
+            ROSException: the size is not a positive number.
         """
         if not isinstance(buff_size, int):
             raise ROSException("buffer size must be an integer")
@@ -266,11 +280,11 @@ class SubscriberImpl(TopicImpl):
         self.buff_size = buff_size
 
     def set_tcp_nodelay(self, tcp_nodelay: bool) -> None:
-        """Note that publishers are to send at once; pyros1 always asks for that."""
+        """Record whether publishers should send immediately; pyros1 always requests that."""
         self.tcp_nodelay = tcp_nodelay
 
     def add_callback(self, cb: Any, cb_args: Any) -> None:
-        """Call a further function with each message."""
+        """Call another function with each message."""
         from rospy.topics import Subscriber
 
         self._added.append((cb, cb_args, Subscriber(self.name, self.data_class, cb, cb_args, self.queue_size)))
@@ -292,13 +306,14 @@ class SubscriberImpl(TopicImpl):
         """Call all callbacks with some messages, as if they had just been received.
 
         Args:
-            msgs: the messages. connection: accepted as in stock.
+            msgs: the messages.
+            connection: accepted for compatibility.
         """
         from rospy.impl.rosout import guarded
 
         for message in msgs:
             for callback, extra in self.callbacks:
-                call = callback if extra is None else functools.partial(_with, callback, extra)
+                call = callback if extra is None else functools.partial(_call_with_extra, callback, extra)
                 guarded(call, callback)(message)
 
     def get_stats(self) -> tuple[str, list[tuple[int, int, int, int, bool]]]:
@@ -310,8 +325,9 @@ class TopicManager:
     """Lists the program's topics.
 
     Attributes:
-        pubs, subs: what is published and subscribed, by topic. topics: the names of all.
-        lock: held while publishers and subscribers come and go.
+        pubs, subs: the published and the subscribed topics by name.
+        topics: the names of all topics.
+        lock: held while publishers and subscribers are added or removed.
     """
 
     def __init__(self) -> None:
@@ -328,7 +344,7 @@ class TopicManager:
         return self.pubs if reg_type == "pub" else self.subs
 
     def acquire_impl(self, reg_type: str, resolved_name: str, data_class: Any) -> Any:
-        """Return a topic for one more publisher or subscriber of it."""
+        """Return a topic for one more publisher or subscriber, and create it if necessary."""
         with self.lock:
             table = self._table(reg_type)
             if resolved_name not in table:
@@ -340,7 +356,7 @@ class TopicManager:
             return impl
 
     def release_impl(self, reg_type: str, resolved_name: str) -> None:
-        """Give a topic back; it is forgotten with the last one."""
+        """Release a topic; it is removed with its last publisher or subscriber."""
         with self.lock:
             impl = self._table(reg_type).get(resolved_name)
             if impl is None:
@@ -376,11 +392,11 @@ class TopicManager:
         return self.topics
 
     def get_publications(self) -> list[list[str]]:
-        """Return [name, type] of what is published."""
+        """Return [name, type] of each published topic."""
         return [[name, impl.type] for name, impl in list(self.pubs.items())]
 
     def get_subscriptions(self) -> list[list[str]]:
-        """Return [name, type] of what is subscribed."""
+        """Return [name, type] of each subscribed topic."""
         return [[name, impl.type] for name, impl in list(self.subs.items())]
 
     def get_pub_sub_info(self) -> list[tuple[Any, ...]]:
@@ -388,9 +404,11 @@ class TopicManager:
         return [info for impl in [*self.pubs.values(), *self.subs.values()] for info in impl.get_stats_info()]
 
     def get_pub_sub_stats(self) -> tuple[list[Any], list[Any]]:
-        """Return numbers of bytes and messages, see `get_stats` of both kinds."""
+        """Return the numbers of bytes and messages of all topics; see `PublisherImpl.get_stats` and
+        `SubscriberImpl.get_stats`.
+        """
         pubs, subs = list(self.pubs.values()), list(self.subs.values())
-        return [each.get_stats() for each in pubs], [each.get_stats() for each in subs]
+        return [impl.get_stats() for impl in pubs], [impl.get_stats() for impl in subs]
 
     def check_all(self) -> None:
-        """Do nothing: connections that have ended are noticed at once."""
+        """Do nothing: ended connections are noticed immediately."""

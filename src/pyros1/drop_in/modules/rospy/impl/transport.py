@@ -1,4 +1,4 @@
-"""Base of connections."""
+"""Base class of connections."""
 
 from __future__ import annotations
 
@@ -17,11 +17,13 @@ class Transport:
 
     Args:
         direction: "i", "o" or "b".
-        name: topic or service.
+        name: name of the topic or service.
 
     Attributes:
-        id: its number. endpoint_id: the other side. done: whether it has ended.
-        stat_bytes, stat_num_msg: bytes and messages received.
+        id: number of the connection.
+        endpoint_id: name or address of the other side.
+        done: whether the connection has ended.
+        stat_bytes, stat_num_msg: number of bytes and messages received.
     """
 
     transport_type = "UNKNOWN"
@@ -59,15 +61,15 @@ class Transport:
         self.cleanup_cb = cleanup_callback
 
     def get_transport_info(self) -> str:
-        """Return a description."""
+        """Return a description of the connection."""
         return f"{self.transport_type} connection to [{self.endpoint_id}]"
 
     def close(self) -> None:
         """Close the connection."""
-        first, self.done = not self.done, True
-        if first and self.cleanup_cb is not None:
+        is_first, self.done = not self.done, True
+        if is_first and self.cleanup_cb is not None:
             self.cleanup_cb(self)
 
 
-_own = "pyros1's nodes have their own links; see Publisher.impl.connections"
-__getattr__, __dir__ = _names(__name__, why=dict.fromkeys(("DeadTransport", "ProtocolHandler"), _own))
+_reason = "pyros1's nodes have their own links; see Publisher.impl.connections"
+__getattr__, __dir__ = _names(__name__, why=dict.fromkeys(("DeadTransport", "ProtocolHandler"), _reason))

@@ -1,4 +1,4 @@
-"""Error of arguments that are not valid."""
+"""The error for invalid arguments, and a validator."""
 
 
 class ParameterInvalid(Exception):

@@ -1,4 +1,4 @@
-"""What stock raises for messages that cannot be encoded."""
+"""Converts the errors for messages that cannot be encoded to those that stock raises."""
 
 from __future__ import annotations
 
@@ -6,12 +6,12 @@ from pyros1.ground.errors import SerializationError
 from rospy.exceptions import ROSSerializationException
 
 
-def error_of(error: SerializationError) -> Exception:
+def stock_error_for(error: SerializationError) -> Exception:
     """Return the error that stock's publishers raise.
 
-    A value without what its field needs, such as bytes in place of a text or None in place of a message, is an
-    AttributeError there, and a text that cannot be UTF-8 a UnicodeEncodeError; programs catch these. pyros1's error,
-    which names the field, is their context.
+    In stock, a value of a completely different type than its field, such as bytes instead of a text or None instead of
+    a message, causes an AttributeError, and a text that cannot be encoded as UTF-8 a UnicodeEncodeError; programs catch
+    these. pyros1's error, which names the field, is their context.
     """
     cause: BaseException | None = error
     while isinstance(cause, SerializationError):
@@ -27,8 +27,10 @@ def error_of(error: SerializationError) -> Exception:
     return ROSSerializationException(str(error))
 
 
-def name_frame(message: object) -> bool:
-    """Give a header without a frame the name "0", as stock's publishers do; return whether that was necessary."""
+def fill_in_frame(message: object) -> bool:
+    """Set the frame of a message's header to "0" if there is none, as stock's publishers do; return whether that was
+    necessary.
+    """
     header = getattr(message, "header", None) if getattr(type(message), "_has_header", False) else None
     if header is None or getattr(header, "frame_id", "") is not None:
         return False
