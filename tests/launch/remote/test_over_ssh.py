@@ -120,7 +120,7 @@ def test_that_it_was_started_is_said_before_what_it_says_and_how_it_ends(capsys:
     class Quick:
         """A machine that is done before whoever gave the order looks again."""
 
-        lost, master_uri, plan = False, "http://me:1/", MachinePlan("robot", "robot.example")
+        is_lost, master_uri, plan = False, "http://me:1/", MachinePlan("robot", "robot.example")
 
         def send(self, message: dict[str, Any]) -> None:
             process.handle_message({"event": "started", "pid": 7})
@@ -141,7 +141,7 @@ def test_a_start_that_is_confirmed_too_late_is_undone(monkeypatch: pytest.Monkey
     started: list[RemoteProcess] = []
 
     class Slow:
-        lost, master_uri, plan = False, "http://me:1/", MachinePlan("robot", "robot.example")
+        is_lost, master_uri, plan = False, "http://me:1/", MachinePlan("robot", "robot.example")
 
         def send(self, message: dict[str, Any]) -> None:
             said.append((message["do"], message.get("number")))

@@ -49,7 +49,7 @@ class FakeMachine:
 
     def wait_ready(self) -> None: ...
 
-    def process(self, node: NodePlan, run_id: str) -> str:
+    def make_process_factory(self, node: NodePlan, run_id: str) -> str:
         return f"{node.name} of {run_id}"
 
 
@@ -134,7 +134,7 @@ def test_what_runs_when_a_node_has_ended(make_starter: Callable[..., Starter]) -
                     "robot", "drive", "wheels", "/left/", exit_policy=ExitPolicy(required=required), on_death=on_death
                 )
             )
-            after = recorder.specs[-1].on_death
+            after = recorder.specs[-1].on_death_spec
             assert (after.label, after.node) == (f"{recorder.specs[-1].label}-on-death", "/left/wheels_on_death")
             assert (after.exit_policy.required, after.ends_launch, after.exit_policy.respawn) == (
                 False,

@@ -210,7 +210,7 @@ class _NodeStandIn:
         self.host = ""
         self.local_key = ""
         self.stopping = threading.Event()
-        self.callbacks = None
+        self.callback_queue = None
         self.services: dict[str, Any] = {}
         self.log = self
 
