@@ -109,11 +109,8 @@ def test_status_and_a_connection_that_breaks(launch: Process, sshd: Path) -> Non
     command = [sys.executable, "-m", "pyros1", "node", "status"]
     status = subprocess.run(command, env=environ, capture_output=True, text=True, timeout=30, check=True).stdout
     assert re.search(rf"^/g/far +running +{far} +[\d.]+ % +[\d.]+ MB +0 +0:\d\d:\d\d +far$", status, re.M), status
-    (ssh,) = (
-        int(path.parent.name)
-        for path in Path("/proc").glob("[0-9]*/stat")
-        if path.read_text().rpartition(")")[2].split()[1] == str(launch.pid) and "(ssh)" in path.read_text()
-    )
+    children = [pid for file in Path(f"/proc/{launch.pid}/task").glob("*/children") for pid in file.read_text().split()]
+    (ssh,) = (int(pid) for pid in children if Path(f"/proc/{pid}/comm").read_text() == "ssh\n")
     os.kill(ssh, signal.SIGKILL)
     launch.wait_line(r"ERROR: the connection to machine \[far\] \(robot\) was lost", timeout=30)
     until(lambda: gone(far) and gone(shout), "the nodes over there have ended", timeout=30)
