@@ -20,12 +20,12 @@ SOURCES = "src/pyros1/"
 FLOORS = {
     "wire": 96.0,
     "msgs": 95.0,
-    "values": 95.0,
-    "node": 93.5,
-    "master": 95.0,
+    "values": 96.5,
+    "node": 96.5,
+    "master": 96.5,
     "launch": 87.0,
-    "bag/format": 93.5,
-    "tf": 95.0,
+    "bag/format": 98.0,
+    "tf": 98.0,
 }
 """Percent of the statements and branches of a room that tests must reach. The aim is 95 for each of them: raise it."""
 

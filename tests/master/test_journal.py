@@ -288,6 +288,19 @@ def test_what_is_no_journal(tmp_path: Path, content: bytes, why: str) -> None:
         read_journal(path)
 
 
+def test_a_journal_of_somebody_else_or_without_end_is_not_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / "x.journal"
+    path.write_bytes(MAGIC + bytes(2 << 20))
+    with monkeypatch.context() as patch:
+        patch.setattr(journals, "MAX_SIZE", 1 << 20)
+        with pytest.raises(JournalError, match="is larger than 1 MiB"):
+            read_journal(path)
+    if hasattr(os, "getuid"):
+        monkeypatch.setattr(os, "getuid", lambda: path.stat().st_uid + 1)
+        with pytest.raises(JournalError, match="belongs to another user"):
+            read_journal(path)
+
+
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="there are no named pipes")
 def test_a_pipe_in_its_place_is_not_waited_for(tmp_path: Path) -> None:
     path = tmp_path / "m.journal"

@@ -70,3 +70,12 @@ def test_two_threads_may_spin(in_thread: Any) -> None:
     counts = [spinner.join() for spinner in [in_thread(queue.run_available) for _ in range(4)]]
     assert sum(counts) == 1000
     assert sorted(got) == list(range(1000))
+
+
+def test_a_callback_that_runs_the_rest_itself() -> None:
+    """As two threads that spin at once do."""
+    queue, got = CallbackQueue(), []
+    queue.push(lambda: got.append(("inner", queue.run_available())))
+    queue.push(lambda: got.append("rest"))
+    assert queue.run_available() == 1
+    assert got == ["rest", ("inner", 1)] and not len(queue)

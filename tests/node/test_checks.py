@@ -108,6 +108,8 @@ NODES: dict[str, tuple[dict[str, Any], str]] = {
         {"ports": "40000-40099"},
         "Node: ports must be two port numbers, 0 for any, such as (0, 40000), not",
     ),
+    "module": ({"name": numpy}, "Node: name must be a str, not the module numpy"),
+    "function": ({"name": print}, "Node: name must be a str, not the function print"),
     "ports": ({"ports": 40000}, "not 40000; for a range set PYROS1_PORTS"),
     "level": ({"log_level": 1}, "a log level must be a str such as 'info', not 1"),
 }

@@ -10,6 +10,7 @@ import pytest
 
 import pyros1
 from pyros1.net.hosts import parse_uri
+from pyros1.node.log.levels import INFO
 
 from ..parts import subscription_of, tcpros_port
 
@@ -92,3 +93,19 @@ def test_a_node_that_is_refused_leaves_nothing_open(environ: dict[str, str], wro
             pyros1.Node("a", argv=[], environ=environ, handle_signals=False, **wrong)
         gc.collect()
     assert not left
+
+
+@pytest.mark.parametrize("ports", [(0, 65536), (-1, 0)], ids=str)
+def test_ports_that_are_none(make_node: Any, ports: tuple[int, int]) -> None:
+    with pytest.raises(OverflowError, match="port must be 0-65535"):
+        make_node("a", ports=ports)
+
+
+def test_what_peers_do_is_not_logged_below_the_nodes_level(make_node: Any, watch_log: Any, raw_peer: Any) -> None:
+    node = make_node("a", log_level="error")
+    log = watch_log(node)
+    assert "no topic" in raw_peer(node).greet(callerid="/x").answer()["error"]
+    node.log.level = INFO
+    raw_peer(node).greet(callerid="/x").answer()
+    log.saw("refused a connection from")
+    assert len([text for text in log.texts if "refused" in text]) == 1

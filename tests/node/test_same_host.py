@@ -5,6 +5,8 @@ from __future__ import annotations
 import os
 import re
 import socket
+from collections.abc import Iterator
+from typing import Any
 
 import pytest
 
@@ -61,3 +63,46 @@ def test_too_many_that_wait() -> None:
                 waiting.append(same_host.connect(name))
         for sock in waiting:
             sock.close()
+
+
+@pytest.fixture
+def ask_again() -> Iterator[None]:
+    """The key is computed anew in this test, and after it."""
+    same_host.host_key.cache_clear()
+    yield
+    same_host.host_key.cache_clear()
+
+
+@pytest.mark.parametrize(
+    ("where", "name"), [(os, "memfd_create"), (os, "geteuid"), (socket, "SO_PEERCRED"), (socket, "send_fds")]
+)
+def test_a_system_that_lacks_something(ask_again: None, monkeypatch: pytest.MonkeyPatch, where: Any, name: str) -> None:
+    with monkeypatch.context() as patch:
+        patch.delattr(where, name)
+        assert same_host.host_key() == "" == same_host.local_key({})
+
+
+def test_a_system_without_namespaces(ask_again: None, monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(path: str) -> str:
+        raise FileNotFoundError(2, "No such file or directory", path)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(os, "readlink", fail)
+        assert same_host.host_key() == ""
+
+
+def test_a_socket_that_cannot_listen_is_closed(monkeypatch: pytest.MonkeyPatch) -> None:
+    made: list[socket.socket] = []
+
+    class Refusing(socket.socket):
+        def __init__(self, family: int) -> None:
+            super().__init__(family)
+            made.append(self)
+
+        def listen(self, backlog: int = 0) -> None:
+            raise OSError(24, "Too many open files")
+
+    monkeypatch.setattr("pyros1.node.same_host.socket.socket", Refusing)
+    with pytest.raises(OSError, match="Too many open files"):
+        same_host.listen()
+    assert [sock.fileno() for sock in made] == [-1]

@@ -6,17 +6,22 @@ Feature: hostile peers do no harm -- timeouts and limits everywhere
 from __future__ import annotations
 
 import socket
+import struct
+from collections.abc import Callable
 from typing import Any
 
 import pytest
 
+from pyros1.ground.errors import NodeError
 from pyros1.msgs.std_msgs.msg import Float64
 from pyros1.net.hosts import parse_uri
 from pyros1.net.loop import Loop, TimerHandle
+from pyros1.node import same_host
+from pyros1.node.same_host import host_key
 from pyros1.wire.header import MAX_HEADER_SIZE, encode_header
 
 from ..bodies import encode
-from ..parts import tcpros_port
+from ..parts import context_of, tcpros_port
 
 
 @pytest.fixture
@@ -227,3 +232,42 @@ def test_nothing_is_accepted_after_shutdown(node: Any, raw_peer: Any) -> None:
     assert idle.closed()
     with pytest.raises(OSError):
         raw_peer(port)
+
+
+@pytest.mark.skipif(not host_key(), reason="no shared memory on this system")
+@pytest.mark.parametrize("answer", [False, OSError("no credentials")], ids=["another user", "unknown user"])
+def test_a_socket_of_this_machine_is_for_programs_of_this_user(
+    make_node: Any, environ: dict[str, str], monkeypatch: pytest.MonkeyPatch, answer: Any
+) -> None:
+    node = make_node("local", environ={**environ, "PYROS1_TRANSPORTS": "local,tcp"})
+    context = context_of(node)
+    name = context.loop.run(context.local_socket_name, timeout=5)
+
+    def is_same_user(sock: socket.socket) -> bool:
+        if isinstance(answer, OSError):
+            raise answer
+        return bool(answer)
+
+    monkeypatch.setattr("pyros1.node.server.is_same_user", is_same_user)
+    with same_host.connect(name) as sock:
+        sock.settimeout(5)
+        assert sock.recv(100) == b""
+
+
+def test_a_peer_that_is_gone_before_its_header_is_whole(node: Any, raw_peer: Any, watch_log: Any) -> None:
+    log = watch_log(node)
+    peer = raw_peer(node)
+    peer.sock.sendall(b"\x10\0\0")
+    peer.sock.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))  # so that it resets
+    peer.close()
+    assert_serves(node, raw_peer)
+    assert not log.texts
+
+
+def test_a_node_whose_other_port_is_in_use_leaves_nothing_open(
+    make_node: Any, free_ports: Callable[[int], list[int]]
+) -> None:
+    used, free = free_ports(2)
+    with socket.create_server(("127.0.0.1", used)), pytest.raises(NodeError, match=r"cannot listen on .*in use"):
+        make_node("unlucky", ports=(used, free))
+    socket.create_server(("127.0.0.1", free)).close()

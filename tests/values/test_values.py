@@ -54,6 +54,26 @@ def test_bad_texts_are_refused(text: str) -> None:
         load_yaml(text)
 
 
+def test_a_number_that_would_take_long_to_read_is_refused() -> None:
+    assert load_yaml("1" * 200) == int("1" * 200)
+    with pytest.raises(YamlError, match="invalid int: 1111"):
+        load_yaml("1" * 201)
+
+
+@pytest.mark.parametrize("text", ["!!int [1]", "!!float {a: 1}", "!!null []", "!degrees [90]"])
+def test_a_list_is_no_number(text: str) -> None:
+    with pytest.raises(YamlError, match="expected a scalar node, but found"):
+        load_yaml(text)
+
+
+def test_nesting_has_a_limit_also_through_aliases() -> None:
+    with pytest.raises(YamlError, match="nested too deeply"):
+        load_yaml("[" * 5000 + "]" * 5000)
+    parts = ["a0: &a0 []", *(f"a{i}: &a{i} [*a{i - 1}]" for i in range(1, 2000))]
+    with pytest.raises(YamlError, match="nested too deeply"):
+        load_yaml("\n".join(parts))
+
+
 def test_errors_name_file_and_line() -> None:
     with pytest.raises(YamlError, match=r"^robot\.yaml:2: ") as caught:
         load_yaml("a: 1\nb: [2", "robot.yaml")

@@ -14,7 +14,7 @@ import pytest
 import pyros1.bag
 from pyros1.bag.format.files import Counts
 from pyros1.bag.format.reader import BagReader
-from pyros1.bag.format.records import BAG_HEADER_SIZE
+from pyros1.bag.format.records import BAG_HEADER_SIZE, RECORD_OVERHEAD
 from pyros1.bag.format.writer import BagWriter
 from pyros1.ground.errors import Error
 from pyros1.ground.timing import Duration, Time
@@ -131,6 +131,27 @@ def test_a_full_disk_leaves_a_bag_that_can_be_closed(tmp_path: Path, monkeypatch
     with BagReader(tmp_path / "x.bag") as bag:
         assert 0 < bag.count() == writer.messages < written
         assert [message.time for message in bag.messages()] == list(range(bag.count()))
+
+
+def test_no_chunk_becomes_larger_than_readers_accept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("pyros1.bag.format.writer.MAX_CHUNK_SIZE", 1000)
+    with BagWriter(tmp_path / "x.bag", chunk_threshold=1 << 20) as writer:
+        conn = writer.add_connection("/x", HEADER)
+        for time in range(50):
+            writer.write(conn, time, bytes(60))
+        assert writer.chunks
+    with BagReader(tmp_path / "x.bag") as bag:
+        assert bag.count() == 50 and max(header.size for header in bag.headers()) <= 1000 + RECORD_OVERHEAD
+
+
+def test_a_file_object_that_cannot_be_written_is_named_and_left_as_it_is(make_bag: Make) -> None:
+    path = make_bag()
+    before = path.read_bytes()
+    with path.open("rb") as file, pytest.raises(OSError) as caught:
+        BagWriter(file)
+    assert caught.value.filename == str(path) and path.read_bytes() == before
+    with pytest.raises(ValueError, match="closed file"):
+        BagWriter(file)
 
 
 # pyros1.bag.open --------------------------------------------------------------------------------------------------

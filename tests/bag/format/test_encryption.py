@@ -16,6 +16,7 @@ from pyros1.bag.errors import EncryptedError
 from pyros1.bag.format import encryption
 from pyros1.bag.format.reader import BagReader
 from pyros1.bag.format.records import RecordError
+from pyros1.bag.format.writer import BagWriter
 from pyros1.cli.running import run_command
 
 from ..conftest import Make, values
@@ -128,6 +129,60 @@ def test_without_gpg_a_line_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("PATH", "")
     with pytest.raises(encryption.KeyUnavailableError, match=r"gpg \(GnuPG\), which is not installed"):
         encryption.new_cipher("me")
+
+
+@pytest.fixture
+def program(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[str], None]:
+    """Puts a shell script in the place of gpg."""
+    monkeypatch.setenv("PATH", str(tmp_path))
+
+    def put(script: str) -> None:
+        (tmp_path / "gpg").write_text(f"#!/bin/sh\n{script}\n")
+        (tmp_path / "gpg").chmod(0o755)
+
+    return put
+
+
+def test_what_gpg_prints_is_the_encrypted_key(program: Callable[[str], None]) -> None:
+    program('printf "%s " "$@"')
+    fields = encryption.new_cipher("me").fields
+    assert fields["encrypted_key"] == b"--quiet --batch --trust-model always --recipient me --encrypt "
+    assert fields["gpg_user"] == b"me"
+
+
+@pytest.mark.parametrize(
+    ("says", "error"),
+    [("gpg: a warning\\ngpg: No such key\\n", "gpg: No such key"), ("", "gpg failed with exit code 2")],
+)
+def test_what_gpg_says_when_it_fails(program: Callable[[str], None], says: str, error: str) -> None:
+    program(f"printf '{says}' >&2\nexit 2")
+    with pytest.raises(encryption.KeyUnavailableError, match=f"^{error}$"):
+        encryption.new_cipher("me")
+
+
+def test_without_a_secret_key_it_is_said_how_to_make_one(gpg: Gpg) -> None:
+    gpg.has_key = False
+    with pytest.raises(encryption.KeyUnavailableError, match="gpg has no secret key yet: create one with"):
+        encryption.new_cipher()
+
+
+def test_a_key_of_another_size(gpg: Gpg) -> None:
+    fields = {"encryptor": b"rosbag/AesCbcEncryptor", "encrypted_key": gpg("--encrypt", data=b"short")}
+    with pytest.raises(encryption.KeyUnavailableError, match="the bag's key has 5 bytes, which is not a key size of"):
+        encryption.open_cipher(fields)
+
+
+def test_an_encrypted_bag_with_a_damaged_index_is_scanned(gpg: Gpg, tmp_path: Path) -> None:
+    """Of the index, the connections are whole; here they are not in a chunk, too."""
+    header = {"topic": b"/x", "type": b"a/B", "md5sum": b"*", "message_definition": b""}
+    with BagWriter(tmp_path / "x.bag", cipher=encryption.new_cipher("me")) as writer:
+        conn = writer.put_connection("/x", header, None, in_chunk=False)
+        writer.write(conn, 1, b"data")
+    data = (tmp_path / "x.bag").read_bytes()
+    (tmp_path / "x.bag").write_bytes(data.replace(b"chunk_pos=", b"chunk_xxx="))
+    with BagReader(tmp_path / "x.bag", unindexed=True) as bag:
+        assert bag.was_scanned and not bag.damaged_places
+        assert [(message.connection.topic, message.data) for message in bag.messages()] == [("/x", b"data")]
 
 
 def test_wrong_plugins(run: Run, make_bag: Make, tmp_path: Path) -> None:

@@ -19,10 +19,13 @@ from typing import Any
 import pytest
 
 from pyros1.ground.errors import ServiceError
+from pyros1.ground.timing import Time
 from pyros1.launch.running.core import Core
 from pyros1.net.hosts import LocalAddress
 from pyros1.net.master_client import MasterClient
 from pyros1.net.rate_limit import MAX_TEXTS
+from pyros1.node.log.logger import Log
+from pyros1.node.log.sink import LogSink
 
 from ...parts import context_of
 
@@ -231,3 +234,14 @@ def test_what_a_program_logs_is_out_before_it_crashes(environ: dict[str, str]) -
     )
     assert done.returncode == 3
     assert "ready" in done.stdout and "the last words" in done.stderr
+
+
+def test_a_closed_log_keeps_what_was_written_and_takes_no_more(tmp_path: Path) -> None:
+    path = tmp_path / "n.log"
+    sink = LogSink("/n", {}, str(path), lambda: (Time.from_sec(1000.0), False))
+    log = Log(sink)
+    log.info("before")
+    sink.close()
+    log.info("after")
+    sink.close()
+    assert "before" in path.read_text() and "after" not in path.read_text()

@@ -69,3 +69,22 @@ def test_a_dropped_copy_is_forgotten() -> None:
     cache.complete_fetch(cache.begin_fetch("/a"), 6)
     cache.set_remotely("/a", 7)
     assert cache.get("/a") == 7
+
+
+def test_a_change_of_another_parameter_does_not_concern_a_fetch() -> None:
+    cache = cache_of(other=1)
+    fetch = cache.begin_fetch("/a")
+    cache.set_remotely("/other", 2)
+    assert not fetch.changes
+    cache.complete_fetch(fetch, 3)
+    assert (cache.get("/a"), cache.get("/other")) == (3, 2)
+
+
+def test_what_the_node_has_set_elsewhere_is_not_forgotten_with_a_copy() -> None:
+    cache = cache_of(a=1, b=2)
+    cache.set_locally("/b", 5, cache.versions())
+    cache.drop("/a")
+    fetch = cache.begin_fetch("/b")
+    cache.set_remotely("/b", 2)  # which of the two was first, only the master knows
+    cache.complete_fetch(fetch, 5)
+    assert cache.get("/b") is MISSING

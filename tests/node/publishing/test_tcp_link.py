@@ -479,3 +479,20 @@ def test_address_has_the_shape_that_rosnode_reads_s03(linked: Any) -> None:
     host, port = far.getsockname()[:2]
     own = far.getpeername()[1]
     assert link.address.startswith(f"TCPROS connection on port {own} to [{host}:{port} on socket ")
+
+
+def test_waiting_for_a_socket_on_a_system_without_poll(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delattr("select.poll", raising=False)
+    near, far = socket.socketpair()
+    with near, far:
+        wait_writable(near)
+    wait_writable(near)  # it has been closed meanwhile
+
+
+def test_the_address_of_a_subscriber_that_is_gone_already() -> None:
+    loop = Loop("test")
+    with socket.socket() as sock:
+        link = TcpLink(loop, Strand(loop.call_soon), sock, {"callerid": "/x"}, b"", 1, lambda _: None)
+        assert link.address == "TCPROS connection on port 0 to [unknown]"
+    loop.start()
+    loop.stop()

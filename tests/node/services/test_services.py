@@ -25,7 +25,7 @@ from pyros1.ground.errors import (
 )
 from pyros1.msgs.roscpp.srv import GetLoggers, SetLoggerLevel
 from pyros1.msgs.rospy_tutorials.srv import AddTwoInts, AddTwoIntsRequest, AddTwoIntsResponse
-from pyros1.msgs.std_srvs.srv import Empty, SetBool, SetBoolResponse, Trigger
+from pyros1.msgs.std_srvs.srv import Empty, SetBool, SetBoolResponse, Trigger, TriggerResponse
 from pyros1.net.spin_wait import SpinWait
 from pyros1.node.same_host import host_key
 from pyros1.node.services.call import ProviderConnection
@@ -926,3 +926,25 @@ def test_a_forked_process_that_closes_its_client_leaves_the_connection_to_its_pa
             os._exit(0)
         os.waitpid(child, 0)
         assert client(3, 4).sum == 7
+
+
+def test_a_node_without_a_free_worker_says_so(server: Any, caller: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    server.advertise_service("s", Trigger, lambda _: (True, ""))
+    with monkeypatch.context() as patch:
+        patch.setattr("pyros1.node.services.workers.Workers.submit", lambda self, job: False)
+        with pytest.raises(ServiceError, match="too many simultaneous calls to services of /server, try again later"):
+            caller.service("s", Trigger)()
+    assert caller.service("s", Trigger)().success
+
+
+def test_a_response_of_the_same_type_that_others_made(server: Any, caller: Any) -> None:
+    assert TriggerResponse._md5sum == SetBoolResponse._md5sum
+    server.advertise_service("s", SetBool, lambda request: TriggerResponse(True, "made by others"))
+    assert caller.service("s", SetBool)(True).message == "made by others"
+
+
+def test_a_service_is_shut_down_once(server: Any, watch_log: Any) -> None:
+    log, service = watch_log(server), server.advertise_service("s", Trigger, lambda _: (True, ""))
+    service.shutdown("no longer needed")
+    service.shutdown("again")
+    assert [text for text in log.texts if "shuts down" in text] == ["service /s shuts down: no longer needed"]

@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 
 from pyros1.msgs.std_msgs.msg import Float64, String
+from pyros1.net.allowlist import Allowlist
 from pyros1.wire.datagram import split_frame
 from pyros1.wire.header import decode_header, encode_header
 
@@ -290,3 +291,32 @@ def test_who_does_not_keep_up_loses_messages_and_holds_nobody_up(make_node: Any,
 def test_wrong_hints_are_refused(make_node: Any, options: Any, text: str) -> None:
     with pytest.raises(ValueError, match=text):
         make_node("listener").subscribe("t", Float64, print, **options)
+
+
+@pytest.mark.parametrize("max_senders", [1, 100])
+def test_datagrams_of_hosts_that_may_not_connect_are_passed_over(
+    make_node: Any, environ: dict[str, str], collect: Any, monkeypatch: pytest.MonkeyPatch, max_senders: int
+) -> None:
+    """However many senders there are, each is asked about again only if there are too many to remember."""
+    monkeypatch.setattr("pyros1.node.subscribing.udp_source.MAX_SENDERS", max_senders)
+    listener, got, asked = make_node("listener", environ={**environ, "PYROS1_ALLOW": "10.0.0.0/8"}), collect(), []
+    talker, subscriber = make_node("talker"), listener.subscribe("t", Float64, got, queue_size=100, **UDP)
+    publisher = talker.advertise("t", Float64)
+    assert publisher.wait_for_subscribers(timeout=5) and subscriber.wait_for_publishers(timeout=5)
+
+    def admit(allowlist: Allowlist, peer: str, local_address: str) -> bool:
+        asked.append(peer)
+        return peer != "127.0.0.2"
+
+    monkeypatch.setattr(Allowlist, "admit_address", admit)
+    connection = publication_of(talker).links[0].topic_response("talker")[3]
+    port = int(subscriber.links[0].address.split(" port ")[1].split()[0])
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
+        other.bind(("127.0.0.2", 0))
+        for number in range(3):
+            for data in split_frame(encode_frame(Float64(-1)), connection, number, 1500):
+                other.sendto(data, ("127.0.0.1", port))
+            publisher.publish(number)
+    got.wait(3)
+    assert got.data == [0, 1, 2]
+    assert asked == ["127.0.0.2", "127.0.0.1"] * (3 if max_senders == 1 else 1)

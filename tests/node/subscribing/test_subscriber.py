@@ -5,6 +5,7 @@ Feature: images and point clouds arrive without being copied -- as `bytes`, memo
 
 from __future__ import annotations
 
+import sys
 from typing import Any
 
 import pytest
@@ -133,3 +134,53 @@ def test_wrong_values_are_refused_within_a_process_too(topic: Any) -> None:
     publish(Float64(3))
     got.wait(1)
     assert got.items[0].data.__class__ is float
+
+
+def test_raw_messages_have_no_arrays(make_node: Any, transport: str, collect: Any) -> None:
+    got = collect()
+    make_node("listener").subscribe("t", AnyMsg, got, arrays="numpy")
+    publisher = make_node("talker").advertise("t", Image)
+    assert publisher.wait_for_subscribers(timeout=5)
+    publisher.publish(image(1, 10))
+    assert got.wait(1)[0]._buff.endswith(bytes([1]) * 10)
+
+
+def test_what_a_callback_raises_to_end_its_program(make_node: Any, transport: str, watch_log: Any) -> None:
+    """In a node that spins it runs in the program's own thread; in others it cannot end the program."""
+    spinning, other = make_node("spinning", callbacks="spin"), make_node("other")
+    log = watch_log(other)
+    for node in (spinning, other):
+        node.subscribe("t", Float64, lambda _: sys.exit("enough"))
+    publisher = make_node("talker").advertise("t", Float64)
+    assert publisher.wait_for_subscribers(2, timeout=5)
+    publisher.publish(1)
+    with pytest.raises(SystemExit, match="enough"):
+        while spinning.ok():
+            spinning.spin_once(1)
+    log.saw("callback of /t: sys.exit() ends a program only from its main thread; call node.shutdown()")
+    assert other.ok()
+
+
+def test_a_queue_size_can_be_changed_while_messages_wait(make_node: Any, transport: str, until: Any) -> None:
+    node, got = make_node("listener", callbacks="spin"), []
+    subscriber = node.subscribe("t", Float64, lambda message: got.append(message.data), queue_size=10)
+    publisher = make_node("talker").advertise("t", Float64, queue_size=10)
+    assert publisher.wait_for_subscribers(timeout=5)
+    subscriber.set_queue_size(2)
+    for number in range(5):
+        publisher.publish(number)
+    until(lambda: subscriber.dropped == 3)
+    while len(got) < 2:
+        node.spin_once(1)
+    assert got == [3, 4] and subscriber.queue_size == 2
+
+
+def test_raw_messages_are_published_without_a_queue(make_node: Any, transport: str, collect: Any) -> None:
+    got = collect()
+    make_node("reader").subscribe("raw", Float64, got)
+    publisher = make_node("writer").advertise("raw", Float64)
+    assert publisher.wait_for_subscribers(timeout=5)
+    raw = AnyMsg()
+    raw._buff = encode(Float64(5))
+    publisher.publish(raw)
+    assert got.wait(1)[0].data == 5

@@ -6,13 +6,15 @@ import random
 import socket
 import threading
 from collections.abc import Iterator
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
 from pyros1.msgs import AnyMsg, load_message
 from pyros1.msgs.large_arrays import SplitBody, decode_split, find_layout
-from pyros1.node.subscribing.tcp_source import MIN_LARGE_FRAME, TcpSource
+from pyros1.node.subscribing import tcp_source
+from pyros1.node.subscribing.tcp_source import MIN_FLOOD_STREAK, MIN_LARGE_FRAME, FloodDetector, TcpSource
 
 from ...bodies import decode, encode
 
@@ -131,3 +133,42 @@ def test_the_end_of_the_stream(pair: tuple[socket.socket, TcpSource]) -> None:
     link.set_expected_layout(MIN_LARGE_FRAME + 100, MIN_LARGE_FRAME, 0, True)
     sender.close()
     assert link.receive(wait=True) is None
+
+
+def test_the_address_of_a_connection_that_is_gone_already() -> None:
+    with socket.socket() as sock:
+        assert TcpSource(sock, "http://x:1/", {}, b"").address == "TCPROS connection on port 0 to [unknown]"
+
+
+def test_where_a_receive_cannot_wait_it_never_does(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("pyros1.node.subscribing.tcp_source.set_socket_timeouts", lambda sock, seconds: False)
+    sender, receiver = socket.socketpair()
+    with sender, receiver:
+        link = TcpSource(receiver, "http://x:1/", {}, b"")
+        assert not link.can_wait
+        with pytest.raises(BlockingIOError):
+            link.receive()
+        sender.sendall(frame(image(1, 10)))
+        assert receive(link, 1)[0] == [image(1, 10)]
+
+
+def test_a_flood_of_single_messages_is_let_accumulate_until_it_ends(monkeypatch: pytest.MonkeyPatch) -> None:
+    now, slept = [100.0], []
+    monkeypatch.setattr(tcp_source, "perf_counter", lambda: now[0])
+    monkeypatch.setattr(tcp_source.time, "sleep", slept.append)
+    link: Any = SimpleNamespace(messages=0, bytes_received=0)
+    detector = FloodDetector(link)
+
+    def receive_once(messages: int = 1, size: int = 100, gap: float = 10e-6) -> int:
+        link.messages, link.bytes_received, now[0] = link.messages + messages, link.bytes_received + size, now[0] + gap
+        detector.pause()
+        return len(slept)
+
+    assert [receive_once() for _ in range(MIN_FLOOD_STREAK)] == [0] * MIN_FLOOD_STREAK
+    assert [receive_once() for _ in range(3)] == [1, 2, 3]
+    assert receive_once(messages=100) == 3, "many have accumulated"
+    assert receive_once() == 4
+    assert receive_once(gap=0.1) == 4, "the flood is over"
+    assert [receive_once() for _ in range(MIN_FLOOD_STREAK)][-1] == 4
+    assert receive_once() == 5
+    assert receive_once(size=1 << 20) == 5, "these are large"

@@ -5,6 +5,10 @@ from __future__ import annotations
 import threading
 from typing import Any
 
+import pytest
+
+from pyros1.ground.errors import NodeShutdownError
+from pyros1.node.callback_queue import CallbackQueue
 from pyros1.node.watching.notifiers import MAX_PENDING, Notifier
 
 
@@ -54,3 +58,35 @@ def test_what_waits_is_bounded_and_can_be_forgotten() -> None:
     notifier.close(10)
     notifier.notify(told.append, "never")
     assert "never" not in told
+
+
+@pytest.mark.parametrize(
+    ("error", "logged"),
+    [
+        (NodeShutdownError("ending"), None),
+        (SystemExit(1), "tests: sys.exit() ends a program only from its main thread; call node.shutdown()"),
+        (KeyboardInterrupt(), "bad function for tests"),
+        (ValueError("bad"), "bad function for tests"),
+    ],
+    ids=repr,
+)
+@pytest.mark.parametrize("spins", [False, True])
+def test_what_functions_raise(error: BaseException, logged: str | None, spins: bool) -> None:
+    """In a node that spins, what ends a program is raised in the program's own thread."""
+    log, done = Log(), threading.Event()
+    queue = CallbackQueue() if spins else None
+    notifier = Notifier("tests", log, queue)
+
+    def fail() -> None:
+        raise error
+
+    notifier.notify(fail)
+    notifier.notify(done.set)
+    if queue is not None:
+        if isinstance(error, (SystemExit, KeyboardInterrupt)):
+            with pytest.raises(type(error)):
+                queue.run_available()
+            logged = None
+        queue.run_available()
+    assert done.wait(10)
+    assert [logged in text for text in log.texts] == ([] if logged is None else [True])  # type: ignore[operator]

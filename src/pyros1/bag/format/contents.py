@@ -95,10 +95,8 @@ class Messages:
         """Return (connection id, time, start, end) of the messages with indexes from `first` to ``end - 1``."""
         if end == first + 1:
             return iter(((self.conns[first], self.times[first], self.starts[first], self.ends[first]),))
-        columns = [self.conns, self.times, self.starts, self.ends]
-        if end - first < len(self):
-            columns = [column[first:end] for column in columns]
-        return zip(*columns, strict=True)
+        columns = (self.conns, self.times, self.starts, self.ends)
+        return zip(*(column[first:end] for column in columns), strict=True)
 
     def _columns(self) -> tuple[array[int], ...]:
         return self.conns, self.times, self.offsets, self.starts, self.ends

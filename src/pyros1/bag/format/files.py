@@ -38,7 +38,7 @@ _CONN_AND_COUNT = struct.Struct("<II")
 _HEAD_SIZE = 512
 """Number of bytes that are read first for a record's header; enough for most."""
 
-_TRUSTED_SIZE = 64 << 20
+TRUSTED_SIZE = 64 << 20
 """Size in bytes above which a chunk's two lengths are compared, since a damaged length must not exhaust memory."""
 
 
@@ -116,7 +116,7 @@ class ChunkHeader:
             limit: maximum size of the content in bytes.
         """
         size = min(self.size, limit)
-        return min(self.stored_size, max(size + size // 32, _TRUSTED_SIZE))
+        return min(self.stored_size, max(size + size // 32, TRUSTED_SIZE))
 
 
 def file_label(target: str | os.PathLike[str] | IO[bytes]) -> str:

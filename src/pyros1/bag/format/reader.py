@@ -440,9 +440,7 @@ class _ChunkCache:
         return cached
 
     def drop(self, chunk: Chunk) -> None:
-        cached = self._cache.pop(chunk.pos, None)
-        if cached is not None:
-            self._memory_size -= _memory_size(cached)
+        self._memory_size -= _memory_size(self._cache.pop(chunk.pos))
 
 
 def _memory_size(cached: tuple[bytes, Messages]) -> int:

@@ -282,8 +282,7 @@ class Scanner:
         return *read_content(content[:used_size], partial=True), used_size
 
     def _skip_damage(self, position: int, reason: str) -> int:
-        if self._file.size - position > 0:
-            self.damaged_places.append(Damage(position, reason))
+        self.damaged_places.append(Damage(position, reason))
         return self._find_next_record(position + 1)
 
     def _find_next_record(self, position: int) -> int:

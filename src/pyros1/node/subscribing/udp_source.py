@@ -27,7 +27,8 @@ _MAX_DATAGRAMS_PER_TURN = 256
 """Maximum number of datagrams received before the loop does other work."""
 _BUFFER_SIZE = 4 << 20
 """Requested size of the receive buffer in bytes; the system may allow less."""
-_MAX_SENDERS = 1000
+MAX_SENDERS = 1000
+"""Maximum number of senders whose admission is remembered."""
 _LENGTH_SIZE = 4
 
 
@@ -136,7 +137,7 @@ class UdpSource:
         datagram, (sender, *_) = self._sock.recvfrom(size)
         is_accepted = self._is_accepted_by_sender.get(sender)
         if is_accepted is None:
-            if len(self._is_accepted_by_sender) >= _MAX_SENDERS:
+            if len(self._is_accepted_by_sender) >= MAX_SENDERS:
                 self._is_accepted_by_sender.clear()
             local_address = sender if is_own_address(sender) else ""
             is_accepted = self._is_accepted_by_sender[sender] = (

@@ -1,0 +1,99 @@
+"""ServiceLink without a node: clients that leave or do not read."""
+
+from __future__ import annotations
+
+import contextlib
+import socket
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import pytest
+
+from pyros1.ground.errors import ProtocolError
+from pyros1.node.services.connection import ServiceLink
+
+
+class Timer:
+    def cancel(self) -> None: ...
+
+
+class ManualLoop:
+    """Keeps what is waited for; the test says when it happens."""
+
+    def __init__(self) -> None:
+        self.readable: dict[Any, Callable[[int], None]] = {}
+
+    def register(self, sock: Any, mask: int, callback: Callable[[int], None]) -> None:
+        self.readable[sock] = callback
+
+    def unregister(self, sock: Any) -> None:
+        del self.readable[sock]
+
+    def call_soon(self, function: Callable[..., object], *args: Any) -> None:
+        function(*args)
+
+    def call_later(self, delay: float, function: Callable[..., object], *args: Any) -> Timer:
+        return Timer()
+
+
+class Ends:
+    """A link of a provider, and its client."""
+
+    def __init__(self) -> None:
+        self.client, self.sock = socket.socketpair()
+        self.sock.setblocking(False)
+        self.loop = ManualLoop()
+        self.closed: list[Exception | None] = []
+        self.link = ServiceLink(
+            self.loop,  # type: ignore[arg-type]
+            self.sock,
+            {"persistent": "1"},
+            b"",
+            lambda data, start, end, header: b"",
+            lambda job: "no worker is free",
+            lambda count: False,
+            lambda link, error: self.closed.append(error),
+        )
+
+
+@pytest.fixture
+def ends() -> Iterator[Ends]:
+    ends = Ends()
+    yield ends
+    ends.client.close()
+    ends.sock.close()
+
+
+def test_a_client_that_does_not_read_the_providers_header(ends: Ends) -> None:
+    with contextlib.suppress(BlockingIOError):
+        while True:
+            ends.sock.send(bytes(1 << 16))
+    ends.client.recv(1 << 16)
+    ends.link.begin(bytes(1 << 22))
+    (error,) = ends.closed
+    assert isinstance(error, (ProtocolError, BlockingIOError)) and ends.sock.fileno() == -1
+
+
+def test_a_client_that_is_gone_before_the_providers_header(ends: Ends) -> None:
+    ends.client.close()
+    ends.link.begin(b"header")
+    (error,) = ends.closed
+    assert isinstance(error, BrokenPipeError) and ends.sock.fileno() == -1
+
+
+def test_a_link_that_is_ended_before_it_begins_waits_for_nothing(ends: Ends) -> None:
+    ends.link.end()
+    ends.link.begin(b"header")
+    assert ends.client.recv(100) == b"header"
+    assert ends.closed == [None] and not ends.loop.readable
+
+
+def test_a_client_that_leaves_while_its_request_is_waited_for(ends: Ends) -> None:
+    ends.link.begin(b"header")
+    on_readable = ends.loop.readable[ends.sock]
+    on_readable(1)  # nothing has come after all
+    assert not ends.closed and ends.sock in ends.loop.readable
+    ends.client.close()  # with bytes that it has not read: not an orderly end
+    on_readable(1)
+    (error,) = ends.closed
+    assert isinstance(error, ConnectionResetError) and not ends.loop.readable and ends.sock.fileno() == -1
