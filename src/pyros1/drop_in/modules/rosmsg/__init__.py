@@ -171,7 +171,7 @@ def _registered_lines(context: Any, spec: Any, indent: str, remaining: list[int]
         yield f"{indent}{type_name} {name}"
         base = bare_msg_type(type_name) or ""
         if not is_builtin(base):
-            nested = context.get_registered_lines(base)
+            nested = context.get_registered(base)
             yield from _registered_lines(context, nested, indent + "  ", remaining)
 
 
