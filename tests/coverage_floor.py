@@ -23,7 +23,7 @@ FLOORS = {
     "values": 96.5,
     "node": 96.5,
     "master": 96.5,
-    "launch": 87.0,
+    "launch": 97.0,
     "bag/format": 98.0,
     "tf": 98.0,
 }

@@ -13,11 +13,15 @@ import threading
 import time
 from collections.abc import Iterator
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
 from pyros1.ground.errors import LaunchError
-from pyros1.launch.plan import ExitPolicy
+from pyros1.launch.plan import ExitPolicy, Plan
+from pyros1.launch.reading.world import make_resources
+from pyros1.launch.running.options import Options
+from pyros1.launch.scripted import ScriptRun
 from pyros1.launch.scripting import (
     Node,
     ROSLaunch,
@@ -26,6 +30,7 @@ from pyros1.launch.scripting import (
     get_or_generate_uuid,
     resolve_launch_arguments,
 )
+from pyros1.master.server import Master
 from pyros1.net.master_client import MasterClient
 
 SOURCES = Path(__file__).resolve().parents[2] / "src"
@@ -222,3 +227,124 @@ def test_no_master_no_run_id(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("ROS_MASTER_URI", "http://localhost:1")
     assert get_or_generate_uuid(None, False) != get_or_generate_uuid(None, False)
     assert get_or_generate_uuid("given", True) == "given"
+
+
+def test_a_launch_is_started_once(uri: str) -> None:
+    launch = ROSLaunch()
+    launch.start()
+    try:
+        with pytest.raises(LaunchError, match="this launch was already started"):
+            launch.start()
+    finally:
+        launch.stop()
+
+
+def test_files_are_added_before_the_start_or_given_as_texts(uri: str, tmp_path: Path) -> None:
+    one = ROSLaunch()
+    one.load(str(tmp_path / "scripted" / "a.launch"))
+    one.load((str(tmp_path / "scripted" / "a.launch"), ["what:=other"]))
+    texts = [FILE.replace("$(arg what)", name) for name in ("text1", "text2")]
+    client = MasterClient("/test", uri)
+    try:
+        for launch in (one, ROSLaunchParent(None, [], roslaunch_strs=texts)):
+            launch.start()
+            (launch.parent if isinstance(launch, ROSLaunch) else launch).shutdown()
+        assert {"stay_p", "other_p", "text1_p", "text2_p"} <= set(client.get_param("/"))
+    finally:
+        client.close()
+
+
+def test_ctrl_c_ends_a_launch_that_is_waited_for(uri: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(ScriptRun, "wait", lambda run, timeout: signal.raise_signal(signal.SIGINT))
+    launch = ROSLaunch()
+    launch.start()
+    process = launch.launch(Node("scripted", "run"))
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        launch.spin()
+    finally:
+        signal.signal(signal.SIGINT, before)
+    assert not process.is_alive()
+
+
+def test_a_node_that_is_ended_may_start_again_but_not_one_that_is_stopped(uri: str) -> None:
+    launch = ROSLaunch()
+    launch.start()
+    try:
+        process = launch.launch(Node("scripted", "run", respawn=True))
+        first, errors = process.pid, []
+        process.end(errors)
+        deadline = time.monotonic() + DEADLINE
+        while process.spawn_count == 1 or not process.is_alive():
+            assert time.monotonic() < deadline
+            time.sleep(0.01)
+        assert process.pid != first
+        process.stop(errors)
+        assert (process.is_alive(), process.spawn_count, errors) == (False, 2, [])
+    finally:
+        launch.stop()
+
+
+def test_a_listener_may_add_nodes_and_its_errors_do_no_harm(uri: str, capfd: pytest.CaptureFixture[str]) -> None:
+    """It is called in the thread of the launch, which must not wait for itself."""
+
+    class Successor(Listener):
+        def process_died(self, process_name: str, exit_code: int | None) -> None:
+            super().process_died(process_name, exit_code)
+            if exit_code == 3:
+                self.next = parent.launch(Node("scripted", "run", name="next"))
+                self.next.stop()
+                assert self.next.pid > 0
+                parent.shutdown()
+                raise ValueError("a fault in the program")
+
+    listener = Successor()
+    parent = ROSLaunchParent(None, [], process_listeners=[listener])
+    parent.start(auto_terminate=False)
+    parent.launch(Node("scripted", "run", name="a", args="fail"))
+    parent.spin()
+    assert ("a-1", 3) in listener.heard and not listener.next.is_alive()
+    said = capfd.readouterr()
+    assert "process_died of " in said.err and "ValueError('a fault in the program')" in said.err
+
+
+def test_the_processes_of_a_launch_are_listed(uri: str) -> None:
+    run = ScriptRun(Plan(), Options(keep_running=True, show_title=False), [], make_resources())
+    run.start()
+    try:
+        assert run.server_uri.startswith("http://localhost:")
+        one, other = (run.launch(Node("scripted", "run", name=name)) for name in "ab")
+        one.stop()
+        assert [each.name for each in run.processes()] == ["a-1", "b-2"] and run.dead_processes() == []
+        assert [each.is_alive() for each in run.processes()] == [False, True] and not run.is_over()
+    finally:
+        run.stop()
+    assert run.is_over() and run.server_uri == ""
+    assert not other.is_alive() and run.processes() == [] and [each.name for each in run.dead_processes()]
+    other.stop()
+    with pytest.raises(LaunchError, match="over"):
+        run.launch(Node("scripted", "run"))
+
+
+def test_the_run_id_of_a_master_can_be_waited_for(
+    monkeypatch: pytest.MonkeyPatch, free_port: int, tmp_path: Path
+) -> None:
+    monkeypatch.setenv("ROS_MASTER_URI", f"http://localhost:{free_port}")
+    master = Master(port=free_port, bind_host="127.0.0.1")
+    clock = SimpleNamespace(sleep=lambda seconds: master.start())
+    monkeypatch.setattr("pyros1.launch.scripting.time", clock)
+    try:
+        assert get_or_generate_uuid(None, True)
+        client = MasterClient("/test", master.uri)
+        client.set_param("/run_id", "theirs")
+        client.close()
+        assert get_or_generate_uuid(None, True) == "theirs"
+    finally:
+        master.stop()
+
+
+def test_a_log_folder_that_cannot_be_made_is_said(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    (tmp_path / "file").touch()
+    monkeypatch.setenv("ROS_LOG_DIR", str(tmp_path / "file"))
+    with pytest.raises(LaunchError, match="cannot create the log folder: Not a directory: "):
+        configure_logging("run")

@@ -52,6 +52,27 @@ def test_other_entities_are_refused() -> None:
         parse_document("<launch>" + "<a>" * 5000, "f.launch")
 
 
+@pytest.mark.parametrize(
+    ("data", "said"),
+    [
+        (b'<?xml version="1.0" encoding="nonsense"?><launch/>', "unknown encoding"),
+        (
+            b'<!DOCTYPE l [<!NOTATION n SYSTEM "n"><!ENTITY x SYSTEM "y" NDATA n>]><launch/>',
+            "entity 'x' is not allowed",
+        ),
+        (
+            b"<launch>\n<launch/></launch>",
+            "f.launch:2: Invalid roslaunch XML syntax: there can be only one <launch> tag",
+        ),
+        (b"<a>\n<b/></a>", "f.launch:1: Invalid roslaunch XML syntax: no root <launch> tag"),
+    ],
+)
+def test_documents_that_are_refused_say_why(data: bytes, said: str) -> None:
+    with pytest.raises(LaunchError) as refusal:
+        parse_document(data, "f.launch")
+    assert said in str(refusal.value)
+
+
 @given(st.binary(max_size=80) | st.integers(0, len(TEXT)).map(lambda end: TEXT[:end].encode()))
 def test_any_bytes_give_a_tree_or_the_documented_error(data: bytes) -> None:
     with contextlib.suppress(LaunchError):

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from pyros1.launch.plan import ArgPlan, NodePlan, Plan
+from pyros1.launch.plan import ArgPlan, MachinePlan, NodePlan, Plan
 from pyros1.launch.reading.report import dump_params, node_args, ros_args, summary
 
 
@@ -17,6 +17,14 @@ def test_summary_x82() -> None:
         "\nSUMMARY\n========\n\nCLEAR PARAMETERS\n * /g/\n\nPARAMETERS\n * /b: bin\n * /l: [1, {'a': 2}]\n * /rosdistro: noetic\n"
         f" * /s: {'x' * 17}...\n * /w: <...>\n\nNODES\n  /\n    a (p/t)\n    b (p/t)\n  /g/\n    c (q/u)\n"
     )
+
+
+def test_machines_are_listed_if_a_node_runs_on_another_one() -> None:
+    machines = {"b": MachinePlan("b", "192.0.2.1"), "a": MachinePlan("a", "localhost")}
+    elsewhere, here = NodePlan("p", "t", "far", machine="b"), NodePlan("p", "t", "near", machine="a")
+    assert "\n\nMACHINES\n * a\n * b\n\nNODES\n" in summary(Plan(nodes=[elsewhere, here], machines=machines))
+    assert "MACHINES" not in summary(Plan(nodes=[here], machines=machines))
+    assert "PARAMETERS" not in summary(Plan())
 
 
 def test_dump_params() -> None:

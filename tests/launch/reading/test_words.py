@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from pyros1.finding.packages import PackageIndex
+from pyros1.finding.packages import OWN_PACKAGES, PackageIndex
 from pyros1.ground.errors import LaunchError
 from pyros1.launch.reading.resources import Resources
 from pyros1.launch.reading.words import WordsError, find_files, parse_arguments
@@ -23,9 +23,11 @@ def resources(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Resources:
         (package / name).parent.mkdir(parents=True, exist_ok=True)
         (package / name).write_text("<launch/>")
     (package / "package.xml").write_text(PACKAGE)
+    (tmp_path / "empty").mkdir()
+    (tmp_path / "empty" / "package.xml").write_text(PACKAGE.replace("robot", "empty"))
     (tmp_path / "here.launch").write_text("<launch/>")
     monkeypatch.chdir(tmp_path)
-    environ = {"ROS_PACKAGE_PATH": str(package)}
+    environ = {"ROS_PACKAGE_PATH": f"{package}:{tmp_path / 'empty'}"}
     return Resources(PackageIndex(environ), environ)
 
 
@@ -47,6 +49,7 @@ def test_files_by_package_and_by_path(resources: Resources, tmp_path: Path) -> N
             r"neither a launch file in package.*has base.launch, twice.launch, up.launch",
         ),
         (["robto", "up.launch"], r"package \[robto\] not found.*did you mean 'robot'"),
+        (["empty", "up.launch"], r"package \[empty\] has no launch files"),
         (["nowhere.launch"], r"\[nowhere.launch\] is not a launch file name"),
         (["robot"], r"\[robot\] is not a launch file name.*has base.launch, twice.launch, up.launch"),
         (["here.launch", "gone.launch"], "The following input files do not exist: gone.launch"),
@@ -57,6 +60,11 @@ def test_words_that_name_no_file(resources: Resources, words: list[str], reason:
     with pytest.raises(LaunchError, match=reason) as caught:
         find_files(words, resources)
     assert isinstance(caught.value, WordsError) == reason.startswith(("The following", "Only"))
+
+
+def test_launch_files_of_pyros1_need_no_package(resources: Resources) -> None:
+    (name, path), *_ = sorted((path.name, path) for path in Path(OWN_PACKAGES).glob("*/launch/*.launch"))
+    assert find_files([name], resources) == [str(path)]
 
 
 def test_arguments(capsys: pytest.CaptureFixture[str]) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import queue
 import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -12,16 +13,22 @@ from typing import Any
 import pytest
 
 from pyros1.finding.packages import PackageIndex
-from pyros1.ground.errors import Error
+from pyros1.ground.errors import Error, LaunchError
 from pyros1.launch.reading.resources import Resources
-from pyros1.launch.remote.child import Child
+from pyros1.launch.remote.child import Child, end_with_stdin
 from pyros1.launch.running.options import Options
+from pyros1.master.server import Master
 from pyros1.net.loop import Loop
+from pyros1.net.master_client import MasterClient
 from pyros1.net.xmlrpc_client import XmlRpcClient
 from pyros1.net.xmlrpc_server import XmlRpcServer
 
 DEADLINE = 20.0
-NODES = {"stay": "exec sleep 100", "fail": "echo out; echo err >&2; exit 3"}
+NODES = {
+    "stay": "exec sleep 100",
+    "fail": "echo out; echo err >&2; exit 3",
+    "stuck": "trap '' INT TERM; echo up >\"$UP\"; while :; do sleep 100; done",
+}
 XML = """<?xml version="1.0" encoding="utf-8"?>
 <launch>
 <node pkg="far" type="stay" ns="/g/" args="" name="stay" respawn="False" respawn_delay="0.0" required="False">
@@ -133,6 +140,101 @@ def test_without_a_parent_there_is_nothing_to_do(environ: dict[str, str]) -> Non
         make_child("nonsense", environ)
     with pytest.raises(Error, match=r"cannot reach http://127\.0\.0\.1:1/"):
         make_child("http://127.0.0.1:1/", environ).run()
+
+
+def test_log_files_that_cannot_be_written_are_said(environ: dict[str, str], tmp_path: Path) -> None:
+    (tmp_path / "file").touch()
+    with pytest.raises(LaunchError, match="cannot write log files: "):
+        make_child("http://127.0.0.1:1/", {**environ, "ROS_LOG_DIR": str(tmp_path / "file")})
+
+
+def test_its_nodes_are_found_through_the_master_while_they_run(
+    parent: Parent, environ: dict[str, str], master: Master
+) -> None:
+    child = make_child(parent.uri, {**environ, "ROS_MASTER_URI": master.uri})
+    runner = threading.Thread(target=child.run)
+    client = MasterClient("/test", master.uri)
+    runner.start()
+    try:
+        until(lambda: parent.calls, "it registers")
+        assert child.launch("<launch><node pkg='far' type='stay' name='stay'/></launch>")[0] == 1
+        (uri,) = client.get_param("/roslaunch/uris").values()
+        assert uri == parent.calls[0][2]
+    finally:
+        child.stop()
+        runner.join(DEADLINE)
+    assert client.get_param("/roslaunch/uris") == {}
+    client.close()
+    assert child.launch(XML) == [0, "ERROR: this launcher is shutting down", [[], []]]
+
+
+def test_nodes_that_do_not_end_are_killed_when_one_cannot_wait(
+    parent: Parent, environ: dict[str, str], tmp_path: Path
+) -> None:
+    os.mkfifo(tmp_path / "up")
+    child = make_child(parent.uri, {**environ, "UP": str(tmp_path / "up")})
+    runner = threading.Thread(target=child.run)
+    runner.start()
+    child.launch("<launch><node pkg='far' type='stuck' name='stuck'/></launch>")
+    (tmp_path / "up").read_text()
+    child.stop()
+    for _ in range(2):
+        child.stop_waiting()
+    runner.join(DEADLINE)
+    assert not runner.is_alive()
+    assert ("log", "robot-0", 2, "[stuck-1] escalating to SIGKILL") in parent.calls
+
+
+def test_it_goes_on_when_the_parent_does_not_listen(parent: Parent, environ: dict[str, str]) -> None:
+    """Until it is stopped by the connection, as the parent's end may also be a fault of the network."""
+    child = make_child(parent.uri, environ)
+    runner = threading.Thread(target=child.run)
+    runner.start()
+    until(lambda: parent.calls, "it registers")
+    parent.close()
+    client = XmlRpcClient(parent.calls[0][2], timeout=DEADLINE)
+    try:
+        assert client.call("launch", XML)[2] == [["Process<g/stay-1>", "Process<g/fail-2>"], ["none"]]
+        assert "g/stay-1" in client.call("get_node_names")[2]
+    finally:
+        client.close()
+        child.stop()
+        runner.join(DEADLINE)
+    assert not runner.is_alive()
+
+
+@pytest.fixture
+def stdin() -> Iterator[Callable[[int], None]]:
+    """Return a function that makes a file the standard input of this process."""
+    before = os.dup(0)
+
+    def replace(file: int) -> None:
+        os.dup2(file, 0)
+        os.close(file)
+
+    yield replace
+    os.dup2(before, 0)
+    os.close(before)
+
+
+def test_it_ends_with_the_connection(stdin: Callable[[int], None]) -> None:
+    """Also if that is only seen at its standard input, of which nodes get nothing."""
+    read_end, write_end = os.pipe()
+    reasons: queue.SimpleQueue[str] = queue.SimpleQueue()
+    stdin(read_end)
+    end_with_stdin(reasons.put)
+    os.write(write_end, b"what a user types")
+    assert os.read(0, 1) == b""
+    assert reasons.empty()
+    os.close(write_end)
+    assert reasons.get(timeout=DEADLINE) == "the connection to the parent was closed"
+
+
+def test_a_standard_input_that_is_no_connection_is_left_alone(stdin: Callable[[int], None], tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("text")
+    stdin(os.open(tmp_path / "file", os.O_RDONLY))
+    end_with_stdin(print)
+    assert os.read(0, 10) == b"text"
 
 
 @pytest.mark.parametrize(

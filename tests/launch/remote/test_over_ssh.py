@@ -16,12 +16,14 @@ import pytest
 
 from pyros1.ground.errors import LaunchError
 from pyros1.launch.plan import ExitPolicy, MachinePlan, NodePlan
+from pyros1.launch.remote import agent
 from pyros1.launch.remote.over_ssh import SSH_VARIABLE, Machine, make_machine, ssh_words
 from pyros1.launch.remote.process import RemoteProcess
 from pyros1.launch.running.console import Console
 from pyros1.launch.running.process import Process
 from pyros1.launch.running.process_spec import ProcessSpec
 from pyros1.launch.running.supervisor import Supervisor
+from pyros1.launch.running.usage import UNKNOWN_USAGE
 from pyros1.launch.running.warden import group_exists
 
 DEADLINE = 20.0
@@ -186,6 +188,19 @@ def test_a_machine_with_neither_pyros1_nor_ros_is_said_to_be_so(environ: dict[st
     assert "neither pyros1 nor stock ROS was found with the machine's python3 and PATH" in bench.err.getvalue()
 
 
+def test_an_error_over_there_is_shown_with_the_code_here(
+    environ: dict[str, str], tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """The agent was not installed there, but its traceback names the file in which to look for the fault."""
+    (tmp_path / "faulty").mkdir()
+    (tmp_path / "faulty" / "pyros1").mkdir()
+    (tmp_path / "faulty" / "pyros1" / "__init__.py").write_text("1 / 0")
+    with pytest.raises(LaunchError, match="see the output of ssh"):
+        Bench({**environ, "PYTHONPATH": str(tmp_path / "faulty")})
+    said = capfd.readouterr().err
+    assert f'File "{agent.__file__}", line ' in said and "ZeroDivisionError" in said
+
+
 def test_a_stuck_node_is_killed_and_restarted(bench: Bench, tmp_path: Path) -> None:
     assert bench.start("stuck")
     until((tmp_path / "home" / "up").exists, "the node runs")
@@ -271,3 +286,116 @@ def test_the_tag_and_the_variable_make_the_command() -> None:
     assert words[-7:-1] == ["-p", "2222", "-l", "me", "--", "host"]
     assert words[-1].startswith("exec sh -c ") and "/my env.sh" in words[-1]
     assert ssh_words(MachinePlan("m", "host"), {})[0] == "ssh"
+
+
+def test_a_machine_with_stock_ros_only_finds_nodes_with_rosrun(environ: dict[str, str], tmp_path: Path) -> None:
+    (tmp_path / "hidden" / "pyros1").mkdir(parents=True)
+    (tmp_path / "hidden" / "pyros1" / "__init__.py").write_text("raise ImportError")
+    find = 'test "$*" = "--prefix echo far brief" || { echo "[rosrun] no such node" >&2; exit 3; }'
+    (tmp_path / "bin" / "rosrun").write_text(f"#!/bin/sh\n{find}\necho {tmp_path}/far/brief\n")
+    (tmp_path / "bin" / "rosrun").chmod(0o755)
+    bench = Bench({**environ, "PYTHONPATH": str(tmp_path / "hidden")})
+    assert bench.start("brief")
+    bench.supervisor.run()
+    assert (tmp_path / "home" / "said").exists()
+    assert not bench.start("polite")
+    assert "[rosrun] no such node" in bench.err.getvalue()
+    bench.machine.close()
+
+
+def answer(tmp_path: Path, *lines: str) -> Path:
+    """Make ssh a program that says these lines and notes what it is sent, until the connection is closed."""
+    said = "".join(f"echo '{line}'\n" for line in lines)
+    (tmp_path / "ssh").write_text(f"#!/bin/sh\n{said}cat >{tmp_path / 'sent'}\n")
+    return tmp_path / "sent"
+
+
+READY = '{"event": "ready", "pid": 7}'
+
+
+def test_what_a_login_script_prints_is_shown(
+    environ: dict[str, str], tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    answer(tmp_path, "Welcome to robot", "5", '{"event": "output", "label": "of another launch", "text": "x"}', READY)
+    Bench(environ).machine.close()
+    assert capfd.readouterr().err == "Welcome to robot\n"
+
+
+def test_the_agent_hears_regularly_that_the_launcher_is_there(
+    environ: dict[str, str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("pyros1.launch.remote.over_ssh.HEARTBEAT_INTERVAL", 0.001)
+    sent = answer(tmp_path, READY)
+    machine = Bench(environ).machine
+    until(lambda: sent.exists() and sent.read_text().endswith("{}\n{}\n"), "there are heartbeats")
+    machine.close()
+
+
+def test_what_is_not_told_in_time_is_unknown(
+    environ: dict[str, str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("pyros1.launch.remote.over_ssh.USAGE_TIMEOUT", 0.001)
+    answer(tmp_path, READY)
+    machine = Bench(environ).machine
+    assert machine.usage("it") == UNKNOWN_USAGE
+    machine.close()
+
+
+def test_who_does_not_answer_is_given_up_and_ssh_killed(
+    environ: dict[str, str], tmp_path: Path, opened: list[Any]
+) -> None:
+    (tmp_path / "ssh").write_text("#!/bin/sh\nexec sleep 100\n")
+    plan = MachinePlan("robot", "robot.example", (("timeout", "0.01"),))
+    machine = make_machine(plan, environ, "http://me:1/", STAGES, Console(io.StringIO(), io.StringIO()), list)
+    machine.connect()
+    with pytest.raises(LaunchError, match=r"\(robot\.example\): no answer within 0\.01 s"):
+        machine.wait_ready()
+    assert opened[0].returncode == -signal.SIGKILL
+
+
+class Commands(dict[str, str]):
+    """An environment whose command for ssh is another one at each attempt; the last one stays."""
+
+    def __init__(self, environ: dict[str, str], *commands: str) -> None:
+        super().__init__(environ)
+        self.commands = list(commands)
+
+    def get(self, key: str, default: Any = None) -> Any:
+        if key != SSH_VARIABLE:
+            return super().get(key, default)
+        return self.commands.pop(0) if len(self.commands) > 1 else self.commands[0]
+
+
+def test_a_lost_machine_is_tried_again_until_it_is_there(
+    opened: list[Any], environ: dict[str, str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("pyros1.launch.remote.over_ssh.RECONNECT_DELAYS", (0.001, 0.01))
+    answer(tmp_path, READY)
+    ssh = environ[SSH_VARIABLE]
+    bench = Bench(Commands(environ, ssh, "/no/such/ssh", "false", ssh))
+    opened[0].kill()
+    until(lambda: "remote[robot] connected to robot.example again" in bench.out.getvalue(), "it is connected again")
+    assert bench.err.getvalue().count("was lost") == 1 and not bench.machine.is_lost
+    assert [process.args[0] for process in opened] == [ssh, "false", ssh]
+    bench.machine.close()
+
+
+def test_a_lost_machine_is_tried_no_more_after_the_end(
+    opened: list[Any], environ: dict[str, str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("pyros1.launch.remote.over_ssh.RECONNECT_DELAYS", (1000.0, 1000.0))
+    answer(tmp_path, READY)
+    bench = Bench(environ)
+    opened[0].kill()
+    until(lambda: "was lost" in bench.err.getvalue(), "the loss is noticed")
+    bench.machine.close()
+    assert not [thread for thread in threading.enumerate() if thread.name.startswith("machine")]
+    assert len(opened) == 1
+
+
+@pytest.mark.parametrize("host", ["localhost", "127.0.0.1"])
+def test_a_master_that_means_another_machine_there_is_warned_of(environ: dict[str, str], host: str) -> None:
+    err = io.StringIO()
+    plan = MachinePlan("robot", "robot.example")
+    make_machine(plan, environ, f"http://{host}:11311/", STAGES, Console(io.StringIO(), err), list)
+    assert f"get the master URI http://{host}:11311/, which means that machine itself there" in err.getvalue()

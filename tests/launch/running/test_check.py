@@ -18,7 +18,7 @@ from pyros1.launch.reading.conditions import Condition
 from pyros1.launch.reading.loader import load_plan
 from pyros1.launch.reading.on_death import OnDeath
 from pyros1.launch.reading.resources import Resources
-from pyros1.launch.running.check import check_machines, missing_parts
+from pyros1.launch.running.check import check_machines, missing_parts, unrunnable_python
 
 _Paths = list[Path]
 _Names = list[str]
@@ -186,3 +186,26 @@ def test_what_is_done_on_death_must_be_possible() -> None:
         "node [/e_on_death",
     ]
     assert "on-death 'pub /t std_msgs/Float 0.0': " in found[0] and "Cannot locate node of type [brake]" in found[-1]
+
+
+def test_programs_in_python_that_cannot_run_are_named_with_their_nodes(tmp_path: Path) -> None:
+    """Those on other machines, for other interpreters and in unknown packages are not looked at."""
+
+    class Programs(Packages):
+        def find_executable(self, package: str, name: str) -> _Paths:
+            return [self.find(package) and tmp_path / name]
+
+    (tmp_path / "wrong").write_text("#!/usr/bin/env python3\na b\n")
+    nodes = [
+        NodePlan("robot", "wrong", "here", file="f", line=1),
+        NodePlan("robot", "wrong", "far", machine="arm", file="f", line=2),
+        NodePlan("robot", "wrong", "other", prefix=["/opt/bin/python3.9"], file="f", line=3),
+        NodePlan("nothing", "wrong", "unknown", file="f", line=4),
+    ]
+    machines = {"arm": MachinePlan("arm", "192.0.2.1")}
+
+    def said(*nodes: NodePlan) -> list[str]:
+        return [str(error) for error in unrunnable_python(Plan([*nodes], machines=machines), Programs(), {})]
+
+    assert said(*nodes) == [f"f:1: node [/here]: it cannot run: {tmp_path}/wrong:2: invalid syntax"]
+    assert said(*nodes[1:]) == []

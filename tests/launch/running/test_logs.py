@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
+import pytest
+
+from pyros1.ground.errors import LaunchError
 from pyros1.launch.running.logs import log_folder, make_run_folder, ros_home
 
 
@@ -27,3 +31,18 @@ def test_a_folder_called_latest_is_left_alone(tmp_path: Path) -> None:
     assert make_run_folder({"ROS_LOG_DIR": str(tmp_path)}, "id").is_dir()
     assert not (tmp_path / "latest").is_symlink()
     assert sorted(path.name for path in tmp_path.iterdir()) == ["id", "latest"]
+
+
+def test_runs_need_no_link(tmp_path: Path) -> None:
+    """Some file systems have none; here something else is where it is made."""
+    (tmp_path / f"latest.{os.getpid()}").mkdir()
+    assert make_run_folder({"ROS_LOG_DIR": str(tmp_path)}, "id").is_dir()
+    assert not (tmp_path / "latest").exists()
+
+
+@pytest.mark.parametrize("run_id", ["", ".", "..", "../other", "/etc", "a\0b"])
+def test_a_run_has_a_folder_of_its_own(tmp_path: Path, run_id: str) -> None:
+    """Any client of the master can set the id."""
+    with pytest.raises(LaunchError, match="not a valid run id"):
+        make_run_folder({"ROS_LOG_DIR": str(tmp_path / "log")}, run_id)
+    assert not [*tmp_path.iterdir()]

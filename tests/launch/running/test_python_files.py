@@ -7,11 +7,13 @@ from __future__ import annotations
 
 import os
 import sys
+import threading
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
-from pyros1.launch.running.python_files import find_imports, python_problems
+from pyros1.launch.running.python_files import Import, find_imports, python_problems
 
 OURS = f"#!{sys.executable}\n"
 
@@ -137,3 +139,23 @@ def test_source_that_is_too_deep(folder: Path, deep: str) -> None:
 
 def test_source_that_python_just_reads(folder: Path) -> None:
     assert problems(folder, f"{OURS}if 0{'+1' * 1500}:\n    import nothing_a\n") == []
+
+
+@pytest.fixture(params=[(3, 10), (3, 11)])
+def parser(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Parse as on Python 3.10, which needs a large stack, and as on later ones."""
+    monkeypatch.setattr("pyros1.launch.running.python_files.sys", SimpleNamespace(version_info=request.param))
+
+
+@pytest.mark.usefixtures("parser")
+def test_source_is_parsed_alike_with_every_python() -> None:
+    stack_size = threading.stack_size()
+    assert find_imports(b"import a\n") == [Import("a", 1)]
+    with pytest.raises(SyntaxError, match="invalid syntax"):
+        find_imports(b"a b\n")
+    assert threading.stack_size() == stack_size
+
+
+def test_programs_of_pyros1_are_not_looked_at(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("pyros1.launch.running.command_line.OWN_PACKAGES", os.path.realpath(folder))
+    assert problems(folder, OURS + "a b\n") == []

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import os
+import queue
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -12,16 +13,23 @@ import pytest
 
 from pyros1.finding.packages import PackageIndex
 from pyros1.ground.errors import LaunchError
-from pyros1.launch.plan import ExitPolicy, MachinePlan, NodePlan, Plan
+from pyros1.launch.plan import ExitPolicy, MachinePlan, NodePlan, Plan, TestPlan
+from pyros1.launch.reading.conditions import Condition
 from pyros1.launch.reading.on_death import OnDeath
 from pyros1.launch.running.console import Console
 from pyros1.launch.running.options import Options
 from pyros1.launch.running.process_spec import ProcessSpec
 from pyros1.launch.running.starting import Run, Starter
+from pyros1.master.server import Master
+from pyros1.net.master_client import MasterClient
 
 PACKAGE = """<package format="2"><name>robot</name><version>1.0.0</version><description>A node.</description>
 <maintainer email="a@example.org">a</maintainer><license>BSD</license></package>"""
 SETTINGS: dict[str, Any] = {"exit_policy": ExitPolicy(respawn=True, respawn_delay=7.5, required=True)}
+
+
+DEADLINE = 20.0
+machines: list[FakeMachine] = []
 
 
 class Recorder:
@@ -32,6 +40,24 @@ class Recorder:
         self.kinds: list[object] = []
         self.refuses = False
         self.out, self.err = io.StringIO(), io.StringIO()
+        self.num_expected = 0
+        self.required_failed = False
+        self.stopped: list[str] = []
+        self.resumed: list[object] = []
+        self.tasks: queue.SimpleQueue[Callable[[], object]] = queue.SimpleQueue()
+
+    def do(self, task: Callable[[], object]) -> None:
+        self.tasks.put(task)
+
+    def do_next(self) -> None:
+        """Do what the thread of a launch would do."""
+        self.tasks.get(timeout=DEADLINE)()
+
+    def stop(self, reason: str) -> None:
+        self.stopped.append(reason)
+
+    def resume(self, processes: list[object]) -> None:
+        self.resumed += processes
 
     def start(self, spec: ProcessSpec, kind: object = None) -> bool:
         self.specs.append(spec)
@@ -45,7 +71,16 @@ class Recorder:
 class FakeMachine:
     """A machine to which every connection succeeds."""
 
+    def __init__(self, plan: MachinePlan, *arguments: Any) -> None:
+        self.closed = False
+        self.plan = plan
+        *_, self.on_reconnected = arguments
+        machines.append(self)
+
     def connect(self) -> None: ...
+
+    def close(self) -> None:
+        self.closed = True
 
     def wait_ready(self) -> None: ...
 
@@ -62,10 +97,11 @@ def make_starter(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..
     (package / "drive").chmod(0o755)
     environ = {**os.environ, "ROS_PACKAGE_PATH": str(package), "ROS_HOME": str(tmp_path / "home")}
 
-    monkeypatch.setattr("pyros1.launch.remote.over_ssh.make_machine", lambda *args: FakeMachine())
+    monkeypatch.setattr("pyros1.launch.remote.over_ssh.make_machine", FakeMachine)
+    machines.clear()
 
-    def make(**options: Any) -> Starter:
-        run = Run("http://me:1/", "run-id", tmp_path / "logs", tmp_path / "logs" / "launch.log")
+    def make(master_uri: str = "http://me:1/", **options: Any) -> Starter:
+        run = Run(master_uri, "run-id", tmp_path / "logs", tmp_path / "logs" / "launch.log")
         machines = {"far": MachinePlan("far", "far.invalid"), "here": MachinePlan("here", "localhost")}
         recorder: Any = Recorder()
         console = Console(recorder.out, recorder.err)
@@ -163,3 +199,88 @@ def test_a_node_that_cannot_be_found(make_starter: Callable[..., Starter]) -> No
     assert not recorder.specs
     text = recorder.err.getvalue()
     assert "cannot launch node of type [robot/dive]" in text and "at a.launch:3" in text and "drive" in text
+
+
+def test_a_node_waits_for_what_it_needs(make_starter: Callable[..., Starter], master: Master) -> None:
+    starter = make_starter(master.uri)
+    recorder: Any = starter.supervisor
+    try:
+        starter.start(NodePlan("robot", "drive", "wheels", wait_for=[Condition("param", "/ready")]))
+        assert "[wheels-1] waiting for param:/ready\n" in recorder.out.getvalue()
+        assert (recorder.specs, recorder.num_expected) == ([], 1)
+        client = MasterClient("/test", master.uri)
+        client.set_param("/ready", True)
+        client.close()
+        recorder.do_next()
+    finally:
+        starter.cancel_waiting()
+    assert ([spec.label for spec in recorder.specs], recorder.num_expected) == (["wheels-1"], 0)
+    starter.cancel_waiting()
+
+
+@pytest.mark.parametrize("required", [False, True])
+def test_a_node_that_has_waited_too_long(make_starter: Callable[..., Starter], master: Master, required: bool) -> None:
+    starter = make_starter(master.uri, required=required)
+    recorder: Any = starter.supervisor
+    wait_for = [Condition("param", "/ready"), Condition("node", "/other")]
+    try:
+        starter.start(
+            NodePlan("robot", "drive", "wheels", wait_for=wait_for, wait_timeout=0.01, file="a.launch", line=3)
+        )
+        recorder.do_next()
+    finally:
+        starter.cancel_waiting()
+    said = recorder.err.getvalue()
+    assert "[wheels-1] is not started: param:/ready, node:/other did not appear within 0.01 s (wait-for at" in said
+    assert "(wait-for at a.launch:3)" in said
+    assert (recorder.specs, recorder.num_expected, recorder.required_failed) == ([], 0, required)
+    assert recorder.stopped == (["required node /wheels could not be started"] if required else [])
+
+
+def test_a_machine_is_connected_until_the_end_and_its_nodes_resume(make_starter: Callable[..., Starter]) -> None:
+    starter = make_starter()
+    (machine,) = machines
+    assert (machine.plan.name, machine.closed) == ("far", False)
+    machine.on_reconnected(["a process"])
+    recorder: Any = starter.supervisor
+    assert recorder.resumed == []  # not in the thread of the connection
+    recorder.do_next()
+    assert recorder.resumed == ["a process"]
+    starter.close()
+    assert machine.closed
+
+
+def test_a_test_ends_the_launch(make_starter: Callable[..., Starter]) -> None:
+    starter = make_starter()
+    recorder: Any = starter.supervisor
+    starter.start_test(TestPlan("robot", "drive", "it", "/left/", test_name="its"))
+    assert [(spec.label, spec.ends_launch) for spec in recorder.specs] == [("left/it-1", True)]
+    recorder.refuses = True
+    with pytest.raises(LaunchError, match=r"test \[its\] cannot be started"):
+        starter.start_test(TestPlan("robot", "drive", "it", test_name="its"))
+
+
+def test_a_folder_of_nodes_that_cannot_be_made_is_named(make_starter: Callable[..., Starter], tmp_path: Path) -> None:
+    (tmp_path / "home").touch()
+    with pytest.raises(LaunchError, match=r"cannot create the folder of nodes .*/home: File exists; set ROS_HOME"):
+        make_starter().make_spec(NodePlan("robot", "drive", "wheels"), "wheels-1")
+
+
+def test_an_answer_that_cannot_be_given_is_said_before_the_node_runs(make_starter: Callable[..., Starter]) -> None:
+    starter = make_starter()
+    recorder: Any = starter.supervisor
+    starter.start(NodePlan("robot", "drive", "wheels", on_death=OnDeath("run", ("robot", "dive"))))
+    starter.start(NodePlan("robot", "drive", "arm", on_death=OnDeath("pub", ("/stop", "std_msgs/Emptyy"))))
+    assert not recorder.specs
+    first, second = recorder.err.getvalue().split("cannot launch node of type [robot/drive]: ")[1:]
+    assert first.startswith("on-death 'run robot dive': Cannot locate node of type [dive] in package [robot]")
+    assert "std_msgs/Emptyy" in second
+
+
+def test_the_environment_is_read_once_while_many_nodes_are_started(make_starter: Callable[..., Starter]) -> None:
+    starter = make_starter()
+    environ: Any = starter.environ
+    with starter.environment_copied():
+        environ["LATER"] = "yes"
+        assert "LATER" not in starter.environ
+    assert starter.environ is environ

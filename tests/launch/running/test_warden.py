@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import io
+import json
 import os
 import signal
 import subprocess
 import sys
 import threading
 import time
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +22,7 @@ from pyros1.launch.running.warden import (
     group_exists,
     groups_alive,
     is_leaderless,
+    main,
     processes_with,
     run_commands,
 )
@@ -190,3 +194,77 @@ def test_a_launch_does_not_wait_for_a_warden_that_was_stopped(
     guard.send_signal(signal.SIGCONT)
     closing.join(DEADLINE)
     assert ended and guard.returncode == -signal.SIGKILL
+
+
+@pytest.fixture
+def guard(monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[..., None]]:
+    """The warden's program, in this process: reads lines, and then the launcher has ended."""
+    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)}
+
+    def run(*lines: str) -> None:
+        monkeypatch.setattr(sys, "argv", ["warden", "0.0", str(DEADLINE)])
+        monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO("".join(f"{line}\n" for line in lines).encode())))
+        main()
+
+    yield run
+    for number, handler in before.items():
+        signal.signal(number, handler)
+
+
+def start(script: str, *words: str) -> subprocess.Popen[bytes]:
+    """Start a script that says when it is ready, in a process group of its own."""
+    node = subprocess.Popen(["sh", "-c", script, *words], stdout=subprocess.PIPE, start_new_session=True)
+    assert node.stdout is not None
+    node.stdout.readline()
+    return node
+
+
+def test_signals_of_the_terminal_do_not_end_the_warden(guard: Callable[..., None]) -> None:
+    guard()
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        assert signal.getsignal(number) == signal.SIG_IGN
+
+
+def test_the_warden_ends_what_was_reported_and_what_was_announced(guard: Callable[..., None]) -> None:
+    """Of a node that has ended only a child is left, which ignores SIGINT, as such children of a shell do."""
+    mark = f"__log:=/tmp/{os.getpid()}-{time.monotonic_ns()}"
+    with start(POLITE) as reported, start("echo up; sleep 100; :", mark) as announced, start(POLITE) as other:
+        with start("sleep 100 & echo up; read line <&0; exit 0") as parent:
+            parent.wait(DEADLINE)
+            guard(f"watch {reported.pid}", f"watch {parent.pid}", f"ended {parent.pid}", f"expect {mark}")
+            wait_gone(parent.pid)
+        assert reported.wait(DEADLINE) in (-signal.SIGINT, -signal.SIGTERM)
+        assert announced.wait(DEADLINE) and other.poll() is None
+        other.kill()
+
+
+def test_a_node_that_was_reported_is_no_more_only_announced(guard: Callable[..., None]) -> None:
+    mark = f"__log:=/tmp/{os.getpid()}-{time.monotonic_ns()}"
+    with start("echo up; sleep 100; :", mark) as other:
+        guard(f"expect {mark}", f"watch {1 << 30}")
+        assert other.poll() is None
+        os.killpg(other.pid, signal.SIGKILL)
+
+
+def test_an_id_that_was_used_again_is_not_that_of_a_node(guard: Callable[..., None]) -> None:
+    """A process with the id of a node that has ended leads another group."""
+    with start(POLITE) as other:
+        guard(f"watch {other.pid}", f"ended {other.pid}")
+        assert other.poll() is None
+        other.kill()
+
+
+def test_a_released_warden_does_nothing(guard: Callable[..., None]) -> None:
+    with start(POLITE) as node:
+        guard(f"watch {node.pid}", "release ")
+        assert node.poll() is None
+        node.kill()
+
+
+def test_the_warden_runs_commands_of_the_nodes_that_had_not_ended(guard: Callable[..., None], tmp_path: Path) -> None:
+    lines = []
+    for pid, name in ((1 << 30, "running"), ((1 << 30) + 1, "ended")):
+        command = [["sh", "-c", f"touch {name}"], {"PATH": os.environ["PATH"]}, str(tmp_path)]
+        lines += [f"answer {json.dumps([pid, *command])}", f"watch {pid}"]
+    guard(*lines, f"ended {(1 << 30) + 1}")
+    assert [path.name for path in tmp_path.iterdir()] == ["running"]

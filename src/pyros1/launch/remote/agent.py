@@ -20,10 +20,13 @@ from collections.abc import Callable
 from importlib import import_module
 from typing import IO, Any
 
-_HEARTBEAT_TIMEOUT = 30.0  # seconds without a message from the launcher after which the connection is considered dead
+HEARTBEAT_TIMEOUT = 30.0
+"""Seconds without a message from the launcher after which the connection is considered dead."""
 
 
-class _Agent:
+class Agent:
+    """Starts, watches and stops the nodes of one launch."""
+
     def __init__(self) -> None:
         self._nodes: dict[str, subprocess.Popen[bytes]] = {}
         self._lock = threading.Lock()
@@ -32,17 +35,19 @@ class _Agent:
         self._tools: dict[str, Any] = {"__name__": "usage"}  # the namespace of the launcher's module ``usage``
 
     def send(self, **message: Any) -> None:
+        """Send a message to the launcher. If it does not listen, its silence will end the nodes."""
         with self._lock, contextlib.suppress(OSError, ValueError):
             sys.stdout.write(json.dumps(message) + "\n")
             sys.stdout.flush()
 
     def run(self) -> None:
+        """Serve the launcher until the connection is closed or dead, and stop all nodes that are left."""
         threading.Thread(target=self._read_messages, daemon=True).start()
         self.send(event="ready", pid=os.getpid())
         stages = [15.0, 2.0]
         while True:
             try:
-                line = self._lines.get(timeout=_HEARTBEAT_TIMEOUT)
+                line = self._lines.get(timeout=HEARTBEAT_TIMEOUT)
             except queue.Empty:
                 break
             if not line:
@@ -191,4 +196,4 @@ def _ask_rosrun(package: str, executable_name: str) -> list[str]:
 if __name__ == "__main__":
     # When the connection is closed, there is also a hang-up signal, but only the end of the input is handled.
     signal.signal(signal.SIGHUP, signal.SIG_IGN)
-    _Agent().run()
+    Agent().run()

@@ -20,7 +20,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Mapping
-from importlib import resources
+from pathlib import Path
 from typing import Any
 
 from pyros1.ground.errors import LaunchError
@@ -38,12 +38,18 @@ SSH_VARIABLE = "PYROS1_SSH"
 """Environment variable that contains a command to use instead of ``ssh``, for example ``ssh -F myconfig``."""
 
 _SSH_OPTIONS = ["-T", "-o", "ServerAliveInterval=5", "-o", "ServerAliveCountMax=3"]
+_ROOM = Path(__file__).parents[1]
+_AGENT = _ROOM / "remote" / "agent.py"
 # This code reads the agent's code from the pipe and runs it, so that the agent need not be installed on the machine.
-_BOOT_CODE = "import sys; b = sys.stdin.buffer; exec(compile(b.read(int(b.readline())), 'agent', 'exec'))"
-_HEARTBEAT_INTERVAL = 5.0
+# Tracebacks name the file on this machine.
+_BOOT_CODE = f"import sys; b = sys.stdin.buffer; exec(compile(b.read(int(b.readline())), {str(_AGENT)!a}, 'exec'))"
+HEARTBEAT_INTERVAL = 5.0
+"""Seconds between messages to the agent, which would otherwise take the connection for dead."""
 _CONNECT_TIMEOUT = "10"
-_RECONNECT_DELAYS = (1.0, 30.0)
-_USAGE_TIMEOUT = 1.0
+RECONNECT_DELAYS = (1.0, 30.0)
+"""Seconds before the first attempt to connect again, and before the last ones: each delay is twice as long."""
+USAGE_TIMEOUT = 1.0
+"""Seconds to wait for the agent to tell the usage of CPU and memory."""
 _USAGE_MAX_AGE = 0.2
 _DEFAULT_LOADER = "/opt/ros/noetic/env.sh"
 _ProcessFactory = Callable[[ProcessSpec, Callable[[Process], object], "Warden | None", "Screen | None"], Process]
@@ -138,10 +144,9 @@ class Machine:
                 )
             except OSError as error:
                 raise LaunchError(f"cannot run {words[0]}: {error.strerror}") from error
-        folder = resources.files("pyros1.launch")
-        source = (folder / "remote" / "agent.py").read_bytes()
+        source = _AGENT.read_bytes()
         self._write(b"%d\n%s" % (len(source), source))
-        usage = (folder / "running" / "usage.py").read_text("utf-8")
+        usage = (_ROOM / "running" / "usage.py").read_text("utf-8")
         self.send({"do": "hello", "stages": list(self._stages), "usage": usage})
 
     def wait_ready(self) -> None:
@@ -188,7 +193,7 @@ class Machine:
 
     def _run(self) -> None:
         """Listen until the connection is closed; reconnect if it has ever been ready."""
-        was_ever_ready, delay = False, _RECONNECT_DELAYS[0]
+        was_ever_ready, delay = False, RECONNECT_DELAYS[0]
         while True:
             self._listen()
             with self._changed:
@@ -198,13 +203,13 @@ class Machine:
             if self._closed.is_set() or not was_ever_ready:
                 return
             if was_ready:
-                delay = _RECONNECT_DELAYS[0]
+                delay = RECONNECT_DELAYS[0]
                 self._report_lost()
             while True:
                 self._reap_ssh()
                 if self._closed.wait(delay):
                     return
-                delay = min(2 * delay, _RECONNECT_DELAYS[1])
+                delay = min(2 * delay, RECONNECT_DELAYS[1])
                 with contextlib.suppress(LaunchError):
                     self._start_ssh()
                     break
@@ -266,7 +271,7 @@ class Machine:
         if now - self._usages_at > _USAGE_MAX_AGE and not self._is_lost:
             self._usages_received.clear()
             self.send({"do": "usage"})
-            if not self._usages_received.wait(_USAGE_TIMEOUT):
+            if not self._usages_received.wait(USAGE_TIMEOUT):
                 self._usages = {}
             self._usages_at = time.monotonic()
         return self._usages.get(label, UNKNOWN_USAGE)
@@ -277,7 +282,7 @@ class Machine:
         return self._is_lost
 
     def _send_heartbeats(self) -> None:
-        while not self._closed.wait(_HEARTBEAT_INTERVAL):
+        while not self._closed.wait(HEARTBEAT_INTERVAL):
             self.send({})
 
     def close(self) -> None:

@@ -21,8 +21,9 @@ from pyros1.net.xmlrpc_client import XmlRpcClient
 URIS_PARAM = "/roslaunch/uris"
 PROCESS_STATES = ("running", "waiting", "stopping", "stopped", "finished", "died", "ended")
 _TIMEOUT = 5.0
-_MAX_PROCESSES = 2_000
-_MAX_QUERIED = 200
+MAX_PROCESSES = 2_000
+"""Maximum number of processes of a launch that are reported."""
+MAX_QUERIED = 200
 """Maximum number of processes that are queried one by one from a stock launch."""
 _MAX_TEXT_LENGTH = 1_000
 """Maximum number of characters in a string from a response."""
@@ -122,7 +123,7 @@ class Launch:
                 uptime=_check_seconds(summary["uptime"]),
                 expected=int(summary["expected"]),
                 refusal=_check_text(summary["refusal"]),
-                processes=[_read_status(entry) for entry in reply["processes"][:_MAX_PROCESSES]],
+                processes=[_read_status(entry) for entry in reply["processes"][:MAX_PROCESSES]],
             )
         except (AttributeError, KeyError, TypeError, ValueError, OverflowError):
             raise ProtocolError(f"{self.uri} is not the address of a launch") from None
@@ -146,8 +147,8 @@ class Launch:
         except (TypeError, ValueError, OverflowError):
             raise ProtocolError(f"{self.uri} is not the address of a launch") from None
         processes = []
-        for index, (label, count, is_running) in enumerate(entries[:_MAX_PROCESSES]):
-            info = self.info(label) if index < _MAX_QUERIED else {}
+        for index, (label, count, is_running) in enumerate(entries[:MAX_PROCESSES]):
+            info = self.info(label) if index < MAX_QUERIED else {}
             entry = stock_status(label, count, is_running, info)
             if is_on_this_machine and entry.state == "running":
                 usage = usages.get(entry.pid, UNKNOWN_USAGE)

@@ -30,7 +30,7 @@ MAX_LINE_LENGTH = 100_000
 """Maximum number of characters per line in master.log."""
 ROSVERSION = "1.16.0\n"
 ROSDISTRO = "noetic\n"
-_RESTART_DELAY_S = 0.2
+RESTART_DELAY_S = 0.2
 """Seconds before the rosout node is restarted, so that other nodes with its name cannot keep the core busy."""
 CORE_PARAMS = {"/rosdistro": ROSDISTRO, "/rosversion": ROSVERSION}
 """Parameters that a core sets in addition to /run_id. The newlines are part of the values, as in stock."""
@@ -108,6 +108,7 @@ class Core:
         try:
             self._master.start()
         except OSError as error:
+            self._master.stop(keep_journal=True)
             self._log.close()
             reason = error.strerror or str(error)
             if error.errno == errno.EADDRINUSE:
@@ -174,7 +175,7 @@ class Core:
     def _restart_rosout(self, node: Node) -> None:
         node.shutdown()  # waits until the node has shut down
         self._warn_rosout("[rosout-1] process has finished cleanly")
-        if self._ending.wait(_RESTART_DELAY_S):
+        if self._ending.wait(RESTART_DELAY_S):
             return
         self._warn_rosout("[rosout-1] restarting process")
         try:

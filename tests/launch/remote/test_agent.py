@@ -1,0 +1,94 @@
+"""launch.remote.agent in this process: what it does with messages, and with silence."""
+
+from __future__ import annotations
+
+import io
+import json
+import os
+import signal
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from pyros1.launch.remote import agent
+from pyros1.launch.running import usage
+
+DEADLINE = 20.0
+START = {"do": "start", "label": "it-1", "package": "far", "type": "stay", "prefix": [], "args": [], "env": {}}
+START |= {"cwd": "node", "run_id": "run", "screen": False, "again": False}
+
+
+class Launcher:
+    """The other end of the agent's standard input and output."""
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        (self.stdin, self.to_agent), (self.from_agent, self.stdout) = (
+            (os.fdopen(read_end), os.fdopen(write_end, "w", buffering=1))
+            for read_end, write_end in (os.pipe(), os.pipe())
+        )
+        self.streams = SimpleNamespace(stdin=self.stdin, stdout=self.stdout)
+        monkeypatch.setattr(agent, "sys", self.streams)
+        self.thread = threading.Thread(target=agent.Agent().run)
+        self.thread.start()
+
+    def send(self, **message: Any) -> None:
+        self.to_agent.write(json.dumps(message) + "\n")
+
+    def receive(self) -> dict[str, Any]:
+        return dict(json.loads(self.from_agent.readline()))
+
+    def close(self) -> None:
+        self.to_agent.close()
+        self.thread.join(DEADLINE)
+        for file in (self.stdout, self.from_agent, self.stdin):
+            file.close()
+
+
+@pytest.fixture
+def launcher(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Launcher]:
+    (tmp_path / "far").mkdir()
+    (tmp_path / "far" / "package.xml").write_text("<package><name>far</name></package>")
+    (tmp_path / "far" / "stay").write_text("#!/bin/sh\nexec sleep 100\n")
+    (tmp_path / "far" / "stay").chmod(0o755)
+    monkeypatch.setenv("ROS_PACKAGE_PATH", str(tmp_path / "far"))
+    monkeypatch.setenv("ROS_HOME", str(tmp_path / "home"))
+    launcher = Launcher(monkeypatch)
+    assert launcher.receive() == {"event": "ready", "pid": os.getpid()}
+    assert usage.__file__ is not None
+    launcher.send(do="hello", stages=[5.0, 0.1], usage=Path(usage.__file__).read_text())
+    yield launcher
+    launcher.close()
+    assert not launcher.thread.is_alive()
+
+
+def test_silence_of_the_launcher_ends_the_nodes(launcher: Launcher, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The network may fail without closing the connection."""
+    launcher.send(**START)
+    assert launcher.receive()["event"] == "started"
+    monkeypatch.setattr(agent, "HEARTBEAT_TIMEOUT", 0.0)
+    launcher.send()  # the last heartbeat
+    assert launcher.receive() == {"event": "ended", "label": "it-1", "code": -signal.SIGINT}
+    launcher.thread.join(DEADLINE)
+    assert not launcher.thread.is_alive()
+
+
+def test_messages_that_mean_nothing_are_ignored(launcher: Launcher) -> None:
+    """A newer launcher may send others."""
+    launcher.send(do="dance")
+    launcher.send(do="signal", label="nobody", number=9)
+    launcher.send(**START)
+    assert launcher.receive()["event"] == "started"
+    launcher.send(do="signal", label="it-1", number=9)
+    assert launcher.receive() == {"event": "ended", "label": "it-1", "code": -9}
+
+
+def test_a_launcher_that_does_not_listen_does_no_harm(launcher: Launcher) -> None:
+    launcher.streams.stdout = io.StringIO()
+    launcher.streams.stdout.close()
+    launcher.send(**{**START, "package": "none"})
+    launcher.close()
+    assert not launcher.thread.is_alive()
