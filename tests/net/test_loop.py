@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import select
 import socket
 import threading
 import time
 from collections.abc import Iterator
+from types import SimpleNamespace
 
 import pytest
 
 from pyros1.ground.errors import DeadlineError
 from pyros1.net.loop import READ, WRITE, Loop, LoopThread
+from pyros1.net.spin_wait import MIN_PAUSE, PREEMPTION_GAP
 
 
 @pytest.fixture
@@ -171,3 +174,52 @@ def test_stop_ends_the_thread_and_drops_later_calls() -> None:
     loop.call_soon(pytest.fail, "must not be called")
     loop.stop()
     Loop("never started").stop()
+
+
+class Polls:
+    """A loop that polls for 100 us of a clock that each poll advances, and how often it does so before it sleeps."""
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        self.now, self.step, self._count, self._sleeps = time.monotonic(), 1e-6, 0, threading.Event()
+        epoll = select.epoll()
+
+        def poll(seconds: float) -> list[tuple[int, int]]:
+            if seconds:
+                self._sleeps.set()
+            return epoll.poll(seconds)
+
+        watched = SimpleNamespace(
+            poll=poll, register=epoll.register, modify=epoll.modify, unregister=epoll.unregister, close=epoll.close
+        )
+        monkeypatch.setattr(select, "epoll", lambda: watched)
+        monkeypatch.setattr("pyros1.net.loop.monotonic", lambda: self.now)
+        monkeypatch.setattr("pyros1.net.loop.yield_processor", self._pass)
+        self.loop = Loop("test", spin_time=100e-6)
+
+    def _pass(self) -> None:
+        self.now += self.step
+        self._count += 1
+
+    def after_an_event(self) -> int:
+        assert self._sleeps.wait(5)
+        self._sleeps.clear()
+        self._count = 0
+        self.loop.call_soon(lambda: None)
+        assert self._sleeps.wait(5)
+        return self._count
+
+
+@pytest.mark.skipif(not hasattr(select, "epoll"), reason="this system has no epoll")
+def test_a_loop_polls_after_an_event_unless_others_need_the_processor(monkeypatch: pytest.MonkeyPatch) -> None:
+    polls = Polls(monkeypatch)
+    polls.loop.start()
+    try:
+        assert polls.after_an_event() == pytest.approx(100, abs=1)
+        polls.step = 2 * PREEMPTION_GAP
+        assert polls.after_an_event() == 1
+        polls.step = 1e-6
+        assert polls.after_an_event() == 0
+        polls.now += MIN_PAUSE
+        assert polls.after_an_event() == pytest.approx(100, abs=1)
+    finally:
+        polls.loop.stop()

@@ -5,7 +5,15 @@ from __future__ import annotations
 import pytest
 
 from pyros1.net import spin_wait
-from pyros1.net.spin_wait import BUSY_TIME, MAX_SERIES_GAP, PREEMPTION_GAP, SPIN_TIME, SpinWait
+from pyros1.net.spin_wait import (
+    MAX_PAUSE,
+    MAX_SERIES_GAP,
+    MIN_PAUSE,
+    PREEMPTION_GAP,
+    SPIN_TIME,
+    PollGuard,
+    SpinWait,
+)
 
 
 class Peer:
@@ -76,10 +84,10 @@ def test_on_a_busy_machine_waits_sleep(peer: Peer) -> None:
     assert peer.how(waiting, 5 * PREEMPTION_GAP) == ["look", "sleep"]
     peer.step = 1e-6
     busy = peer.now
-    while peer.now < busy + BUSY_TIME - MAX_SERIES_GAP:
+    while peer.now < busy + MIN_PAUSE - 4 * PREEMPTION_GAP - MAX_SERIES_GAP:  # since the interruption
         assert peer.how(waiting, SPIN_TIME / 2) == ["sleep"]
         peer.now += MAX_SERIES_GAP / 2
-    peer.now += MAX_SERIES_GAP
+    peer.now = busy + MIN_PAUSE
     peer.how(waiting, SPIN_TIME / 2)
     assert peer.how(waiting, SPIN_TIME / 2) == ["look"]
 
@@ -100,3 +108,32 @@ def test_the_end_of_a_wait_that_sleeps(peer: Peer) -> None:
     peer.now += MAX_SERIES_GAP
     with pytest.raises(BlockingIOError):
         waiting.wait(late)
+
+
+def test_pauses_double_while_the_machine_is_busy() -> None:
+    guard, now = PollGuard(), 100.0
+    pauses = []
+    for _ in range(9):
+        assert guard.is_interrupted(now - 2 * PREEMPTION_GAP, now)
+        pauses.append(guard.paused_until - now)
+        now = guard.paused_until + 0.003  # the next poll is interrupted at once
+    assert pauses == pytest.approx([*(MIN_PAUSE * 2**n for n in range(7)), MAX_PAUSE, MAX_PAUSE])
+
+
+def test_rare_interruptions_pause_briefly() -> None:
+    guard, now = PollGuard(), 100.0
+    for _ in range(5):
+        assert guard.is_interrupted(now - 2 * PREEMPTION_GAP, now)
+        assert guard.paused_until - now == pytest.approx(MIN_PAUSE)
+        assert not guard.is_interrupted(now + 0.02, now + 0.02 + PREEMPTION_GAP / 2)
+        now += 4 * MIN_PAUSE
+
+
+def test_after_a_busy_time_the_first_interruption_is_a_rare_one_again() -> None:
+    guard, now = PollGuard(), 100.0
+    for _ in range(9):
+        guard.is_interrupted(now - 2 * PREEMPTION_GAP, now)
+        now = guard.paused_until
+    now += 2.1 * MAX_PAUSE
+    assert guard.is_interrupted(now - 2 * PREEMPTION_GAP, now)
+    assert guard.paused_until - now == pytest.approx(MIN_PAUSE)

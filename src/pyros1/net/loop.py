@@ -10,7 +10,6 @@ from __future__ import annotations
 import contextlib
 import heapq
 import math
-import os
 import select
 import selectors
 import socket
@@ -23,11 +22,11 @@ from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 from pyros1.ground.errors import DeadlineError
 from pyros1.net.error_reports import ErrorReports  # not at first use: there may be too many open files then
+from pyros1.net.spin_wait import PollGuard, yield_processor
 
 if TYPE_CHECKING:
     from pyros1.net.resolve import Resolver
 
-_yield_processor: Final[Callable[[], object]] = getattr(os, "sched_yield", lambda: None)
 
 READ: Final = selectors.EVENT_READ
 WRITE: Final = selectors.EVENT_WRITE
@@ -144,6 +143,7 @@ class Loop:
     ) -> None:
         self.name = name
         self._spin_time = spin_time
+        self._poll_guard = PollGuard()
         self._last_event_at = 0.0
         self._on_error = on_error or self._log_traceback
         self._error_reports: ErrorReports | None = None
@@ -366,10 +366,14 @@ class Loop:
             return select(timeout)
         events: Iterable[tuple[int, int]] = ()
         if timeout != 0.0:
-            spin_deadline = self._last_event_at + self._spin_time
-            while not events and monotonic() < spin_deadline:
+            now = monotonic()
+            spin_deadline = self._last_event_at + self._spin_time if now >= self._poll_guard.paused_until else 0.0
+            while not events and now < spin_deadline:
                 events = select(0.0)
-                _yield_processor()  # let other threads run first, such as that of the client
+                yield_processor()  # let other threads run first, such as that of the client
+                previous, now = now, monotonic()
+                if self._poll_guard.is_interrupted(previous, now):
+                    break
         events = events or select(timeout)
         self._last_event_at = monotonic()
         return events

@@ -1,9 +1,8 @@
-"""Waits for data that arrive within microseconds: in a series of short service calls, sleeping and waking up would take
-longer than the call itself.
-"""
+"""Waits for data that arrive within microseconds, by polling: sleeping and waking up would take longer."""
 
 from __future__ import annotations
 
+import math
 import os
 import socket
 import time
@@ -20,8 +19,9 @@ MAX_SERIES_GAP: Final = 1e-3
 
 PREEMPTION_GAP: Final = 250e-6
 """If more seconds than this pass between two polls, another program has used the processor."""
-BUSY_TIME: Final = 1.0
-"""Seconds for which the machine is then considered busy."""
+MIN_PAUSE: Final = 0.01
+MAX_PAUSE: Final = 1.0
+"""Limits of the seconds without polling after an interruption by another program."""
 
 DONTWAIT: Final = getattr(socket, "MSG_DONTWAIT", 0)
 """Flag for receiving without blocking; 0 if the system has none."""
@@ -29,19 +29,47 @@ yield_processor: Final[Callable[[], object]] = getattr(os, "sched_yield", lambda
 """Function that lets other threads run first."""
 
 
+class PollGuard:
+    """Decides whether polling pays: not for a while after another program has interrupted it.
+
+    A program that polls on a busy machine loses the processor for milliseconds, whereas a program that sleeps gets it
+    as soon as its data arrive. The pause doubles with each interruption soon after the last pause, so that a busy
+    machine is noticed at once, and a rare interruption costs little.
+
+    Attributes:
+        paused_until: time until which the caller should not poll, on its clock, in seconds.
+    """
+
+    __slots__ = ("_interrupted_at", "_pause", "paused_until")
+
+    def __init__(self) -> None:
+        self.paused_until = 0.0
+        self._interrupted_at = -math.inf
+        self._pause = 0.0
+
+    def is_interrupted(self, previous: float, now: float) -> bool:
+        """Return whether another program ran between two consecutive polls, at these times in seconds."""
+        if now - previous <= PREEMPTION_GAP:
+            return False
+        is_frequent = now - self._interrupted_at < 3 * self._pause
+        self._pause = min(2 * self._pause, MAX_PAUSE) if is_frequent else MIN_PAUSE
+        self._interrupted_at = now
+        self.paused_until = now + self._pause
+        return True
+
+
 class SpinWait:
     """Waits for the other side in a series of calls.
 
     After a short wait, the next wait of the series polls for data for up to SPIN_TIME seconds before it sleeps. After
     a wait that polled in vain, further waits sleep immediately until one is short again. So calls that are slow or
-    infrequent do not waste processor time. On a busy machine, waits always sleep: there, a program that is woken up
-    gets a processor sooner than a program that keeps using one.
+    infrequent do not waste processor time. On a busy machine, waits always sleep, see `PollGuard`.
     """
 
-    __slots__ = ("_busy_until", "_last_wait_ended_at", "_was_short")
+    __slots__ = ("_guard", "_last_wait_ended_at", "_was_short")
 
     def __init__(self) -> None:
-        self._busy_until = 0.0
+        self._guard = PollGuard()
         self._last_wait_ended_at = 0.0
         self._was_short = False
 
@@ -57,7 +85,7 @@ class SpinWait:
             self._was_short
             and DONTWAIT
             and start - self._last_wait_ended_at < MAX_SERIES_GAP
-            and start > self._busy_until
+            and start > self._guard.paused_until
         ):
             self._was_short = False
             while now - start < SPIN_TIME:
@@ -66,8 +94,8 @@ class SpinWait:
                 except BlockingIOError:
                     yield_processor()  # the other side may need this processor
                     previous, now = now, perf_counter()
-                    if now - previous > PREEMPTION_GAP:
-                        self._busy_until = now + BUSY_TIME
+                    if self._guard.is_interrupted(previous, now):
+                        break
                     continue
                 self._was_short = True
                 self._last_wait_ended_at = now

@@ -374,7 +374,8 @@ class TopicMethods:
             max_datagram_size: maximum size of a datagram in bytes, for "udp".
             low_latency: whether to poll for the next message for 2 ms before sleeping: messages arrive 25 to 50 us
                 sooner, but the node uses up to one processor. Only effective while the topic has one publisher, over
-                TCP or local. The first subscriber to a topic in a node decides for all of them.
+                TCP or local, and while the machine is not busy: then the node sleeps as without it. The first
+                subscriber to a topic in a node decides for all of them.
             deadline: maximum time between two messages, in seconds of the node's time, starting at the first connection
                 to a publisher. A message counts when the callback receives it. None for no limit.
             on_missed: called like any callback, with a Missed, if no message has arrived within ``deadline``: once for

@@ -13,8 +13,15 @@ import pytest
 
 from pyros1.msgs import AnyMsg, load_message
 from pyros1.msgs.large_arrays import SplitBody, decode_split, find_layout
+from pyros1.net.spin_wait import DONTWAIT, MIN_PAUSE, PREEMPTION_GAP
 from pyros1.node.subscribing import tcp_source
-from pyros1.node.subscribing.tcp_source import MIN_FLOOD_STREAK, MIN_LARGE_FRAME, FloodDetector, TcpSource
+from pyros1.node.subscribing.tcp_source import (
+    MIN_FLOOD_STREAK,
+    MIN_LARGE_FRAME,
+    SPIN_TIME,
+    FloodDetector,
+    TcpSource,
+)
 
 from ...bodies import decode, encode
 
@@ -172,3 +179,42 @@ def test_a_flood_of_single_messages_is_let_accumulate_until_it_ends(monkeypatch:
     assert [receive_once() for _ in range(MIN_FLOOD_STREAK)][-1] == 4
     assert receive_once() == 5
     assert receive_once(size=1 << 20) == 5, "these are large"
+
+
+class Clock:
+    """Time that passes with each poll, and how many polls there were."""
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        self.now, self.step, self.polls = 100.0, 1e-6, 0
+        monkeypatch.setattr(tcp_source, "perf_counter", lambda: self.now)
+        monkeypatch.setattr(tcp_source, "yield_processor", self._pass)
+
+    def _pass(self) -> None:
+        self.now += self.step
+        self.polls += 1
+
+    def polls_of(self, link: TcpSource) -> int:
+        """Return how often a link polls in vain before it sleeps."""
+        self.polls = 0
+        with pytest.raises(BlockingIOError):
+            link.receive(wait=True)
+        return self.polls
+
+
+@pytest.mark.skipif(not DONTWAIT, reason="this system cannot receive without waiting")
+def test_polling_ends_while_others_need_the_processor(
+    pair: tuple[socket.socket, TcpSource], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    sender, link = pair
+    clock = Clock(monkeypatch)
+    assert clock.polls_of(link) == 0, "it was not asked to poll"
+    link.spins = True
+    assert clock.polls_of(link) == pytest.approx(SPIN_TIME / clock.step, rel=0.01)
+    clock.step = 2 * PREEMPTION_GAP
+    assert clock.polls_of(link) == 1
+    clock.step = 1e-6
+    assert clock.polls_of(link) == 0
+    sender.sendall(frame(image(1, 10)))
+    assert receive(link, 1)[0] == [image(1, 10)], "messages come all the same"
+    clock.now += MIN_PAUSE
+    assert clock.polls_of(link) == pytest.approx(SPIN_TIME / clock.step, rel=0.01)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from pyros1.ground.errors import ProtocolError
 from pyros1.msgs.large_arrays import SplitBody
 from pyros1.net.socket_close import shutdown_and_close
-from pyros1.net.spin_wait import DONTWAIT, yield_processor
+from pyros1.net.spin_wait import DONTWAIT, PollGuard, yield_processor
 from pyros1.net.timeouts import set_socket_timeouts
 from pyros1.node.subscribing.queues import Frames, Items
 from pyros1.wire.framing import FrameBuffer
@@ -78,7 +78,8 @@ class TcpSource:
         expected_layout: the layout of the last large frame, which the next is likely to have; None if all frames go
             through the buffer.
         spins: whether a `receive` that waits polls for SPIN_TIME seconds before it sleeps. The system needs
-            25 to 50 us to wake a sleeping thread; a polling thread occupies a processor meanwhile.
+            25 to 50 us to wake a sleeping thread; a polling thread occupies a processor meanwhile. On a busy machine it
+            sleeps, see `PollGuard`.
     """
 
     transport = "TCPROS"
@@ -96,6 +97,7 @@ class TcpSource:
         self.last_readable_at = 0.0
         self.expected_layout: ArrayLayout | None = None
         self.spins = False
+        self._poll_guard = PollGuard()
         if sock.family == getattr(socket, "AF_UNIX", None):
             self.address = f"LOCAL connection on port 0 to [127.0.0.1:0 on socket {self.fd}]"
             return
@@ -130,15 +132,21 @@ class TcpSource:
         return self.take_received(count) if count else None
 
     def _spin_receive(self) -> int | None:
-        """Poll for bytes; return how many arrived, 0 at the end of the stream, or None after SPIN_TIME seconds without
-        any.
+        """Poll for bytes; return how many arrived, 0 at the end of the stream, or None if the caller must sleep: after
+        SPIN_TIME seconds without any, or on a busy machine.
         """
-        free_space, receive, deadline = self.buffer.writable(), self.sock.recv_into, perf_counter() + SPIN_TIME
-        while perf_counter() < deadline:
+        now = perf_counter()
+        if now < self._poll_guard.paused_until:
+            return None
+        free_space, receive, deadline = self.buffer.writable(), self.sock.recv_into, now + SPIN_TIME
+        while now < deadline:
             try:
                 return receive(free_space, 0, DONTWAIT)
             except BlockingIOError:
                 yield_processor()  # the publisher may need this processor
+            previous, now = now, perf_counter()
+            if self._poll_guard.is_interrupted(previous, now):
+                break
         return None
 
     def close(self) -> None:
