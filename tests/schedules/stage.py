@@ -156,5 +156,5 @@ def _put_stand_ins(stage: Stage, put: Callable[[Any, str, Any], None]) -> None:
         for name, value in list(vars(module).items()):
             if id(value) in stand_in:
                 put(module, name, stand_in[id(value)])
-    put(pyros1.net.loop, "_yield_processor", lambda: stage.time.sleep(0))
+    put(pyros1.net.loop, "yield_processor", lambda: stage.time.sleep(0))
     put(pyros1.net.spin_wait, "yield_processor", lambda: stage.time.sleep(0))

@@ -43,7 +43,7 @@ def test_all_that_moves_links_is_read() -> None:
         (pair('<joint type="fixed"/>'), "a joint has no name"),
         (pair(joint(type="hinge")), "its type is hinge; there are continuous"),
         (pair('<joint name="j" type="fixed"><parent link="one"/></joint>'), "joint j has no child"),
-        (pair(joint(type="revolute")), "has no limit: <limit .*continuous"),
+        (pair(joint(type="revolute")), "has no <limit>: add <limit .*continuous"),
         (pair(joint('<axis xyz="1 0"/>')), 'joint j: <axis xyz="1 0"> must be three numbers'),
         (pair(joint('<origin rpy="0 0 x"/>')), "three numbers"),
         (pair(joint('<origin xyz="0 0 inf"/>')), "three numbers"),

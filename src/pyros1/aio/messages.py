@@ -40,7 +40,7 @@ class Messages(Generic[_M]):
         self._thread = threading.get_ident()
         self._limit = limit
         self._urgent = urgent
-        self._inboxes: dict[Source, Inbox] = {}
+        self._inbox_by_source: dict[Source, Inbox] = {}
         self._inbox_set = InboxSet()
         self._ready = asyncio.Event()
         self._is_wake_scheduled = False  # whether the asyncio loop has been asked to check for messages
@@ -54,7 +54,7 @@ class Messages(Generic[_M]):
 
     def put(self, source: Source, item: Item) -> None:
         """Add a message of a publisher. Called by one thread at a time."""
-        inbox = self._inboxes.get(source)
+        inbox = self._inbox_by_source.get(source)
         if inbox is None:
             inbox = self._open_inbox(source)
         inbox.put(item, self._limit)
@@ -70,13 +70,13 @@ class Messages(Generic[_M]):
 
     def _open_inbox(self, source: Source) -> Inbox:
         """Create a queue for a publisher; remove the empty queues of disconnected publishers."""
-        if len(self._inboxes) >= self._cleanup_at:
-            for other_source, inbox in list(self._inboxes.items()):
+        if len(self._inbox_by_source) >= self._cleanup_at:
+            for other_source, inbox in list(self._inbox_by_source.items()):
                 if not other_source.connected and not len(inbox):
                     self._inbox_set.forget(inbox)
-                    del self._inboxes[other_source]
-            self._cleanup_at = max(1, 2 * len(self._inboxes))
-        inbox = self._inboxes[source] = Inbox(source)
+                    del self._inbox_by_source[other_source]
+            self._cleanup_at = max(1, 2 * len(self._inbox_by_source))
+        inbox = self._inbox_by_source[source] = Inbox(source)
         self._inbox_set.open(inbox)
         return inbox
 

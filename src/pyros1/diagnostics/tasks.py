@@ -57,7 +57,7 @@ class Frequency:
             self._count += 1
 
     def run(self, status: Status) -> None:
-        """Fill in a status. This method is the task."""
+        """Fill in a status with what was observed since the last run. Pass this method to the updater as the task."""
         with self._lock:
             now, count = self._now(), self._count
             window_start, count_before = self._runs[0]
@@ -113,7 +113,7 @@ class TimeStamps:
             self._delays = [min([delay, *self._delays]), max([delay, *self._delays])]
 
     def run(self, status: Status) -> None:
-        """Fill in a status. This method is the task."""
+        """Fill in a status with what was observed since the last run. Pass this method to the updater as the task."""
         with self._lock:
             minimum_delay, maximum_delay = self._delays or (0.0, 0.0)
             status.summary(OK, "Timestamps are reasonable.")
@@ -154,7 +154,7 @@ class Combined:
         self.tasks = list(tasks)
 
     def run(self, status: Status) -> None:
-        """Fill in a status. This method is the task."""
+        """Fill in a status with what was observed since the last run. Pass this method to the updater as the task."""
         initial_summary = status.level, status.message
         merged = Status()
         for task in self.tasks:

@@ -32,7 +32,7 @@ REASONS = {
     "roslaunch.remote": _LAUNCH,
     "roslaunch.remoteprocess": _LAUNCH,
     "genmsg.deps": "see genmsg.load_depends, and MsgContext.get_all_depends and get_file",
-    "genmsg.template_tools": "classes are created when they are imported; no code is generated",
+    "genmsg.template_tools": "message classes are created when they are imported, without source files",
     "roslib.gentools": "see genmsg.gentools, or a message class's _md5sum and _full_text",
     "roslib.manifestlib": "see rospkg.Manifest",
     "roslib.resources": "list the folder that roslib.packages.get_pkg_dir returns",

@@ -23,7 +23,7 @@ from pyros1.msgs.fill import fill_message
 
 _SPECIAL_FLOATS = ("NaN", "Infinity", "-Infinity")
 _FLOAT_TYPES = ("float32", "float64")
-_BYTE_TYPES = ("uint8", "char")
+_UINT8_TYPES = ("uint8", "char")
 _INT64_TYPES = ("int64", "uint64")
 _INTEGER_PATTERN = re.compile(r"-?[0-9]{1,20}\Z")
 _SLICE_SIZE = 3 << 12
@@ -52,7 +52,7 @@ def to_json(value: Any, type_name: str | None = None) -> Any:  # noqa: PLR0911 -
     if isinstance(value, (str, int)) or value is None:
         return value
     base = type_name.partition("[")[0] if type_name is not None else None
-    if base in _BYTE_TYPES:
+    if base in _UINT8_TYPES:
         return base64.b64encode(bytes(value)).decode("ascii")
     return [to_json(item, base) for item in value]
 
@@ -91,7 +91,7 @@ def emit_json(
         for start in range(0, len(value), _SLICE_SIZE):
             emit(base64.b64encode(value[start : start + _SLICE_SIZE]).decode("ascii"))
         emit('"')
-    elif isinstance(value, (list, tuple)) and value and (type_name or "").partition("[")[0] not in _BYTE_TYPES:
+    elif isinstance(value, (list, tuple)) and value and (type_name or "").partition("[")[0] not in _UINT8_TYPES:
         _emit_array(emit, value, type_name, includes)
     else:
         emit(_dumps(to_json(value, type_name)))
@@ -141,7 +141,7 @@ def _to_plain(cls: type[Message], value: Any, prefix: str) -> Any:
 
 def _field_to_plain(cls: type[Message], slot_type: str, value: Any, path: str) -> Any:
     base, bracket, _ = slot_type.partition("[")
-    if bracket and base in _BYTE_TYPES and isinstance(value, str):
+    if bracket and base in _UINT8_TYPES and isinstance(value, str):
         try:
             return base64.b64decode(value, validate=True)
         except (binascii.Error, ValueError):

@@ -102,7 +102,8 @@ class Clock:
         def must_wait() -> bool:
             nonlocal previous
             now = self._now
-            if now < start:  # a small step back is not a jump: /clock may have two publishers
+            # Compared with `start`, not `previous`: two publishers of /clock may step back a little between ticks.
+            if now < start:
                 raise TimeMovedBackwardsError((now - previous).to_sec())
             previous = now
             return now < deadline

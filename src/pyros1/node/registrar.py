@@ -189,7 +189,7 @@ class Registrar:
                 self._registrations.pop(job.registration, None)
             try:
                 job.value = self._call(job.call)
-                if job.call[0] in _UNREGISTER_METHODS:
+                if job.call[0] in _UNREGISTER_METHOD_BY_REGISTER_METHOD:
                     self._registrations[job.call] = None
                     self._pending_unregistrations.pop(_unregistration(job.call), None)
             except Exception as error:  # noqa: BLE001 - raised in the waiting thread; this one must continue
@@ -207,7 +207,7 @@ class Registrar:
                 return value
             except MasterUnreachableError:
                 self._is_master_unreachable = True
-                if call[0] not in _UNREGISTER_METHODS:
+                if call[0] not in _UNREGISTER_METHOD_BY_REGISTER_METHOD:
                     self._pending_unregistrations[call] = None
                     return 0
                 if not self._is_outage_logged:  # `_check` may have noticed the outage before, but does not log it
@@ -216,7 +216,7 @@ class Registrar:
                 if self._closed or self._context.stopping.wait(RETRY_DELAY):
                     raise NodeShutdownError(f"{self._context.name} is shutting down") from None
             except Error as error:
-                if call[0] in _UNREGISTER_METHODS:
+                if call[0] in _UNREGISTER_METHOD_BY_REGISTER_METHOD:
                     raise
                 self._context.log.debug("%s remains registered: %s", call[1], error)
                 return 0
@@ -227,7 +227,11 @@ class Registrar:
         As soon as a restarted master has this one registration, it knows the node, and `_check` could no longer detect
         that other registrations are missing.
         """
-        if not self._registrations or call[0] not in _UNREGISTER_METHODS or not self._can_be_looked_up:
+        if (
+            not self._registrations
+            or call[0] not in _UNREGISTER_METHOD_BY_REGISTER_METHOD
+            or not self._can_be_looked_up
+        ):
             return self._register_once(call)
         lookup, value = self._master.multicall([("lookupNode", (self._context.name,)), (call[0], call[1:])])
         if isinstance(value, Error):
@@ -301,7 +305,7 @@ class Registrar:
             self._context.log.peer_event(WARN, "registering again failed, will try again: %s", error)
 
 
-_UNREGISTER_METHODS = {
+_UNREGISTER_METHOD_BY_REGISTER_METHOD = {
     "registerPublisher": "unregisterPublisher",
     "registerSubscriber": "unregisterSubscriber",
     "registerService": "unregisterService",
@@ -313,7 +317,11 @@ def _unregistration(call: Call) -> Call:
     method, name, *rest = call
     if method == "registerService":  # (service, service_api, caller_api) -> (service, service_api)
         return ("unregisterService", name, rest[0])
-    return (_UNREGISTER_METHODS[method], name, rest[-1])  # (topic, type, caller_api) -> (topic, caller_api)
+    return (
+        _UNREGISTER_METHOD_BY_REGISTER_METHOD[method],
+        name,
+        rest[-1],
+    )  # (topic, type, caller_api) -> (topic, caller_api)
 
 
 def await_master(context: Context, master: MasterClient, timeout: float | None, request: Callable[[float], _T]) -> _T:

@@ -10,8 +10,8 @@ class Decoder:
     """Decodes messages of any type, using the definition from their connection header or the installed one.
 
     Args:
-        type_name: the topic's type according to the master if all messages have the same type. It takes precedence over
-            the publisher's type, like in stock's tools.
+        type_name: the topic's type as registered with the master. It is used for all messages, instead of the type in
+            each publisher's header, as in stock's tools, unless its class is not found. Empty: always use the header's.
         prefer_installed: see `pyros1.msgs.nonstandard_definitions.find_class`.
     """
 

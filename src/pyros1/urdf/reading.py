@@ -115,8 +115,8 @@ def _read_joint(element: Element, warnings: list[str]) -> Joint:
     limit = _read_limit(element, context)
     if limit is None and joint_type in ("revolute", "prismatic"):
         raise UrdfError(
-            f"{context} is {joint_type} and has no limit: <limit lower=... upper=... effort=... velocity=.../>"
-            + (", or make it continuous" if joint_type == "revolute" else "")
+            f"{context} is {joint_type} but has no <limit>: add <limit lower=... upper=... effort=... velocity=.../>"
+            + (", or make the joint continuous" if joint_type == "revolute" else "")
         )
     axis = _read_axis(element, context) if joint_type in MOVING_TYPES else (1.0, 0.0, 0.0)
     if axis == (0.0, 0.0, 0.0):

@@ -16,7 +16,7 @@ import pytest
 from pyros1.bag.format.reader import BagReader
 from pyros1.bag.record.model import RecordOptions, Source, Topic
 from pyros1.bag.record.names import FileNames
-from pyros1.bag.record.snapshot import MessageRing, Snapshots
+from pyros1.bag.record.snapshot import MessageRing, SnapshotBuffer
 from pyros1.msgs.std_msgs.msg import Float64, String
 from pyros1.msgs.std_srvs.srv import SetBool, Trigger
 
@@ -69,7 +69,7 @@ def test_a_snapshot_is_a_bag_by_time(tmp_path: Path, make_node: Any) -> None:
     talker.advertise("map", String, latch=True).publish("m")
     publishers = [talker.advertise(name, Float64, queue_size=0) for name in ("a", "b")]
     options = RecordOptions(names=FileNames(str(tmp_path / "s"), has_date=False, has_number=True), min_space=0)
-    snapshots = Snapshots(make_node("record"), options, 0.0, 0, lambda text: None)
+    snapshots = SnapshotBuffer(make_node("record"), options, 0.0, 0, lambda text: None)
     assert snapshots.write() == ("", 0) and not list(tmp_path.glob("s*")), "nothing has come yet"
     for name in ("/map", "/a", "/b"):
         snapshots.subscribe(name)

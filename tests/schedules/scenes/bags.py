@@ -20,7 +20,7 @@ from pyros1.bag.record.model import RecordOptions
 from pyros1.bag.record.names import FileNames
 from pyros1.bag.record.queue import MESSAGE_OVERHEAD
 from pyros1.bag.record.recorder import Events, Recorder
-from pyros1.bag.record.snapshot import Snapshots
+from pyros1.bag.record.snapshot import SnapshotBuffer
 from pyros1.msgs import AnyMsg
 
 from ..stage import Scenario, Stage
@@ -200,7 +200,7 @@ class Snapping(Scenario):
         """Play it, with files there."""
         source: Any = Source()
         names = FileNames(str(folder / "s"), has_date=False)
-        snapshots = Snapshots(
+        snapshots = SnapshotBuffer(
             source,
             RecordOptions(names=names, min_space=0),
             0.0,

@@ -15,7 +15,7 @@ Emit = Callable[[str], object]
 _VALUES_PER_WRITE = 1000
 """Number of values of a row that are joined for one write."""
 
-_BYTE_TYPES = ("uint8", "char")
+_UINT8_TYPES = ("uint8", "char")
 _TIME_TYPES = ("time", "duration")
 
 
@@ -95,7 +95,7 @@ class Table:
             fields = self._fields_by_class[cls] = []
             for name, slot_type in zip(cls.__slots__, cls._slot_types, strict=True):
                 element_type, bracket, _ = slot_type.partition("[")
-                is_hidden = (bracket and (self._omits_arrays or element_type in _BYTE_TYPES)) or (
+                is_hidden = (bracket and (self._omits_arrays or element_type in _UINT8_TYPES)) or (
                     self._omits_strings and element_type == "string"
                 )
                 if not is_hidden:

@@ -77,7 +77,7 @@ class MessageRing:
             self.bytes = 0
 
 
-class Snapshots:
+class SnapshotBuffer:
     """Keeps the latest messages on some topics.
 
     Args:

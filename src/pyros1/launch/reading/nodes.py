@@ -143,8 +143,8 @@ class NodeReader:
         return plan
 
     def _read_children(self, element: Element, scope: Scope, name: str) -> None:
-        def text(child: Element, name: str) -> str | None:
-            return self._attribute(child, scope, name)
+        def attribute(child: Element, attribute_name: str) -> str | None:
+            return self._attribute(child, scope, attribute_name)
 
         node_scope = scope.child(name, private_params=[])
         self._children(
@@ -153,8 +153,8 @@ class NodeReader:
             {
                 "param": lambda child, _: self._params.read_param(child, node_scope, self._attribute, private=True),
                 "rosparam": lambda child, _: self._params.read_rosparam(child, node_scope, self._attribute),
-                "remap": lambda child, _: scope.remap(text(child, "from"), text(child, "to")),
-                "env": lambda child, _: scope.set_env(text(child, "name"), text(child, "value")),
+                "remap": lambda child, _: scope.remap(attribute(child, "from"), attribute(child, "to")),
+                "env": lambda child, _: scope.set_env(attribute(child, "name"), attribute(child, "value")),
             },
         )
         # Parameters of the scope override the <rosparam> tags of the node, and are overridden by its <param> tags.

@@ -79,10 +79,12 @@ class Process:
     @property
     def is_gone(self) -> bool:
         """Whether the process and all members of its groups, including those of previous runs, have exited."""
-        return not self.alive and not self._groups()
+        return not self.alive and not self._live_leftover_groups()
 
-    def _groups(self) -> set[int]:
-        """Return the process groups of previous runs that still have members."""
+    def _live_leftover_groups(self) -> set[int]:
+        """Forget the leftover groups that have become empty. Return the others: groups whose leader has exited, but
+        which still have members.
+        """
         with self._lock:  # the watching thread may be adding a group
             leftover_groups = set(self._leftover_groups)
         ended_groups = {pid for pid in leftover_groups if not is_leaderless(pid)}
@@ -180,7 +182,7 @@ class Process:
                 pass
             except PermissionError:  # a member has changed its user; the process itself may still accept signals
                 popen.send_signal(number)
-        for group in self._groups():
+        for group in self._live_leftover_groups():
             with contextlib.suppress(OSError):
                 os.killpg(group, number)
 

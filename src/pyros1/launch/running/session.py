@@ -62,7 +62,7 @@ _TIME_LIMIT = "time limit"
 
 
 @dataclass
-class TestTrial:
+class TestAttempt:
     """A test to run; the launch is shut down when it exits.
 
     Attributes:
@@ -156,11 +156,11 @@ class Session:
         """Stop waiting for nodes to exit. May be called in any thread or signal handler."""
         self._supervisor.stop_waiting()
 
-    def run(self, trial: TestTrial | None = None) -> None:
+    def run(self, attempt: TestAttempt | None = None) -> None:
         """Start everything, supervise it, and return when everything has exited.
 
         Args:
-            trial: a test to run; the launch is shut down when it exits.
+            attempt: one run of a test. The launch is shut down when the test exits.
 
         Raises:
             LaunchError: the launch cannot be started. Processes that were already started are stopped.
@@ -177,15 +177,15 @@ class Session:
             self._start(is_master_running, run_id, folder)
             if not is_master_running and self._core_journal is None:
                 set_aside_journal(self.environ, parse_uri(self._uri)[1], self.console)
-            if trial is not None and self._starter is not None:
-                self._starter.start_test(trial.test)
-                self._supervisor.stop_after(trial.time_limit, _TIME_LIMIT)
+            if attempt is not None and self._starter is not None:
+                self._starter.start_test(attempt.test)
+                self._supervisor.stop_after(attempt.time_limit, _TIME_LIMIT)
             if self.on_started is not None:
                 self.on_started()
             self._has_started_all = True
             reason = self._supervisor.run()
-            if trial is not None:
-                trial.timed_out = reason == _TIME_LIMIT
+            if attempt is not None:
+                attempt.timed_out = reason == _TIME_LIMIT
             if self._supervisor.required_failed:
                 self.exit_code = 1
             if reason.startswith("all processes"):

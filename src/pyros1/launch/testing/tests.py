@@ -16,7 +16,7 @@ from pyros1.launch.running.command_line import locate
 from pyros1.launch.running.console import Console
 from pyros1.launch.running.logs import ros_home
 from pyros1.launch.running.options import Options
-from pyros1.launch.running.session import Session, TestTrial
+from pyros1.launch.running.session import Session, TestAttempt
 from pyros1.launch.testing.junit import Case, Results, read_results
 from pyros1.net.hosts import master_uri
 from pyros1.net.master_client import MasterClient
@@ -162,7 +162,7 @@ class TestRun:
             self._write(f"test [{test.test_name}] failed, retrying. Retries left: {attempts_left - 1}", self.out)
 
     def _run_once(self, test: TestPlan, path: Path) -> Results:
-        trial = TestTrial(self._with_results(test, path), test.time_limit)
+        attempt = TestAttempt(self._with_results(test, path), test.time_limit)
         port = None if self.reuse_master else _free_port()
         if self.reuse_master:
             self._prepare_master()
@@ -171,12 +171,12 @@ class TestRun:
         self._session = Session(replace(self.plan, tests=[]), options, self.packages, self.environ, console)
         try:
             if not self.stopped:
-                self._session.run(trial)
+                self._session.run(attempt)
         finally:
             self._session = None
         if self.stopped:
             raise LaunchError(f"test [{test.test_name}] was interrupted")
-        if trial.timed_out:
+        if attempt.timed_out:
             test_type = f"{test.package}/{test.type}"
             raise LaunchError(
                 f"max time [{test.time_limit}s] allotted for test [{test.test_name}] of type [{test_type}]"

@@ -392,7 +392,7 @@ class DeliveryLoop:
             self._rearm(earlier_batch.link)
         while not self._closed:
             self._drain_all(backlog)
-            self._run_jobs()  # after taking messages: a callback that subscribed before they were sent gets them
+            self._run_jobs()  # after draining: a new subscriber gets messages that were sent after it subscribed
             if not backlog:
                 return
             deadline = perf_counter() + MAX_CALLBACK_TIME
@@ -420,7 +420,9 @@ class DeliveryLoop:
     # Turns of inboxes -------------------------------------------------------------------------------------------------
 
     def _deliver_from_inbox(self, inbox: Inbox) -> None:
-        """Give an inbox its turn. It remains in the queue even if a callback raises an exception that is not caught."""
+        """Deliver messages from an inbox for one turn. If a callback raises an exception that is not caught, its
+        message is lost, but the inbox stays in `_ready_inboxes`, so that its other messages get their turn.
+        """
         deliver_item = self._receiver.deliver_item
         batch_size, start, now = 1, perf_counter(), 0.0
         while now < start + MAX_TURN_TIME and not self._dispatcher.is_held_back:

@@ -45,7 +45,7 @@ class Advertise:
 
 @dataclass(frozen=True)
 class Unadvertise:
-    """The client stops publishing on a topic, or only the part of the client that has the operation's id stops."""
+    """Withdraw the client's advertisement of a topic; with an id, only the advertisement made with that id."""
 
     topic: str
 

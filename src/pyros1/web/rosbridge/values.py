@@ -22,7 +22,7 @@ from pyros1.msgs.array_views import make_numpy_view
 from pyros1.msgs.json_form import from_json
 from pyros1.web.rosbridge.frames import tagged
 
-_BYTE_TYPES = ("uint8", "char")
+_UINT8_TYPES = ("uint8", "char")
 _FLOAT_TYPES = ("float32", "float64")
 _CBOR_TAGS = {
     "uint16": 69,
@@ -101,13 +101,13 @@ def _time_to_dict(value: Any) -> dict[str, int]:
 
 
 def _json_array(value: Any, base_type: str) -> Any:
-    if base_type in _BYTE_TYPES:
+    if base_type in _UINT8_TYPES:
         return base64.b64encode(value.data if isinstance(value, np.ndarray) else bytes(value)).decode("ascii")
     return value.tolist() if isinstance(value, np.ndarray) else list(value)
 
 
 def _cbor_array(value: Any, base_type: str) -> Any:
-    if base_type in _BYTE_TYPES:
+    if base_type in _UINT8_TYPES:
         return bytes(value)
     if base_type not in _CBOR_TAGS:
         return [bool(each) for each in value]
@@ -173,7 +173,7 @@ def _prepare_field(cls: type[Message], field_type: str, value: Any, now: Time) -
     base_type, bracket, _ = field_type.partition("[")
     if bracket and isinstance(value, list) and (base_type in _TIME_TYPES or base_type in cls._classes or None in value):
         return [_prepare_field(cls, base_type, each, now) for each in value]
-    if bracket and base_type in _BYTE_TYPES and isinstance(value, str):
+    if bracket and base_type in _UINT8_TYPES and isinstance(value, str):
         return _decode_base64(value)
     if base_type in _FLOAT_TYPES:  # clients receive null for NaN
         return math.nan if value is None else value

@@ -35,7 +35,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
 
 VERB = Verb(
     "relay_field",
-    "publish messages whose fields are expressions of the message m",
+    "publish messages whose fields are computed from each message m",
     *TRANSFORM_ARGUMENTS,
     Argument("expression", help="the output's fields as YAML"),
     *TRANSFORM_OPTIONS,

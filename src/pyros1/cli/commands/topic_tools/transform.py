@@ -25,9 +25,9 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
 
 VERB = Verb(
     "transform",
-    "publish the value of an expression of the message m",
+    "publish the value of a Python expression for each message m",
     *TRANSFORM_ARGUMENTS,
-    Argument("expression", optional=True, help="an expression of the message m (default: m itself)"),
+    Argument("expression", optional=True, help="a Python expression in which m is the message (default: m itself)"),
     Option(
         "-i",
         "--import",

@@ -26,4 +26,7 @@ from genmsg.names import (
 from genmsg.srvs import SrvSpec
 from pyros1.drop_in.missing import missing
 
-__getattr__ = missing(__name__, template_tools="classes are created when they are imported; no code is generated")
+__getattr__ = missing(
+    __name__,
+    template_tools="message classes are created when they are imported, without source files",
+)

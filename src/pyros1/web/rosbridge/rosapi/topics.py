@@ -15,27 +15,27 @@ _ACTION_TYPE_SUFFIXES = {"goal": "ActionGoal", "result": "ActionResult", "feedba
 """Last part of the name of an action's topic -> suffix of the topic's type."""
 
 
-def _types(robot: Robot) -> dict[str, str]:
+def _types_by_topic(robot: Robot) -> dict[str, str]:
     """Return topic -> type for all topics with publishers or subscribers; an unknown type is empty."""
-    state, types = robot.graph.state(), robot.graph.topic_types()
+    state, types_by_topic = robot.graph.state(), robot.graph.topic_types()
     names = robot.access.visible_names(sorted({*state.publishers, *state.subscribers}))
-    if not types.keys() >= {*names}:  # some topics are new
-        types = Graph(robot.master).topic_types()
-    return {name: types.get(name, "").replace("*", "") for name in names}
+    if not types_by_topic.keys() >= {*names}:  # some topics are new
+        types_by_topic = Graph(robot.master).topic_types()
+    return {name: types_by_topic.get(name, "").replace("*", "") for name in names}
 
 
 def _topics(robot: Robot, _: Mapping[str, str]) -> dict[str, Any]:
-    types = _types(robot)
-    return {"topics": list(types), "types": list(types.values())}
+    types_by_topic = _types_by_topic(robot)
+    return {"topics": list(types_by_topic), "types": list(types_by_topic.values())}
 
 
 def _topics_and_raw_types(robot: Robot, _: Mapping[str, str]) -> dict[str, Any]:
-    types = _types(robot)
-    definitions = {type_name: _definition(type_name) for type_name in set(types.values())}
+    types_by_topic = _types_by_topic(robot)
+    definitions = {type_name: _definition(type_name) for type_name in set(types_by_topic.values())}
     return {
-        "topics": list(types),
-        "types": list(types.values()),
-        "typedefs_full_text": [definitions[type_name] for type_name in types.values()],
+        "topics": list(types_by_topic),
+        "types": list(types_by_topic.values()),
+        "typedefs_full_text": [definitions[type_name] for type_name in types_by_topic.values()],
     }
 
 
@@ -47,7 +47,11 @@ def _definition(type_name: str) -> str:
 
 
 def _topics_for_type(robot: Robot, args: Mapping[str, str]) -> dict[str, Any]:
-    return {"topics": [name for name, type_name in _types(robot).items() if type_name and type_name == args["type"]]}
+    return {
+        "topics": [
+            name for name, type_name in _types_by_topic(robot).items() if type_name and type_name == args["type"]
+        ]
+    }
 
 
 def _topic_type(robot: Robot, args: Mapping[str, str]) -> dict[str, Any]:
@@ -56,12 +60,12 @@ def _topic_type(robot: Robot, args: Mapping[str, str]) -> dict[str, Any]:
     robot.check_visible(topic)
     type_name = robot.type_of(topic)
     if type_name == "*":
-        types = {
+        types_by_topic = {
             name: type_name
             for name, type_name in Graph(robot.master).topic_types().items()
             if topic.startswith(name + "/")
         }
-        type_name = types.get(max(robot.access.visible_names(types), key=len, default=""), "")
+        type_name = types_by_topic.get(max(robot.access.visible_names(types_by_topic), key=len, default=""), "")
     return {"type": type_name.replace("*", "")}
 
 
@@ -76,14 +80,14 @@ def _subscribers(robot: Robot, args: Mapping[str, str]) -> dict[str, Any]:
 
 
 def _action_servers(robot: Robot, _: Mapping[str, str]) -> dict[str, Any]:
-    types = _types(robot)
-    names = [name.removesuffix("/goal") for name in types if name.endswith("/goal")]
+    types_by_topic = _types_by_topic(robot)
+    names = [name.removesuffix("/goal") for name in types_by_topic if name.endswith("/goal")]
     return {
         "action_servers": [
             name
             for name in names
             if all(
-                types.get(f"{name}/{last_part}", "").endswith(type_suffix)
+                types_by_topic.get(f"{name}/{last_part}", "").endswith(type_suffix)
                 for last_part, type_suffix in _ACTION_TYPE_SUFFIXES.items()
             )
         ]

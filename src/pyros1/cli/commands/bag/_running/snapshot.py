@@ -8,7 +8,7 @@ from pyros1.bag.errors import BagError
 from pyros1.bag.record.follow import StopSignal, follow, wait_for_time
 from pyros1.bag.record.model import RecordOptions
 from pyros1.bag.record.names import Selection
-from pyros1.bag.record.snapshot import Snapshots
+from pyros1.bag.record.snapshot import SnapshotBuffer
 from pyros1.bag.record.topics import TopicSearch
 from pyros1.cli.commands.bag._running.live import StatusLine, format_size
 from pyros1.ground.terminal_text import one_line
@@ -27,7 +27,7 @@ def run_snapshots(
     topic_search = TopicSearch(node, selection)
     if not wait_for_time(node, stop_signal):
         return 0
-    snapshots = Snapshots(
+    snapshots = SnapshotBuffer(
         node, settings, options.snapshot_duration, int(options.snapshot_size * (1 << 20)), node.log.warn
     )
 
