@@ -53,7 +53,10 @@ class CleanStream:
 
     @property
     def exact(self) -> TextIO:
-        """The stream that writes data unchanged; on a terminal, this stream itself, which cleans the data."""
+        """The stream to write data to: the underlying stream, which does not change the data.
+
+        On a terminal, where control characters in the data could do harm, it is this `CleanStream` instead.
+        """
         return self.underlying if not self._keeps_escape_sequences else self  # type: ignore[return-value]
 
     def __iter__(self) -> Iterator[str]:
@@ -79,6 +82,6 @@ def clean_output() -> Iterator[None]:
 
 
 def data_stream() -> TextIO:
-    """Return the stream for data, such as CSV, that must reach a program or file unchanged."""
+    """Return the stream for data, such as CSV. Programs and files receive the data unchanged, a terminal cleaned."""
     stream: TextIO = getattr(sys.stdout, "exact", sys.stdout)
     return stream

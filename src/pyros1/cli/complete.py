@@ -17,9 +17,9 @@ _UNQUOTED_CHARACTERS = frozenset("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRST
 
 
 _FILE_WORDS = ("bag", "dir", "file", "output")
-"""Words in the name of an option or its value that indicate a file."""
+"""Words which, in the name of an option or of its value, indicate that the value is a file."""
 _OPTION_KINDS = ("example",)
-"""Options whose names are also the kinds of candidates for their values, see `complete_values.PROVIDERS_BY_KIND`."""
+"""Options whose values are completed. The name of such an option is a key of `complete_values.PROVIDERS_BY_KIND`."""
 
 
 def candidates(line: CommandLine) -> list[str]:
@@ -60,8 +60,8 @@ def main(argv: list[str]) -> int:
     """Print the candidates for the word at the cursor.
 
     Args:
-        argv: the shell's name; its word separators (bash's ``COMP_WORDBREAKS``, otherwise empty); the index of the
-            word at the cursor; and the words of the command line.
+        argv: the shell's name; the characters at which the shell splits words (bash's ``COMP_WORDBREAKS``, empty for
+            other shells); the index of the word at the cursor; and the words of the command line.
 
     Returns:
         The exit code, 0.
@@ -92,7 +92,7 @@ def main(argv: list[str]) -> int:
 
 
 def join_split_words(words: list[str]) -> list[str]:
-    """Join words that bash has split at colons and equals signs: ``rate``, ``:=``, ``5`` are one word in ROS."""
+    """Join words that bash has split at colons and equals signs, such as ``rate``, ``:=`` and ``5`` for ``rate:=5``."""
     result: list[str] = []
     joins_next = False
     for word in words:

@@ -18,7 +18,11 @@ _LISTEN_SECONDS = 0.25
 
 @contextmanager
 def _connect_to_master() -> Iterator[MasterClient]:
-    """Yield a client for the master. A timer ends the process if this takes too long: host lookups have no timeout."""
+    """Yield a client for the master.
+
+    The client's timeout does not cover looking up host names. Therefore, a timer ends the process if the client is in
+    use for longer than `MASTER_TIMEOUT`.
+    """
     from pyros1.cli.complete_line import MASTER_TIMEOUT  # noqa: PLC0415
     from pyros1.net.hosts import master_uri  # noqa: PLC0415
     from pyros1.net.master_client import MasterClient  # noqa: PLC0415
@@ -113,7 +117,7 @@ def _frames(_: CommandLine) -> list[str]:
 
 
 def _types(line: CommandLine, extension: str) -> list[str]:
-    """Return the types in the package at the cursor; if its name is incomplete, the matching packages with a slash."""
+    """Return the types in the package at the cursor. If several packages match, return their names with a slash."""
     from pyros1.finding.library import Library  # noqa: PLC0415
 
     library = Library(os.environ)
@@ -189,7 +193,7 @@ def _packages(_: CommandLine) -> list[str]:
 
 
 def _package_folders(line: CommandLine) -> list[str]:
-    """Return the subfolders of the folder typed so far; before the first slash, the names of special folders."""
+    """Return the subfolders of the folder typed so far, or, before the first slash, special names such as ``log``."""
     from pyros1.cli.commands.pkg._files import resolve_folder, special_folders  # noqa: PLC0415
     from pyros1.finding.packages import is_folder  # noqa: PLC0415
 

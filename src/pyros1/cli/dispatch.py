@@ -33,7 +33,7 @@ def usage() -> str:
             for name, entry in all_commands.items()
             if entry.group == group
         ]
-    lines += ["", "Each accepts the arguments of the corresponding ROS 1 tool: `pyros1 topic list` is `rostopic list`."]
+    lines += ["", "Commands accept the arguments of ROS 1's tools: `pyros1 topic list` does what `rostopic list` does."]
     lines += ["Type pyros1 <command> -h for more. pyros1 --version shows the version."]
     return "\n".join(lines)
 
@@ -50,7 +50,8 @@ def dispatch(argv: list[str], alone: bool) -> int:
 
     Args:
         argv: the command line with the program's name.
-        alone: whether the process exists only to run this command, so that its streams and signals may be changed.
+        alone: whether the process exists only to run this command. If so, the process's standard streams and signal
+            handlers may be changed.
 
     Returns:
         The exit code.

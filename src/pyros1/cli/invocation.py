@@ -90,7 +90,7 @@ class Invocation:
 
     @property
     def master(self) -> MasterClient:
-        """A client for the master, created when it is first used."""
+        """A client for the master, created when this property is first used."""
         if self._master is None:
             from pyros1.net.hosts import master_uri  # noqa: PLC0415
             from pyros1.net.master_client import MasterClient  # noqa: PLC0415

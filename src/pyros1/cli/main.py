@@ -9,8 +9,8 @@ import sys
 def entry(argv: list[str] | None = None, *, alone: bool | None = None) -> int:
     """Run a command.
 
-    Commands that run until Ctrl-C exit with code 0. Other commands are killed by the signal, so that a shell loop
-    around them stops as well.
+    Commands that run until Ctrl-C exit with code 0. Other commands are killed by Ctrl-C's signal, SIGINT, so that a
+    shell loop around them stops as well.
 
     Args:
         argv: the command line, including the program's name; None for ``sys.argv``. If the name is a stock tool's, such

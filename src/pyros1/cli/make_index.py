@@ -128,7 +128,7 @@ if __name__ == "__main__":
     source = index_source()
     if not INDEX_FILE.exists() or INDEX_FILE.read_text(encoding="utf-8") != source:
         INDEX_FILE.write_text(source, encoding="utf-8")
-        os.execv(sys.executable, [sys.executable, "-m", "pyros1.cli.make_index"])  # documents need the new index
+        os.execv(sys.executable, [sys.executable, "-m", "pyros1.cli.make_index"])  # tables in documents need it
     for path in DOCUMENTS:
         if path.exists():
             path.write_text(render_document(path), encoding="utf-8")

@@ -1,8 +1,11 @@
-"""Finds packages near the current folder, so that they can be used without any setting.
+"""Finds packages near the current folder, so that users need not set ``ROS_PACKAGE_PATH``.
 
-These are the packages in the current folder; inside a package, that package and its siblings; inside a workspace, those
-in its ``src``. They are appended to ``ROS_PACKAGE_PATH``, so that the user's setting has priority and started nodes
-find them regardless of their current folder.
+If the current folder contains packages, they are the nearby packages. Otherwise, the current folder and its parents are
+searched. If a package is found first, the nearby packages are that package and its siblings. If a workspace is found
+first, they are the packages in its ``src``.
+
+Nearby packages are appended to ``ROS_PACKAGE_PATH``, so that packages in the user's setting have priority. Nodes that
+are started inherit the variable, and find the same packages whatever their current folder is.
 """
 
 from __future__ import annotations
@@ -36,14 +39,14 @@ def add_nearby_packages(environ: MutableMapping[str, str]) -> None:
     covered_folders = (
         *configured_folders,
         OWN_PACKAGES,
-    )  # shipped packages stay last, even if the current folder is one of them
+    )  # pyros1's own packages have the lowest priority; appending one of them to the variable would raise its priority
     new_folders = [folder for folder in nearby_folders if not any(_is_inside(folder, root) for root in covered_folders)]
     if new_folders and os.pathsep not in "".join(new_folders):
         environ["ROS_PACKAGE_PATH"] = os.pathsep.join([*configured_folders, *new_folders])
 
 
 def find_nearby_packages(start_folder: str) -> list[str]:
-    """Return the folders of the packages near a folder, or the folder that contains all of them."""
+    """Return the folders of the packages near a folder. In a workspace, return the folder that contains all of them."""
     folders = list(_packages_in(start_folder))
     folder = start_folder
     while not folders:

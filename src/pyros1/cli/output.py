@@ -1,4 +1,8 @@
-"""Copes with unusual standard streams: closed, on a full disk, without a reader, or in an encoding other than UTF-8."""
+"""Handles unusual standard streams.
+
+A stream can be closed or have an encoding other than UTF-8. Writing to stdout can fail because a disk is full, or
+because the program at the other end of a pipe has exited.
+"""
 
 from __future__ import annotations
 
@@ -20,7 +24,11 @@ STDOUT_NAME = "standard output"
 
 
 def prepare_streams() -> None:
-    """Make the standard streams usable at the start of a command's process."""
+    """Prepare the standard streams and warnings at the start of a command's process.
+
+    Closed streams are connected to the null device. Errors in writing to stdout are given the file name `STDOUT_NAME`.
+    Characters that an encoding lacks are replaced instead of raising errors.
+    """
     if sys.stdin is None or sys.stdout is None or sys.stderr is None:
         _open_closed_streams()
     sys.stdout = _with_named_errors(sys.stdout)
@@ -30,7 +38,7 @@ def prepare_streams() -> None:
             codecs.register_error(_ERROR_HANDLER, _replace_character)
             stream.reconfigure(errors=_ERROR_HANDLER)
         elif isinstance(stream, io.TextIOWrapper) and stream.errors == "strict":
-            stream.reconfigure(errors="backslashreplace")  # for undecodable bytes in file names
+            stream.reconfigure(errors="backslashreplace")  # file names may contain undecodable bytes
 
 
 def _format_warning(
@@ -41,7 +49,11 @@ def _format_warning(
 
 
 def _open_closed_streams() -> None:
-    """Open the standard streams that are closed. Otherwise, child processes could use a socket as a standard stream."""
+    """Connect closed standard streams to the null device.
+
+    Otherwise, a file or socket that is opened later could get the descriptor of a standard stream, and child processes
+    would read from it or write to it.
+    """
     while (descriptor := os.open(os.devnull, os.O_RDWR)) <= 2:
         os.set_inheritable(descriptor, True)
     os.close(descriptor)
@@ -51,7 +63,10 @@ def _open_closed_streams() -> None:
 
 
 def _replace_character(error: UnicodeError) -> tuple[str | bytes, int]:
-    """Encode a character that the encoding lacks. Only undecodable bytes of file names are kept as they are."""
+    """Return a replacement for a character that the encoding lacks.
+
+    Undecodable bytes of file names, which Python represents as surrogates, are returned as bytes.
+    """
     if not isinstance(error, UnicodeEncodeError):
         raise error
     character = error.object[error.start]
@@ -64,7 +79,7 @@ def _replace_character(error: UnicodeError) -> tuple[str | bytes, int]:
 
 
 class _NamedOutput(io.FileIO):
-    """A file that adds its name to the errors that writing raises, which Python does not do for standard output."""
+    """A file for standard output. Errors in writing have the file name `STDOUT_NAME`; Python itself gives no name."""
 
     def write(self, data: Any) -> int:
         try:
@@ -89,7 +104,7 @@ def _with_named_errors(stream: TextIO) -> TextIO:
 
 
 def discard_output() -> None:
-    """Discard output that could not be written, so that the interpreter exits silently."""
+    """Connect stdout to the null device, so that flushing it when the interpreter exits cannot fail again."""
     null_device = os.open(os.devnull, os.O_WRONLY)
     os.dup2(null_device, sys.stdout.fileno())
     os.close(null_device)

@@ -40,7 +40,10 @@ def parse_with_negative_numbers(invocation: Invocation, verb: Verb) -> tuple[Any
 
 
 def leave_unparsed(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:
-    """Return None and all arguments, for verbs that parse them in `run`. Their options are for help and completion."""
+    """Return None and all arguments, for verbs whose `run` parses them.
+
+    The options in the records of such verbs are only used for help and completion.
+    """
     return None, invocation.args
 
 

@@ -1,11 +1,11 @@
 """The records of commands and verbs. Usage, help, completion, dispatch and the tables in documents come from them.
 
-A command is a module or folder in `pyros1.cli.commands` with a `Command` record named ``COMMAND``; in a folder, it is
-in ``__init__.py``. A command with verbs, such as ``topic``, is a folder with a file for each verb, which has the verb's
-record, ``VERB``. Similar verbs can share a file, which has a list of records, ``VERBS``. Files and folders whose
-names begin with ``_`` are shared by the verbs of a command.
+A command is a module or folder in `pyros1.cli.commands` with a `Command` record named ``COMMAND``. The record of a
+folder is in its ``__init__.py``. A command with verbs, such as ``topic``, is a folder with a file for each verb. The
+file has the verb's record, ``VERB``, or, if similar verbs share the file, a list of their records, ``VERBS``. Files and
+folders whose names begin with ``_`` contain code that the verbs of a command share.
 
-This module imports nothing slow, since records are created at each start of a command.
+This module imports nothing slow, since records are created each time a command starts.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from pyros1.cli.invocation import Invocation
 
 RunFunction = Callable[["Invocation", Any, list[str]], "int | None"]
-"""Runs a verb with the invocation, the parsed options and the arguments. Returns the exit code; None for 0."""
+"""Runs a verb with the invocation, the parsed options and the arguments. Returns the exit code; None means 0."""
 ParseFunction = Callable[["Invocation", "Verb"], tuple[Any, list[str]]]
 """Returns the parsed options and the arguments of an invocation of a verb."""
 
@@ -78,8 +78,8 @@ class Argument:
     Args:
         name: the name in the usage, such as ``topic``.
         completion_kinds: the kinds of candidates for completion, see `pyros1.cli.complete_values`, separated by ``|``.
-        repeatable: whether it may be repeated.
-        optional: whether it may be left out.
+        repeatable: whether the argument may be repeated.
+        optional: whether the argument may be left out.
         help: the description, for help that lists arguments.
     """
 
@@ -113,12 +113,12 @@ class Verb:
             that begins with ``pyros1``.
         aliases: other names of the verb.
         stock: the equivalent stock program, such as ``rosls``, with its first arguments if there are any; empty if
-            stock has none. None if it is the verb of the same name in the command's stock tool, whose list of verbs
-            contains only such verbs.
+            stock has none. None if the command's stock tool has a verb of the same name; the list of verbs that is
+            printed under the stock tool's name contains only such verbs.
         stock_about: the description in the stock tool's list of verbs if it differs from `about`; empty if that list
             lacks the verb.
         stock_examples: whether the stock tool's help also shows the examples.
-        parse: parses the arguments, see `pyros1.cli.parsing`; None for `parse_args`.
+        parse: the function that parses the arguments, see `pyros1.cli.parsing`. If None, `parse_args` is used.
     """
 
     __slots__ = (
@@ -213,11 +213,13 @@ class Command:
         footing: the last lines of that list.
         usage_exit_code: the exit code if the verb is missing or unknown.
         error_exit_code: the exit code after an error.
-        format_error: returns the message for an error; None for ``ERROR: `` followed by the error's message.
+        format_error: called with an error; returns the text to print. If this argument or the returned value is None,
+            the text is ``ERROR: `` followed by the error's message.
         stock_help: arguments for which the stock tool prints the list of verbs with exit code 0; an empty string
             represents no arguments.
         prints_unknown_verb: whether the stock tool prints the name of an unknown verb.
-        dispatch: finds and runs a verb that need not be the first argument, and returns the exit code.
+        dispatch: for a command whose verb need not be the first argument: the function that finds and runs the verb,
+            and returns the exit code.
     """
 
     __slots__ = (

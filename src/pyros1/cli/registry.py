@@ -1,8 +1,8 @@
 """Finds the commands and their verbs by name.
 
-Names and descriptions of all commands are in a table (`index`), so that only the command that runs is imported.
-``python -m pyros1.cli.make_index`` generates it from the records, and a test checks that it is current. Commands
-that are missing from the table are found by importing the modules in the folder.
+The names and descriptions of all commands are in a table, `index.INDEX`, so that only the command to run is imported.
+``python -m pyros1.cli.make_index`` generates the table from the commands' records. A test checks that the table is
+current. If a module in the folder of commands is missing from the table, the module is imported to read its record.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ class VerbEntry:
 
     @property
     def program(self) -> str:
-        """The equivalent stock program if it needs no arguments; empty if stock has none."""
+        """The stock program that does the same without any arguments; empty if there is none."""
         return "" if self.stock is None or " " in self.stock else self.stock
 
 
@@ -128,11 +128,15 @@ def completion_kinds(command: str, verb: str, position: int) -> str:
 
 
 def command_name(word: str) -> str | None:
-    """Return the command with this name, alias or stock name, such as ``topic`` or ``rostopic``; None if unknown."""
+    """Return the name of the command that a word stands for, such as ``topic`` for ``rostopic``; None if unknown.
+
+    Args:
+        word: the name of a command, an alias, the name of a stock tool, or a command's name after ``ros``.
+    """
     short = word.removeprefix("ros")
     if word in INDEX or (short in INDEX and INDEX[short][3] == word):  # the common case, which is fast
         return word if word in INDEX else short
-    for name, entry in commands().items():  # these names come first: rosconsole is not the command `console`
+    for name, entry in commands().items():  # these names have priority: stock's rosconsole is `log`, not `console`
         if word == entry.stock or word in entry.aliases:
             return name
     for name in commands():
@@ -194,7 +198,7 @@ def modules(command: str = "") -> list[str]:
     """Return the names of all commands' modules, or of those of one command's verbs, relative to `COMMANDS_PACKAGE`."""
     try:
         names = os.listdir(os.path.join(_COMMANDS_FOLDER, command))
-    except OSError:  # the command is a module, or is in an archive, whose commands are all in the table
+    except OSError:  # not a folder: the command is a module, or this code is in an archive
         return []
     module_names = [name.removesuffix(".py") for name in names if name.endswith(".py")]
     if not command:

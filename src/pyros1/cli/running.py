@@ -54,7 +54,11 @@ def run_command(name: str, argv: list[str]) -> int:
 
 
 def _print_error(command: Command, error: Error | OSError) -> int:
-    """Print an error in the command's format and return the exit code. Raise an OSError without a format again."""
+    """Print an error in the command's format and return the exit code.
+
+    Raises:
+        OSError: the command has no format for this error.
+    """
     message = command.format_error(error) if command.format_error else None
     code = error.code if isinstance(error, CommandError) else command.error_exit_code
     if message is None and not isinstance(error, Error):

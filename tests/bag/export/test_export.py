@@ -452,7 +452,7 @@ def test_names_that_ros_2_does_not_allow_are_made_ones_that_it_does(run: Run, tm
         "field Mocap/MarkerSet.setName was renamed to set_name",
         "field Mocap/MarkerSet.num__markers was renamed to num_markers",
     ):
-        assert f"NOTE: {line}: ROS 2 does not allow its name\n" in err
+        assert f"NOTE: {line}: ROS 2 does not allow the old name\n" in err
     assert len(err.splitlines()) == 8
     with AnyReader([tmp_path / output]) as reader:
         (connection,) = (each for each in reader.connections if each.topic == "/body")

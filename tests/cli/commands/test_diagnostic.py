@@ -112,7 +112,7 @@ def test_without_an_aggregator_the_diagnostics_of_all_nodes_are_shown(
         "[ WARN  ] lidar - text",
         "[  OK   ] motor - text",
     ]
-    assert err == "nothing publishes /diagnostics_agg; showing /diagnostics instead, as the nodes publish it\n"
+    assert err == "nothing publishes /diagnostics_agg; showing what nodes publish on /diagnostics instead\n"
     make_node("aggregator").advertise("diagnostics_agg", DiagnosticArray, latch=True).publish(
         DiagnosticArray(status=[DiagnosticStatus(1, "/all", "summed up", "", [])])
     )

@@ -18,7 +18,7 @@ from pyros1.ground.terminal_text import lines, one_line
 
 _DEFAULT_LEVEL = "info"
 _SIMULATED_TIME_LIMIT = 100_000_000
-"""Times below this limit in seconds, which is in 1973, are treated as simulated time."""
+"""A time in 1973, as seconds since 1970. Messages with earlier times are assumed to have simulated time."""
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:

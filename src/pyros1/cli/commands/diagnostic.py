@@ -101,7 +101,12 @@ COMMAND = Command(
             default="",
             help=f"topic to read (default: {_AGGREGATED_TOPIC}; without an aggregator {_RAW_TOPIC})",
         ),
-        Option("--filter", default=".*", metavar="REGEX", help="only names that match this regular expression"),
+        Option(
+            "--filter",
+            default=".*",
+            metavar="REGEX",
+            help="print only statuses whose names match this regular expression",
+        ),
         Flag("--nocolor", help="no color, even on a terminal"),
         Flag("-d", "--detail", help="also print time, hardware and all values"),
         Flag("--json", help="print a line of JSON", pyros1_only=True),
@@ -132,9 +137,7 @@ def _choose_topic(invocation: Invocation, requested: str) -> tuple[str, int]:
     publishers_by_topic = invocation.graph.state().publishers
     if publishers_by_topic.get(topic) or not publishers_by_topic.get(raw_topic):
         return topic, 1
-    print(
-        f"nothing publishes {topic}; showing {raw_topic} instead, as the nodes publish it", file=sys.stderr, flush=True
-    )
+    print(f"nothing publishes {topic}; showing what nodes publish on {raw_topic} instead", file=sys.stderr, flush=True)
     return raw_topic, len(publishers_by_topic[raw_topic])
 
 

@@ -58,7 +58,7 @@ _VERB = Verb(
     Option("--svg", metavar="FILE", help="draw the graph to a file; needs Graphviz", pyros1_only=True),
     examples=[
         ("--once", "print nodes, their connections and services"),
-        ("--svg graph.svg", "draw them"),
+        ("--svg graph.svg", "draw the graph to an SVG file"),
         ("--json", "print JSON for programs"),
     ],
     parse=leave_unparsed,

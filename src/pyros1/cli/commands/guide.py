@@ -116,8 +116,8 @@ COMMAND = Command(
         examples=[
             ("", "list the steps"),
             ("3", "show the third step"),
-            ("-w 2", "write its files"),
-            ("check 3", "check its exercise and print what is missing"),
+            ("-w 2", "write the files of the second step to this folder"),
+            ("check 3", "check the exercise of the third step and print what is missing"),
             ("howto", "list the how-to pages"),
             ("howto actions", "show how to write action servers and clients"),
         ],

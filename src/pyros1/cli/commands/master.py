@@ -68,7 +68,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
                 with suppress(Empty):
                     shutdown_requests.get(
                         timeout=POLL_INTERVAL
-                    )  # the timeout is needed since a signal that arrives just before a wait does not interrupt it
+                    )  # without a timeout, a signal that arrives just before the wait would not end the wait
                     break
         finally:
             core.stop_master()

@@ -137,15 +137,18 @@ COMMAND = Command(
         "",
         Flag("-t", "--text", help="let tests write to the screen instead of XML files"),
         Option(
-            "--pkgdir", dest="pkg_dir", metavar="PKG_DIR", help="folder of the package (default: found from the file)"
+            "--pkgdir",
+            dest="pkg_dir",
+            metavar="PKG_DIR",
+            help="folder of the package (default: derived from the file's location)",
         ),
-        Option("--package", metavar="PACKAGE", help="name of the package (default: found from the file)"),
+        Option("--package", metavar="PACKAGE", help="name of the package (default: derived from the file's location)"),
         Option(
             "--results-filename", metavar="RESULTS_FILENAME", help="name of the results (default: the name of the file)"
         ),
         Option("--results-base-dir", metavar="RESULTS_BASE_DIR", help="folder of the results of all packages"),
-        Flag("-r", "--reuse-master", help="use the running ROS master instead of a new one per test"),
-        Flag("-c", "--clear", help="with --reuse-master: delete all its parameters before each test"),
+        Flag("-r", "--reuse-master", help="use the running ROS master instead of starting a new one for each test"),
+        Flag("-c", "--clear", help="with --reuse-master: delete all parameters of the master before each test"),
         Argument("package", "package|launch_file", optional=True),
         Argument("<filename>", "package_launch_file|launch_arg"),
         Argument("arg_name:=value", "launch_arg", repeatable=True, optional=True),

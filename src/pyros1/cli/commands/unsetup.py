@@ -18,7 +18,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
 
 COMMAND = Command(
     "unsetup",
-    "undo setup in this shell",
+    "undo `pyros1 setup` in this shell",
     Verb(
         "",
         "",

@@ -101,7 +101,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
 
         try:
             _serve(invocation, options, uri, granted, on_started, WEB_PORT if options.port is None else options.port)
-        except _CannotListenError:  # for example by a page for another master
+        except _CannotListenError:  # for example, a page for another master uses the port
             if options.port is not None or not opens_panel:
                 raise
             _serve(invocation, options, uri, granted, on_started, 0)
@@ -120,7 +120,7 @@ def _save_graph(invocation: Invocation, file: str) -> int:
 
 
 def _open_in_running_server(invocation: Invocation, link: str, uri: str) -> int:
-    """Open a panel of a running server. If a launch file started this node, keep running: it may be a required one."""
+    """Open a panel of a running server. If a launch started this process, keep running: it may be a required node."""
     print(f"the robot at {uri} in a browser: {link}", flush=True)
     _open_link(link)
     if "__name" in invocation.special:
@@ -316,7 +316,7 @@ COMMAND = Command(
             action="append",
             default=[],
             metavar="NAME",
-            help="another name of this machine in links, for example behind a proxy",
+            help="name of this machine to use in links, for example behind a proxy",
         ),
         Option(
             "--token",
@@ -330,7 +330,7 @@ COMMAND = Command(
             default=[],
             metavar="ORIGIN",
             help="with --token '', a site whose pages may connect, for example http://localhost:8000, or null for "
-            "pages opened from a file. With a token, pages of any site that know it may connect",
+            "pages opened from a file. With a token, pages of any site that know the token may connect",
         ),
         Flag(
             "--read-only", dest="read_only", help="pages can only view: they cannot publish, call, set or stop anything"
@@ -340,15 +340,15 @@ COMMAND = Command(
             action="append",
             default=[],
             metavar="PATTERN",
-            help="show only topics, services, actions and parameters whose names match, for example '/camera/*', "
-            "also in bags; names of nodes and definitions of types stay visible; may be repeated",
+            help="show only topics (also in bags), services, actions and parameters whose names match, for example "
+            "'/camera/*'. Names of nodes and definitions of types stay visible. May be repeated",
         ),
         Option(
             "--bags",
             action="append",
             default=[],
             metavar="FOLDER",
-            help="folder whose bags pages may open and in which they may record (default: this one); may be repeated",
+            help="folder in which pages may open and record bags (default: the current folder); may be repeated",
         ),
         Option(
             "--most-pages",
@@ -396,7 +396,7 @@ COMMAND = Command(
     group="look",
     other_programs={
         name: (name,) for name in GUI_PROGRAMS if name not in ("image_view", "rqt_gui")
-    },  # these exist only in packages
+    },  # these programs exist only in packages, for `rosrun`
 )
 
 

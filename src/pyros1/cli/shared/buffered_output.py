@@ -16,8 +16,8 @@ class BufferedOutput:
 
     Args:
         write: the function that writes each chunk.
-        transform: returns the text to write for a chunk; None to write chunks unchanged. A chunk may end within a line,
-            but not between a carriage return and a line feed.
+        transform: called with each chunk; returns the text to write. If None, chunks are written unchanged. A chunk may
+            end within a line, but not between a carriage return and a line feed.
     """
 
     def __init__(self, write: WriteFunction, transform: Callable[[str], str] | None = None) -> None:

@@ -24,7 +24,7 @@ PORTS_OPTION = Option(
     "--ports",
     metavar="FIRST-LAST",
     pyros1_only=True,
-    help="ports to use besides the master's, for example 40000-40099",
+    help="range of ports to listen on, in addition to the master's port, for example 40000-40099",
 )
 _VARIABLES_BY_OPTION = {"allow": "PYROS1_ALLOW", "bind": "PYROS1_BIND", "ports": "PYROS1_PORTS"}
 
@@ -37,7 +37,8 @@ def with_options(environ: Mapping[str, str], options: Any) -> Mapping[str, str]:
         options: the parsed options.
 
     Raises:
-        UsageError: an option has an empty value. A script in which a variable is not set must not admit all clients.
+        UsageError: an option has an empty value. Otherwise, a script with an unset variable, as in
+            ``--allow "$NETWORKS"``, would admit all clients.
     """
     values_by_variable = {variable: getattr(options, name, None) for name, variable in _VARIABLES_BY_OPTION.items()}
     for variable, value in values_by_variable.items():

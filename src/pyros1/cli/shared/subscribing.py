@@ -15,8 +15,9 @@ _POLL_PERIOD = 0.2
 
 
 def wait_for_topic(invocation: Invocation, node: Any, name: str) -> tuple[str, str, str] | None:
-    """Wait until the topic in ``name`` is known, and split ``name`` into topic and field path. Warn before waiting
-    (L61).
+    """Wait until the topic in ``name`` is known, and split ``name`` into topic and field path.
+
+    If the topic is not known yet, print a warning before waiting (L61).
 
     Returns:
         (topic, field path, type), or None if the node was shut down.

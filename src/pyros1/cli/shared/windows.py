@@ -14,7 +14,7 @@ from pyros1.cli.failures import UsageError
 _LAYOUTS_NOTE = "the page cannot read rqt perspectives; its Layouts button saves and shares layouts"
 _NO_EMBEDDING_NOTE = "a page cannot control another window or be embedded in one; this option has no effect"
 _NO_NOTE = ""
-"""The note for an option that is silently ignored."""
+"""The empty note: the option is ignored without a message."""
 
 
 class OptionMapping(NamedTuple):

@@ -35,7 +35,7 @@ SELECTION_OPTIONS = (
         "--drop-connections",
         action="append",
         metavar="C1,C2",
-        help="leave out messages from these publishers: node names or connection numbers",
+        help="leave out messages from these publishers, given by node name or by the connection's number in the bag",
     ),
 )
 """Options that select messages from a bag, see `make_selection`."""

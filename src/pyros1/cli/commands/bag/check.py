@@ -15,7 +15,7 @@ from pyros1.cli.shared.options import CHUNK_LIMIT_OPTION
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
-    """Print the migrations that a bag's messages need to match the definitions on this system; write rules for them."""
+    """Print the migrations that a bag's messages need to match this system's definitions. With ``-g``, write rules."""
     if not args:
         raise UsageError("You must specify a bag file to check.")
     if options.append and options.rulefile is None:
@@ -36,7 +36,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
 
 VERB = Verb(
     "check",
-    "check whether messages match the definitions on this system",
+    "check whether a bag's messages match the message definitions on this system",
     CHUNK_LIMIT_OPTION,
     Option("-g", "--genrules", dest="rulefile", help="generate a rulefile named RULEFILE"),
     Flag("-a", "--append", help="append to the end of an existing rulefile after loading it"),
@@ -47,8 +47,8 @@ VERB = Verb(
     description="Determine whether a bag is playable in the current system, or if it can be migrated. "
     "Rule files are Python programs, and are executed.",
     examples=[
-        ("old.bag", "which types have changed since it was recorded"),
-        ("-g rules.bmr old.bag", "write rules for `fix`, to be completed by hand"),
+        ("old.bag", "print which message types have changed since the bag was recorded"),
+        ("-g rules.bmr old.bag", "write migration rules for `bag fix`, to be completed by hand"),
     ],
     run=run,
 )

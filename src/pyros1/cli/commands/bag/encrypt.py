@@ -48,7 +48,7 @@ VERBS = [
         BAGS_ARGUMENT,
         usage=REWRITE_USAGE,
         description="Encrypt one or more bag files.",
-        examples=[("-r robot@example.com run.bag", "encrypt a bag for the owner of that address's secret key")],
+        examples=[("-r robot@example.com run.bag", "encrypt a bag so that only robot@example.com can decrypt it")],
         run=encrypt,
     ),
     Verb(

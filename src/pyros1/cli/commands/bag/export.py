@@ -114,7 +114,12 @@ VERB = Verb(
     Flag("--noarr", help="csv, jsonl: leave out arrays"),
     Flag("--bare", help="jsonl: messages only, without topic and time"),
     Flag("--mosaic", help="images: keep raw Bayer images instead of converting them to color"),
-    Option("--storage", choices=["sqlite3", "mcap"], default="sqlite3", help="ros2: sqlite3 or mcap"),
+    Option(
+        "--storage",
+        choices=["sqlite3", "mcap"],
+        default="sqlite3",
+        help="ros2: storage format of the bag, sqlite3 or mcap",
+    ),
     Option(
         "--distro",
         default=_DEFAULT_DISTRIBUTION,
@@ -131,7 +136,7 @@ VERB = Verb(
     examples=[
         ("run.bag --format csv --topics /odom,/imu", "write the tables run_csv/odom.csv and run_csv/imu.csv"),
         ("run.bag -o - --format jsonl | jq .message", "print lines of JSON for other programs"),
-        ("run.bag --format images -o frames", "write image files, named after their stamps"),
+        ("run.bag --format images -o frames", "write image files, named after the time stamps of the images"),
         ("run.bag -o camera.mp4 --topics /camera/image_raw --from 10 --to 20", "write a video"),
         ("a.bag b.bag -o run.mcap", "convert two bags to one file for Foxglove"),
         ("run.bag -o run.mcap --ros1", "keep the messages unchanged, like `mcap convert`"),
@@ -146,7 +151,7 @@ def _renaming_notes(writer: Any) -> Iterator[str]:
     """Yield notes about names that were changed because ROS 2 does not allow them."""
     new_names = writer.names.changed if hasattr(writer, "names") else {}
     for old_name, new_name in list(new_names.items())[:_MAX_NAMES_SHOWN]:
-        yield f"NOTE: {old_name} was renamed to {new_name}: ROS 2 does not allow its name"
+        yield f"NOTE: {old_name} was renamed to {new_name}: ROS 2 does not allow the old name"
     if len(new_names) > _MAX_NAMES_SHOWN:
         yield f"NOTE: {len(new_names) - _MAX_NAMES_SHOWN} more names were changed"
 

@@ -110,7 +110,7 @@ class _MessageExpression:
         self._needs_message = re.search(r"\bm\b", text) is not None
 
     def __call__(self, bag: Bag, raw_message: RawMessage) -> Any:
-        """Return the expression's value for a message. The message is decoded only if the expression uses it.
+        """Return the expression's value for a message. The message is decoded only if the expression uses ``m``.
 
         Raises:
             CommandError: The expression cannot be evaluated.

@@ -16,7 +16,7 @@ from pyros1.cli.shared.progress import Progress
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> int:
-    """Copy a bag with its messages migrated to the definitions on this system. Return 1 if this needs more rules."""
+    """Copy a bag with its messages migrated to the definitions on this system. Return 1 if rules are missing."""
     if not args:
         raise UsageError("You must pass input and output bag files.")
     if len(args) < 2:
@@ -46,7 +46,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
 
 VERB = Verb(
     "fix",
-    "migrate messages to the definitions on this system",
+    "migrate a bag's messages to the message definitions on this system",
     CHUNK_LIMIT_OPTION,
     Flag("-n", "--noplugins", help="do not load rulefiles via plugins"),
     Flag("--force", help="proceed with migrations, even if not all rules defined"),
@@ -56,6 +56,6 @@ VERB = Verb(
     usage="INBAG OUTBAG [EXTRARULES1 EXTRARULES2 ...]",
     description="Repair the messages in a bag file so that it can be played in the current system. "
     "Rule files are Python programs, and are executed.",
-    examples=[("old.bag new.bag rules.bmr", "migrate a bag with rules from `check -g rules.bmr`")],
+    examples=[("old.bag new.bag rules.bmr", "migrate a bag with rules that `bag check -g rules.bmr` wrote")],
     run=run,
 )

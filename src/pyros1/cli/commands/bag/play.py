@@ -26,11 +26,13 @@ if TYPE_CHECKING:
     from pyros1.node import Node
 
 _SWITCH_INTERVAL = 0.00005
-"""The interpreter's switch interval in seconds. It limits how long reading can delay playing."""
+"""The interpreter's switch interval in seconds. It limits how long the thread that reads bags can delay publishing."""
 
 _COLLECTION_THRESHOLD = 100_000
-"""The number of new objects after which the garbage collector runs. Messages that are read ahead have fewer objects, so
-that they do not cause collections, which take up to 90 ms."""
+"""The number of new objects after which the garbage collector runs.
+
+The messages that are read ahead consist of fewer objects. Thus, they do not start a collection, which can take 90 ms.
+"""
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> int:
@@ -155,7 +157,7 @@ VERB = Verb(
 
 
 def _reduce_timer_slack() -> None:
-    """Make Linux wake this thread exactly on time. By default, it may be up to 50 us late."""
+    """Make Linux wake this thread exactly on time. By default, Linux may wake a thread up to 50 us late."""
     with contextlib.suppress(OSError), open("/proc/self/timerslack_ns", "w", encoding="ascii") as slack_file:
         slack_file.write("1")
 
@@ -174,7 +176,7 @@ def _play(node: Node, bags: Bags, options: Any, control: Control) -> int:
 
     for reader in bags.readers:
         status_line.print_message(f"Opening {reader.path}")
-        node.log.note(f"Opening {reader.path}")  # like stock, which logs nothing else here
+        node.log.note(f"Opening {reader.path}")  # the only message that stock logs before playing
     player = Player(node, bags, _make_settings(options), control, None if options.quiet else show_status)
     for topic, reason in player.unplayable.items():
         node.log.warn("%s is not played: %s", one_line(topic), one_line(reason))
@@ -226,7 +228,7 @@ def _wait_until_ended(control: Control, seconds: float) -> None:
 
 
 def _handle_pause_request(control: Control, paused: bool) -> tuple[bool, str]:
-    """Handle a call to the service ~pause_playback (B29). Return the success and message of the response."""
+    """Handle a call to the service ~pause_playback (B29). Return the values of the response: success and message."""
     new_state = "paused" if paused else "resumed"
     if control.set_paused(paused):
         return True, f"Playback is now {new_state}"

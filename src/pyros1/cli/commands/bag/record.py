@@ -158,9 +158,15 @@ VERB = Verb(
     description="Record a bag file with the contents of specified topics.",
     examples=[
         ("/odom /scan -O run", "record two topics to run.bag"),
-        ("-a -x '/camera/.*' -o day", "record all topics except some, including new ones, to day_<date>.bag"),
+        (
+            "-a -x '/camera/.*' -o day",
+            "record all topics except those of the camera, also later ones, to day_<date>.bag",
+        ),
         ("-a --lz4 --split --duration 10m --max-splits 6", "keep the last hour, in files of ten minutes"),
-        ("-a --snapshot --snapshot-duration 60", "write the last minute whenever ~snapshot is called"),
+        (
+            "-a --snapshot --snapshot-duration 60",
+            "keep the last minute of messages; calling the service ~snapshot writes them to a bag",
+        ),
     ],
     parse=_parse,
     run=run,

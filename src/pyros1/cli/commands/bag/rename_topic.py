@@ -46,7 +46,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
 
 VERB = Verb(
     "rename-topic",
-    "rename topics",
+    "copy a bag and rename topics",
     CHUNK_LIMIT_OPTION,
     *compression_options("none"),
     Argument("INBAG", "bag"),

@@ -45,12 +45,12 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
 
 VERB = Verb(
     "retime",
-    "change the times of messages",
+    "change the times at which messages were recorded",
     CHUNK_LIMIT_OPTION,
-    Option("--offset", metavar="SEC", help="add SEC seconds"),
-    Option("--start", metavar="TIME", help="make the bag start at TIME, in the same forms as `filter --from`"),
+    Option("--offset", metavar="SEC", help="add SEC seconds to all times"),
+    Option("--start", metavar="TIME", help="make the bag start at TIME, which is given as for `bag filter --from`"),
     Option("--rate", type="float", default=1.0, metavar="F", help="divide the time between messages by F"),
-    Flag("--header-stamp", help="use the header stamps of messages that have a header"),
+    Flag("--header-stamp", help="use header stamps as times, for messages with a header"),
     *compression_options("none"),
     Argument("INBAG", "bag"),
     Argument("OUTBAG", "file"),

@@ -40,7 +40,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
     if options.output_dir is not None:
         stem = os.path.join(options.output_dir, os.path.basename(stem))
     extension = extension or ".bag"
-    if not options.force:  # existing files with such names may come from the recorder
+    if not options.force:  # existing files with such names may be recordings, since `bag record` uses these names
         _check_no_parts_exist(stem, extension)
     with BagReader(args[0]) as bag, clean_up_on_signal("the files written so far are complete"):
         selection = make_selection(options, bag)
@@ -68,9 +68,9 @@ VERB = Verb(
     "split a bag into several",
     CHUNK_LIMIT_OPTION,
     Option("--size", type="float", metavar="MB", help="start a new file after MB mebibytes"),
-    Option("--duration", metavar="SEC", help="start a new file after SEC seconds; also 5m, 2h"),
+    Option("--duration", metavar="SEC", help="start a new file after SEC seconds; for minutes or hours: 5m, 2h"),
     Option("--count", type="int", metavar="N", help="start a new file after N messages"),
-    Flag("--repeat-latched", help="start every file with the latched messages so far"),
+    Flag("--repeat-latched", help="start every file with the latched messages recorded before it"),
     Option("--output-dir", metavar="DIR", help="write to directory DIR"),
     Flag("-f", "--force", help="replace existing files"),
     *SELECTION_OPTIONS,

@@ -37,9 +37,7 @@ def _purge(invocation: Invocation, options: Any, args: list[str]) -> int:
     all_removed = True
     for folder, label in existing_log_folders():
         if _contains_home(folder):
-            print(
-                f"will not remove {folder}: it is your home folder or contains it; correct ROS_LOG_DIR", file=sys.stderr
-            )
+            print(f"will not remove {folder}: it is or contains your home folder; correct ROS_LOG_DIR", file=sys.stderr)
             return 1
         kept_entries = set() if options.running else _entries_in_use(folder)
         was_removed = (_purge_to_size if options.size else _purge_all)(folder, label, options, kept_entries)
@@ -51,7 +49,7 @@ def _purge(invocation: Invocation, options: Any, args: list[str]) -> int:
         if kept_entries:
             kept_names = ", ".join(sorted(kept_entries))
             print(
-                f"kept, because running programs write to it: {kept_names} (use --running to remove it as well)",
+                f"kept, because running programs write to these logs: {kept_names} (--running removes them as well)",
                 file=sys.stderr,
             )
     return 0 if all_removed else 1
@@ -145,7 +143,7 @@ VERBS = [
         "check",
         "Check usage of log files",
         JSON_FLAG,
-        examples=[("", "print how much space they use")],
+        examples=[("", "print how much space the log files use")],
         parse=leave_unparsed,  # the command parses the arguments
         run=_print_sizes,
     ),
@@ -156,8 +154,8 @@ VERBS = [
         Option("--size", type=int, help="keep the newest logs, up to this many MB in total"),
         Flag("--running", help="also remove logs of running programs", pyros1_only=True),
         examples=[
-            ("", "remove all after asking; logs of running programs are kept"),
-            ("-y --size 500", "remove the oldest until 500 MB are left"),
+            ("", "remove all logs after asking, except those of running programs"),
+            ("-y --size 500", "remove the oldest logs until at most 500 MB are left, without asking"),
         ],
         parse=leave_unparsed,  # the command parses the arguments
         run=_purge,

@@ -10,7 +10,7 @@ from pyros1.reconfigure.values import ParameterError
 from pyros1.values import YamlError, dump_yaml, load_all_yaml
 
 _TAG = "!!python/object/new:dynamic_reconfigure.encoding.Config"
-"""The tag that stock writes before each mapping in a file. YAML parsers need that Python package to read it."""
+"""The tag that stock writes before each mapping in a file. It names a class of the package dynamic_reconfigure."""
 
 
 def file_text(values: dict[str, Any]) -> str:

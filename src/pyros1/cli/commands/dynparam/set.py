@@ -46,7 +46,7 @@ def _set_from_file(invocation: Invocation, options: Any, args: list[str]) -> int
 
 
 def _set_from_parameters(invocation: Invocation, options: Any, args: list[str]) -> int:
-    """Set the parameters of a node to the private parameters of this command's node. Return the exit code."""
+    """Set parameters of a node to the values of this command's private parameters. Return the exit code."""
     check_arguments(args, "a node name")
     code = 0
     with invocation.open_node() as node:
@@ -72,7 +72,7 @@ VERBS = [
         Argument("value", optional=True),
         usage="[options] node (parameter value | values)",
         examples=[
-            ("/camera exposure 0.02", "set one parameter; choices can be given by name"),
+            ("/camera exposure 0.02", "set one parameter; for an enumeration, the value can be a name"),
             ('/camera "{exposure: 0.02, auto: false}"', "set several parameters at once"),
         ],
         parse=parse_with_negative_numbers,
@@ -84,17 +84,19 @@ VERBS = [
         TIMEOUT_OPTION,
         Argument("node", "configurable"),
         Argument("file", "file"),
-        examples=[("/camera outdoors.yaml", "load a file from `dump`, or plain YAML")],
+        examples=[("/camera outdoors.yaml", "load a file that `dynparam dump` wrote, or plain YAML")],
         parse=parse_with_negative_numbers,
         run=_set_from_file,
     ),
     Verb(
         "set_from_parameters",
-        "set parameters of a node to the private parameters of this command",
+        "set parameters of a node to the values of this command's private parameters, such as _exposure:=0.02",
         TIMEOUT_OPTION,
         Argument("node", "configurable"),
         usage="[options] node [_parameter:=value ...]",
-        examples=[("/camera _exposure:=0.02", "set a parameter from a private parameter, for launch files")],
+        examples=[
+            ("/camera _exposure:=0.02", "set the parameter exposure; launch files can give the value as <param>")
+        ],
         parse=parse_with_negative_numbers,
         run=_set_from_parameters,
     ),

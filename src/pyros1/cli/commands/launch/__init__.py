@@ -14,9 +14,9 @@ from pyros1.ground.errors import Error
 from pyros1.launch.reading.words import WordsError, find_files, parse_arguments
 
 _EXCLUSIVE_QUERIES = ("node_list", "find_node", "node_args", "ros_args")
-"""The queries of which only one can be given."""
+"""The queries that cannot be combined with each other."""
 _QUERIES = (*_EXCLUSIVE_QUERIES, "dump_params", "file_list", "graph", "tree")
-"""All queries. They start nothing."""
+"""All queries, which print something about the launch files and start nothing."""
 _TOOLS = ("--deps", "--logs", "--complete")
 """First arguments that select another tool, which receives the remaining arguments, see `_tools`."""
 
@@ -104,7 +104,9 @@ def _parse(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:
 
 
 _QUERY_OPTIONS = (
-    Flag("--files", dest="file_list", help="print the launch files that would be read, including included ones"),
+    Flag(
+        "--files", dest="file_list", help="print the launch files that would be read, with the files that they include"
+    ),
     Option("--args", metavar="NODE_NAME", dest="node_args", help="print a node's environment and command line"),
     Flag("--nodes", dest="node_list", help="print the names of all nodes"),
     Option("--find-node", metavar="NODE_NAME", dest="find_node", help="print the file that defines a node"),
@@ -114,9 +116,9 @@ _QUERY_OPTIONS = (
     Flag("--tree", help="print files and nodes as a tree"),
     Flag(
         "--check",
-        help="start nothing: load the files, look for all packages and executables, and print every problem; the "
-        "exit code is 1 if there are any. For a folder, or with -o, check each *.launch file and also the "
-        "dependencies that package.xml declares",
+        help="start nothing: load the files, look for all packages and executables, and print every problem. The "
+        "exit code is 1 if there are problems. For a folder, check each *.launch file in it. For a folder, or with "
+        "-o, also check that package.xml declares the packages that the files need",
     ),
     Option("-o", "--output-file", metavar="FILE", help="with --check: write JUnit results to FILE"),
     Flag(
@@ -129,14 +131,14 @@ _QUERY_OPTIONS = (
     Flag(
         "--deps",
         dest="tool_deps",
-        help="as the first argument: print the packages that files need. -v: which file needs which packages; -w: "
-        "packages missing in package.xml",
+        help="as the first argument: print the packages that files need. With -v, also print which file needs which "
+        "packages; with -w, also print packages that package.xml does not declare",
     ),
     Flag("--logs", dest="tool_logs", help="as the first argument: print the log folder of the running master"),
     Flag(
         "--complete",
         dest="tool_complete",
-        help="as the first argument: print the names of a file's <arg>s, for shells",
+        help="as the first argument: print the names of a file's <arg>s, for completion in shells",
     ),
 )
 _LAUNCH_OPTIONS = (
@@ -148,7 +150,9 @@ _LAUNCH_OPTIONS = (
         help="run as the child of a stock launcher on another machine; needs -u and --run_id",
     ),
     Option("-u", "--server_uri", metavar="URI", help="with -c: URI of the parent"),
-    Option("--run_id", metavar="RUN_ID", help="the run id; an error if the master has a different one"),
+    Option(
+        "--run_id", metavar="RUN_ID", help="id of this run; it is an error if the running master has a different id"
+    ),
     Flag("--local", dest="local_only", help="do not start nodes on other machines"),
     Flag("--screen", dest="force_screen", help="send the output of all nodes to the screen"),
     Flag("--log", dest="force_log", help="send the output of all nodes to log files"),
@@ -164,7 +168,7 @@ _LAUNCH_OPTIONS = (
         metavar="PID_FILE",
         dest="pid_file",
         default="",
-        help="write the process id to a file while running",
+        help="write the id of this process to a file, and remove the file at the end",
     ),
     Flag("-v", dest="verbose", help="print everything that is read from the files"),
     Flag("--no-summary", help="do not print the SUMMARY block"),
@@ -203,13 +207,13 @@ _MASTER_OPTIONS = (
         "--timeout",
         metavar="TIMEOUT",
         type="float",
-        help="seconds that a master started here waits for a node to respond",
+        help="if this launch starts a master: seconds that the master waits for a node to respond",
     ),
     Option(
         "--master-logger-level",
         metavar="LEVEL",
         default="",
-        help="lowest level in master.log of a master started here: debug, info, warn, error or fatal",
+        help="if this launch starts a master: lowest level written to master.log: debug, info, warn, error or fatal",
     ),
 )
 
@@ -228,7 +232,7 @@ VERB = Verb(
 If <filename> is a single dash ('-'), launch XML is read from standard input.""",
     examples=[
         ("robot.launch", "start a file's nodes until Ctrl-C"),
-        ("my_robot robot.launch sim:=true", "start a file from a package, with a value for one of its args"),
+        ("my_robot robot.launch sim:=true", "start a launch file of a package, with a value for the file's <arg> sim"),
         ("--check robot.launch", "start nothing, but print every problem"),
         ("--nodes robot.launch", "print the names of the nodes"),
     ],

@@ -173,7 +173,7 @@ TOOLS = {
         "",
         "",
         Flag("-v", "--verbose", help="print which file needs which packages"),
-        Flag("-w", "--warn", help="print packages missing in package.xml"),
+        Flag("-w", "--warn", help="print packages that package.xml does not declare"),
         Argument("<file(s)...>", "launch_file", repeatable=True),
         usage="[options] <file(s)...>",
         parse=_parse_files,

@@ -19,7 +19,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
     shipped_library = stubs.shipped_library()
     written_files, errors = [], []
     try:
-        for package in packages:  # packages whose types they use are appended in the loop
+        for package in packages:  # the loop appends the packages whose types these packages use
             try:
                 written_files += stubs.write_stubs(stubs.generate_stubs(library(), [package]), stubs.STUBS_FOLDER)
                 used_packages = sorted(stubs.required_packages(library(), package))
@@ -48,9 +48,9 @@ VERB = Verb(
     "stubs",
     "write type stubs of messages and services for editors and type checkers",
     Argument("package", "package", repeatable=True, optional=True),
-    description="Write stubs (.pyi) to the installed pyros1, where editors and type checkers find them, for the given "
-    "packages and those whose messages they use. The packages that come with pyros1 already have stubs. Without a "
-    "package: write stubs for all packages.",
+    description="Write stubs (.pyi) for the given packages and for packages whose messages these packages use. "
+    "Without a package, write stubs for all packages. The stubs are written to the installed pyros1, where editors and "
+    "type checkers find them. The packages that come with pyros1 already have stubs.",
     examples=[
         ("my_robot", "let mypy, pyright and editors check: from pyros1.msgs.my_robot.msg import State"),
         ("", "write stubs for all packages, for example after a change"),

@@ -59,7 +59,7 @@ def format_table(current: list[Status], previous: list[Status]) -> list[str]:
 
     Args:
         current: the current processes.
-        previous: the processes at an earlier time, since which CPU usage is measured.
+        previous: the processes at an earlier time. CPU usage is measured from that time until now.
     """
     previous_entries = {(entry.label, entry.pid): entry for entry in previous}
     rows = [("NODE", "STATE", "PID", "CPU", "MEMORY", "RESTARTS", "UPTIME", "MACHINE")]
@@ -95,11 +95,13 @@ def format_table(current: list[Status], previous: list[Status]) -> list[str]:
 
 
 def as_json(current: list[Status], previous: list[Status]) -> list[dict[str, Any]]:
-    """Return the processes as JSON objects: CPU in percent, memory in bytes, uptime in seconds; None if unknown.
+    """Return the processes as JSON objects: CPU in percent, memory in bytes, uptime in seconds.
+
+    Values that are unknown are None.
 
     Args:
         current: the current processes.
-        previous: the processes at an earlier time, since which CPU usage is measured.
+        previous: the processes at an earlier time. CPU usage is measured from that time until now.
     """
     previous_entries = {(entry.label, entry.pid): entry for entry in previous}
     return [

@@ -43,7 +43,10 @@ VERB = Verb(
 
 
 def _registrations(state: SystemState, node_name: str, *, include_common: bool) -> dict[str, list[str]]:
-    """Return a node's topics and services by role, without those that all nodes have unless `include_common` is set."""
+    """Return a node's topics and services by role.
+
+    Topics and services that all nodes have are only included if `include_common` is set.
+    """
     registrations = state.of_node(node_name)
     hidden_services = () if include_common else tuple(node_name + service for service in _COMMON_SERVICES)
     hidden_topics = () if include_common else _COMMON_TOPICS

@@ -13,14 +13,14 @@ from pyros1.ground.errors import MasterError, MasterUnreachableError, ParameterN
 def set_leaves(invocation: Invocation, name: str, value: Any, message_format: str = "") -> None:
     """Set a parameter, or each leaf of a dictionary as a parameter.
 
-    An empty dictionary is set if no namespace with its name exists; the stock tool ignores it.
+    An empty dictionary is set if there is no namespace of that name. The stock tool ignores empty dictionaries.
 
     Args:
         invocation: the command's invocation.
         name: the full name of the parameter.
         value: the value, which may be a dictionary.
-        message_format: a format string for the message printed after each leaf, given its name and value; empty to
-            print nothing.
+        message_format: the format of the message to print after each leaf is set, with placeholders for the leaf's name
+            and value; empty to print nothing.
 
     Raises:
         CommandError: parameters cannot have this value, or the master rejects it.

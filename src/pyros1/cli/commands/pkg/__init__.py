@@ -23,7 +23,10 @@ def _dispatch(invocation: Invocation) -> int:
 
 
 def _run_rosstack(args: list[str]) -> int:
-    """Run rosstack (L183). Its verb ``profile`` succeeds: READMEs contain ``rospack profile && rosstack profile``."""
+    """Run rosstack (L183), which only prints a note.
+
+    The exit code for the verb ``profile`` is 0, since READMEs contain ``rospack profile && rosstack profile``.
+    """
     print("rosstack: stacks belong to rosbuild; for packages, use rospack, which is pyros1 pkg", file=sys.stderr)
     return 0 if args[:1] == ["profile"] else 1
 

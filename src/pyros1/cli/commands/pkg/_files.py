@@ -44,7 +44,7 @@ def make_files_verb(
         args = invocation.argv[1:]
         program = os.path.basename(sys.argv[0]) if sys.argv else ""
         as_stock = invocation.as_stock or program == tool
-        if args in (["-h"], ["--help"]) and not as_stock and name != "cd":  # the shell changes to the folder cd prints
+        if args in (["-h"], ["--help"]) and not as_stock and name != "cd":  # `roscd` changes to what cd prints
             from pyros1.cli.help import Parser  # noqa: PLC0415 - only needed for help
 
             print(Parser(verb, invocation).format_help(), end="")

@@ -115,16 +115,18 @@ VERBS = [
     _make_verb("depends", _print_all_dependencies, "list all dependencies in build order", JSON_FLAG),
     _make_verb("depends-indent", _print_tree, "print dependencies as a tree"),
     _make_verb("depends-manifests", _print_manifests, "list the manifests of all dependencies"),
-    _make_verb("depends-on", _print_dependents, "list all packages that depend on it", JSON_FLAG, lists_alias=False),
     _make_verb(
-        "depends-on1", _print_dependents, "list packages that depend on it directly", JSON_FLAG, lists_alias=False
+        "depends-on", _print_dependents, "list all packages that depend on roscpp", JSON_FLAG, lists_alias=False
+    ),
+    _make_verb(
+        "depends-on1", _print_dependents, "list packages that depend on roscpp directly", JSON_FLAG, lists_alias=False
     ),
     _make_verb("depends1", _print_direct_dependencies, "list direct dependencies", JSON_FLAG),
     _make_verb(
         "depends-why",
         _print_chains,
-        "print every chain of dependencies between the two",
-        Option("--target", metavar="TARGET", help="the dependency"),
+        "print every chain of dependencies from roscpp to std_msgs",
+        Option("--target", metavar="TARGET", help="the dependency to explain"),
         target=" --target=<target>",
     ),
     make_verb(
@@ -134,7 +136,7 @@ VERBS = [
         _PACKAGE_ARGUMENT,
         aliases=["rosdeps"],
         run=_print_system_packages,
-        examples=[("roscpp", "list system packages for it and its dependencies")],
+        examples=[("roscpp", "list system packages that roscpp and its dependencies need")],
     ),
     make_verb(
         "rosdep0",
@@ -143,7 +145,7 @@ VERBS = [
         _PACKAGE_ARGUMENT,
         aliases=["rosdeps0"],
         run=_print_system_packages,
-        examples=[("roscpp", "list system packages for this package only")],
+        examples=[("roscpp", "list system packages that roscpp itself needs")],
     ),
     make_verb(
         "profile",

@@ -51,7 +51,7 @@ VERBS = [
         _ATTRIBUTE_OPTION,
         _PACKAGE_ARGUMENT,
         run=_print_exports,
-        examples=[("--lang=cpp --attrib=cflags roscpp", "print compiler flags for packages that depend on it")],
+        examples=[("--lang=cpp --attrib=cflags roscpp", "print compiler flags for packages that depend on roscpp")],
     ),
     make_verb(
         "plugins",

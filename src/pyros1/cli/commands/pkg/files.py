@@ -85,7 +85,7 @@ VERBS = [
         about="list a package's folder",
         examples=[
             ("roscpp", "list a package's folder"),
-            ("-l roscpp/srv", "list one of its subfolders, with options of ls"),
+            ("-l roscpp/srv", "list a subfolder, with an option of ls"),
         ],
     ),
     make_files_verb(

@@ -12,7 +12,7 @@ from pyros1.cli.running import verb_list
 _ADDITIONAL_VERBS = """
   Also:
     create NAME [packages]         create a package
-    cd|ls|edit|cat [package[/folder]] ...   work with its folder and files
+    cd|ls|edit|cat [package[/folder]] ...   work with the folder and files of a package
     --json                         with list, list-names, depends and depends-on: print JSON
 """
 
@@ -31,7 +31,7 @@ VERB = make_verb(
     run=run,
     examples=[
         ("pyros1 pkg create my_robot std_msgs", "create a package with nodes, a message and a launch file"),
-        ("pyros1 pkg find my_robot", "print its folder"),
+        ("pyros1 pkg find my_robot", "print the folder of a package"),
         ("pyros1 pkg depends-why --target=std_msgs roscpp", "print why one package needs another"),
     ],
 )

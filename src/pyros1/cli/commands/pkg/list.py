@@ -50,7 +50,7 @@ def _list_duplicates(invocation: Invocation, request: Request, args: list[str]) 
     """Print names that several packages share, with their folders. The first folder is the one in use."""
     folders_by_name: dict[str, list[str]] = {}
     for package in known_packages():
-        if not package.folder.startswith(OWN_PACKAGES):  # pyros1's own packages are only defaults for missing ones
+        if not package.folder.startswith(OWN_PACKAGES):  # pyros1's own packages only replace missing ones
             folders_by_name.setdefault(package.name, []).append(package.folder)
     for name, locations in sorted(folders_by_name.items()):
         if len(locations) > 1:
@@ -63,16 +63,18 @@ VERBS = [
         "find [package]",
         Argument("package", "package", optional=True),
         run=_print_folder,
-        examples=[("roscpp", "print its folder")],
+        examples=[("roscpp", "print the folder of a package")],
     ),
     make_verb(
         "list",
         "list",
         JSON_FLAG,
         run=_list_all,
-        examples=[("", "list names and folders"), ("--json", "print JSON for programs")],
+        examples=[("", "list the names and folders of all packages"), ("--json", "print JSON for programs")],
     ),
-    make_verb("list-names", "list-names", JSON_FLAG, run=_list_names, examples=[("", "list names")]),
+    make_verb(
+        "list-names", "list-names", JSON_FLAG, run=_list_names, examples=[("", "list the names of all packages")]
+    ),
     make_verb(
         "list-duplicates",
         "list-duplicates",

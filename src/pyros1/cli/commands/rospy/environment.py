@@ -33,7 +33,7 @@ def _enable(invocation: Invocation, options: Any, args: list[str]) -> None:
     elif not rospy_file.startswith(MODULES_FOLDER):
         print(
             f"a real rospy is installed and takes precedence: {rospy_file}. Set {PREFERENCE_VARIABLE}=pyros1 to use "
-            "ours."
+            "the rospy of pyros1."
         )
     else:
         print("programs of this environment can now import rospy, std_msgs.msg and the other modules of ROS 1")
@@ -45,7 +45,7 @@ def _disable(invocation: Invocation, options: Any, args: list[str]) -> None:
         raise UsageError("disable takes no arguments")
     from pyros1.drop_in.environment import disable, pth_file  # noqa: PLC0415
 
-    print(f"removed {pth_file()}" if disable() else "was not enabled")
+    print(f"removed {pth_file()}" if disable() else "rospy was not enabled")
 
 
 def _status(invocation: Invocation, options: Any, args: list[str]) -> None:
@@ -66,7 +66,7 @@ def _status(invocation: Invocation, options: Any, args: list[str]) -> None:
     else:
         print(
             f"rospy:   a real one, {os.path.dirname(rospy_file)}, which takes precedence. "
-            f"{PREFERENCE_VARIABLE}=pyros1 selects ours."
+            f"{PREFERENCE_VARIABLE}=pyros1 selects the rospy of pyros1."
         )
     print(f"enabled: {f'yes, by {pth_file()}' if is_enabled() else 'no'}")
     for name in (PREFERENCE_VARIABLE, "PYTHONPATH"):
@@ -78,24 +78,25 @@ VERBS = [
     Verb(
         "enable",
         "let all programs of this Python environment import rospy, std_msgs.msg, ...",
-        description="Writes a .pth file to the environment's site-packages, and stubs for type checkers and the "
-        "completion of editors (run it again for new message packages). Without it, only programs that pyros1 starts, "
-        "and those of a shell after `source <(pyros1 setup)`, find the modules.",
+        description="Writes a .pth file to the environment's site-packages, with which all programs find rospy and the "
+        "other ROS modules. Without this file, only programs that pyros1 starts, and programs in a shell after "
+        "`source <(pyros1 setup)`, find them. Also writes stubs of all message packages, for type checkers and for "
+        "completion in editors. Run this command again after adding message packages.",
         examples=[("", "let `python my_node.py`, pytest, notebooks and editors find rospy")],
         stock="",
         run=_enable,
     ),
     Verb(
         "disable",
-        "undo rospy enable",
-        examples=[("", "let only programs that pyros1 starts find rospy")],
+        "undo `rospy enable`: let only programs that pyros1 starts import rospy, std_msgs.msg, ...",
+        examples=[("", "remove the .pth file that `rospy enable` wrote")],
         stock="",
         run=_disable,
     ),
     Verb(
         "status",
-        "show which rospy is used here",
-        examples=[("", "show it for this environment")],
+        "print which rospy the programs of this Python environment import",
+        examples=[("", "print which rospy is imported, and the settings that matter")],
         stock="",
         run=_status,
     ),

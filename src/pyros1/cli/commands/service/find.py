@@ -37,7 +37,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
         elif isinstance(result, MasterError):
             raise result
         elif result is not None:  # the provider did not respond
-            problem, _, reason = str(result).partition("\n")  # a reason is printed only once for all services of a node
+            problem, _, reason = str(result).partition("\n")  # services of the same node have the same reason
             print(
                 f"WARNING: {problem}" + (f"\n{reason}" if reason and reason not in printed_reasons else ""),
                 file=sys.stderr,
@@ -55,6 +55,6 @@ VERB = Verb(
     JSON_FLAG,
     Argument("msg-type", "service_type"),
     usage="msg-type",
-    examples=[("std_srvs/Trigger", "list services of that type")],
+    examples=[("std_srvs/Trigger", "list the services of a type")],
     run=run,
 )

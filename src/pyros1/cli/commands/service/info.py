@@ -42,6 +42,6 @@ VERB = Verb(
     JSON_FLAG,
     Argument("/service", "service"),
     usage="/service",
-    examples=[("/flip", "print its node, address, type and arguments")],
+    examples=[("/flip", "print a service's node, address, type and arguments")],
     run=run,
 )

@@ -32,6 +32,6 @@ VERB = Verb(
     JSON_FLAG,
     Argument("/namespace", "namespace", optional=True),
     usage="[/namespace]",
-    examples=[("", "list all services"), ("-n", "list them with the nodes that provide them")],
+    examples=[("", "list all services"), ("-n", "list all services with the nodes that provide them")],
     run=run,
 )

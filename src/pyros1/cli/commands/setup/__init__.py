@@ -27,12 +27,12 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
 
 COMMAND = Command(
     "setup",
-    "set up a shell: source <(pyros1 setup) adds the stock names and completion",
+    "set up a shell: source <(pyros1 setup) adds rostopic, roscd and other commands of ROS 1, and completion",
     Verb(
         "",
         "",
         SHELL_OPTION,
-        description="Prints shell code that adds the stock names (rostopic, roscd, ...) and completion.",
+        description="Prints shell code that adds the names of ROS 1's commands (rostopic, roscd, ...) and completion.",
         examples=usage_examples("setup"),
         parse=parse_shell,
         run=run,

@@ -28,7 +28,7 @@ def open_node(invocation: Invocation, name: str, *, is_tool: bool = True, anonym
         name: the node's name.
         is_tool: whether the node belongs to an interactive tool, which fails immediately without a master, and logs
             little.
-        anonymous: whether to append a number to the name, so that several can run.
+        anonymous: whether to append a number to the name, so that the command can run several times.
 
     Raises:
         MasterUnreachableError: no master is running, and `is_tool` is True.

@@ -36,7 +36,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
 
 VERB = Verb(
     "buffer_server",
-    "serve lookups of transforms to other nodes",
+    "look up transforms for other nodes",
     usage="[_buffer_size:=SECONDS]",
     examples=[
         ("", "serve the action tf2_buffer_server"),

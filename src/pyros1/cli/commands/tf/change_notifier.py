@@ -23,10 +23,13 @@ _DEFAULT_FREQUENCY = 10.0
 _USAGE = """[_polling_frequency:=HZ] [_translational_update_distance:=METRES]
        [_angular_update_distance:=RADIANS]
 
-Publishes the pose of a frame in another frame on tf_changes, latched, when it has moved by more than the distance, or
-turned by more than twice the angle, since it was last published. Checks HZ times per second (default 10). The
-parameter ~frame_pairs is a list of {source_frame: NAME, target_frame: NAME}; each entry can have its own distances
-(default 0.1). Without it, base_link in map is watched."""
+Watches the pose of a frame relative to another frame, by default of base_link relative to map. The pose is checked HZ
+times per second (default 10). It is published on the latched topic tf_changes when, since it was last published, the
+frame has moved by more than METRES (default 0.1) or turned by more than twice RADIANS (default 0.1).
+
+To watch other frames, set the parameter ~frame_pairs to a list of {source_frame: NAME, target_frame: NAME}. The pose of
+source_frame relative to target_frame is watched. An item of the list can also contain translational_update_distance and
+angular_update_distance, which are used for this item instead of METRES and RADIANS."""
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
@@ -65,7 +68,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
 
 VERB = Verb(
     "change_notifier",
-    "publish on /tf_changes when frames have moved",
+    "publish the pose of a frame on /tf_changes when the frame has moved",
     usage=_USAGE,
     examples=[
         ("", "publish when base_link moves relative to map"),
@@ -95,7 +98,7 @@ class FramePair:
     _last_transform: Any = None
 
     def check_moved(self, transform: Any) -> bool:
-        """Return whether the frame has moved since the last call that returned True; True for the first call.
+        """Return whether the frame has moved since the last call that returned True. The first call returns True.
 
         Args:
             transform: a geometry_msgs/Transform.

@@ -40,7 +40,7 @@ VERB = Verb(
     usage="[_mappings:='[{old: NAME, new: NAME}, ...]']",
     examples=[
         ("_mappings:='[{old: base, new: robot1/base}]'", "rename one frame"),
-        ("pyros1 bag play a.bag /tf:=/tf_old", "play a bag with the old names to it"),
+        ("pyros1 bag play a.bag /tf:=/tf_old", "play a bag that contains the old names"),
     ],
     aliases=["tf_remap"],
     stock="tf_remap",

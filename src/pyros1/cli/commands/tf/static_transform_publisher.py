@@ -27,7 +27,8 @@ _TF2_USAGE = """Usage: static_transform_publisher x y z yaw pitch roll frame_id 
    or: static_transform_publisher /param_name
 Publishes the pose of child_frame_id in frame_id on /tf_static, once; later subscribers receive it as well."""
 _ABOUT_TEXT = (
-    "\nUnits are metres and radians. Without a period, it publishes on /tf_static (recommended), with one on /tf."
+    "\nUnits are metres and radians. Without a period, the transform is published on /tf_static, which is recommended."
+    "\nWith a period, it is published on /tf."
 )
 
 _USAGE_EXIT_CODE = 255

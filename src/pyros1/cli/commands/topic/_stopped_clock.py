@@ -1,4 +1,4 @@
-"""Warns users of verbs that measure simulated time if it does not advance."""
+"""Warns users if simulated time does not advance, for verbs that measure simulated time."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class StoppedClock:
         self._has_warned = False
 
     def warn_if_stopped(self) -> bool:
-        """Warn once whenever simulated time stops. Return whether it has not advanced since the last call."""
+        """Warn once whenever simulated time stops. Return whether the time is the same as in the last call."""
         if not self._uses_simulated_time:
             return False
         now = self._node.now()

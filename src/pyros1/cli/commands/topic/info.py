@@ -51,6 +51,6 @@ VERB = Verb(
     JSON_FLAG,
     Argument("/topic", "topic"),
     usage="/topic",
-    examples=[("/chatter", "print its type, publishers and subscribers")],
+    examples=[("/chatter", "print a topic's type, publishers and subscribers")],
     run=run,
 )

@@ -88,7 +88,7 @@ VERBS = [
         Argument("msg-type", "message"),
         usage="msg-type",
         examples=[
-            ("std_msgs/String", "list topics of that type"),
+            ("std_msgs/String", "list the topics of a type"),
             ("--like scan", "list topics with a similar name or type"),
         ],
         run=_print_topics,

@@ -83,7 +83,7 @@ VERB = Verb(
         ("/imu/linear_acceleration/x:y:z", "draw three fields of one message"),
         (
             "'/odom: hypot(m.twist.twist.linear.x, m.twist.twist.linear.y)'",
-            "draw the value of an expression for each message m",
+            "evaluate a Python expression for each message (available as m) and draw the results",
         ),
     ],
     stock="",

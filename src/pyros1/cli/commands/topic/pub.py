@@ -145,13 +145,13 @@ def _mark_numbers(args: list[str], *, is_once_anywhere: bool) -> list[str]:
 
 
 def _needs_more_values(type_name: str, values: list[str]) -> bool:
-    """Return whether a message needs more values than are given, which means that ``-1`` must be a value."""
+    """Return whether a message needs more values than are given. If so, a ``-1`` after these values is a value."""
     try:
         field_types = load_message(type_name)._slot_types
         value = load_yaml(values[0]) if values else None
     except (Error, ValueError):
         return False  # the error is reported later
-    if not values:  # stdin may provide values, but rarely numbers
+    if not values:  # values are probably read from stdin, unless all fields are numbers
         return all(field_type in _NUMERIC_TYPES for field_type in field_types) and bool(field_types)
     return len(values) < len(field_types) and not isinstance(value, dict)
 
@@ -278,7 +278,7 @@ class _PublishingSession:
         return f"[{message}]" if self._is_verbose else "message"
 
     def publish_latched(self, arguments: Any, once: bool) -> None:
-        """Publish one message, latched for later subscribers, until the node shuts down; with `once`, for a while."""
+        """Publish one latched message and wait until the node shuts down, or, with `once`, for `HOLD_SECONDS`."""
         message = self._make_message(arguments)
         until_text = f" for {HOLD_SECONDS} seconds" if once else ". Press ctrl-C to terminate"
         print(f"publishing and latching {self._description(message)}{until_text}", flush=True)

@@ -1,4 +1,7 @@
-"""The part of numpy that expressions of transform and relay_field can use: no files, code or unbounded results."""
+"""The part of numpy that expressions of transform and relay_field can use.
+
+Functions that access files, run code or return results of unlimited size are excluded.
+"""
 
 from __future__ import annotations
 
@@ -85,8 +88,8 @@ class CheckedFunction:
         function: the function.
         name: the function's name.
         array: the array if the function is a method of an array.
-        size_function: takes the arguments of a call, and returns the number of items in the result; None for the
-            function's entry in `RESULT_SIZE_FUNCTIONS`.
+        size_function: called with the arguments of a call; returns the number of items in the result. If None, the
+            entry for `name` in `RESULT_SIZE_FUNCTIONS` is used, or `broadcast_size` if there is no entry.
     """
 
     def __init__(

@@ -104,7 +104,7 @@ def make_relay(node: Node, source: str, target: str, gate: Any = None, latch: bo
         node: the tool's node.
         source: the input topic.
         target: the output topic.
-        gate: decides which messages pass; None to pass all.
+        gate: called with each message; returns whether to forward the message. If None, all messages are forwarded.
         latch: whether to latch the output; None to latch it if the input is latched.
     """
     from pyros1.topic_tools.output import Output  # noqa: PLC0415

@@ -40,7 +40,7 @@ def _run_demux(invocation: Invocation, options: Any, args: list[str]) -> None:
 VERBS = [
     Tool(
         "mux",
-        "republish one of several topics, selected by the service mux/select",
+        "republish one of several input topics; the service mux/select selects the input",
         Argument("OUT_TOPIC", "topic"),
         Argument("IN_TOPIC", "topic", repeatable=True),
         usage="OUT_TOPIC IN_TOPIC1 [IN_TOPIC2 [...]]",
@@ -48,7 +48,7 @@ VERBS = [
             LAZY_HELP,
             "_latch:=true       latch the output",
             "_initial_topic:=/topic (or __none) topic to select at the start",
-            "_wait_publisher_initialization:=true wait _wait_publisher_second:=0.1 for subscribers at the start",
+            "_wait_publisher_initialization:=true wait up to _wait_publisher_second:=0.1 s for subscribers at start",
         ],
         examples=[
             ("/cmd_vel /joystick /planner mux:=mux_vel", "provide the services mux_vel/select, mux_vel/add, ...")
@@ -57,7 +57,7 @@ VERBS = [
     ),
     Tool(
         "demux",
-        "republish a topic on one of several topics, selected by the service demux/select",
+        "republish a topic on one of several output topics; the service demux/select selects the output",
         Argument("IN_TOPIC", "topic"),
         Argument("OUT_TOPIC", "topic", repeatable=True),
         usage="IN_TOPIC OUT_TOPIC1 [OUT_TOPIC2 [...]]",

@@ -73,7 +73,7 @@ _MUX, _DEMUX, _TOPIC = Argument("MUX"), Argument("DEMUX"), Argument("TOPIC", "to
 VERBS = [
     Tool(
         "mux_select",
-        "select the mux's input; __none selects no input",
+        "select the input of a mux; __none selects no input",
         _MUX,
         _TOPIC,
         examples=[("mux_vel /planner", "")],
@@ -81,7 +81,7 @@ VERBS = [
     ),
     Tool(
         "mux_add",
-        "add an input",
+        "add a topic to the inputs of a mux",
         _MUX,
         _TOPIC,
         examples=[("mux_vel /by_hand", "add one more input")],
@@ -89,7 +89,7 @@ VERBS = [
     ),
     Tool(
         "mux_delete",
-        "delete an input",
+        "remove a topic from the inputs of a mux",
         _MUX,
         _TOPIC,
         examples=[("mux_vel /planner", "")],
@@ -97,14 +97,14 @@ VERBS = [
     ),
     Tool(
         "mux_list",
-        "list the inputs",
+        "list the inputs of a mux",
         _MUX,
         examples=[("mux_vel", "list the topics that can be selected")],
         run=_make_run_function("mux", "list"),
     ),
     Tool(
         "demux_select",
-        "select the demux's output; __none selects no output",
+        "select the output of a demux; __none selects no output",
         _DEMUX,
         _TOPIC,
         examples=[("demux /right/cmd", "select an output of `demux /cmd /left/cmd /right/cmd`")],
@@ -113,7 +113,7 @@ VERBS = [
     ),
     Tool(
         "demux_add",
-        "add an output",
+        "add a topic to the outputs of a demux",
         _DEMUX,
         _TOPIC,
         examples=[("demux /arm/cmd", "add one more output")],
@@ -122,7 +122,7 @@ VERBS = [
     ),
     Tool(
         "demux_delete",
-        "delete an output",
+        "remove a topic from the outputs of a demux",
         _DEMUX,
         _TOPIC,
         examples=[("demux /left/cmd", "")],
@@ -131,7 +131,7 @@ VERBS = [
     ),
     Tool(
         "demux_list",
-        "list the outputs",
+        "list the outputs of a demux",
         _DEMUX,
         examples=[("demux", "list the topics that can be selected")],
         pyros1_only=True,
@@ -139,7 +139,7 @@ VERBS = [
     ),
     Tool(
         "switch_mux",
-        "deprecated form of mux_select that takes the name of the mux's output",
+        "select the input of a mux, given the mux's output topic (deprecated: use mux_select)",
         Argument("MUXED_TOPIC", "topic"),
         Argument("SELECT_TOPIC", "topic"),
         examples=[("/cmd_vel /planner", "call the service /cmd_vel_select")],

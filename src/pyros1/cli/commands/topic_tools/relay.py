@@ -67,8 +67,8 @@ VERBS = [
         Argument("OUT_TOPIC", "topic", optional=True),
         parameters=[
             LAZY_HELP,
-            "_stealth:=true     subscribe only while another node subscribes to _monitor_topic:=/topic (the output),",
-            "                   which is checked _monitor_rate:=1.0 times per second",
+            "_stealth:=true     subscribe only while another node subscribes to _monitor_topic:=/topic (default: the",
+            "                   output topic), which is checked _monitor_rate:=1.0 times per second",
         ],
         examples=[("/base_scan /scan", "publish a topic under a second name")],
         run=_run_relay,

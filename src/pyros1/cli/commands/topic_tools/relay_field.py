@@ -35,13 +35,14 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
 
 VERB = Verb(
     "relay_field",
-    "publish messages whose fields are computed from each message m",
+    "for each message (available as m), publish a message with fields computed by Python expressions",
     *TRANSFORM_ARGUMENTS,
     Argument("expression", help="the output's fields as YAML"),
     *TRANSFORM_OPTIONS,
     usage="IN_TOPIC[/FIELD] OUT_TOPIC OUT_TYPE YAML",
-    description="Publishes a message whose fields are given as YAML. Strings that are\n"
-    "expressions with known names are evaluated with m, which is the message or the selected field.",
+    description="For each message, publishes a message whose fields are given as YAML. A string is evaluated if it\n"
+    "is a Python expression that uses only known names. In expressions, m is the received message or the given\n"
+    "field of it. Other strings are published unchanged.",
     examples=[("/chatter /header std_msgs/Header 'stamp: now\nframe_id: m.data'", "")],
     stock="rosrun topic_tools relay_field",
     parse=parse_with_argparse,

@@ -68,7 +68,7 @@ VERB = Tool(
         "_force_latch:=true (or false) whether to latch the output, regardless of the input",
     ],
     examples=[
-        ("messages /scan 2", "publish two messages per second on /scan_throttle"),
+        ("messages /scan 2", "publish at most two messages per second on /scan_throttle"),
         ("bytes /image 1000000 1", "publish less than one megabyte per second on /image_throttle"),
     ],
     run=run,

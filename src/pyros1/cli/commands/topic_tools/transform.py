@@ -25,7 +25,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
 
 VERB = Verb(
     "transform",
-    "publish the value of a Python expression for each message m",
+    "evaluate a Python expression for each message (available as m) and publish the result",
     *TRANSFORM_ARGUMENTS,
     Argument("expression", optional=True, help="a Python expression in which m is the message (default: m itself)"),
     Option(
@@ -34,13 +34,14 @@ VERB = Verb(
         dest="modules",
         nargs="+",
         default=[],
-        help="rospy, tf or message packages; math and numpy are always imported",
+        help="modules that the expression uses: rospy, tf or message packages. math and numpy are always imported",
     ),
     Flag("--latch", help="latch the output"),
     *TRANSFORM_OPTIONS,
     usage="IN_TOPIC[/FIELD] OUT_TOPIC OUT_TYPE [EXPRESSION]",
-    description="Publishes the value of an expression for each message or field, m.\n"
-    "A list or tuple contains the fields of the output in order.",
+    description="Evaluates an expression for each message, or for the given field of each message, and publishes\n"
+    "the result. In the expression, m is the message or field. If the result is a list or tuple, its items are\n"
+    "the values of the output message's fields, in order.",
     examples=[
         ("/imu/orientation/x /degrees std_msgs/Float64 -- '-numpy.rad2deg(m)'", ""),
         ("/imu/orientation /norm std_msgs/Float64 'numpy.linalg.norm([m.x, m.y, m.z, m.w])'", ""),

@@ -41,7 +41,7 @@ COMMAND = Command(
         Flag("--report", help="print a Markdown report without secrets, for questions and issues", pyros1_only=True),
         Argument("launch file", "launch_file", repeatable=True, optional=True),
         usage="[launch file]\n\n%prog checks a ROS installation and a running system, and launch files if they are "
-        "given.\nIt prints each problem and how to solve it.",
+        "given.\nEach problem is printed with its solution.",
         examples=[
             ("", "check this machine and the running system"),
             ("--offline robot.launch", "check a launch file without a master"),

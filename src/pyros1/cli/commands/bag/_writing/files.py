@@ -89,7 +89,7 @@ def check_different(source: str, target: str, code: int = 1) -> None:
 def write_atomically(target: str, *, is_folder: bool, force: bool) -> Iterator[str]:
     """Yield the name of a temporary file or folder, which becomes `target` on success and is removed otherwise.
 
-    If the target folder exists, the new files are moved into it. They replace files of the same name; other files stay.
+    If the target folder exists, the new files are moved into it. Old files of the same name are replaced; others stay.
 
     Args:
         target: The file or folder to create.

@@ -71,7 +71,7 @@ def rewrite_each(options: Any, paths: list[str], operation: Callable[[str, str],
 
 
 def _back_up(path: str, backup: str) -> None:
-    """Give a file a second name, while it also keeps the first; without support for links, rename the file."""
+    """Give a file a second name by a hard link. If the file system does not support hard links, rename the file."""
     temporary_link = f"{backup}.tmp"
     try:
         os.link(path, temporary_link)
