@@ -40,6 +40,6 @@ def test_keys_need_a_terminal(launcher: Master) -> None:
     launch = launcher.run([sys.executable, "-m", "pyros1", "run", "turtlesim", "turtle_teleop_key"], python="ours")
     assert launch.wait(60) == 1
     assert re.search(
-        r"\[FATAL\].*standard input is not a terminal: run it in a terminal of its own", "\n".join(launch.lines)
+        r"\[FATAL\].*standard input is not a terminal: run this in a terminal of its own", "\n".join(launch.lines)
     )
     assert "Traceback" not in "\n".join(launch.lines)

@@ -180,7 +180,7 @@ def test_reconfigure(package: str, run: Start, ros_listen: Start, ros_node: Star
 
 def test_tf(package: str, run: Start, ros_master: Any) -> None:
     listener = run(package, "tf_listener.py", "world", "laser")
-    listener.wait_for("not yet: ")
+    listener.wait_for("no position yet: ")
     run(package, "tf_broadcaster.py")
     place = listener.wait_for(r"laser is at x = (\S+), y = (\S+), z = 0\.30 m")
     assert math.hypot(float(place[1]), float(place[2])) == pytest.approx(math.hypot(2.0, 0.2), abs=0.02)

@@ -119,7 +119,7 @@ def test_a_launch_file(ask: Check, make_node: MakeNode) -> None:
 def test_a_silent_node(ask: Check, make_node: MakeNode) -> None:
     assert "is not running" in ask(5)
     node = make_node("minimal_subscriber")
-    assert "its level is info" in ask(5)
+    assert "the logger's level is info" in ask(5)
     node.log.level = level_from_name("error")
     assert ask(5) == ""
 
@@ -157,7 +157,7 @@ def test_a_parameter(ask: Check, make_node: MakeNode, measured: dict[str, float]
     measured["/topic1"] = 1.0
     assert "start the publisher again" in ask(8)
     by_hand = make_node("by_hand").advertise("/topic1", Float64)
-    assert ask(8).endswith("is 1.0 Hz: stop /by_hand, which also publishes there")
+    assert ask(8).endswith("is 1.0 Hz: other nodes publish on /topic1, too; stop /by_hand")
     by_hand.unregister()
     measured["/topic1"] = 5.0
     assert ask(8) == ""
@@ -256,7 +256,7 @@ def test_a_second_master(ask: Check, monkeypatch: pytest.MonkeyPatch, free_port:
     try:
         assert "other machines can reach the second master at 10.0.0.1" in ask(13)
         reached.clear()
-        assert "no minimal_publisher is running there" in ask(13)
+        assert "no minimal_publisher uses the second master" in ask(13)
         environ = {"ROS_MASTER_URI": f"http://127.0.0.1:{free_port}", "ROS_IP": "127.0.0.1"}
         with pyros1.Node("minimal_publisher", argv=[], environ=environ, handle_signals=False) as node:
             node.advertise("topic1", Float64)

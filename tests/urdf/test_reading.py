@@ -41,7 +41,7 @@ def test_all_that_moves_links_is_read() -> None:
         ('<robot><link name="a"/><link name="a"/></robot>', "two links a"),
         ('<!DOCTYPE r [<!ENTITY a "aaaa">]><robot name="&a;"/>', "not readable XML"),
         (pair('<joint type="fixed"/>'), "a joint has no name"),
-        (pair(joint(type="hinge")), "its type is hinge; there are continuous"),
+        (pair(joint(type="hinge")), "its type is hinge; types are continuous"),
         (pair('<joint name="j" type="fixed"><parent link="one"/></joint>'), "joint j has no child"),
         (pair(joint(type="revolute")), "has no <limit>: add <limit .*continuous"),
         (pair(joint('<axis xyz="1 0"/>')), 'joint j: <axis xyz="1 0"> must be three numbers'),
@@ -68,7 +68,7 @@ def test_oddities_are_warnings() -> None:
     still = read_robot(pair(joint('<axis xyz="0 0 0"/><mimic joint="jj"/>')))
     assert still.joints["j"].axis == (0.0, 0.0, 0.0)
     assert [text.partition(",")[0] for text in still.warnings] == [
-        "joint j has the axis 0 0 0: it does not move",
+        "joint j has the axis 0 0 0: the joint does not move",
         "joint j mimics jj",
     ]
 

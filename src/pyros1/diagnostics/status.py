@@ -17,9 +17,10 @@ class Status(DiagnosticStatus):
         self.level, self.message = level, message
 
     def merge(self, level: int, message: str) -> None:
-        """Merge a level and a message into the current ones: keep the worse level and the messages of problems.
+        """Merge a level and a message into the current ones.
 
-        If both levels are problems, or both are OK, the messages are joined.
+        The worse level is kept. If only one of the two levels is a problem, its message is kept; otherwise, the
+        messages are joined.
         """
         if (level > OK) != (self.level > OK):
             if level > self.level:
@@ -31,5 +32,5 @@ class Status(DiagnosticStatus):
         self.level = max(self.level, level)
 
     def add(self, key: str, value: Any) -> None:
-        """Add a value under a name; it is converted with ``str``."""
+        """Add a value under a name. The value is converted with ``str``."""
         self.values.append(KeyValue(key, str(value)))

@@ -27,8 +27,8 @@ class Frequency:
     Args:
         now: returns the time, for example ``node.now``.
         minimum, maximum: the limits in Hz; a ``maximum`` of None means no limit.
-        tolerance: the fraction of the limits by which the frequency may lie outside them; 0.1 means 10 %.
-        window: the number of runs of the task over which events are counted.
+        tolerance: how far the frequency may lie outside the limits, as a fraction of them; 0.1 means 10 %.
+        window: the number of last runs of the task over which events are counted.
     """
 
     def __init__(
@@ -57,7 +57,7 @@ class Frequency:
             self._count += 1
 
     def run(self, status: Status) -> None:
-        """Fill in a status with what was observed since the last run. Pass this method to the updater as the task."""
+        """Fill in a status with the frequency over the last runs. Pass this method to the updater as the task."""
         with self._lock:
             now, count = self._now(), self._count
             window_start, count_before = self._runs[0]
@@ -87,7 +87,7 @@ class Frequency:
 
 
 class TimeStamps:
-    """Reports whether the time stamps of messages are close to their arrival times.
+    """Reports whether the time stamps of messages are close to the times at which the messages arrive.
 
     Args:
         now: returns the time, for example ``node.now``.
@@ -143,7 +143,7 @@ class TimeStamps:
 
 
 class Combined:
-    """Combines several tasks in one status: it contains the values of all tasks, and `Status.merge` merges the
+    """Combines several tasks in one status, which contains the values of all tasks. `Status.merge` merges their
     summaries.
 
     Args:

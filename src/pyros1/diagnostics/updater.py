@@ -40,7 +40,7 @@ class Updater:
         self._timer = node.timer(float(actual_period), lambda event: self.update()) if actual_period else None
 
     def add(self, name: str, task: Task) -> None:
-        """Add a task, or replace the one with the same name.
+        """Add a task, or replace the task with the same name.
 
         Args:
             name: a description of what the task checks.

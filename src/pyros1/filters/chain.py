@@ -62,9 +62,9 @@ class Synchronizer(Filter):
         inputs: the filters, which must output stamped messages.
         queue_size: maximum number of waiting messages per filter; beyond that, those with the oldest stamps are
             dropped.
-        slop: the stamps in a set are less than this many seconds apart; None if they must be equal.
-        headerless: whether messages without a header are stamped with their arrival time; otherwise they cause an
-            error, which the node logs.
+        slop: the stamps in a set are less than this many seconds apart; None if the stamps must be equal.
+        headerless: whether messages without a header are accepted, and stamped with their arrival time. Otherwise, such
+            messages cause an error, which the node logs.
     """
 
     def __init__(

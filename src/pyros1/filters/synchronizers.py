@@ -1,7 +1,7 @@
 """Finds messages of several topics with equal or nearly equal time stamps, and stores recent messages
 (https://wiki.ros.org/message_filters).
 
-Nothing is received or sent here: messages and their stamps go in, and matching sets come out.
+This module receives and sends nothing: its callers pass messages with their stamps, and get matching sets back.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ class ExactTime:
         return [self._pop_set([common_stamp] * len(self.queues)) for common_stamp in sorted(common_stamps)]
 
     def keep(self, index: int, stamp: Time, message: Any) -> None:
-        """Queue a message until matching messages arrive; drop those with the oldest stamps if there are too many."""
+        """Queue a message until matching messages arrive. If too many are queued, drop those with the oldest stamps."""
         queue = self.queues[index]
         queue[stamp] = message
         while len(queue) > self.queue_size:
@@ -56,7 +56,7 @@ class ExactTime:
         return tuple(queue.pop(stamp) for queue, stamp in zip(self.queues, stamps, strict=True))
 
     def clear(self) -> None:
-        """Discard all messages, since time has jumped back."""
+        """Discard all messages. To be called when time has jumped back."""
         for queue in self.queues:
             queue.clear()
 
@@ -125,7 +125,7 @@ class Recent:
         self._last_number = 0
 
     def add(self, stamp: Time, message: Any) -> None:
-        """Add a message; remove the one with the oldest stamp if there are too many."""
+        """Add a message; if there are too many then, remove the message with the oldest stamp."""
         self._last_number += 1
         insort(self._items, (stamp, self._last_number, message), key=lambda item: item[:2])
         if len(self._items) > self.size:

@@ -32,7 +32,7 @@ class Example(NamedTuple):
 
     Attributes:
         name: the example's name in commands.
-        about: what the example does, in one line.
+        about: what the example consists of, in one line.
         depends: the packages that the example needs whatever the API.
         commands: the commands to try the example out, without ``pyros1 ``, and with `PACKAGE_PLACEHOLDER` as the
             package. A line that starts with ``python3`` is a complete command.
@@ -75,69 +75,69 @@ class Example(NamedTuple):
 
 CATALOGUE = (
     Example(
-        "publisher", "publishes messages at a rate", ("std_msgs",),
+        "publisher", "a node that publishes messages at a fixed rate", ("std_msgs",),
         ("run my_package publisher.py", "topic echo numbers"),
     ),
     Example(
-        "subscriber", "receives messages in a class with state", ("std_msgs",),
+        "subscriber", "a node that receives messages, and keeps its state in a class", ("std_msgs",),
         ("run my_package subscriber.py", "topic pub -r 2 numbers std_msgs/Float64 1.5"),
     ),
     Example(
-        "service", "provides a service with its own type that can reject requests, and calls it", (),
+        "service", "a service with its own type, which can reject requests, and a client that calls the service", (),
         ("run my_package divide_server.py", "run my_package divide_client.py 7 2"),
     ),
     Example(
-        "timer", "calls functions periodically and once after a delay", ("std_msgs",),
+        "timer", "a node that calls one function periodically, and another once after a delay", ("std_msgs",),
         ("run my_package blinker.py",),
     ),
     Example(
-        "parameters", "reads parameters, including those from a file, and reacts to changes", ("geometry_msgs",),
+        "parameters", "a node that reads parameters, also from a file, and reacts to changes", ("geometry_msgs",),
         ("launch my_package speed_limiter.launch", "param set /speed_limiter/limits/linear 0.2"),
     ),
     Example(
-        "action", "provides an action with its own type, feedback and cancellation, and calls it", ("actionlib_msgs",),
+        "action", "an action with its own type, feedback and cancellation, and a client for it", ("actionlib_msgs",),
         ("run my_package count_server.py", "run my_package count_client.py 20"), ("actionlib",),
     ),
     Example(
-        "reconfigure", "has settings that tools can change while the node is running", ("std_msgs",),
+        "reconfigure", "a node whose settings can be changed with tools while it is running", ("std_msgs",),
         ("run my_package oscillator.py", "dynparam set oscillator amplitude 2.5"), ("dynamic_reconfigure",),
     ),
     Example(
-        "tf_broadcaster", "publishes a moving and a static frame", ("geometry_msgs",),
+        "tf_broadcaster", "a node that publishes a moving and a static coordinate frame", ("geometry_msgs",),
         ("run my_package tf_broadcaster.py", "tf tree"), ("tf2_ros",),
     ),
     Example(
-        "tf_listener", "looks up the position of one frame relative to another", (),
+        "tf_listener", "a node that looks up the position of one coordinate frame relative to another", (),
         ("run my_package tf_listener.py world laser", "tf static_transform_publisher 1 0 0.5 0 0 0 world laser"),
         ("tf2_ros",),
     ),
     Example(
-        "urdf", "moves a robot with links and joints",
+        "urdf", "a robot description with links and joints, and a node that moves the robot",
         ("joint_state_publisher", "robot_state_publisher", "sensor_msgs"),
         ("launch my_package arm.launch", "web scene --open"),
     ),
     Example(
-        "image", "finds edges in images with numpy", ("sensor_msgs",),
+        "image", "a node that finds edges in images with numpy, and a source of images", ("sensor_msgs",),
         ("run my_package picture_source.py", "run my_package edges.py", "web image --open"),
     ),
     Example(
-        "cloud", "filters point clouds with numpy", ("sensor_msgs",),
+        "cloud", "a node that filters point clouds with numpy, and a source of point clouds", ("sensor_msgs",),
         ("run my_package cloud_source.py", "run my_package cloud_filter.py", "topic hz filtered"),
     ),
     Example(
-        "bag", "writes a bag and analyses it with pandas", ("nav_msgs",),
+        "bag", "a program that writes a bag, and one that analyses a bag with pandas", ("nav_msgs",),
         ("run my_package write_bag.py drive.bag", "run my_package analyse_bag.py drive.bag"), ("rosbag",),
     ),
     Example(
-        "asyncio", "subscribes, publishes and provides a service in an asyncio program", ("std_msgs", "std_srvs"),
+        "asyncio", "an asyncio program that subscribes, publishes and provides a service", ("std_msgs", "std_srvs"),
         ("run my_package averager.py", "topic pub -r 5 numbers std_msgs/Float64 1.5"),
     ),
     Example(
-        "test", "tests a node with pytest and with pyros1 test", ("rostest", "std_msgs"),
+        "test", "a node with tests for pytest and for pyros1 test", ("rostest", "std_msgs"),
         ("test my_package doubler.test", "python3 -m pytest my_package/tests"),
     ),
     Example(
-        "launch", "starts two nodes with a launch file that has all the usual elements", ("std_msgs",),
+        "launch", "a launch file with all the usual elements, which starts two nodes", ("std_msgs",),
         ("launch my_package robot.launch", "launch my_package robot.launch robot:=r2 rate:=5"),
     ),
 )  # fmt: skip
@@ -166,7 +166,7 @@ def find_example(name: str, face: str = FACES[0]) -> Example:
 
 
 def is_build_dependency(package: str) -> bool:
-    """Return whether stock ROS needs a dependency to build a package, for its messages or CMake functions.
+    """Return whether stock ROS needs a package's dependency when the package is built, for messages or CMake functions.
 
     Other dependencies are only needed at run time.
     """

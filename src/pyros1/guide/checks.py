@@ -170,13 +170,15 @@ def check_logger_level(context: CheckContext) -> str:
         return "the minimal_subscriber is not running: pyros1 run minimal_nodes minimal_subscriber"
     response = context.call_service("/minimal_subscriber/get_loggers", "roscpp/GetLoggers")
     level = {logger.name: logger.level.lower() for logger in response.loggers}.get("rosout", "unknown")
-    return "" if level == "error" else f"its level is {level}: pyros1 log set /minimal_subscriber rosout error"
+    return "" if level == "error" else f"the logger's level is {level}: pyros1 log set /minimal_subscriber rosout error"
 
 
 def check_recorded(context: CheckContext) -> str:
     path = context.folder / "both.bag"
     if not path.exists():
-        hint = " It is still being recorded: press Ctrl-C there." if path.with_suffix(".bag.active").exists() else ""
+        hint = (
+            " It is still being recorded: press Ctrl-C to end this." if path.with_suffix(".bag.active").exists() else ""
+        )
         return f"there is no both.bag in this folder.{hint}"
     topics = bag_topics(path)
     for topic in ("/topic1", "/rosout"):
@@ -193,7 +195,7 @@ def check_robot_stops(context: CheckContext) -> str:
     if command is None:
         return "no node publishes /vel_cmd: pyros1 topic pub -r 10 vel_cmd std_msgs/Float64 0.0"
     if command.data != 0.0:
-        return f"the commanded velocity is {command.data:g} m/s: stop that publisher and send 0.0"
+        return f"the commanded velocity is {command.data:g} m/s: stop the publisher of /vel_cmd, and publish 0.0"
     if context.wait_for_message("/velocity", lambda message: abs(message.data) < 0.05):
         return ""
     return "the mass is still moving: is the old command still being published? pyros1 topic info vel_cmd"
@@ -212,7 +214,7 @@ def check_parameter(context: CheckContext) -> str:
         return ""
     other_publishers = [node for node in context.state().publishers["/topic1"] if node != "/minimal_publisher"]
     hint = (
-        f"stop {', '.join(other_publishers)}, which also publishes there"
+        f"other nodes publish on /topic1, too; stop {', '.join(other_publishers)}"
         if other_publishers
         else "start the publisher again"
     )
@@ -308,7 +310,10 @@ def check_second_master(context: CheckContext) -> str:
     if "/minimal_publisher" in publishers:
         return ""
     run_command = "pyros1 run minimal_nodes minimal_publisher"
-    return f"no minimal_publisher is running there: ROS_MASTER_URI=http://127.0.0.1:{SECOND_MASTER_PORT} {run_command}"
+    return (
+        "no minimal_publisher uses the second master: "
+        f"ROS_MASTER_URI=http://127.0.0.1:{SECOND_MASTER_PORT} {run_command}"
+    )
 
 
 def check_tested(context: CheckContext) -> str:

@@ -1,1 +1,1 @@
-"""The nodes of the package rostest: each checks a running system and writes the results as JUnit XML (L186)."""
+"""The nodes of the package rostest: each checks a running system, and writes its results in a JUnit XML file (L186)."""

@@ -25,7 +25,7 @@ class FailedError(Error):
 
 
 class SetupError(Error):
-    """A test node has nothing to test, and therefore writes no results."""
+    """A test node has nothing to test. It then writes no results."""
 
 
 def require(condition: object, message: str) -> None:

@@ -25,8 +25,8 @@ class Meter:
 
     Attributes:
         any_received: an event that is set when a message has arrived.
-        count: number of messages since the clock started, or since it last jumped back to a time before the first of
-            them.
+        count: number of messages that were counted. Messages that arrive before simulated time has started are not
+            counted; if time jumps back to before the first counted message, counting starts again.
     """
 
     def __init__(self, hz: float, hzerror: float, *, check_intervals: bool = False) -> None:
@@ -40,11 +40,11 @@ class Meter:
         self._lock = threading.Lock()  # messages of several publishers arrive in several threads
 
     def add(self, now: float) -> None:
-        """Count a message.
+        """Process the arrival of a message.
 
         Args:
-            now: the time in seconds. It is 0 before simulated time has started: the message then sets `any_received`,
-                but is not counted.
+            now: the time of arrival in seconds; 0 before simulated time has started. A message that arrives at time 0
+                sets `any_received`, but is not counted.
         """
         self.any_received.set()
         with self._lock:
@@ -61,11 +61,11 @@ class Meter:
     def _check_interval(self, interval: float) -> None:
         if self._max_rate > 0 and interval < 1 / self._max_rate:
             self._interval_errors.append(
-                f"an interval of {interval:.6f} s is too short: at least {1 / self._max_rate:.6f} s"
+                f"an interval of {interval:.6f} s is too short: the minimum is {1 / self._max_rate:.6f} s"
             )
         elif self._min_rate > 0 and interval > 1 / self._min_rate:
             self._interval_errors.append(
-                f"an interval of {interval:.6f} s is too long: at most {1 / self._min_rate:.6f} s"
+                f"an interval of {interval:.6f} s is too long: the maximum is {1 / self._min_rate:.6f} s"
             )
 
     def check_rate(self) -> None:

@@ -28,8 +28,8 @@ def main(argv: list[str]) -> int:
     """Run a test node.
 
     Args:
-        argv: the command line, beginning with the node's path. ``--gtest_output=xml:FILE`` names the result file;
-            with ``--text``, the results are printed, but not written to a file.
+        argv: the command line, which begins with the node's path. ``--gtest_output=xml:FILE`` names the file for the
+            results. With ``--text``, the results are printed, but not written to a file.
 
     Returns:
         The exit code: 0 if all cases passed, else 1.

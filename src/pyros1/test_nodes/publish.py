@@ -1,4 +1,4 @@
-"""publishtest checks that messages arrive on topics, or that none do."""
+"""publishtest checks that messages arrive on topics, or that no messages arrive."""
 
 from __future__ import annotations
 

@@ -9,8 +9,8 @@
         velocity.publish(data=2.0)
         assert forces.first(lambda force: force.data < 0, timeout=5)
 
-No sleeps are needed: a wait ends as soon as its condition is met. If that does not happen in time, it fails and
-describes the state.
+No sleeps are needed: a wait ends as soon as its condition is met. If the condition is not met in time, the wait fails,
+and the error message describes the state.
 """
 
 from __future__ import annotations

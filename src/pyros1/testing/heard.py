@@ -88,7 +88,7 @@ class Heard(Generic[M]):
             return list(self._messages)[first_index : first_index + count]
 
     def first(self, fits: Callable[[M], object] = lambda _: True, timeout: float = DEFAULT_TIMEOUT) -> M:
-        """Return the first matching message, which may already have arrived or may arrive within the timeout.
+        """Return the first matching message: one that has already arrived, or else one that arrives in time.
 
         Args:
             fits: called with each message; returns true if it matches.
@@ -116,7 +116,7 @@ class Heard(Generic[M]):
             seconds: how long to wait.
 
         Raises:
-            AssertionError: there was another message, or another message arrived.
+            AssertionError: there was such a message already, or one arrived during this time.
         """
         with self._changed:
             if self._changed.wait_for(lambda: self.count > self._num_returned, seconds):

@@ -13,7 +13,7 @@ from collections.abc import Mapping, Sequence
 from pyros1.testing.heard import DEFAULT_TIMEOUT
 
 MAX_OUTPUT = 1_000_000
-"""Maximum number of characters of a program's output that are kept; the beginning is discarded."""
+"""Maximum number of characters of a program's output that are kept. Of longer output, the beginning is discarded."""
 STOP_TIMEOUTS = (10.0, 3.0, 10.0)
 """Seconds to wait for a program to exit after SIGINT, SIGTERM and SIGKILL, respectively."""
 
@@ -131,7 +131,7 @@ class Program:
             self._process.send_signal(signal.SIGINT)
 
     def _kill_group(self) -> None:
-        """Kill the processes that the program has left behind."""
+        """Kill the processes that the program has started and left behind."""
         if sys.platform == "win32":
             return
         try:

@@ -28,7 +28,7 @@ def render_blocks(
         pixels: red, green and blue bytes, row by row from the top.
         width, height: size of the picture in pixels.
         turtles: name -> x and y (in units), and heading (in radians).
-        columns, rows: the available space in characters; the picture fills as much of it as it can without distortion.
+        columns, rows: the available space in characters. The picture is made as large as fits without distortion.
     """
     used_columns = max(1, min(columns, 2 * rows * width // height))
     used_rows = max(1, used_columns * height // width // 2)

@@ -1,4 +1,4 @@
-"""The turtles' drawing. It is kept as pixels, which bounds its memory, and lets a turtle see the colour below it."""
+"""The turtles' drawing, kept as pixels: this limits its memory, and lets a turtle see the colour below itself."""
 
 from __future__ import annotations
 

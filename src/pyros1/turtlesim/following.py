@@ -48,7 +48,7 @@ class Follower:
     Args:
         node: the node that publishes the follower's speed.
         turtle: name of the turtle that follows.
-        leader: name of the turtle that it follows.
+        leader: name of the turtle that is followed.
     """
 
     def __init__(self, node: Node, turtle: str, leader: str) -> None:

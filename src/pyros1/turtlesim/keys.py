@@ -24,7 +24,7 @@ class NoTerminalError(Error):
 class KeyReader:
     """A context manager that reads keys from the terminal at standard input, and restores the terminal at the end.
 
-    After a program was stopped (Ctrl-Z) and continued, it reads keys again.
+    Keys are also read after the program was stopped (Ctrl-Z) and continued.
 
     Raises:
         NoTerminalError: on entering the context, if standard input is not a terminal, or this process runs in the
@@ -45,10 +45,10 @@ class KeyReader:
             self._saved_attributes = termios.tcgetattr(self._descriptor)
         except (ImportError, ValueError, AttributeError, OSError, termios.error):
             raise NoTerminalError(
-                "standard input is not a terminal: run it in a terminal of its own, without < or |"
+                "standard input is not a terminal: run this in a terminal of its own, without < or |"
             ) from None
         if not _is_in_foreground(self._descriptor):
-            raise NoTerminalError("it is running in the background, where it cannot read keys: run it without &")
+            raise NoTerminalError("a program in the background cannot read keys: run this one without &")
         self._set_cbreak()
         with contextlib.suppress(ValueError):  # not in the main thread
             self._saved_handler = signal.signal(signal.SIGCONT, lambda *_: self._set_cbreak())

@@ -197,7 +197,7 @@ class _TurtleInterface:
         """Publish the result of a step, and log a warning if the turtle has hit a wall."""
         turtle = result.turtle
         if result.requested is not None:
-            # The message is stock's, in which y is measured downwards, as in its window.
+            # In stock's message, y is measured downwards, as in stock's window.
             x, y = result.requested.x, WORLD_SIZE - result.requested.y
             self._node.log.warn("Oh no! I hit the wall! (Clamping from [x=%f, y=%f])", x, y)
         with suppress(NodeError):  # the turtle is being killed

@@ -80,8 +80,9 @@ class Turtle:
         self.forward, self.sideways, self.turning, self.commanded_at = forward, sideways, turning, now
 
     def teleport_absolute(self, x: float, y: float, theta: float) -> None:
-        """Move to a pose at once. Outside the walls, the position is corrected at the next step; above them,
-        immediately.
+        """Move to a pose at once.
+
+        A position above the upper wall is corrected immediately; one outside the other walls, at the next step.
         """
         self.x, self.y, self.theta = x, min(y, WORLD_SIZE), theta
 
@@ -95,8 +96,8 @@ class Turtle:
         """Move for a number of seconds: first turn, then move straight on.
 
         Args:
-            now: the current time in seconds, by the same clock as in `command`; it decides whether the command still
-                applies.
+            now: the current time in seconds, by the same clock as in `command`. The last command applies for
+                `COMMAND_TIMEOUT` seconds.
             seconds: the movement's duration.
 
         Returns:

@@ -35,7 +35,7 @@ class JointStatePublisher:
         own_topic = node.resolve("joint_states")
         for source in (*states.options.source_list, f"~{SLIDERS_TOPIC}"):
             if node.resolve(source) == own_topic:
-                node.log.error("source_list contains %s, to which this node publishes: it is ignored", own_topic)
+                node.log.error("%s in source_list is ignored, since this node itself publishes on it", own_topic)
                 continue
             node.subscribe(source, JointState, self._receive, queue_size=_QUEUE_SIZE)
 

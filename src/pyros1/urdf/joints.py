@@ -142,7 +142,7 @@ class JointStates:
         leaders.update({name: each for name, each in options.dependent_joints.items() if name in joints})
         for name in [*options.zeros, *options.dependent_joints]:
             if name not in joints:
-                self.warnings.append(f"{_escaped(name)} has a parameter, but is not a movable joint")
+                self.warnings.append(f"{_escaped(name)} has a parameter, but there is no movable joint of this name")
         for name in [name for name, each in leaders.items() if each.joint not in joints]:
             self.warnings.append(
                 f"joint {_escaped(name)} follows {_escaped(leaders.pop(name).joint)}, which does not move"
@@ -246,7 +246,8 @@ def joint_limits(joint: Joint, uses_soft_limits: bool = True) -> tuple[float, fl
 def _resolve_followers(leaders: Mapping[str, Mimic], warnings: list[str]) -> dict[str, Mimic]:
     """Return how each follower follows a free joint, even if it does so by way of other joints.
 
-    If joints follow each other in a cycle, one of them becomes free, and a warning is appended to ``warnings``.
+    If joints follow each other in a cycle, one of them is made to follow no joint, and a warning is appended to
+    ``warnings``.
     """
     resolved: dict[str, Mimic] = {}
     free: set[str] = set()
@@ -258,7 +259,7 @@ def _resolve_followers(leaders: Mapping[str, Mimic], warnings: list[str]) -> dic
             each = leaders[each].joint
         if each in path:
             free.add(each)
-            warnings.append(f"joint {_escaped(each)} follows itself, so it is treated as free")
+            warnings.append(f"joint {_escaped(each)} follows itself, so it is treated as a joint that follows none")
         for follower in reversed(path):
             if follower not in free:
                 mimic = leaders[follower]

@@ -21,7 +21,7 @@ MAX_JOINTS = 100_000
 _MAX_HINT_NAMES = 1_000
 """Maximum number of names with which an unknown name is compared, to suggest what was meant."""
 _MAX_HINTS = 5
-"""Maximum number of unknown names for which a name is suggested, if they only cause warnings."""
+"""Maximum number of warnings about unknown names that also suggest what was meant."""
 _XACRO_NAMESPACE = "{http://www.ros.org/wiki/xacro}"
 
 
@@ -104,7 +104,7 @@ def _read_joint(element: Element, warnings: list[str]) -> Joint:
     context = f"joint {_escaped(name)}"
     joint_type = element.get("type", "")
     if joint_type not in JOINT_TYPES:
-        raise UrdfError(f"{context}: its type is {_escaped(joint_type)}; there are {', '.join(sorted(JOINT_TYPES))}")
+        raise UrdfError(f"{context}: its type is {_escaped(joint_type)}; types are {', '.join(sorted(JOINT_TYPES))}")
     links = []
     for attribute in ("parent", "child"):
         link_element = element.find(attribute)
@@ -120,7 +120,7 @@ def _read_joint(element: Element, warnings: list[str]) -> Joint:
         )
     axis = _read_axis(element, context) if joint_type in MOVING_TYPES else (1.0, 0.0, 0.0)
     if axis == (0.0, 0.0, 0.0):
-        warnings.append(f"{context} has the axis 0 0 0: it does not move")
+        warnings.append(f"{context} has the axis 0 0 0: the joint does not move")
     mimic = _read_mimic(element, context) if joint_type in MOVING_TYPES else None
     return Joint(name, joint_type, links[0], links[1], _read_origin(element, context), axis, limit, mimic)
 

@@ -31,7 +31,7 @@ _LEAD_TIME_NS = 500_000_000
 _OLD_MESSAGE_AGE = 30.0
 """Age in seconds above which a message is reported as old."""
 _MAX_UNKNOWN_NAMES = 1_000
-"""Maximum number of names in a message beyond those of the robot's joints."""
+"""Maximum number by which the names in a message may exceed the robot's joints."""
 _MAX_JOINT_SETS = 32
 """Maximum number of different sets of joints whose encoders are cached."""
 
@@ -42,9 +42,9 @@ class Settings:
 
     Attributes:
         publish_frequency: maximum number of messages per second with the same joint; values below 1 count as 1.
-        ignore_timestamp: whether every message is used, even if its stamp is earlier than the last one's, or too soon
-            after.
-        use_tf_static: whether fixed links are published only once, on /tf_static; otherwise, repeatedly, on /tf.
+        ignore_timestamp: whether every message is used, even if its stamp is earlier than that of the last message, or
+            follows it too soon.
+        use_tf_static: whether fixed links are published once, on /tf_static, instead of repeatedly, on /tf.
         prefix: prefix of frame names; empty for none.
     """
 
@@ -56,12 +56,12 @@ class Settings:
 
 @dataclass(frozen=True)
 class _JointSet:
-    """What is cached for JointState messages with the same names of joints.
+    """What is cached for all JointState messages that contain the same joints.
 
     Attributes:
         batch: the encoder for the message with the links' poses.
         joints: names of the joints of these links, in the encoder's order.
-        unknown: one of the names that is not in the description; empty if all are.
+        unknown: one of the messages' names that are not in the description; empty if there is none.
     """
 
     batch: TransformBatch

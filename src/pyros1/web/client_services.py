@@ -1,4 +1,4 @@
-"""Services that rosbridge clients provide: the server's node advertises them, and passes on their calls."""
+"""Services that rosbridge clients provide: the server's node advertises them, and passes calls on to the clients."""
 
 from __future__ import annotations
 

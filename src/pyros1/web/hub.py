@@ -130,7 +130,7 @@ class Hub:
         subscribe: subscribes a callback to the undecoded messages on a topic, and returns the subscriber; may raise
             Error.
         now: returns the time of the node's clock, in seconds.
-        submit: runs a function that may block; None to run it in a pool of threads.
+        submit: runs a function that may block. If this argument is None, such functions run in a pool of threads.
         wait_for_publishers: waits briefly until the registered publishers of a topic are connected; called with the
             topic and the subscriber.
     """
@@ -247,14 +247,14 @@ class _Feed:
         self._lock = threading.Lock()
         self._latched: dict[str, Arrival] = {}  # by publisher, the newest last
         self._listeners: dict[object, Listener] = {}
-        self._listeners_snapshot: tuple[Listener, ...] | None = ()  # all listeners; None: they have changed
+        self._listeners_snapshot: tuple[Listener, ...] | None = ()  # all listeners; None if they have changed
         self._subscriber: Any = None
         self._largest_size = 0
         self._ended = self._is_ready = False
         self._ready_callbacks: list[Callable[[], object]] = []
 
     def set_subscriber(self, subscriber: Any) -> bool:
-        """Store the subscriber and return True; if there are no more listeners, close it and return False."""
+        """Store the subscriber and return True; if no listeners are left, close the subscriber and return False."""
         with self._lock:
             if not self._ended:
                 self._subscriber = subscriber

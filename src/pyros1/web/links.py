@@ -57,7 +57,7 @@ def link_published(file: Path, link: str) -> Iterator[None]:
 
     Only the user who runs the server can read the file, since the link contains the token.
     """
-    with contextlib.suppress(OSError):  # other commands start their own servers then
+    with contextlib.suppress(OSError):  # if this fails, other commands start their own servers
         file.parent.mkdir(parents=True, exist_ok=True)
         file.unlink(missing_ok=True)
         descriptor = os.open(file, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)

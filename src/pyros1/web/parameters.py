@@ -14,7 +14,7 @@ _HIDDEN = object()
 
 
 class Parameters:
-    """Access to parameters for pages: they see a namespace without the parameters that are hidden from them.
+    """Access to parameters for pages. From a namespace, the parameters that pages may not see are left out.
 
     Args:
         master: the master with the parameters.

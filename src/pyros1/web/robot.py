@@ -33,7 +33,9 @@ RETRY_DELAY = 1.0
 _MAX_TOPICS_AGE = 0.5
 """Seconds for which the master's list of topics is cached."""
 _SMALL_QUEUE, _MEDIUM_QUEUE, _LARGE_QUEUE = 10, 100, 2_000
-"""Maximum number of messages queued for slow views: images and clouds; messages of unknown types; all others."""
+"""Maximum number of messages queued for slow views, in this order: for topics with images or point clouds, for topics
+of unknown types, and for all other topics.
+"""
 _CONNECT_TIMEOUT = 0.5
 """Maximum number of seconds to wait for existing publishers to connect."""
 _CALLER_ID = "/pyros1_web"
@@ -175,7 +177,7 @@ class Robot:
         self._closed.set()
         self.master.close()
         if self._node is not None:
-            self._node.shutdown()  # first, since other threads may be waiting for it
+            self._node.shutdown()  # first, since this ends whatever other threads are waiting for
         if self._thread.is_alive():
             self._thread.join(5)
         if self._node is not None:

@@ -109,7 +109,7 @@ class System:
         self._tracks = {name: _update_tracks(self._tracks.get(name, {}), report) for name, report in reports.items()}
         rates = {name: _rates(tracks) for name, tracks in self._tracks.items()}
         for name in unreachable:
-            self._uris.pop(name, None)  # another process may be using its name by now
+            self._uris.pop(name, None)  # another process may have started under this name, with another URI
         reported = actual_edges({name: report.connections for name, report in reports.items()}, self._uris)
         edges = _edges_with_rates(reports, reported, rates)
         topics = {*state.publishers, *state.subscribers}

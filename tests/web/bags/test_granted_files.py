@@ -74,13 +74,13 @@ def test_a_damaged_list_is_written_anew(tmp_path: Path, damage: bytes) -> None:
 @pytest.mark.parametrize(
     ("kind", "said"),
     [
-        ("writable", r"can be read or written by other users \(mode 622\): remove it"),
-        ("readable", r"can be read or written by other users \(mode 604\): remove it"),
-        ("group", r"can be read or written by other users \(mode 620\): remove it"),
-        ("link", "is a symbolic link: remove it"),
-        ("dangling", "is a symbolic link: remove it"),
-        ("pipe", "is not a file: remove it"),
-        ("owner", "belongs to another user: remove it"),
+        ("writable", r"can be read or written by other users \(mode 622\): remove this file"),
+        ("readable", r"can be read or written by other users \(mode 604\): remove this file"),
+        ("group", r"can be read or written by other users \(mode 620\): remove this file"),
+        ("link", "is a symbolic link: remove this file"),
+        ("dangling", "is a symbolic link: remove this file"),
+        ("pipe", "is not a regular file: remove this file"),
+        ("owner", "belongs to another user: remove this file"),
     ],
 )
 def test_a_list_that_is_not_to_be_trusted(

@@ -23,7 +23,7 @@ class BagFolders:
 
     Args:
         roots: paths of folders and of single files; paths that do not exist are ignored.
-        also_allowed: further files that pages may see; files may be added to it later.
+        also_allowed: further files that pages may see; this collection may grow later.
     """
 
     def __init__(self, roots: Iterable[str], also_allowed: Container[Path] = ()) -> None:
@@ -42,7 +42,7 @@ class BagFolders:
         if path not in self._files and not self._is_inside(path) and path not in self._also_allowed:
             name = _for_display(raw_path)
             raise RequestError(
-                f"{name} is outside the folders that this server shows (--bags); open it with pyros1 web bag"
+                f"{name} is outside the folders that this server shows (--bags); `pyros1 web bag` opens it anyway"
             )
         try:
             mode = path.stat().st_mode
@@ -69,8 +69,8 @@ class BagFolders:
         """Return the contents of a folder, for a page.
 
         Args:
-            raw_path: the folder's path; if it is empty, the contents of the only visible folder are returned, or a list
-                of the visible folders if there are several.
+            raw_path: the folder's path. If the path is empty, the result is the contents of the only visible folder or,
+                if several folders are visible, a list of these folders.
 
         Returns:
             ``{"folder", "up", "folders": [{"name", "path"}], "files": [{"name", "path", "size", "time"}], "more",

@@ -1,8 +1,8 @@
 """Counts a bag's messages per column of a timeline, using the bag's index of chunks (pure).
 
 The index contains each chunk's start, end, and number of messages per topic. That is enough for a chunk that covers one
-or two columns: no message is displayed more than one column away from its own. For a longer chunk, the exact times of
-its messages are requested if there are few of them; otherwise, the messages are spread evenly.
+or two columns: no message is displayed more than one column away from where it belongs. For a longer chunk, the exact
+times of its messages are requested if there are few of them; otherwise, the messages are spread evenly.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 MAX_EXACT_MESSAGES = 500_000
 """Maximum number of messages whose exact times are requested per histogram."""
 ReadTimes = Callable[[int], Iterable[tuple[int, "NDArray[np.int64]"]]]
-"""Takes a chunk's number; returns, for each row, the row's number and the times of its messages in nanoseconds."""
+"""Takes a chunk's number; returns each row's number and the times of the row's messages in nanoseconds."""
 
 
 class Density:
@@ -59,11 +59,12 @@ class Density:
             max_chunks: maximum number of chunks for which `read_times` is called.
 
         Returns:
-            An array of shape (rows, columns), and whether every message is counted at most one column away from its
-            own.
+            An array of shape (rows, columns), and whether every message is counted at most one column away from where
+            it belongs.
         """
         grid = np.zeros((len(rows), columns + 1), np.float64)
-        # The last entry is for row -1, which means no row.
+        # Row number -> index in `rows`, or -1. The last entry is for messages whose row number is -1, as they belong to
+        # no row.
         grid_row = np.full(int(max(self._rows, default=0)) + 2, -1, np.int64)
         for index, row in enumerate(rows):
             if 0 <= row < len(grid_row) - 1:
@@ -100,8 +101,10 @@ class Density:
         last: NDArray[np.int64],
         entries: NDArray[np.int64],
     ) -> None:
-        """Spread each entry's messages evenly over its columns: add them at the first, and subtract them after the
-        last.
+        """Add each entry's messages to the grid, spread evenly over the columns of the entry's chunk.
+
+        For each entry, the number of messages per column is first added at the chunk's first column, and subtracted
+        behind its last column. The cumulative sums are then the numbers of messages in each column.
         """
         columns = grid.shape[1] - 1
         starts, ends = first[self._chunks[entries]], last[self._chunks[entries]]

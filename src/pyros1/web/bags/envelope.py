@@ -21,7 +21,7 @@ class Envelope:
         self._parts: dict[int, list[tuple[float, float]]] = {}
 
     def add(self, time: float, value: float) -> None:
-        """Add a point. A time outside the span belongs to the nearest part; NaN is neither lowest nor highest."""
+        """Add a point. A time outside the span belongs to the nearest part. NaN is neither lowest nor highest."""
         index = min(self._last_index, max(0, int((time - self._begin) * self._parts_per_second)))
         point = (time, value)
         part = self._parts.get(index)

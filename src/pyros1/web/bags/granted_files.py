@@ -36,8 +36,8 @@ class GrantedFiles:
         """Add bags to the list. Only one program at a time may call this.
 
         Raises:
-            OSError: the file cannot be written, or too many bags are added at once; or the file exists, but cannot be
-                trusted, since it is a link, belongs to another user, or other users may read or write it.
+            OSError: the file cannot be written, or too many bags are added at once. Also if the file exists, but cannot
+                be trusted: it is a symbolic link, belongs to another user, or other users may read or write it.
         """
         new_lines = dict.fromkeys(json.dumps(os.path.realpath(path)) for path in paths)
         self._file.parent.mkdir(parents=True, exist_ok=True)
@@ -54,7 +54,7 @@ class GrantedFiles:
         self._replace_file("".join(f"{line}\n" for line in lines[first:]))
 
     def __contains__(self, path: object) -> bool:
-        """Return whether the list contains a path, in which symbolic links must have been resolved."""
+        """Return whether the list contains a path. The symbolic links in the path must have been resolved."""
         try:
             return json.dumps(str(path)) in self._read_lines()
         except (OSError, ValueError):
@@ -74,7 +74,7 @@ class GrantedFiles:
         with open(os.open(self._file, flags), "rb") as file:
             file_status = os.fstat(file.fileno())
             if not stat.S_ISREG(file_status.st_mode):
-                raise self._permission_error("is not a file")
+                raise self._permission_error("is not a regular file")
             if hasattr(os, "geteuid"):
                 if file_status.st_uid != os.geteuid():
                     raise self._permission_error("belongs to another user")
@@ -86,7 +86,7 @@ class GrantedFiles:
         return [line for line in text.split("\n")[:-1] if line and line.isascii()]  # the last line may be cut off
 
     def _permission_error(self, reason: str) -> OSError:
-        return PermissionError(errno.EPERM, f"the list of bags {reason}: remove it", str(self._file))
+        return PermissionError(errno.EPERM, f"the list of bags {reason}: remove this file", str(self._file))
 
     def _replace_file(self, text: str) -> None:
         """Replace the file's contents atomically, since the server may read it at any time."""

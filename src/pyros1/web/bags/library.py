@@ -22,7 +22,7 @@ MAX_COMPLETE_READS = 3
 
 
 _FileKey = tuple[Path, int, int]
-"""A file's path, device and inode: while a bag is open, another file may replace it at the same path."""
+"""A file's path, device and inode. The path is not enough, since another file may replace a bag while it is open."""
 
 
 class _Entry:
@@ -99,7 +99,7 @@ class Library:
             return entry.bag
 
     def release(self, bag: OpenBag) -> None:
-        """Release an opened or borrowed bag. It is closed when it has been released as often as opened and borrowed."""
+        """Release an opened or borrowed bag. The bag is closed when all its users have released it."""
         with self._lock:
             key = next((key for key, entry in self._entries.items() if entry.bag is bag), None)
         if key is not None:

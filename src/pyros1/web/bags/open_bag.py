@@ -33,7 +33,7 @@ _MAX_CACHED_TIMES = 4_000_000
 """Maximum number of cached message times, of 8 bytes each."""
 _MAX_DISPLAYED_PLACES = 5
 _MAX_CHUNKS_READ = 200
-"""Maximum number of chunks whose index is read for one histogram, which takes up to 0.3 s."""
+"""Maximum number of chunks whose index is read for one histogram. Reading that many takes up to 0.3 s."""
 _MAX_CHUNKS_UNPACKED = 20
 """Like `_MAX_CHUNKS_READ`, but for bags without an index, whose chunks must be decompressed."""
 
@@ -129,7 +129,7 @@ class OpenBag:
             )
         elif reader.was_scanned:
             problems.append(
-                "this bag was not closed, or is damaged: it had to be read completely; `pyros1 bag reindex` repairs it"
+                "this bag was not closed, or is damaged, so all of it had to be read; `pyros1 bag reindex` repairs it"
             )
         problems += [
             f"at byte {damage.offset}: {untrusted(damage.reason)}"
@@ -166,8 +166,8 @@ class OpenBag:
         return [topic.name for name in names if (topic := self.topic(name)) is not None]
 
     def topic(self, name: str) -> BagTopic | None:
-        """Return the topic with a name, in which the leading slash may be missing or superfluous; None if there is
-        none.
+        """Return the topic with a name; None if there is no such topic. A missing or superfluous leading slash in the
+        name does not matter.
         """
         other_form = name[1:] if name.startswith("/") else f"/{name}"
         return self.topics.get(name) or self.topics.get(other_form)
@@ -205,7 +205,7 @@ class OpenBag:
 
     def find_topic(self, text: str) -> tuple[str, str, str] | None:
         """Split ``/topic/field`` into the topic's recorded name, its type, and the field path; None if there is no
-        topic.
+        such topic.
         """
         parts = text.split("/")
         for size in range(len(parts), 0, -1):

@@ -76,7 +76,12 @@ class Playback:
         self._thread.start()
 
     def change(self, settings: PlaybackSettings, start: float | None) -> None:
-        """Change the settings, and continue from `start` (seconds since the bag's start); None for the current time."""
+        """Change the settings, and continue.
+
+        Args:
+            settings: the new settings.
+            start: where to continue, in seconds since the bag's start; None for the current time.
+        """
         with self._lock:
             old_settings, self._settings = self._settings, settings
             if start is not None:
@@ -91,7 +96,7 @@ class Playback:
                 self._resume_event.set()
 
     def status(self) -> dict[str, Any]:
-        """Return the playback's state for a page; its time is in seconds since the bag's start."""
+        """Return the playback's state for a page. The state's time is in seconds since the bag's start."""
         with self._lock:
             unplayable = dict(list(self._unplayable.items())[:_MAX_UNPLAYABLE])
             return {
@@ -143,9 +148,10 @@ class Playback:
             player.close()
 
     def _play(self, previous: Player | None) -> Player:
-        """Play until the end of the bag or a change; return the player.
+        """Create a player and play until the bag ends, the settings change, or `close` is called; return the player.
 
-        The previous player is closed as soon as the new player exists.
+        Args:
+            previous: the player of the previous call, which is closed as soon as the new player exists.
         """
         with self._lock:
             settings, start, self._restart_requested = self._settings, self._time, False

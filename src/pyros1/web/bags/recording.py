@@ -1,4 +1,4 @@
-"""A recording started by a page. It continues when the page is closed, until a page stops it or the server exits."""
+"""A recording started by a page. It continues after this page is closed, until a page stops it or the server exits."""
 
 from __future__ import annotations
 
@@ -92,7 +92,7 @@ class Recording:
     def status(self) -> dict[str, Any]:
         """Return the recording's state for a page.
 
-        Rates are averages since an earlier call, at least a second ago; they are null if there was none.
+        Rates are averages since an earlier call that was at least a second ago; without such a call, they are null.
         """
         with self._lock:
             now = monotonic()

@@ -42,7 +42,7 @@ def send(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def cancel(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
-    """Request the action's servers to cancel a goal; return their number. Args: action, id (empty for all goals)."""
+    """Tell an action's servers to cancel a goal; return the number of servers. Args: action, id (empty: all goals)."""
     topic = f"{string_arg(args, 'action')}/cancel"
     robot.check_visible(topic)
     servers = robot.publishing.publish(topic, "actionlib_msgs/GoalID", {"id": string_arg(args, "id")})

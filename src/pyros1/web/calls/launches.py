@@ -19,7 +19,7 @@ _MAX_TEXT_LENGTH = 20_000
 
 
 def connect_to_launch(robot: Robot, args: Mapping[str, Any]) -> Launch:
-    """Return a connection to a launch; the caller must close it. Args: launch (the name of the parameter it has set).
+    """Return a connection to a launch; the caller must close the connection. Args: launch (see `control`).
 
     Raises:
         RequestError: no launch with this name is registered.
@@ -32,7 +32,10 @@ def connect_to_launch(robot: Robot, args: Mapping[str, Any]) -> Launch:
 
 
 def control(robot: Robot, args: Mapping[str, Any]) -> None:
-    """Tell a launch to stop, start or restart a process. Args: launch, process (its label), verb."""
+    """Tell a launch to stop, start or restart a process.
+
+    Args: launch (the name of the parameter that the launch has set), process (its label), verb.
+    """
     verb = string_arg(args, "verb")
     if verb not in _VERBS:
         raise RequestError(f"the verb must be one of {', '.join(_VERBS)}")

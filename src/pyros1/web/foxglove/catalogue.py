@@ -65,8 +65,8 @@ class Catalogue:
         self._offers = Offers()
         self._ids: dict[Hashable, int] = {}
         self._next_ids = count(1)
-        # topic -> publisher -> its definition, where it differs from the installed one. The definition of the first
-        # publisher that is still registered is offered.
+        # topic -> publisher -> the publisher's definition, where it differs from the installed one. What is offered is
+        # the definition of the first publisher that is still registered.
         self._topic_definitions: dict[str, dict[str, _Definition]] = {}
         self._unusable_definitions: dict[str, tuple[str, str]] = {}  # topic -> (publisher, problem)
         self._service_types: dict[str, tuple[list[str], str]] = {}  # service -> (its nodes, its type)
@@ -117,7 +117,7 @@ class Catalogue:
                 self._refresh()
 
     def add_header(self, channel: Channel, header: Mapping[str, str]) -> None:
-        """Store a publisher's header whose definition differs from the channel's; the next refresh uses it.
+        """Store the header of a publisher whose definition differs from the channel's, for the next refresh.
         Thread-safe.
         """
         self._new_headers.append((channel.topic, dict(header)))
@@ -140,7 +140,7 @@ class Catalogue:
             definitions[publisher] = definition
 
     def _forget_unregistered(self, nodes: Nodes) -> None:
-        """Remove the definitions of publishers that are gone: the publishers that replace them may have others."""
+        """Remove the definitions of publishers that are gone, since later publishers may use other definitions."""
         for topic, definitions in list(self._topic_definitions.items()):
             publishers = nodes.publishers.get(topic)
             if publishers:
@@ -192,7 +192,7 @@ class Catalogue:
                 del entries[name]
         self._forget_unregistered(nodes)
         for name, (providers, _) in list(self._service_types.items()):
-            if nodes.services.get(name) != providers:  # another node may have another type
+            if nodes.services.get(name) != providers:  # the node that provides the service now may use another type
                 del self._service_types[name]
         channels = {
             offer.topic: offer

@@ -191,7 +191,7 @@ class Viewer:
         """Tell the viewer what has changed; return whether to check again immediately."""
         _ = self._robot.node
         if self._uses_simulated_time() != self._announced_simulated_time:
-            await self._send_hello()  # the master was started after the viewer
+            await self._send_hello()  # the master was started after the viewer had connected
         catalogue = self._shared.catalogue
         offers = await self._run_long_task(catalogue.current_offers, _POLL_PERIOD * 0.8)
         async with self._machine_lock:

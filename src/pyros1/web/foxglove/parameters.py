@@ -48,7 +48,7 @@ class ParameterValues:
         branch[leaf] = value
 
     def get(self, name: str) -> Any:
-        """Return a parameter's value, or a namespace's tree; None if there is neither with this name."""
+        """Return a parameter's value, or a namespace's tree; None if neither exists under this name."""
         if name in self.flat:
             return self.flat[name]
         subtree: Any = self._tree

@@ -26,7 +26,7 @@ class Publishers:
     def __init__(self, shared: ViewerContext) -> None:
         self._robot = shared.robot
         self._publishers: dict[int, tuple[type[Message], Any]] = {}
-        # Channel -> until when its first message waits for subscribers.
+        # Channel -> monotonic time until which the channel's first message waits for subscribers.
         self._connect_deadlines: dict[int, float] = {}
 
     def advertise(self, channel: ClientChannel) -> None:

@@ -26,8 +26,8 @@ class Goal:
         text: the server's message about the status.
         feedback, result: the contents of the latest message of each kind; None if there was none.
         num_feedbacks: number of feedback messages received.
-        num_missed: number of consecutive status lists without the goal, up to the latest; None if none has contained
-            it.
+        num_missed: number of status lists since the last one that contained the goal; None if no status list has
+            contained the goal yet.
     """
 
     id: str

@@ -13,8 +13,8 @@ class RepeatedPublisher:
     """Calls a function at a given rate until it is closed. Calls that would be late are skipped.
 
     Args:
-        publish: publishes a message, and returns the number of subscribers; if it raises `Error`, it is called again
-            all the same.
+        publish: publishes a message, and returns the number of subscribers; called again even
+            after it has raised `Error`.
         hz: calls per second; must be more than 0.
 
     Attributes:
@@ -40,7 +40,7 @@ class RepeatedPublisher:
         self._change_event.set()
 
     def close(self) -> None:
-        """Stop after the current call, and wait for it for up to 5 seconds."""
+        """Stop after the current call, and wait up to 5 seconds for that call to end."""
         self._end_event.set()
         self._change_event.set()
         self._thread.join(5)

@@ -210,8 +210,8 @@ class Client:
             now: monotonic time in seconds.
 
         Returns:
-            The frames, and the monotonic time at which to call this again; None if it need not be called before `wake`
-            is.
+            The frames, and the monotonic time at which to call this again. The time is None if there is nothing to do
+            until `wake` is called.
         """
         ready_frames, arrivals, next_time = self.outbox.take(now)
         self._start_calls()

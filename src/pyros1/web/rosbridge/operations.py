@@ -45,7 +45,9 @@ class Advertise:
 
 @dataclass(frozen=True)
 class Unadvertise:
-    """Withdraw the client's advertisement of a topic; with an id, only the advertisement made with that id."""
+    """Withdraw the client's advertisement of a topic. If the operation has an id, only the advertisement made with that
+    id is withdrawn.
+    """
 
     topic: str
 
@@ -81,7 +83,11 @@ class Subscribe:
 
 @dataclass(frozen=True)
 class Unsubscribe:
-    """End the client's subscription to a topic that has the id ``key``; None for all its subscriptions to the topic."""
+    """End the client's subscription to a topic.
+
+    Attributes:
+        key: the id of the subscription; None to end all of the client's subscriptions to the topic.
+    """
 
     topic: str
     key: Id

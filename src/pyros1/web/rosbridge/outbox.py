@@ -53,15 +53,15 @@ class TopicQueue:
     def add_subscription(self, request: Subscribe) -> None:
         """Add a subscription.
 
-        Of all subscriptions, the highest rate, the longest queue and the smallest frames apply, and the last
-        compression.
+        If there are several subscriptions, the highest rate, the longest queue and the smallest frames that any of them
+        requests are used, and the compression that the last one requests.
         """
         self.requests.pop(request.key, None)
         self.requests[request.key] = request
         self._merge_settings()
 
     def remove_subscription(self, key: Id) -> None:
-        """Remove the subscription with an id, or all subscriptions if it is None."""
+        """Remove the subscription with the id ``key``, or all subscriptions if ``key`` is None."""
         if key is None:
             self.requests.clear()
         else:
@@ -153,8 +153,8 @@ class Outbox:
             now: monotonic time in seconds.
 
         Returns:
-            The responses; the messages, in order of arrival; and when to call this again, or None if not before the
-            next `wake`.
+            The responses, the messages in order of arrival, and the monotonic time at which to call this again. The
+            time is None if nothing is due until `wake` is called.
         """
         with self._lock:
             ready_frames, self._frames, self._frames_size = list(self._frames), deque(), 0
@@ -170,7 +170,7 @@ class Outbox:
                     if size >= _BATCH_BYTES:
                         break
                 due_queues = [queue for queue in due_queues if queue.messages and not queue.throttle]
-            if arrivals:  # queues that were not served now come first next time
+            if arrivals:  # queues from which nothing was taken now come first next time
                 self._queues.sort(key=lambda queue: queue.next_time)
             next_time = min((time for queue in self._queues if (time := queue.due_time()) is not None), default=None)
         arrivals.sort(key=lambda queue_and_arrival: queue_and_arrival[1].arrived_at)

@@ -20,7 +20,7 @@ _COMPRESSION_LEVEL = 1
 
 
 def pack(text: str) -> str:
-    """Return a picture that contains an ASCII string, in base64.
+    """Return a picture that contains an ASCII string; the picture is encoded in base64.
 
     Raises:
         BridgeError: Pillow is not installed.

@@ -39,7 +39,8 @@ class Publishers:
     def advertise(self, request: Advertise, id: Id = None) -> None:
         """Start publishing on a topic.
 
-        Several parts of a client may advertise the same topic, each with its own id; the last options apply.
+        A client may advertise the same topic several times, with different ids. The options of the last advertisement
+        apply.
 
         Raises:
             Error: the type does not exist, the topic has another type, or there are too many topics.
@@ -76,8 +77,8 @@ class Publishers:
     def unadvertise(self, name: str, id: Id = None) -> bool:
         """Stop publishing on a topic.
 
-        With an id, only the part of the client with this id stops; the publisher is closed when no part publishes on
-        the topic any more.
+        With an id, only the advertisement made with that id is withdrawn. The publisher is closed when none of the
+        client's advertisements of the topic is left.
 
         Returns:
             Whether the client was publishing on the topic.

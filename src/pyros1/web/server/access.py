@@ -88,10 +88,10 @@ class Access:
         """Whether programs from other sites may connect: rosbridge clients, and viewers such as Foxglove.
 
         These are separate web applications (https://app.foxglove.dev, a Lichtblick on another port, ``file://`` in
-        their desktop versions), so their Origin is never this server's. They may connect with the right token, which
-        only a person who has the link can have given to them. On a server without a token, such pages cannot be told
-        from any other page, so only the allowed sites may connect. The protocol of the server's own page is for that
-        page only.
+        their desktop versions), so their Origin is never this server's. They may connect with the right token, since
+        only a person who has the link can have given them the token. On a server without a token, such pages cannot be
+        distinguished from any other page, so only the allowed sites may connect. The protocol of the server's own page
+        is for that page only.
         """
         return bool(self.token)
 

@@ -40,8 +40,10 @@ class _Stream:
         self.problem = ""
 
     def due_time(self) -> float | None:
-        """Return the monotonic time of the next push; None if it depends on an update, an acknowledgement or a push in
-        flight.
+        """Return the monotonic time of the next push.
+
+        The time is None if it is not known yet: there must first be an update, an acknowledgement by the page, or the
+        end of the current push.
         """
         if self.is_pushing or self.is_closed:
             return None
@@ -76,8 +78,8 @@ class Session:
             now: monotonic time in seconds.
 
         Returns:
-            The numbers of the streams, and the monotonic time at which to call this again; None if not before `wake` is
-            called.
+            The numbers of the streams, and the monotonic time at which to call this again. The time is None if no
+            stream will be due until `wake` is called.
         """
         numbers: list[int] = []
         next_time: float | None = None

@@ -8,7 +8,9 @@ from collections.abc import Callable
 from time import monotonic
 
 MAX_PENDING_SECONDS = 3.0
-"""Maximum number of seconds that an operation waits for the client's subscriptions: the master may be unreachable."""
+"""Maximum number of seconds that an operation waits until the client's earlier subscriptions are established. Without a
+limit, it would wait as long as the master is unreachable.
+"""
 
 
 class PendingOperations:
@@ -49,7 +51,7 @@ class PendingOperations:
 
 
 async def wait_for_event(event: asyncio.Event, seconds: float | None) -> None:
-    """Wait until an event is set, but at most for a number of seconds; None for no limit.
+    """Wait until an event is set, but at most for a number of seconds. If ``seconds`` is None, there is no limit.
 
     Before Python 3.12, `asyncio.wait_for` may swallow a cancellation that arrives together with the event, so that a
     loop around it never ends (https://github.com/python/cpython/issues/86296).
@@ -62,7 +64,7 @@ async def wait_for_event(event: asyncio.Event, seconds: float | None) -> None:
 
 
 async def wait_until_done(pending: PendingOperations, wake_event: asyncio.Event, seconds: float) -> None:
-    """Wait until no operation is pending; after a number of seconds, abandon the operations that still are.
+    """Wait until no operation is pending. Operations still pending after a number of seconds are abandoned.
 
     Args:
         pending: the operations in progress.

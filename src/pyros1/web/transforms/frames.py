@@ -41,7 +41,7 @@ class Frames:
             static: whether the message was published on /tf_static.
             now: the time of arrival in seconds.
         """
-        if not static:  # static transforms may be old: they were published before this was created
+        if not static:  # static transforms are latched, so they may be from an earlier time
             self._advance_time(now)
         for stamped_transform in transforms:
             child, parent = stamped_transform.child_frame_id.lstrip("/"), stamped_transform.header.frame_id.lstrip("/")

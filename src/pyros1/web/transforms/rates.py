@@ -15,7 +15,9 @@ _SUFFICIENT_MESSAGES = 30
 _SILENCE_FACTOR = 3.0
 """A topic is considered silent after this multiple of the usual interval between messages."""
 _MAX_CHECK_INTERVAL = 2.5
-"""Seconds between two checks above which the times of messages are unknown, unless checks are usually that rare."""
+"""If more than this many seconds have passed since the last check, it is unknown when messages were sent in between, so
+the measurement starts again. This does not apply if checks are usually that rare.
+"""
 _MAX_ARRIVALS = 10_000
 
 
@@ -96,7 +98,7 @@ class Track:
         newest = self._samples[-1]
         previous, self._interval = self._interval, at - self._checked_at
         times_are_unknown = self._interval > max(_MAX_CHECK_INTERVAL, 1.5 * previous) and messages > newest.messages
-        if messages < newest.messages or size < newest.bytes or times_are_unknown:  # or the connection's id was reused
+        if messages < newest.messages or size < newest.bytes or times_are_unknown:  # smaller counts: the id was reused
             interval = self._interval
             self._restart(at, messages, size)
             self._interval = interval

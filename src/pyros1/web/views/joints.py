@@ -38,8 +38,8 @@ class JointsView(View):
 
     A node that publishes the joints keeps doing so, and is sent the desired positions: on the topic ``~sliders`` of
     pyros1's joint_state_publisher, or on a topic in the source_list of other publishers. If no node publishes the
-    joints, this view can. If several views are opened to publish, only the first does; when it is closed, another takes
-    over.
+    joints, this view can. If several views are opened to publish the joints, only the first one does; when the first is
+    closed, another takes over.
 
     Args (of the page):
         description: name of the parameter with the robot description. The joints' topic is joint_states, in the same
@@ -118,7 +118,7 @@ class JointsView(View):
         publishing_view = self.robot.joint_publishers.get(self._topic, self)
         if publish and not self._other_publishers:
             publishing_view = self.robot.joint_publishers.setdefault(self._topic, self)
-        # This also holds while the master does not list the other view's publisher yet.
+        # This detects another view even if the master does not list its publisher yet.
         if publish and publishing_view is not self:
             raise _PublishedElsewhereError(f"another page is already publishing {self._topic}")
         if publish and not self._other_publishers:

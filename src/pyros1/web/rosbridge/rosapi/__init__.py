@@ -1,6 +1,8 @@
 """The rosapi services for clients: lists of nodes, topics and services, their details, and parameters.
 
-See https://wiki.ros.org/rosapi. They are not registered with the master: only clients of this server can call them.
+See https://wiki.ros.org/rosapi. The services are not registered with the master: only this server's clients can call
+them.
+
 Each service is a function in a module of this package; it is called with the robot and the arguments, and returns the
 response's values. A module's `SERVICES` maps each service's name to the names of its request's fields, and its
 function.

@@ -186,7 +186,7 @@ class _Reader:
             name = f"{name}/{hint}"
         key = f"{prefix}{name}"
         if key in self._topics:
-            self._note(f"{_display_name(display)}: {one_line(name)} is displayed only once")
+            self._note(f"{_display_name(display)}: ignored, since another display shows {one_line(name)}")
             return
         self._topics.append(key)
         self._options[key] = options(display)
@@ -213,7 +213,7 @@ class _Reader:
         name = self._resolve(text(display, "Robot Description") or "robot_description")
         key = f"robot:{name}"
         if name in self._robots:
-            self._note(f"{_display_name(display)}: the robot in {one_line(name)} is displayed only once")
+            self._note(f"{_display_name(display)}: ignored, since another display shows the robot in {one_line(name)}")
             return
         self._robots.append(name)
         self._options[key] = drop_none(

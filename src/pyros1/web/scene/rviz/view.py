@@ -21,8 +21,8 @@ _DEFAULT_SCALE = 50.0
 
 
 def view_settings(view: Mapping[Any, Any], height: float) -> tuple[dict[str, Any], str]:
-    """Return the panel's settings ``view`` and ``target``, if the file has them, and a note if the view is not
-    supported.
+    """Return the panel's settings ``view`` and ``target`` as far as the file specifies them, and a note if the view is
+    not supported.
 
     Args:
         view: the properties of rviz's current view.

@@ -12,7 +12,7 @@ class BagRecordingView(View):
     """The state of the current or last recording.
 
     Pushes ``{"recording": STATUS}`` whenever it changes. STATUS is described at
-    `pyros1.web.bags.recording.Recording.status`; it is null if there was no recording.
+    `pyros1.web.bags.recording.Recording.status`; null stands for no recording so far.
     """
 
     period = 0.5

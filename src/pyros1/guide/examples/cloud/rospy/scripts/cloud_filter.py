@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Thins out point clouds with numpy: removes the floor and keeps one point per cube of space.
 
-pyros1 run my_package cloud_filter.py            from the topic points to the topic filtered
+pyros1 run my_package cloud_filter.py            receives clouds on points, publishes on filtered
 pyros1 run my_package cloud_filter.py _floor:=0.1 _cube:=0.2
 pyros1 run my_package cloud_source.py            publishes clouds if you have no camera
 """

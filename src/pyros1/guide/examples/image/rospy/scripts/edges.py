@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Finds edges in images with numpy: publishes how much the brightness changes at each pixel.
 
-pyros1 run my_package edges.py                   from the topic image to the topic edges
+pyros1 run my_package edges.py                   receives images on image, publishes on edges
 pyros1 run my_package edges.py image:=/camera/image_raw
 pyros1 run my_package picture_source.py          publishes images if you have no camera
 """

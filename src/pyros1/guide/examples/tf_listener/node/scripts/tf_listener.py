@@ -23,7 +23,7 @@ with pyros1.Node("tf_listener", anonymous=True) as node:
             # This is the latest transform; for the transform at a message's time, add time=message.header.stamp.
             transform = buffer.lookup_transform(frames.target, frames.source, timeout=1.0)
         except TransformException as error:
-            node.log.warn("not yet: %s", error)
+            node.log.warn("no position yet: %s", error)
         else:
             position = transform.transform.translation
             node.log.info("%s is at x = %.2f, y = %.2f, z = %.2f m", frames.source, position.x, position.y, position.z)

@@ -24,7 +24,7 @@ def main():
         try:
             transform = buffer.lookup_transform(frames.target, frames.source, latest, rospy.Duration(1.0))
         except tf2_ros.TransformException as error:
-            rospy.logwarn("not yet: %s", error)
+            rospy.logwarn("no position yet: %s", error)
         else:
             position = transform.transform.translation
             rospy.loginfo("%s is at x = %.2f, y = %.2f, z = %.2f m", frames.source, position.x, position.y, position.z)
