@@ -68,7 +68,7 @@ def format_size_like_du(size: int) -> str:
         return str(size)
     power = 0
     scale = 1
-    while size > 1023 * scale and power < 5:  # 1023.5K is 1.0M
+    while size > 1023 * scale and power < 5:  # 1023.5K is shown as 1.0M, not as 1024K
         power += 1
         scale *= 1024
     tenths = -(-size * 10 // scale)

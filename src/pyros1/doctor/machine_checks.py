@@ -66,7 +66,9 @@ def _check_master_uri(machine: Machine) -> Iterator[Finding]:
 
 def _check_settings(machine: Machine) -> Iterator[Finding]:
     for problem in machine.setting_problems:
-        yield Finding("setting", ERROR, f"no pyros1 node can start in this shell: {problem}", "correct or unset it")
+        yield Finding(
+            "setting", ERROR, f"no pyros1 node can start in this shell: {problem}", "correct or unset the variable"
+        )
 
 
 def _check_address_variables(machine: Machine) -> Iterator[Finding]:

@@ -208,7 +208,7 @@ def _missing_bytes(data: bytes) -> int:
 
 
 def _extra_bytes(type_name: str, md5sum: str, definition: str, body: bytes) -> int:
-    """Return the number of bytes after the end of a message; negative if bytes are missing, 0 if that is unknown."""
+    """Return the number of bytes after the end of a message; negative if bytes are missing, 0 if unknown."""
     try:
         message_class = DefinitionCache(prefer_installed=True).get(type_name, md5sum, definition)
         message_class._decode(body, 0, len(body), True)

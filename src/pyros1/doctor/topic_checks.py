@@ -88,9 +88,10 @@ def _check_lengths(system: System) -> Iterator[Finding]:
         yield Finding(
             "odd-ends",
             WARNING,
-            "The messages of the following publishers are longer or shorter than their type; subscribers accept them:",
-            "compare the definition of the type there with `pyros1 msg show` here; boards with an old library of "
-            "rosserial send a checksum byte: update it",
+            "The messages of the following publishers are longer or shorter than their type requires; subscribers "
+            "accept them:",
+            "compare the type's definition on the publisher's machine with `pyros1 msg show` here; boards with an old "
+            "rosserial library append a checksum byte: update that library",
             tuple(
                 f"{participant.node}: {participant.topic} ({reported.type}): {_length_text(reported.extra_bytes)}"
                 for participant, reported in wrong_publications
@@ -168,7 +169,7 @@ def _check_connections(system: System) -> Iterator[Finding]:
             ERROR,
             "The following nodes should be connected but aren't:",
             "restart the subscriber; if that does not help, look for a firewall, an address that only one side knows "
-            "(see above), or different definitions of the type: compare its `pyros1 msg md5`",
+            "(see above), or different definitions of the type (compare `pyros1 msg md5 TYPE` on both machines)",
             tuple(_edge_text(system, edge) for edge in unexplained),
         )
     unexpected = _unexpected_edges(system)
@@ -176,7 +177,7 @@ def _check_connections(system: System) -> Iterator[Finding]:
         yield Finding(
             "unexpected-link",
             WARNING,
-            "The following nodes are connected, but the master does not know about it:",
+            "The following nodes are connected, but the master does not know about the connections:",
             "they belong to another master, or the master was restarted: restart the nodes",
             tuple(f"{edge.publisher}->{edge.subscriber} ({edge.topic})" for edge in unexpected),
         )

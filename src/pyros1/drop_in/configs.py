@@ -1,7 +1,7 @@
 """Imports ``my_package.cfg.TutorialsConfig`` from ``cfg/Tutorials.cfg`` in a ROS package, without a build.
 
-A ``.cfg`` file is a Python program that describes parameters with a ParameterGenerator. It is run in this process when
-the module is first imported, since it belongs to the same package as the node that runs here.
+A ``.cfg`` file is a Python program that describes parameters with a ParameterGenerator. The program is run in this
+process when the module is first imported, since it belongs to the same package as the node that runs here.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ def _cfg_files(folder: str) -> Iterator[str]:
 
 
 def _describes_parameters(path: str) -> bool:
-    """Return whether a .cfg file is for dynamic_reconfigure, since other programs use this suffix as well."""
+    """Return whether a .cfg file describes parameters for dynamic_reconfigure: other programs use this suffix, too."""
     if not os.path.isfile(path):  # reading a pipe or a device may never finish
         return False
     try:
@@ -124,7 +124,7 @@ def run_cfg_file(path: str) -> dict[str, Any]:
         pass
     except SyntaxError as error:
         location = f"{path}, line {error.lineno}" if error.lineno else path
-        raise ImportError(f"{location}: {error.msg}. Is it in Python 2?", path=path) from error
+        raise ImportError(f"{location}: {error.msg}. Is the file written in Python 2?", path=path) from error
     except Exception as error:
         raise ImportError(f"{path}: {type(error).__name__}: {error}", path=path) from error
     finally:

@@ -22,7 +22,7 @@ PTH_NAME = "pyros1-rospy.pth"
 """Name of the .pth file, which Python reads at startup. If pyros1 is uninstalled, the file has no effect."""
 
 STUBS_FOLDER = "pyros1_rospy_stubs"
-"""Name of the folder with stubs, next to the .pth file, which adds it to Python's path. It contains no modules."""
+"""Name of the folder with stubs, next to the .pth file, which adds this folder to Python's path. No module is in it."""
 
 
 class SiteError(Error):
@@ -69,7 +69,7 @@ def enable(folder: str | None = None, environ: Mapping[str, str] | None = None) 
 
 
 def disable(folder: str | None = None) -> bool:
-    """Remove the .pth file and the stubs; return whether the file existed.
+    """Remove the .pth file and the stubs; return whether the .pth file existed.
 
     Raises:
         SiteError: the files cannot be removed.

@@ -1,8 +1,8 @@
 """Import hook for the modules of stock ROS 1, for message packages, and for the Python modules of ROS packages.
 
-It is at the end of ``sys.meta_path``, so all other modules take precedence. If stock's rospy is installed, none of
-pyros1's modules is found, since the two kinds of messages and nodes cannot be combined. With ``PYROS1_ROSPY=pyros1``,
-the hook is first.
+The hook is at the end of ``sys.meta_path``, so all other modules take precedence. If stock's rospy is installed, the
+hook finds none of pyros1's modules, since the two kinds of messages and nodes cannot be combined. With
+``PYROS1_ROSPY=pyros1``, the hook is at the beginning.
 
 Python holds the import lock while it looks for a module. Nothing may be imported meanwhile: another thread may be
 importing the same module and waiting for that lock. So everything that the hook needs is imported beforehand.
@@ -33,7 +33,7 @@ MODULES_FOLDER = os.path.join(os.path.dirname(os.path.abspath(__file__)), "modul
 
 
 def _is_existence_check() -> bool:
-    """Return whether a program only checks if a module exists; then, `importlib.util.find_spec` must return None."""
+    """Return whether a program only checks if a module exists. If so, `importlib.util.find_spec` must return None."""
     frame: FrameType | None = sys._getframe(1)
     our_modules = (__name__, "pyros1_modules", "importlib._bootstrap")
     while frame is not None and frame.f_globals.get("__name__") in our_modules:
@@ -56,7 +56,7 @@ class Finder:
         self._uses_stock: bool | None = None
         self._library = finder().library
         self._index = PackageIndex(environ)
-        self._package_spec("std_msgs", [], "std_msgs")  # triggers its late imports
+        self._package_spec("std_msgs", [], "std_msgs")  # imports what it needs, for the reason above
 
     @property
     def uses_stock(self) -> bool:
@@ -73,7 +73,7 @@ class Finder:
     def find_spec(
         self, name: str, path: Sequence[str] | None = None, target: ModuleType | None = None
     ) -> ModuleSpec | None:
-        """Return the spec of a module; None leaves it to other finders, or to the usual error.
+        """Return the spec of a module; None if other finders are to look for it, or Python is to raise the usual error.
 
         Raises:
             ImportError: the name does not exist in pyros1's modules, or in a message package.
@@ -123,7 +123,7 @@ class Finder:
                     raise ModuleNotFoundError(message, name=name)
                 return ModuleSpec(name, Messages(self._library, package, kind), is_package=True)  # type: ignore[arg-type]
             case ["msg" | "srv" as kind, module] if module[:2] != "__" and self._library.has_package(package):
-                if module[0] != "_":  # an unknown type: this raises an error with a hint
+                if module[0] != "_":  # TYPE, not _TYPE: check() raises an error with a hint
                     finder().check(f"{MSGS_PACKAGE}.{module_name(package)}.{kind}.{module}")
                 if module[1:] in self._type_names(package, kind):
                     return ModuleSpec(name, Messages(self._library, package, kind, module[1:]))  # type: ignore[arg-type]
@@ -141,7 +141,7 @@ class Finder:
             return None
 
     def _source_in_other_package(self, module: str) -> str | None:
-        """Return the folder of a Python module in any package in ROS_PACKAGE_PATH, even one with another name."""
+        """Return the folder of a Python module in any package in ROS_PACKAGE_PATH, whatever the package's name is."""
         folders = (module_folder(folder, module) for folder in self._index.packages_below_roots())
         return next(filter(None, folders), None)
 

@@ -42,7 +42,7 @@ class Messages:
         self._only_type = only_type
 
     def create_module(self, spec: ModuleSpec) -> ModuleType | None:
-        """Create the module; None leaves it to the import system."""
+        """Create and return the module; None if the import system is to create it."""
         return _Module(spec.name) if self._kind else None
 
     def exec_module(self, module: ModuleType) -> None:
@@ -102,7 +102,7 @@ class Messages:
         return [name + suffix for name in self._type_names() for suffix in suffixes]
 
     def _package_names(self) -> list[str]:
-        """Return the packages of all message types in the definitions, in their fields' definitions, and so on."""
+        """Return the packages of all message types that the definitions use, directly or indirectly."""
         find_definition: Callable[[str], Any] = self._library.message if self._kind == "msg" else self._library.service
         packages: set[str] = set()
         for name in self._type_names():

@@ -28,9 +28,10 @@ def names(
 
     Args:
         module: the module's full name.
-        late: name -> full name of the module from which to import it; with a trailing dot, the module itself.
-        why: name -> why it is missing, or what to use instead.
-        live: name -> function that returns its value, for variables of stock's modules that programs read.
+        late: name -> full name of the module from which to import the name. With a trailing dot, the name stands for
+            that module itself.
+        why: name that pyros1 does not have -> the reason, or what to use instead.
+        live: variable of stock's module -> function that returns the variable's current value.
     """
     source_modules = late or {}
     values = live or {}

@@ -1,7 +1,7 @@
 """The default node of the process, which is shared by rospy and related modules.
 
-Stock rospy has one node per process: programs can create publishers before the node, which registers them when it is
-started. This is the only mutable module-level state in pyros1.
+Stock rospy has one node per process. A program can create publishers before it starts the node; they are registered
+when the node is started. `PROCESS` is the only mutable module-level state in pyros1.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ class Process:
         starting: whether the node is being started.
         wall_time: whether a clock is available without a node.
         ending: whether shutdown was requested.
-        is_shutdown: whether the node has shut down, or at least interrupted all waits.
+        is_shutdown: whether the node has shut down, or is shutting down and has interrupted all waits.
         start_lock: locked by the thread that starts the node, so that several threads cannot start several nodes.
     """
 
@@ -44,13 +44,13 @@ class Process:
         self._hooks: dict[str, list[Hook]] = {"client": [], "before": [], "after": []}
         self._finished_phases: set[str] = set()
         self._lock = threading.RLock()
-        self._shutdown_permit = [True]  # the item is removed when the node's shutdown starts
+        self._shutdown_permit = [True]  # the thread that removes the item shuts down the node
         self.start_lock = threading.RLock()
 
     # Start ------------------------------------------------------------------------------------------------------------
 
     def start(self, make_node: Callable[[], Node], arguments: tuple[Any, ...]) -> Node:
-        """Start and return the node; call the functions that are waiting for it, in the order of their addition."""
+        """Start and return the node. Call the functions passed to `when_started`, in the order of these calls."""
         self.starting = True
         try:
             node = make_node()
@@ -82,7 +82,7 @@ class Process:
         callback(node)
 
     def forget(self, callback: Callable[[Node], object]) -> None:
-        """Remove a function that is waiting for the node."""
+        """Undo `when_started`, if the function has not been called yet."""
         with self._lock:
             if callback in self._start_callbacks:
                 self._start_callbacks.remove(callback)
@@ -108,7 +108,7 @@ class Process:
     def shutdown(self, reason: str) -> None:
         """Shut down the node; without a node, only run the hooks.
 
-        Returns immediately if another thread is shutting down the node, since its hooks may wait for this thread.
+        Returns immediately if another thread is shutting down the node: the hooks that it calls may wait for this one.
         """
         if not self.ending:
             self._reason = reason

@@ -13,7 +13,7 @@ from collections.abc import Iterator
 
 from pyros1.finding.packages import manifest_text
 
-# Not compiled here, since few programs have such a package.
+# These patterns are not compiled here, since few programs have a package with a setup.py.
 _PACKAGE_DIR = r"""package_dir\W{1,20}\{([^{}]*)\}"""
 _PAIR = r"""["']([\w.]*)["']\s*:\s*["']([^"'\n]*)["']"""
 _DEFAULT_FOLDERS = ("src", "python")

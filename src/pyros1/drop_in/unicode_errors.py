@@ -10,7 +10,7 @@ _MAX_REPORTED = 1000
 
 
 class RosMsgUnicodeErrors:
-    """Handler ``rosmsg`` for `codecs.register_error`: replaces bytes that are not UTF-8, and logs that once per type.
+    """Handler ``rosmsg`` for `codecs.register_error`: replaces bytes that are not UTF-8; logs an error once per type.
 
     Attributes:
         msg_type: the type of the message, for the log.

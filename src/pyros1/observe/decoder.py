@@ -10,8 +10,9 @@ class Decoder:
     """Decodes messages of any type, using the definition from their connection header or the installed one.
 
     Args:
-        type_name: the topic's type as registered with the master. It is used for all messages, instead of the type in
-            each publisher's header, as in stock's tools, unless its class is not found. Empty: always use the header's.
+        type_name: the topic's type as registered with the master. As in stock's tools, it is used for all messages
+            instead of the type in each publisher's header. The type in the header is used if the class of the
+            registered type is not found, or if ``type_name`` is empty.
         prefer_installed: see `pyros1.msgs.nonstandard_definitions.find_class`.
     """
 

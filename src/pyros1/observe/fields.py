@@ -15,7 +15,7 @@ from pyros1.msgs.spec import is_type_name
 _STEP = re.compile(r"([A-Za-z_]\w*)(\[[^\[\]]*\])?\Z", re.ASCII)
 _INTEGER = re.compile(r"[+-]?\d{1,18}\Z", re.ASCII)
 _FIELD = r"[\w/]*(?:\[[-+\d:]*\][\w/]*)*"
-# The part after the colon is not a list of field names as in /topic/x:y and /topic/x[0]:y[0].
+# No match if the part after the colon is a list of field names, as in /topic/x:y and /topic/x[0]:y[0].
 _TOPIC_WITH_EXPRESSION = re.compile(rf"\s*([\w/~]+)\s*:(?!{_FIELD}(?::{_FIELD})*\s*(?:,|\Z))\s*(.+?)\s*\Z", re.DOTALL)
 _FIELD_SEPARATOR = re.compile(r":(?![^\[\]]*\])")
 """A colon between fields, as opposed to one in a slice."""

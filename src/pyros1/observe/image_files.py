@@ -203,7 +203,7 @@ def _exceeds_8_bits(picture: Any, data: bytes) -> bool:
 def _from_cmyk(picture: Any) -> Pixels:
     """Convert a CMYK image to RGB, like OpenCV."""
     stored_pixels: Pixels = np.asarray(picture)
-    is_inverted = "adobe" in picture.info  # Pillow has inverted the values
+    is_inverted = "adobe" in picture.info  # in this case, Pillow has inverted the values
     colours: Pixels = np.empty((*stored_pixels.shape[:2], 3), np.uint8)
     for block, result in _row_blocks(stored_pixels, colours):
         wide_block = (~block if is_inverted else block).astype(np.uint16)

@@ -15,7 +15,7 @@ class Module:
     Args:
         name: the name, for error messages.
         members: the values by name.
-        call: the function that implements calls to the module; None if it is not callable.
+        call: the function that implements calls to the module; None if the module is not callable.
 
     Attributes:
         names: the names of the members.

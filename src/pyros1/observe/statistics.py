@@ -103,8 +103,8 @@ class BandwidthMeter:
     """Measures the bandwidth of a topic.
 
     Args:
-        window: the size of the window in messages; negative for the messages of the last second, but at least
-            `BW_WINDOW`, since a fast topic may send that many in a single burst.
+        window: the size of the window in messages. If negative, the window contains the messages of the last second,
+            but at least `BW_WINDOW` messages, which a fast topic may send in a single burst.
     """
 
     def __init__(self, window: int = -1) -> None:

@@ -27,9 +27,9 @@ def template(
 
     Args:
         cls: the class of the message.
-        flow_style: 1 to use brackets for all collections, 0 for none. None to use brackets for the innermost
-            collections, starting at the first field with a long collection, or in all fields if there are many or one
-            is a long array.
+        flow_style: 1 to use brackets for all collections, 0 for none. If this is None, only the innermost collections
+            are in brackets, starting at the first field with a long collection. If there are many fields, or one is a
+            long array, that applies to all fields.
         empty_arrays: whether arrays of variable length are empty.
         excluded: the names of fields to leave out at any depth.
     """

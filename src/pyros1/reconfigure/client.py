@@ -29,7 +29,7 @@ class Client:
         timeout: the time in seconds to wait for the other node; None for no limit.
         on_config: called with each new configuration.
         on_description: called with the list of parameters; see `description`.
-        make: creates the dictionaries of configurations and descriptions.
+        make: called like ``dict`` to create the dictionaries of configurations and descriptions.
         remap: whether remappings of ``name`` apply, in addition to those of its topics and service.
 
     Raises:

@@ -122,8 +122,9 @@ def build_tree(groups: Iterable[Any], make: Make = Config, parameters: Callable[
 
     Args:
         groups: dynamic_reconfigure/Group or GroupState messages.
-        make: creates a dictionary.
-        parameters: returns the value of the key ``parameters`` for a group; None for an empty dictionary.
+        make: called like ``dict`` to create each dictionary.
+        parameters: called with each group; returns the value for its key ``parameters``. If this argument is None, the
+            value is an empty dictionary.
     """
     nodes: dict[int, Any] = {}
     for group in groups:
@@ -179,7 +180,7 @@ def with_groups(
         values: values by parameter.
         states: dynamic_reconfigure/GroupState messages. If there is no group 0, there is no tree.
         names_by_group_id: the names of the parameters in each group, by the id of the group.
-        make: creates a dictionary.
+        make: called like ``dict`` to create each dictionary.
     """
     root = build_tree(states, make)
     if root is None:
@@ -207,7 +208,7 @@ def initial_config(values: Any, root: Mapping[str, Any], make: Make = Config) ->
     Args:
         values: values by parameter.
         root: the description.
-        make: creates a dictionary.
+        make: called like ``dict`` to create each dictionary.
     """
     nodes: dict[int, Any] = {}
     for group in groups_of(root):

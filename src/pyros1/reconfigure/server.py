@@ -44,7 +44,7 @@ class Server:
             returns the configuration, which it may modify. ``groups`` contains the tree of groups with their states.
         namespace: the namespace of the parameters, topics and service. It is below the node's private namespace unless
             it begins with ``/``.
-        make: creates the configuration's dictionaries.
+        make: called like ``dict`` to create the configuration's dictionaries.
         remap: whether remappings of the namespace apply, in addition to those of its topics, service and parameters.
 
     Attributes:
@@ -78,7 +78,7 @@ class Server:
         self._types = {
             parameter["name"]: parameter["type"] for parameter in parameters_of(description.config_description)
         }
-        self._lock = threading.RLock()  # a callback may request a change
+        self._lock = threading.RLock()  # reentrant, since a callback may request a change
         self._written_values: dict[str, Any] = {}
         values = make({name: node.params.get(self.namespace + name, value) for name, value in self._defaults()})
         self.config = initial_config(self._clamp(values), description.config_description, make)

@@ -117,8 +117,9 @@ def _is_number(text: str) -> bool:
 
 
 def _groups_field(requested: Any, description: Any, config: Any) -> dict[str, list[dict[str, Any]]]:
-    """Return the field ``groups`` in a dictionary; {} if no state changes: stock's Python server does not accept
-    groups.
+    """Return a dictionary with the field ``groups``.
+
+    The dictionary is empty if no state changes, since stock's Python server does not accept groups.
     """
     states = {group.id: group.state for group in config.groups} if config is not None else {}
     if not isinstance(requested, Mapping):

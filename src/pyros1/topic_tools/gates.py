@@ -53,10 +53,10 @@ class MessageThrottle:
 
 
 class ByteThrottle:
-    """A gate for `Relay` that passes messages while fewer than a number of bytes have passed within a time window.
+    """A gate for `Relay` that passes messages while fewer than `max_bytes` bytes have passed in a time window.
 
     Args:
-        max_bytes: the number of bytes.
+        max_bytes: no message passes if that many bytes or more have passed in the window.
         window: the length of the window in nanoseconds.
         now: returns the time in nanoseconds.
         on_time_jump: called when the time has jumped back, which clears the window.

@@ -54,7 +54,7 @@ class Output:
     def admit(self, message: AnyMsg) -> bool:
         """Return whether a message has the topic's type. The first message sets the type and advertises the topic.
 
-        Call this whenever ``message._connection_header`` is not `header`.
+        Call this for each message whose ``_connection_header`` is not the same object as `header`.
         """
         header = message._connection_header or {}
         message_type = TopicType(

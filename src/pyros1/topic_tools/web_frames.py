@@ -73,7 +73,7 @@ class MovedFrames:
         if math.dist((a.x, a.y, a.z), (b.x, b.y, b.z)) > self._distance:
             return True
         p, q = old.rotation, new.rotation
-        # The vector part of the rotation between both is accurate for small angles, unlike the scalar part.
+        # The vector part of the rotation between both poses is accurate for small angles, unlike the scalar part.
         vector_part = math.hypot(
             p.w * q.x - p.x * q.w - p.y * q.z + p.z * q.y,
             p.w * q.y - p.y * q.w - p.z * q.x + p.x * q.z,

@@ -1,8 +1,9 @@
-# Makes pyros1's modules available to a program under the names of stock ROS 1, at no cost until it imports one.
+# Makes pyros1's modules available to a program under the names of stock ROS 1. This costs nothing until the program
+# imports one of them.
 #
-# `pyros1 run`, `launch`, `test` and `setup` put this folder on PYTHONPATH, where sitecustomize.py imports this module;
-# `pyros1 rospy enable` writes a .pth file that imports it. It must work with any Python, including Python 2 and one
-# without pyros1, and do no harm.
+# `pyros1 run`, `launch`, `test` and `setup` put this folder on PYTHONPATH, where sitecustomize.py imports this module.
+# `pyros1 rospy enable` writes a .pth file that imports it, too. This module must work with any Python, including
+# Python 2 and one without pyros1, and do no harm.
 import gc
 import os
 import sys
@@ -47,7 +48,7 @@ class PlaceholderFinder(object):
             hint_at_missing(name)
 
     def replace(self):
-        """Replace this finder with the real one and return that; None if this Python has no pyros1."""
+        """Replace this finder with the real one, and return the real one; None if this Python has no pyros1."""
         if self.importing_thread == get_ident():
             return None  # the import below tries to import a module that does not exist
         self.importing_thread = get_ident()
@@ -94,7 +95,7 @@ def is_module(spec):
 
 
 def hint_at_missing(name):
-    """Print a hint if a program imports one of the modules with a Python that has no pyros1."""
+    """Print a hint if a program imports one of pyros1's modules with a Python that has no pyros1."""
     if name in ("rospy", "roslib") and os.path.isdir(os.path.join(MODULES, name)):
         pyros1_python = os.environ.get("PYROS1_PYTHON", "")
         python = "Python 2" if sys.version_info[0] == 2 else sys.executable
@@ -162,12 +163,15 @@ COLLECTIONS_ABC_NAMES += ("Hashable", "Sized", "Container")
 REMOVED_FEATURES = (
     ("load() missing 1 required positional argument: 'Loader'", "PyYAML 6 needs a loader: write yaml.safe_load(...)"),
     ("module 'time' has no attribute 'clock'", "Python 3.8 has removed time.clock: write time.perf_counter"),
-    ("module 'inspect' has no attribute 'getargspec'", "Python 3.11 has removed it: write inspect.getfullargspec"),
+    (
+        "module 'inspect' has no attribute 'getargspec'",
+        "Python 3.11 has removed inspect.getargspec: write inspect.getfullargspec",
+    ),
     ("No module named 'imp'", "Python 3.12 has removed imp: use importlib"),
     ("No module named 'distutils'", "Python 3.12 has removed distutils: pip install setuptools provides it"),
 )
 REMOVED_FEATURES += tuple(
-    (part % name, "it is collections.abc.%s now" % name)
+    (part % name, "write collections.abc.%s: Python 3.10 has removed the old name" % name)
     for name in COLLECTIONS_ABC_NAMES
     for part in ("'collections' has no attribute '%s'", "import name '%s' from 'collections'")
 )

@@ -1,5 +1,6 @@
-# Python imports this module when a program starts, if PYTHONPATH contains this folder, which is set by pyros1 run,
-# launch and setup. It must work with any Python, including Python 2 and one without pyros1, and do no harm.
+# Python imports this module when a program starts, if PYTHONPATH contains this folder. pyros1 run, launch and setup set
+# PYTHONPATH in this way. This module must work with any Python, including Python 2 and one without pyros1, and do no
+# harm.
 import os
 import sys
 

@@ -42,7 +42,7 @@ def nop_cb(goal_handle: Any) -> None:
 
 
 class ActionServer:
-    """Receives goals, and reports their status to clients. Its callbacks do not run concurrently: they hold ``lock``.
+    """Receives goals, and reports their status to clients. ``lock`` is held during callbacks, so they do not overlap.
 
     Parameters: ``actionlib_server_pub_queue_size`` (50), ``actionlib_server_sub_queue_size`` (no limit),
     ``actionlib_status_frequency`` (5.0 Hz), and ``NS/status_list_timeout`` (5.0 s): how long the status of a goal is
@@ -206,7 +206,7 @@ class ActionServer:
                 self.status_pub.publish(message)
 
     def publish_status_async(self, event: Any) -> None:
-        """Send the status of all goals if the server has been started; the timer's callback."""
+        """Send the status of all goals if the server has been started. This is the timer's callback."""
         with self.lock:
             if self.started:
                 self.publish_status()
@@ -232,7 +232,10 @@ class ActionServer:
                 self.goal_callback(handle)
 
     def internal_cancel_callback(self, goal_id: Any) -> None:
-        """Handle a message on the cancel topic: an id, a time (all goals up to it), both, or neither (all goals)."""
+        """Handle a message on the cancel topic, which cancels the goal with an id, all goals up to a time, or both.
+
+        A message with neither cancels all goals.
+        """
         with self.lock:
             if not self.started:
                 return
@@ -243,7 +246,7 @@ class ActionServer:
                 handle = self._make_handle(tracker)
                 if handle.set_cancel_requested():
                     self.cancel_callback(handle)
-            if goal_id.id and self._table.find(goal_id.id) is None:  # its goal may still arrive
+            if goal_id.id and self._table.find(goal_id.id) is None:  # the goal may still arrive
                 early_cancel = StatusTracker(goal_id, GoalStatus.RECALLING)
                 early_cancel.handle_destruction_time = rospy.Time.now()
                 self.status_list.append(early_cancel)

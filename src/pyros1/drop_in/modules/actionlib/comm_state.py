@@ -115,7 +115,7 @@ class CommStateMachine:
             self.transition_cb(ClientGoalHandle(self))
 
     def update_status(self, status_array: Any) -> None:
-        """Process the server's GoalStatusArray; if the goal has vanished from it, it is lost."""
+        """Process the server's GoalStatusArray; if the goal has vanished from that array, the goal is lost."""
         with self.mutex:
             if self.state == CommState.DONE:
                 return
@@ -131,7 +131,7 @@ class CommStateMachine:
             self._apply_status(status.status)
 
     def update_result(self, action_result: Any) -> None:
-        """Handle a message on the action's result topic; if it is for this goal, the goal is finished."""
+        """Handle a message on the action's result topic; if the result is for this goal, finish the goal."""
         status = action_result.status
         if status.goal_id.id != self.action_goal.goal_id.id:
             return

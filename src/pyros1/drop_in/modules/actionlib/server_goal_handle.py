@@ -59,7 +59,7 @@ class ServerGoalHandle:
         return self.action_server.ActionResultType()
 
     def get_goal(self) -> Any:
-        """Return the action's goal message, such as TestGoal; None without a goal."""
+        """Return the action's goal message, such as TestGoal; None if the handle has no goal."""
         return self.goal.goal if self.goal else None
 
     def get_goal_id(self) -> Any:
@@ -88,7 +88,7 @@ class ServerGoalHandle:
             self.action_server.publish_feedback(self.status_tracker.status, feedback)
 
     def set_accepted(self, text: str = "") -> None:
-        """Accept the goal. If its state does not allow that, this method and those below log an error."""
+        """Accept the goal. Like the methods below, only log an error if the goal's state does not allow that."""
         self._log("Accepting goal, id: %s, stamp: %.2f")
         if self._transition(Transition.ACCEPT, text, "an active", "pending or recalling"):
             with self.action_server.lock:

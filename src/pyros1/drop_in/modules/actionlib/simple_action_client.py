@@ -67,7 +67,7 @@ class SimpleActionClient:
         self._ended_goal: Any = None  # the handle whose goal ended last
         self.simple_state = SimpleGoalState.DONE
         self.done_condition = threading.Condition()
-        self._send_lock = threading.RLock()  # callbacks wait until the goal is known
+        self._send_lock = threading.RLock()  # callbacks wait until send_goal has set `gh`
         self.action_client = ActionClient(ns, ActionSpec)
 
     def wait_for_server(self, timeout: Any = rospy.Duration()) -> bool:  # noqa: B008  stock's signature
@@ -131,7 +131,7 @@ class SimpleActionClient:
         if not self.gh:
             rospy.logerr("Called wait_for_result when no goal exists")
             return False
-        goal = self.gh  # done_cb may send another goal
+        goal = self.gh  # done_cb may send another goal and change `gh`
         countdown = Countdown(timeout)
         with self.done_condition:
             while not self._is_done(goal) and not rospy.is_shutdown():
@@ -210,7 +210,7 @@ class SimpleActionClient:
             self.done_cb(gh.get_goal_status(), gh.get_result())
         with self.done_condition:
             self._ended_goal = gh
-            if gh == self.gh:  # else the callback has sent another goal
+            if gh == self.gh:  # otherwise done_cb has sent another goal
                 self._set_simple_state(SimpleGoalState.DONE)
             self.done_condition.notify_all()
 

@@ -209,7 +209,7 @@ class SimpleActionServer:
     # Executing --------------------------------------------------------------------------------------------------------
 
     def executeLoop(self) -> None:
-        """Call ``execute_cb`` for one goal after the other, until the node shuts down, in ``execute_thread``."""
+        """Call ``execute_cb`` for one goal after another until the node shuts down; runs in ``execute_thread``."""
         while not rospy.is_shutdown():
             with self.terminate_mutex:
                 if self.need_to_terminate:

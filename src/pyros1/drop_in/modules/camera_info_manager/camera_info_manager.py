@@ -148,7 +148,7 @@ def _file_path(url: str, cname: str) -> str:
 
 
 def loadCalibration(url: str, cname: str) -> Any:
-    """Load the calibration from a URL; empty if there is none."""
+    """Return the calibration at a URL; an empty one if there is none."""
     path = _file_path(url, cname)
     if not path:
         rospy.logerr("Invalid camera calibration URL: %s", url)
@@ -157,7 +157,7 @@ def loadCalibration(url: str, cname: str) -> Any:
 
 
 def loadCalibrationFile(filename: str, cname: str) -> Any:
-    """Load the calibration from a file; it is empty if the file cannot be read, which is logged."""
+    """Return the calibration in a file; an empty one if the file is missing, or damaged, which is logged."""
     message = CameraInfo()
     try:
         with open(filename, encoding="utf-8") as file:

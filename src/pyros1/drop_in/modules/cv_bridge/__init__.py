@@ -1,6 +1,6 @@
 """cv_bridge, by pyros1: converts images to numpy arrays, as used by OpenCV (https://wiki.ros.org/cv_bridge).
 
-Only compressed images, and those in Bayer and YUV formats, need OpenCV, or Pillow for compressed ones.
+Images in Bayer and YUV formats need OpenCV. Compressed images need OpenCV or Pillow.
 """
 
 from cv_bridge.core import CvBridge, CvBridgeError

@@ -69,9 +69,9 @@ def encode(image: Any, file_format: str) -> bytes:
 def convert(image: Any, target: Encoding) -> Any:
     """Convert an image that was read from a file to an encoding other than "bgr8".
 
-    Like in stock, the file's encoding is considered to be "bgr8", whatever its depth and channels are. However, an
-    image with 16 bits keeps them in encodings with 16 bits, where stock's values would overflow, and grey may remain
-    grey.
+    Like in stock, the file's encoding is considered to be "bgr8", whatever its depth and channels are. There are two
+    differences. An image with 16 bits keeps its values in encodings with 16 bits; in stock, the values overflow. And a
+    grey image may remain grey.
 
     Raises:
         CvBridgeError: there is no such conversion.

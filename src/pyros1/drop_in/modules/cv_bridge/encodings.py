@@ -34,7 +34,7 @@ class Encoding(NamedTuple):
 
     @property
     def is_color(self) -> bool:
-        """Whether the channels are colours, or grey."""
+        """Whether the channels are colours; grey counts as a colour."""
         return bool(self.order)
 
 

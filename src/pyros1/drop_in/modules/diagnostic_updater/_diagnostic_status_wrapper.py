@@ -16,7 +16,7 @@ ERROR = DiagnosticStatus.ERROR
 
 
 class DiagnosticStatusWrapper(Status):
-    """A diagnostic_msgs/DiagnosticStatus with methods to fill it in; it has the constructor of such a message.
+    """A diagnostic_msgs/DiagnosticStatus with methods to fill it in, and with the same constructor.
 
     The arguments of `summary` and `mergeSummary` are a level and a message, or another status.
     """

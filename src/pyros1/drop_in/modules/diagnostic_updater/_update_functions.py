@@ -18,7 +18,7 @@ class FrequencyStatusParam:
     """The expected frequency of an event.
 
     Args:
-        freq_bound: the frequencies "min" and "max" in Hz, in a dictionary that may change later; "max" is optional.
+        freq_bound: a dictionary with the expected "min" and (optional) "max" in Hz, which may be changed later.
         tolerance: fraction by which the frequency may be outside this range: 0.1 is 10 %.
         window_size: number of updates over which events are counted.
     """

@@ -67,7 +67,11 @@ class Client:
             return None
 
     def get_configuration(self, timeout: float | None = None) -> Any:
-        """Return the latest configuration; None if there is none within ``timeout`` seconds (None for no limit)."""
+        """Return the latest configuration; None if there is none in time.
+
+        Args:
+            timeout: seconds to wait for the first configuration; None for no limit.
+        """
         return self._ask(self._client.config, timeout)
 
     def get_parameter_descriptions(self, timeout: float | None = None) -> Any:
@@ -130,7 +134,7 @@ class Client:
         return self._client.on_description
 
     def set_description_callback(self, value: _Callback | None) -> None:
-        """Call a function with the list of parameters, and now if it is known."""
+        """Call a function with the list of parameters: now if the list is known, and whenever it arrives."""
         self._client.on_description = value
         parameters = self._ask(self._client.description, 0)
         if value is not None and parameters is not None:

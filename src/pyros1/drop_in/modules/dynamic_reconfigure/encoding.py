@@ -44,7 +44,7 @@ def encode_config(config: Any, flat: bool = True) -> Any:
 
     Args:
         config: parameter -> value; ``groups`` is a tree of groups, or with ``flat=False`` a list of groups.
-        flat: whether the groups are a tree.
+        flat: whether ``groups`` is a tree, which is flattened for the message.
     """
     if flat or "groups" not in config:
         return _encoding.encode(config)
@@ -75,9 +75,12 @@ def get_tree(m: Any, group: Any = None) -> Any:
 
 
 def initial_config(msg: Any, description: Any = None) -> Any:
-    """Return the values in a Config; with a description from a ``.cfg`` file, including its groups, if there are any.
+    """Return the values in a Config.
 
-    The states of the groups are those of the description.
+    Args:
+        msg: the Config.
+        description: a description from a ``.cfg`` file. If ``msg`` has groups, the result includes the groups of the
+            description, in the states given there. None to leave out the groups.
     """
     values = _encoding.decode(msg, Config)
     if description is None or not any(group.id == 0 for group in msg.groups):
@@ -86,7 +89,7 @@ def initial_config(msg: Any, description: Any = None) -> Any:
 
 
 def decode_config(msg: Any, description: Any = None) -> Any:
-    """Return the values in a Config; with a description from `decode_description`, including its groups."""
+    """Return the values in a Config, and if a description from `decode_description` is given, also the groups."""
     values = _encoding.decode(msg, Config)
     if description is None:
         return values

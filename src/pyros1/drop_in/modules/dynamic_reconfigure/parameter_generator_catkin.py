@@ -91,7 +91,7 @@ class ParameterGenerator:
                 level: bits to pass to the callback when the parameter changes.
                 description: a human-readable description.
                 default, min, max: values of the type; None for defaults.
-                edit_method: the result of `enum`; empty for none.
+                edit_method: the result of `enum`; empty if there are no choices.
             """
             self.gen.pytype(paramtype)
             parameter = self._group.add(
@@ -209,7 +209,7 @@ class ParameterGenerator:
         return contents | {f"{name}_{constant['name']}": constant["value"] for constant in self.constants}
 
     def __getattr__(self, name: str) -> Any:
-        raise AttributeError(f"pyros1 has no dynamic_reconfigure ParameterGenerator.{name}: it makes no files")
+        raise AttributeError(f"pyros1 has no dynamic_reconfigure ParameterGenerator.{name}: it generates no files")
 
 
 type_of = type

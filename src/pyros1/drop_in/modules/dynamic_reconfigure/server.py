@@ -49,7 +49,7 @@ class SetService:
         self.response_class = ReconfigureSrv._response_class
 
     def shutdown(self, reason: str = "") -> None:
-        """Shut down the service, and wake threads that wait for that.
+        """Shut down the service, and wake threads that wait for its shutdown.
 
         Args:
             reason: the reason to log.

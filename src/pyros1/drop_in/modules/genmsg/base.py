@@ -38,4 +38,4 @@ def log_verbose(value: bool) -> None:
 
 
 def plog(msg: str, obj: Any) -> None:
-    """Do nothing: stock's logs the steps of its generator, which pyros1 does not have."""
+    """Do nothing: in stock, this logs the steps of the generator, which pyros1 does not have."""

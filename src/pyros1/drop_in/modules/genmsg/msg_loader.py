@@ -254,7 +254,7 @@ def load_depends(msg_context: MsgContext, spec: MsgSpec | SrvSpec, msg_search_pa
 def load_msg_depends(msg_context: MsgContext, spec: MsgSpec, search_path: SearchPath) -> list[str]:
     """Read all definitions that a message's definition uses; see :func:`load_depends`."""
     dependencies: list[str] = []
-    msg_context.set_depends(spec.full_name, dependencies)  # first: md5 fails for a type that contains itself
+    msg_context.set_depends(spec.full_name, dependencies)  # before the loop, since a type may contain itself
     try:
         for field in spec.parsed_fields():
             if field.is_builtin:

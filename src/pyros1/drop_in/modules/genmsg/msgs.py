@@ -38,7 +38,7 @@ def resolve_type(msg_type: str, package_context: str) -> str:
 
 
 def parse_type(msg_type: str) -> tuple[str, bool, int | None]:
-    """Return a type without brackets, whether it is an array, and the array's length (None: variable).
+    """Return a type without brackets, whether it is an array, and the array's length (None if it is variable).
 
     Raises:
         ValueError: the type is not legal.
@@ -66,7 +66,7 @@ def is_valid_msg_type(x: str | None) -> bool:
 
 
 def is_valid_constant_type(x: str) -> bool:
-    """Return whether constants can have a type."""
+    """Return whether a type is allowed for constants."""
     return x in PRIMITIVE_TYPES
 
 
@@ -127,8 +127,8 @@ class Field:
 
     Attributes:
         base_type: the type without brackets.
-        is_array, array_len: whether it is an array, and its length (None: variable).
-        is_header: whether it is a header.
+        is_array, array_len: whether the field is an array, and the array's length (None if it is variable).
+        is_header: whether the field is a header.
         is_builtin: whether the type, without brackets, is built in.
     """
 

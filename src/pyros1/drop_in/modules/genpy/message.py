@@ -63,8 +63,8 @@ def strify_message(
         indent: prefix of each line.
         time_offset: this time is subtracted from all times shown.
         current_time: has no effect.
-        field_filter: is called with each message, and returns the names of the fields to show; None for all.
-        fixed_numeric_width: number of characters of each number; None: as many as needed.
+        field_filter: called with each message; returns the names of the fields to show. None to show all fields.
+        fixed_numeric_width: number of characters of each number; None for as many as needed.
     """
     from pyros1.msgs.text import format_message
 

@@ -48,7 +48,7 @@ class MenuHandler:
 
         Args:
             title: the text of the entry.
-            parent: handle of the parent entry; None: at the top level.
+            parent: handle of the parent entry; None for an entry at the top level.
             command_type, command: what RViz does; see visualization_msgs/MenuEntry.
             callback: called with the feedback when the entry is selected.
 
@@ -73,19 +73,19 @@ class MenuHandler:
         return context is not None
 
     def setCheckState(self, handle: int, check_state: int) -> bool:
-        """Set, for the next `reApply`, whether an entry has a checkbox and is checked; return whether it exists."""
+        """Set whether an entry has a checkbox and is checked (at the next `reApply`); return False if there is none."""
         context = self.entry_contexts_.get(handle)
         if context is not None:
             context.check_state = check_state
         return context is not None
 
     def getCheckState(self, handle: int) -> int | None:
-        """Return what `setCheckState` has set; None without such an entry."""
+        """Return the value set by `setCheckState`; None if there is no such entry."""
         context = self.entry_contexts_.get(handle)
         return None if context is None else context.check_state
 
     def getTitle(self, handle: int) -> str | None:
-        """Return the text of an entry; None without such an entry."""
+        """Return the text of an entry; None if there is no such entry."""
         context = self.entry_contexts_.get(handle)
         return None if context is None else context.title
 

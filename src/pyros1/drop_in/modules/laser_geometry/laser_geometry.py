@@ -41,7 +41,7 @@ class LaserProjection:
 
         Args:
             scan_in: the scan; ranges outside its limits are omitted.
-            range_cutoff: in metres; longer ranges are omitted; negative: omit only those beyond the scanner's limit.
+            range_cutoff: in metres; longer ranges are omitted. If negative, only those beyond the scanner's limit are.
             channel_options: a sum of `ChannelOption`; intensities only if the scan has them.
 
         Returns:
@@ -86,7 +86,7 @@ class LaserProjection:
         )
 
     def _beam_directions(self, count: int, scan: Any) -> Any:
-        """Return cosine and sine of each beam (2, count)."""
+        """Return the cosine and sine of each beam's angle, as an array of shape (2, count)."""
         shape = (count, scan.angle_min, scan.angle_increment)
         if shape != self._cached_shape:
             angles = scan.angle_min + np.arange(count) * scan.angle_increment

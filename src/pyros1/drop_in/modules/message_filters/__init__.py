@@ -59,7 +59,7 @@ class Subscriber(SimpleFilter):
         return self.topic
 
     def __getattr__(self, key: str) -> Any:
-        if key == "sub":  # not set yet
+        if key == "sub":  # the constructor has not set it yet
             raise AttributeError(key)
         return getattr(self.sub, key)
 
@@ -199,8 +199,9 @@ class TimeSynchronizer(SimpleFilter):
                     self.signalMessage(*messages)
 
     def _record_arrival(self, now: Any, queue: dict[Any, Any], index: int | None) -> bool:
-        """Record when a message arrived; return False if sets cannot be matched yet, because of messages from before a
-        jump.
+        """Record when a message arrived.
+
+        Return False if sets cannot be matched yet, since other queues may contain messages from before a jump of time.
         """
         if not self.enable_reset or rospy.rostime.is_wallclock():
             return True

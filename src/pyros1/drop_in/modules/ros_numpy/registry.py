@@ -20,7 +20,7 @@ def converts_to_numpy(msgtype: Any, plural: bool = False) -> Callable[[_F], _F]:
 
     Args:
         msgtype: the message's class.
-        plural: whether it takes a list of messages.
+        plural: whether the function takes a list of messages.
     """
 
     def register(function: _F) -> _F:

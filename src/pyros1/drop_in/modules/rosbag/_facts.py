@@ -75,7 +75,7 @@ class Facts:
         raise NotImplementedError
 
     def get_compression_info(self) -> Any:
-        """Return the compression of most chunks, and their total size in bytes before and after compression."""
+        """Return the most frequent compression, and the size in bytes of all chunks before and after compression."""
         headers = list(self._chunk_headers.values())
         sizes = sum(header.uncompressed_size for header in headers), sum(header.compressed_size for header in headers)
         names = [header.compression for header in headers]
@@ -100,7 +100,7 @@ class Facts:
         chunks = self._reader.chunks
         if not chunks:
             raise ROSBagException("Bag contains no message")
-        return chunks[index].end if index else chunks[0].start  # in the order of the file, like in stock
+        return chunks[index].end if index else chunks[0].start  # the last or first in the file, like in stock
 
     def get_type_and_topic_info(self, topic_filters: Any = None) -> Any:
         """Return types with their md5 sums, and topics with type, number of messages and connections, and frequency.

@@ -1,4 +1,4 @@
-"""Keeps the readers of a bag that is also written open while iterators use them."""
+"""Keeps the readers of a bag open while iterators use them, even if the bag is written meanwhile."""
 
 from __future__ import annotations
 

@@ -54,7 +54,7 @@ def find_encoder(cls: Any) -> Callable[[Any], bytes]:
 
 
 def header_fields(topic: str, type_name: str, md5sum: str, cls: Any) -> dict[str, str]:
-    """Return the connection header of a topic; raise ROSBagException if the class is required but unknown."""
+    """Return the connection header of a topic; raise ROSBagException if ``cls`` is None and the type is unknown."""
     if cls is None:
         from roslib.message import get_message_class
 

@@ -58,7 +58,7 @@ class Bag(Writing, Facts):
         mode: ``r`` reads, ``w`` writes a new bag, ``a`` appends. Bags that are written can be read, too.
         compression: ``none``, ``bz2`` or ``lz4``.
         chunk_threshold: size in bytes, uncompressed, beyond which a chunk is closed.
-        allow_unindexed: whether to open a bag that was not closed; it has no messages until `reindex`.
+        allow_unindexed: whether to open a bag that was not closed; it appears to be empty until `reindex`.
         options: a mapping with ``compression`` and ``chunk_threshold``, which then replace the arguments.
         skip_index: accepted for compatibility; the index is always read when it is first needed.
 
@@ -246,7 +246,7 @@ class Bag(Writing, Facts):
         try:
             if self._writer is not None:
                 self._writer.close()
-                self._reader.close()  # the reader still answers queries about the closed bag
+                self._reader.close()  # closes the file; the reader still answers queries
         finally:
             if self._cached_reader is not None:
                 self._cached_reader[1].close()

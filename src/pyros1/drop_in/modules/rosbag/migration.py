@@ -90,7 +90,7 @@ class MessageMigrator(Migrator):
         )
 
     def make_update_rule(self, old_class: Any, new_class: Any) -> type[MessageUpdateRule]:
-        """Return the class of a rule between two classes, which must be completed by hand."""
+        """Return the class of a rule between two message classes; the rule must be completed by hand."""
         name = f"update_{old_class._type.replace('/', '_')}_{old_class._md5sum}"
         return type(name, (MessageUpdateRule,), {"old_class": old_class, "new_class": new_class})
 
@@ -190,14 +190,14 @@ def get_path_key(c1: Any, c2: Any) -> tuple[tuple[str, str], tuple[str, str]]:
 
 
 def qualified_name(name: str, top_name: str) -> str:
-    """Return a type's full name; the default package is that of another type, or std_msgs for Header."""
+    """Return a type's full name. A missing package is that of ``top_name``, or std_msgs for Header."""
     if "/" in name or name.partition("[")[0] in _BUILTIN_TYPES:
         return name
     return "std_msgs/Header" if name == "Header" else f"{top_name.partition('/')[0]}/{name}"
 
 
 def clean_name(name: str, top_name: str) -> str:
-    """Return a type's name without the package of another type, or std_msgs of Header."""
+    """Return a type's name, without the package if that is the package of ``top_name``, or for std_msgs/Header."""
     package, _, bare = name.rpartition("/")
     return bare if package == top_name.partition("/")[0] or name == "std_msgs/Header" else name
 
@@ -248,8 +248,10 @@ def checkmessages(migrator: Any, messages: Any) -> list[Any]:
 
 
 def checkbag(migrator: Any, inbag: str) -> list[Any]:
-    """Return a pair for each type of a bag that differs from this system's: a list with its `Step`, and the missing
-    rules (`MessageUpdateRule`); an empty list of those means that the type can be converted.
+    """Return a pair for each type whose definition in a bag differs from this system's.
+
+    A pair contains a list with the type's `Step`, and a list of the missing rules (`MessageUpdateRule`). If the second
+    list is empty, the type can be converted.
     """
     with Bag(inbag) as bag:
         return [_make_finding(migrator, old, new, steps) for old, new, steps in find_migrations(bag, migrator)]
@@ -277,7 +279,7 @@ def fixbag2(migrator: Any, inbag: str, outbag: str, force: bool = False) -> list
         force: whether to copy messages unchanged if rules are missing for them.
 
     Returns:
-        The differences found by `checkbag` that no rule converts, if nothing was written because of them.
+        The differences found by `checkbag` for which rules are missing; an empty list if the bag was written.
     """
     unconverted = [finding for finding in checkbag(migrator, inbag) if finding[1]]
     if unconverted and not force:

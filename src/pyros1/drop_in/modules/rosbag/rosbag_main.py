@@ -1,4 +1,4 @@
-"""The tool rosbag: a function for each subcommand, which is called with the arguments of the subcommand."""
+"""The tool rosbag: a function for each subcommand, called with the subcommand's arguments."""
 
 from __future__ import annotations
 

@@ -37,7 +37,7 @@ class Master:
 
     Args:
         caller_id: name of the caller.
-        master_uri: address of the master; None: from the environment.
+        master_uri: address of the master; None for the address in the environment.
 
     Raises:
         ValueError: the address is invalid.
@@ -58,7 +58,7 @@ class Master:
     def _call(self, method: str, *args: Any) -> Any:
         try:
             return self._client.call(method, *args)
-        except SerializationError as error:  # XML-RPC has no such value
+        except SerializationError as error:  # XML-RPC cannot represent an argument
             raise (OverflowError if "does not fit" in str(error) else TypeError)(str(error)) from None
         except (MasterUnreachableError, TransportError) as error:
             raise _os_error(error) from None

@@ -87,7 +87,7 @@ def get_bind_address(address: str | None = None) -> str:
     """Return the address to listen on.
 
     Args:
-        address: the address at which others reach this machine; None: the one from the environment.
+        address: the address at which others reach this machine; None for the address in the environment.
     """
     if address is None:
         return _local_host().bind

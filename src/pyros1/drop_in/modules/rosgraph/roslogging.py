@@ -64,9 +64,9 @@ def configure_logging(
     and above go into the file.
 
     Args:
-        logname: name of the program; empty: "unknown".
+        logname: name of the program; an empty name stands for "unknown".
         level: log level.
-        filename: name of the file in the folder of logs; None: from ``logname`` and the process ID.
+        filename: name of the file in the log folder; None for a name made of ``logname`` and the process ID.
         env: environment variables for the folder; None for this process's.
 
     Returns:
@@ -126,7 +126,7 @@ class RospyLogger(logging.Logger):
 
 
 def _only_forwards(path: str) -> bool:
-    """Return whether a file only forwards messages: Python's logging, and rospy's log functions."""
+    """Return whether a source file only forwards messages, like those of Python's logging and rospy's functions."""
     return path == logging.__file__ or path.endswith(os.path.join("rospy", "impl", "loggers.py"))
 
 

@@ -81,7 +81,7 @@ class XmlRpcNode:
     Args:
         port: port to listen on; 0 for any.
         rpc_handler: its public methods can be called remotely.
-        on_run_error: is called with the exception that ended the server; None: it is logged.
+        on_run_error: called with the exception that ended the server; None to log the exception.
 
     Attributes:
         uri: address of the server, once it is known.

@@ -66,7 +66,7 @@ class ROSLaunchConfig:
         params: Param by full name.
         clear_params: namespaces of parameters that are deleted before parameters are set.
         machines: Machine by name.
-        executables: commands to run in addition to the nodes, which pyros1 does not support.
+        executables: commands in addition to the nodes. pyros1 cannot run such commands.
         master: the Master.
         roslaunch_files: paths of the files that were read.
         resolved_node_names: full names of all nodes.
@@ -118,7 +118,7 @@ class ROSLaunchConfig:
         return summary(plan_of(self), machines=[] if local else [name for name in self.machines if name])
 
     def add_executable(self, exe: Any) -> None:
-        """Add a command, which makes it impossible to launch the contents. Raise ValueError if it is None."""
+        """Add a command; the contents can then no longer be launched. Raise ValueError if ``exe`` is None."""
         if not exe:
             raise ValueError("exe is None")
         self.executables.append(exe)
@@ -203,7 +203,7 @@ def load_config_default(
         config.master.uri = f"http://{config.master.get_host()}:{port}/"
     for name, value in CORE_PARAMS.items():
         config.add_param(Param(name, value), verbose=False)
-    loader = loader or XmlLoader()  # the core's other nodes are read when it starts
+    loader = loader or XmlLoader()  # the core's other nodes are read when the core starts
     for file in roslaunch_files:
         path, words = (file, None) if isinstance(file, str) else file
         if words is not None:

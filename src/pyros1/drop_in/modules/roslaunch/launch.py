@@ -56,7 +56,7 @@ class ROSLaunchRunner:
     Args:
         run_id: the run id.
         config: a ROSLaunchConfig.
-        server_uri: not used: a launch has its own server, whose address is the attribute of this name.
+        server_uri: not used, since a launch has its own server. The attribute of this name is that server's address.
         pmon: a ProcessMonitor that lists and stops the processes; None for a new one.
         is_core: whether to run a core.
         remote_runner, is_child, is_rostest, num_workers: not used.
@@ -115,7 +115,7 @@ class ROSLaunchRunner:
         """Start everything.
 
         Returns:
-            The names of the processes that were started, and an empty list, which stands for those that were not.
+            The names of the processes that were started, and an empty list, since a failure raises an exception.
 
         Raises:
             RLException: something cannot be started; processes that were already started have been stopped.
@@ -179,5 +179,5 @@ __getattr__ = missing(
     "roslaunch.launch",
     ROSRemoteRunnerIF="`pyros1 launch` runs nodes on other machines itself",
     RLTestTimeoutException="`pyros1 test` runs tests",
-    validate_master_launch="ROSLaunchRunner.launch checks it",
+    validate_master_launch="ROSLaunchRunner.launch checks the master",
 )

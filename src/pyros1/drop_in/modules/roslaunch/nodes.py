@@ -115,7 +115,7 @@ class Node:
 
 
 class Test(Node):
-    """A test to run; the arguments are as in a <test> tag."""
+    """A test in a launch; the arguments are as in a <test> tag."""
 
     __slots__ = ["retry", "test_name", "time_limit"]
     __test__ = False

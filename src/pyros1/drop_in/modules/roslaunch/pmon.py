@@ -80,7 +80,7 @@ class Process:
 
     @property
     def spawn_count(self) -> int:
-        """How many times the process was started."""
+        """The number of times that the process was started."""
         count: int = self._handle.spawn_count
         return count
 
@@ -115,7 +115,7 @@ class Process:
         return "process has died" + (f" [pid {self.pid}, exit code {code}]" if code else "")
 
     def stop(self, errors: list[str] | None = None) -> None:
-        """End the process, and wait until it has exited; it starts again if it respawns.
+        """End the process, and wait until it has exited. A process with ``respawn`` is then started again.
 
         Args:
             errors: list to which a message is added if the process does not exit.

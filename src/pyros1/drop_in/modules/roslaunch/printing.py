@@ -34,7 +34,7 @@ def clear_printerrlog_handlers() -> None:
 
 def _call_handlers(handlers: list[Callable[[str], object]], msg: str) -> None:
     for handler in handlers:
-        with contextlib.suppress(Exception):  # what is printed matters more
+        with contextlib.suppress(Exception):  # a failing handler must not prevent printing
             handler(msg)
 
 

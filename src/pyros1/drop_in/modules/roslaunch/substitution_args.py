@@ -14,7 +14,7 @@ from roslaunch.loader import convert_value
 __all__ = ["ArgException", "SubstitutionException", "convert_value", "resolve_args"]
 
 
-_rospack: Any = None  # programs set it to None so that new packages are found, which always works here
+_rospack: Any = None  # programs set it to None so that new packages are found; here, they always are
 
 
 class SubstitutionException(Exception):

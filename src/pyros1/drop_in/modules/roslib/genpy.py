@@ -1,4 +1,4 @@
-"""Message classes from definitions, from before genpy was a package."""
+"""Creates message classes from definitions; this module is older than the package genpy."""
 
 from genpy.dynamic import generate_dynamic
 

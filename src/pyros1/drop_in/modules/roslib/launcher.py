@@ -1,4 +1,4 @@
-"""Makes the Python modules of ROS packages importable, from before rospkg."""
+"""Makes the Python modules of ROS packages importable; this module is older than rospkg."""
 
 from __future__ import annotations
 

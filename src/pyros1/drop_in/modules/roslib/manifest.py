@@ -30,7 +30,7 @@ def manifest_file(package: str, required: bool = True, env: Mapping[str, str] | 
 
 
 def load_manifest(package: str) -> Manifest:
-    """Return the manifest of a package; raises ResourceNotFound, and ManifestException if it is invalid."""
+    """Return the manifest of a package; raises ResourceNotFound, and ManifestException if the manifest is invalid."""
     return RosPack.get_instance().get_manifest(package)
 
 

@@ -1,4 +1,4 @@
-"""Messages, from before genpy."""
+"""Messages; this module is older than genpy."""
 
 from genpy.message import (
     DeserializationError,

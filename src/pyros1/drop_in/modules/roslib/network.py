@@ -1,4 +1,4 @@
-"""Addresses and connection headers, from before rosgraph."""
+"""Addresses and connection headers; this module is older than rosgraph."""
 
 from rosgraph.network import (
     ROS_HOSTNAME,

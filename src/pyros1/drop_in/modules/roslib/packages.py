@@ -1,4 +1,4 @@
-"""Packages and their files, from before rospkg."""
+"""Packages and their files; this module is older than rospkg."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ def get_dir_pkg(d: str) -> tuple[str | None, str | None]:
 def get_pkg_subdir(
     package: str, subdir: str, required: bool = True, env: Mapping[str, str] | None = None
 ) -> str | None:
-    """Return a folder in a package, which is created if it is required; raises InvalidROSPkgException."""
+    """Return a folder in a package; it is created if it is required but missing. Raises InvalidROSPkgException."""
     folder = get_pkg_dir(package, required)
     if folder is None:
         return None
@@ -117,7 +117,7 @@ def find_resource(
     Args:
         pkg: the package.
         resource_name: the file's name, or a path relative to the package.
-        filter_fn: returns whether to include a path; None for all paths.
+        filter_fn: called with each path; returns whether to include it. None to include all paths.
         rospack: finds the packages; None for those of the environment.
 
     Raises:

@@ -1,4 +1,4 @@
-"""Times, from before genpy."""
+"""Times; this module is older than genpy."""
 
 from genpy.rostime import Duration, Time, TVal
 

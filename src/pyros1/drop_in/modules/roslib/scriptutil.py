@@ -1,4 +1,4 @@
-"""Access to the master for scripts, from before rosgraph."""
+"""Access to the master for scripts; this module is older than rosgraph."""
 
 from __future__ import annotations
 

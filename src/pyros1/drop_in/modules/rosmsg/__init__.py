@@ -38,11 +38,11 @@ class ROSMsgException(Exception):
 
 
 class RosMsgProtoException(Exception):
-    """The tool rosmsg-proto has failed; only for programs that refer to it."""
+    """The tool rosmsg-proto has failed. This class is only for programs that refer to it."""
 
 
 class RosMsgProtoArgsException(Exception):
-    """The tool rosmsg-proto has failed; only for programs that refer to it."""
+    """The tool rosmsg-proto has failed. This class is only for programs that refer to it."""
 
 
 def _library() -> Any:
@@ -130,7 +130,7 @@ def spec_to_str(msg_context: Any, spec: Any, buff: Any = None, indent: str = "")
     Args:
         msg_context: a genmsg.MsgContext with the nested types.
         spec: a genmsg.MsgSpec, or a `pyros1.msgs.spec.MessageSpec`, which needs no context.
-        buff: a file to which the text is also written; None for none.
+        buff: a file to which the text is also written; None for no file.
         indent: prefix of each line.
 
     Raises:

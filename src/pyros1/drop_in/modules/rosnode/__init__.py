@@ -141,7 +141,7 @@ def kill_nodes(node_names: Iterable[str]) -> tuple[list[str], list[str]]:
         except (DeadlineError, ROSNodeException):
             fail.append(name)
         except (Error, OSError):
-            success.append(name)  # a node may end before it has responded
+            success.append(name)  # the node has probably ended before it could respond
     return success, fail
 
 
@@ -163,7 +163,7 @@ def rosnode_ping(node_name: str, max_count: int | None = None, verbose: bool = F
     """Ping a node once a second.
 
     Args:
-        max_count: number of pings; None: until the program is interrupted.
+        max_count: number of pings; None to continue until the program is interrupted.
         verbose: whether to print the times.
         skip_cache: whether to ask the master for the node's address even if the address is cached.
 

@@ -150,7 +150,7 @@ def load_str(
 
 
 def dump_params(filename: str | None, param: str, verbose: bool = False) -> None:
-    """Write a parameter, or all parameters of a namespace, to a YAML file; None for the standard output."""
+    """Write a parameter or a namespace to a YAML file, or if the file is None, to the standard output."""
     tree = get_param(param)
     if verbose:
         print_params(tree, param)

@@ -72,7 +72,7 @@ class ManifestManager:
         return folder
 
     def get_manifest(self, name: str) -> Manifest:
-        """Return the manifest of a package or stack; raises ResourceNotFound, and InvalidManifest if it is invalid."""
+        """Return the manifest of a package or stack; raises ResourceNotFound, or InvalidManifest."""
         if name not in self._manifests:
             self._manifests[name] = parse_manifest_file(self.get_path(name), self._manifest_name, self)
         return self._manifests[name]
@@ -102,7 +102,7 @@ class ManifestManager:
         return self._dependencies[name]
 
     def get_depends_on(self, name: str, implicit: bool = True) -> Any:
-        """Return the names of the packages or stacks that depend on this one, except broken ones.
+        """Return the names of the packages or stacks that depend on this one; broken ones are left out.
 
         See :meth:`get_depends` for the arguments.
         """

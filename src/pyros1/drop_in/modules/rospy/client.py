@@ -55,7 +55,7 @@ def myargv(argv: list[str] | None = None) -> list[str]:
 
 
 def load_command_line_node_params(argv: list[str]) -> dict[str, Any]:
-    """Return the private parameters on a command line. Their values are YAML, without the angles of launch files.
+    """Return the private parameters on a command line. The values are YAML; ``deg(90)`` is no number here.
 
     Raises:
         ROSInitException: a value is not YAML, or an argument contains ``:=`` twice.
@@ -375,6 +375,6 @@ _lazy_imports = {
 __getattr__, __dir__ = _names(
     __name__,
     _lazy_imports,
-    {"_master_proxy_lock": "pyros1's is safe for threads"},
+    {"_master_proxy_lock": "pyros1's master proxy is thread-safe without a lock"},
     {"_init_node_args": lambda: PROCESS.arguments, **dict.fromkeys(("_master_proxy", "_param_server"), get_master)},
 )

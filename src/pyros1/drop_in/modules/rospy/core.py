@@ -142,7 +142,7 @@ def register_signals() -> None:
 
 
 def get_node_uri() -> str | None:
-    """Return the URI of the node's API, or the value set with `set_node_uri`; None without a node."""
+    """Return the URI of the node's API, or the value set with `set_node_uri`; None if there is neither."""
     return _overrides.get("uri", PROCESS.node.uri if PROCESS.node is not None else None)
 
 

@@ -83,7 +83,7 @@ def deserialize_messages(
         b: a readable and writable binary file, which contains bytes up to its position.
         msg_queue: a list to which the messages are added.
         data_class: the message class.
-        queue_size: maximum number of messages to keep, which are the last ones.
+        queue_size: maximum number of messages to keep; if there are more, the last ones are kept.
         max_msgs: maximum number of messages to read.
         start: position of the first message.
 

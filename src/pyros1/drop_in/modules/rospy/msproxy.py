@@ -39,7 +39,9 @@ def stock_connection_errors() -> Iterator[None]:
 
 
 class MasterProxy:
-    """The master's methods: ``proxy.getSystemState()`` returns ``[code, message, value]``. Parameters are items.
+    """The master's methods: ``proxy.getSystemState()`` returns ``[code, message, value]``.
+
+    Parameters are available as items: ``proxy["/name"]``.
 
     Args:
         uri: the master's URI; None for that of the node or the environment.

@@ -221,7 +221,7 @@ def scoped_name(caller_id: str, name: str) -> str:
 
 
 def initialize_mappings(node_name: str) -> None:
-    """Resolve the remappings on the command line for a node that has not been started; starting it does so as well.
+    """Resolve the remappings on the command line for a node that has not been started. Starting it does this, too.
 
     Args:
         node_name: the full name of the node.
@@ -241,7 +241,7 @@ def valid_name_validator_resolved(param_name: str, param_value: Any, caller_id: 
         ParameterInvalid: the value is not a name.
     """
     name = valid_name_validator_unresolved(param_name, param_value, caller_id)
-    return names.resolve_name(name, caller_id, strict=False)  # here, ~/x is below the node
+    return names.resolve_name(name, caller_id, strict=False)  # here, unlike elsewhere, ~/x is below the node
 
 
 def valid_name_validator_unresolved(param_name: str, param_value: Any, caller_id: str) -> str:

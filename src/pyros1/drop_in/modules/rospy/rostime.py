@@ -19,7 +19,7 @@ _program_time_and_clock: list[Any] = []
 
 
 def _as_rospy(value: Any) -> Any:
-    """Convert a time or duration to rospy's class, like the results of calculations with these."""
+    """Convert a time or duration, such as the result of a calculation, to rospy's class."""
     if value.__class__ is pyros1.ground.timing.Duration:
         return Duration(value.secs, value.nsecs)
     if value.__class__ is pyros1.ground.timing.Time:
@@ -220,7 +220,7 @@ def set_rostime_initialized(val: bool) -> None:
 
 
 def switch_to_wallclock() -> None:
-    """Use wall time without a node, and instead of a time set by the program.
+    """Use wall time if there is no node, or instead of a time that the program has set.
 
     Raises:
         NotImplementedError: the node uses simulated time, which cannot be changed.

@@ -128,12 +128,12 @@ class Rate:
         return self._cycle - (now - self._last)
 
     def sleep(self) -> None:
-        """Sleep until the end of the current cycle. If it is overdue by more than two cycles, the next one starts now.
+        """Sleep until the end of the current cycle. If that was over two cycles ago, the next cycle starts now.
 
         Raises:
             ROSInterruptException, ROSTimeMovedBackwardsException: see `sleep`.
         """
-        now = _now()  # a jump of simulated time during a sleep affects the next sleep, as in stock
+        now = _now()  # before the sleep, as in stock: a jump of simulated time affects the next sleep
         try:
             sleep(self._remaining_ns(now) / _NS)
         except ROSTimeMovedBackwardsException:
@@ -153,8 +153,8 @@ class Timer(threading.Thread):
         period: a Duration.
         callback: called with a TimerEvent. If it raises an exception, the timer stops.
         oneshot: whether to call only once.
-        reset: whether to silently start a new cycle when simulated time jumps back. Otherwise the timer continues as
-            well, like in the last release of ROS Noetic; in earlier ones, it stopped.
+        reset: the argument of the timer's `Rate`. When simulated time jumps back, the timer continues in either case,
+            like in the last release of ROS Noetic. In earlier releases, it stopped unless this was true.
     """
 
     def __init__(

@@ -97,13 +97,11 @@ class Topic:
         self._handle: Any = None
 
     def _start(self, node: pyros1.Node) -> None:
-        """Register the topic when the node has been started. Objects created after its shutdown do nothing, like in
-        stock.
-        """
+        """Register the topic when the node has been started. After the node's shutdown, do nothing, like stock."""
         impl, reason = self.impl, None
         if impl is None or not node.ok():
             return
-        for data_class in (self.data_class, impl.data_class):  # in stock, the first one's class takes precedence
+        for data_class in (self.data_class, impl.data_class):  # stock uses the class of the topic's first object
             try:
                 handle = self._open(node, data_class, impl)
                 break

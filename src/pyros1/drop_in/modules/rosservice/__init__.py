@@ -158,7 +158,7 @@ def call_service(service_name: str, service_args: Any, service_class: Any = None
 
     Args:
         service_name: name of the service.
-        service_args: list of the request's values, or list of one mapping.
+        service_args: a list of the request's values, or a list that contains one mapping, name -> value.
         service_class: class of the service; None to find it from the service's type.
 
     Returns:

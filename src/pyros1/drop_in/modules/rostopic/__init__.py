@@ -274,5 +274,5 @@ def _rostopic_echo(topic: str, callback_echo: Any, bag_file: str | None = None, 
 
 
 def rostopicmain(argv: list[str] | None = None) -> None:
-    """Run the tool with a command line; None: that of the process."""
+    """Run the tool with a command line; None for that of the process."""
     _main(NAME, argv)

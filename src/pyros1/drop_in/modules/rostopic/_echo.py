@@ -24,8 +24,8 @@ def msgevalgen(pattern: str) -> Callable[[Any], Any] | None:
         pattern: the path that follows the topic's name, for example ``/pose/position/x`` or ``/poses[0:2]``.
 
     Returns:
-        The function, which prints an error and returns None for messages without the field. None for an empty path,
-        and for a wrong one, after an error was printed.
+        The function, which prints an error and returns None for messages without the field. None if the path is empty,
+        or if it is malformed, in which case an error is printed.
     """
     try:
         path = FieldPath(pattern)
@@ -65,7 +65,7 @@ class CallbackEcho:
 
     Args:
         topic: the topic whose messages are printed; with `echo_all_topics`, also those of topics below it.
-        msg_eval: function that returns a field; None: whole messages.
+        msg_eval: function that returns the field of a message to print; None to print whole messages.
         plot: whether to print rows of values.
         filter_fn: function that returns whether to print a message; None to print all.
         echo_clear: whether to clear the screen before each message.

@@ -69,7 +69,7 @@ def publish_message(
     Args:
         pub: the publisher.
         msg_class: class of the messages.
-        pub_args: list of values, or list of one mapping.
+        pub_args: a list of values, or a list that contains one mapping, name -> value.
         rate: rate in Hz; None to publish once, and wait until the node shuts down.
         once: whether to send one message, and return some time after that.
         verbose: whether to print the message.

@@ -171,7 +171,7 @@ class ROSTopicBandwidth:
         self.window_size = window_size
 
     def callback(self, data: Any) -> None:
-        """Count a message, an AnyMsg; a failure is printed to stderr."""
+        """Count a message, which must be an AnyMsg; a failure is printed to stderr."""
         with self.lock:
             try:
                 size = len(data._buff)

@@ -22,7 +22,7 @@ __getattr__ = missing(
     char="use chr",
     codecs="import it",
     parseString="use xml.dom.minidom.parseString",
-    print_function="Python 3 needs none",
+    print_function="Python 3 does not need it",
     reduce="use functools.reduce",
 )
 

@@ -26,7 +26,7 @@ class Concurrence(Container):
     Args:
         outcomes: outcomes of the concurrence.
         default_outcome: outcome if there is no other one.
-        input_keys, output_keys: userdata that it takes from and gives to its parent.
+        input_keys, output_keys: keys of the userdata that it takes from its parent, and that it gives to its parent.
         outcome_map: outcome of the concurrence -> {label: outcome of that state}.
         outcome_cb: called when all states have ended, with {label: outcome}.
         child_termination_cb: called whenever a state ends, with {label: outcome, or None for a running state}; if it
@@ -165,7 +165,7 @@ class Concurrence(Container):
                 self._states[label].request_preempt()
 
     def _finish(self) -> None:
-        """Recall the preemption of states that have not serviced it. If there are none, service the container's."""
+        """Recall the preemption of states that have not serviced it. If all have, service the container's own."""
         with self._state_lock:
             self._is_running = False
             unserviced = [state for state in self._states.values() if state.preempt_requested()]
@@ -220,16 +220,18 @@ class Concurrence(Container):
         for outcome, state_outcomes in self._outcome_map.items():
             for label, each in state_outcomes.items():
                 if label not in self._states:
-                    raise InvalidStateError(f"The outcome map of '{outcome}' names '{label}', which is not there.")
+                    raise InvalidStateError(f"The outcome map of '{outcome}' names '{label}', which is not a state.")
                 if each not in self._states[label].get_registered_outcomes():
-                    raise InvalidTransitionError(f"The outcome map of '{outcome}' wants '{each}' of state '{label}'.")
+                    raise InvalidTransitionError(
+                        f"The outcome map of '{outcome}' contains '{each}', which is not an outcome of state '{label}'."
+                    )
 
     def get_children(self) -> dict[str, State]:
         """Return the states by their labels."""
         return self._states
 
     def set_initial_state(self, initial_states: Sequence[str], userdata: UserData | None = None) -> None:
-        """Add to the userdata; the initial states are always all states."""
+        """Add values to this container's userdata. The initial states stay the same: they are all states."""
         if {*initial_states} != {*self._states}:
             logwarn("The initial states of a concurrence cannot be changed: they are all its states.")
         if userdata is not None:

@@ -27,7 +27,7 @@ def get_const(obj: Any) -> Any:
 
 
 class Const:
-    """A view of an object; its methods work as long as they set no attributes.
+    """A view of an object; the object's methods work as long as they set no attributes.
 
     Setting or deleting an attribute or an item raises TypeError.
     """
@@ -38,7 +38,7 @@ class Const:
         object.__setattr__(self, "_object", obj)
 
     @property
-    def __class__(self) -> type:  # so that isinstance() sees what the object is
+    def __class__(self) -> type:  # so that isinstance() sees the class of the object
         return type(object.__getattribute__(self, "_object"))
 
     @__class__.setter

@@ -26,8 +26,8 @@ _OPENED = _Opened()
 class Container(State):
     """Base class of containers.
 
-    ``with container:`` opens it, so that its class's static methods add states to it. Callbacks are called when it
-    starts, when its active states change, and when it ends.
+    ``with container:`` opens the container, so that the static methods of its class add states to this container.
+    Callbacks are called when the container starts, when its active states change, and when it ends.
 
     Attributes:
         userdata: the data that its states share.
@@ -55,7 +55,7 @@ class Container(State):
         raise NotImplementedError
 
     def set_initial_state(self, initial_states: Sequence[str], userdata: UserData | None = None) -> None:
-        """Set the states that run first, and add to the userdata."""
+        """Set the states that run first, and add values to this container's userdata."""
         raise NotImplementedError
 
     def get_initial_states(self) -> list[str]:
@@ -77,7 +77,7 @@ class Container(State):
     # Userdata ---------------------------------------------------------------------------------------------------------
 
     def set_userdata(self, userdata: UserData) -> None:
-        """Add to the userdata."""
+        """Add values to this container's userdata."""
         self.userdata.update(userdata)
 
     def _view(self, state: State, remapping: Mapping[str, str] | None = None) -> Remapper:
@@ -185,7 +185,7 @@ class Container(State):
             raise InvalidStateError("No container is open: add states within 'with container:'.")
         container = _OPENED.stack[-1]
         if not isinstance(container, cls):
-            raise InvalidStateError(f"The open container is no {cls.__name__}, but a {type(container).__name__}.")
+            raise InvalidStateError(f"The open container is not a {cls.__name__}: it is a {type(container).__name__}.")
         return container
 
     def _is_consistent(self) -> bool:

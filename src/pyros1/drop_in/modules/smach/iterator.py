@@ -20,7 +20,7 @@ class Iterator(Container):
 
     Args:
         outcomes: outcomes of the iterator.
-        input_keys, output_keys: userdata that it takes from and gives to its parent.
+        input_keys, output_keys: keys of the userdata that it takes from its parent, and that it gives to its parent.
         it: the items, or a function without arguments that returns them when the iterator starts.
         it_label: the userdata key of the current item.
         exhausted_outcome: outcome when there are no more items.
@@ -60,8 +60,8 @@ class Iterator(Container):
         Args:
             label: name of the state.
             state: the state.
-            loop_outcomes: outcomes after which the iterator continues with the next item; all others end it. None if it
-                continues after any outcome.
+            loop_outcomes: outcomes after which the iterator continues with the next item; all others end the iterator.
+                If there are none, the iterator continues after any outcome.
             break_outcomes: outcomes that end the iterator.
             final_outcome_map: last outcome of the state -> outcome of the iterator, if they differ.
         """
@@ -170,7 +170,7 @@ class Iterator(Container):
         return {self._state_label: self._state} if self._state is not None else {}
 
     def set_initial_state(self, initial_states: Sequence[str], userdata: UserData | None = None) -> None:
-        """Add to the userdata; the initial state is always the same."""
+        """Add values to this container's userdata. The initial state stays the same: there is only one state."""
         if list(initial_states) != self.get_initial_states():
             logwarn("The initial state of an iterator cannot be changed.")
         if userdata is not None:

@@ -207,7 +207,7 @@ class StateMachine(Container):
 
     def _enter(self, label: str, target: str | None) -> None:
         """Make another state the current one. A preemption that the previous state has not serviced is passed on
-        to it.
+        to the new state.
         """
         with self._state_lock:
             if self.preempt_requested():
@@ -237,7 +237,7 @@ class StateMachine(Container):
         return self._states
 
     def set_initial_state(self, initial_states: Sequence[str], userdata: UserData | None = None) -> None:
-        """Set the one state that runs first, and add to the userdata."""
+        """Set the one state that runs first, and add values to this machine's userdata."""
         if not initial_states:
             logwarn("Attempting to set initial state of a state machine to an empty list.")
             return

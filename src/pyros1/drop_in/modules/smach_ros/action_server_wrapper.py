@@ -143,7 +143,7 @@ class ActionServerWrapper:
 
     def preempt_cb(self) -> None:
         """Preempt the container; the action server calls this when a client cancels the goal, or sends another one."""
-        self.wrapped_container.request_preempt()  # even if it is just about to run
+        self.wrapped_container.request_preempt()  # even if the container is just about to run
 
 
 __all__ = ["ActionServerWrapper"]

@@ -47,7 +47,7 @@ class IntrospectionClient:
             path: path of the container.
             initial_states: labels of the states.
             initial_userdata: added to the container's userdata; servers of pyros1 take plain values only.
-            timeout: how long to wait for the server's confirmation; None: do not wait, so that the container may
+            timeout: how long to wait for the server's confirmation; None not to wait, so that the container may
                 start before the server knows.
 
         Returns:
@@ -91,7 +91,7 @@ class ContainerProxy:
         self._container = container
         self._path = path
         self._lock = threading.Lock()
-        self._stopped = False  # needed because the container still calls this object
+        self._stopped = False  # set by stop(), after which the container still calls this object
         self._structure_pub = rospy.Publisher(server_name + STRUCTURE_TOPIC, SmachContainerStructure, queue_size=100)
         self._status_pub = rospy.Publisher(server_name + STATUS_TOPIC, SmachContainerStatus, queue_size=100)
         self._init_cmd = rospy.Subscriber(
@@ -144,14 +144,14 @@ class ContainerProxy:
             return
         unknown = [label for label in command.initial_states if label not in self._container.get_children()]
         if unknown or not command.initial_states:
-            rospy.logerr("Cannot begin with states %s: '%s' does not have them.", command.initial_states, self._path)
+            rospy.logerr("Cannot begin with states %s: '%s' has no such states.", command.initial_states, self._path)
             return
         userdata = UserData()
         try:
             for key, value in decode(command.local_data).items():
                 userdata[key] = value
         except ValueError as error:
-            rospy.logwarn("The userdata of a command for '%s' is left out: %s", self._path, error)
+            rospy.logwarn("The userdata in a command for '%s' is ignored: %s", self._path, error)
         rospy.logdebug("Setting initial state in smach path '%s' to %s.", self._path, command.initial_states)
         self._container.set_initial_state(list(command.initial_states), userdata)
         self.publish_status("INITIAL STATE")

@@ -56,7 +56,7 @@ def decode(text: str) -> dict[str, Any]:
     try:
         data = base64.b64decode(text, validate=True)
     except (binascii.Error, ValueError):
-        data = text.encode("latin-1", "replace")  # older senders leave the base64 out
+        data = text.encode("latin-1", "replace")  # older senders do not use base64
     try:
         _check_safety(data)
         values = _PlainUnpickler(io.BytesIO(data)).load()
@@ -98,7 +98,7 @@ def _check_safety(data: bytes) -> None:
             depth = 1 + max((deep for deep, _ in parts), default=0)
             size = 1 + sum(size for _, size in parts)
             if op.name in _HASHED and (depth > _MAX_DEPTH or size > max(len(data), _MAX_SIZE)):
-                raise ValueError("too deep, or the same value too often")
+                raise ValueError("nested too deeply, or the same value is repeated too often")
             stack += [(depth, size)] * len(op.stack_after)
 
 

@@ -85,7 +85,7 @@ class SimpleActionState(CallState):
         if not self._wait_for_server():
             if self.preempt_requested() or rospy.is_shutdown():
                 return self._finish_preempted()
-            rospy.logerr("Action server '%s' is not there.", self._action_name)
+            rospy.logerr("Action server '%s' is not available.", self._action_name)
             return "aborted"
         self._status = self.INACTIVE
         goal = self._make_message(ud)

@@ -31,9 +31,9 @@ class CallState(State):
     Args:
         message_names: names of both messages for error messages: ("goal", "result") or ("request", "response").
         default: the message to send if nothing changes it.
-        sent: for the message to send: userdata key of the whole message; keys that are fields of it; function that
-        changes it.
-        received: for the received message: the same, except that the function only reads the message.
+        sent: how the message to send is built: the userdata key of the whole message; the userdata keys that are
+            fields of the message; and a function that changes the message.
+        received: the same for the received message, except that the function only reads that message.
         keys: additional input keys, output keys and outcomes.
     """
 

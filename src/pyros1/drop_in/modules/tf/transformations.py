@@ -7,7 +7,8 @@ import numpy
 from pyros1.tf.rotation import EPS as _EPS
 from pyros1.tf.transformations import *  # noqa: F403  like stock: all its functions
 
-# Euler angles: the first axis, whether the order of axes is odd, the first is repeated at the end, and axes rotate.
+# Name of Euler angles -> index of the first axis; then 0 or 1 each: whether the order of the axes is odd, whether the
+# first axis is repeated at the end, and whether the axes rotate.
 _NEXT_AXIS = [1, 2, 0, 1]
 _AXES2TUPLE = {
     frame + "xyz"[first] + "xyz"[_NEXT_AXIS[first + odd]] + "xyz"[first if again else _NEXT_AXIS[first - odd + 1]]: (
@@ -21,6 +22,6 @@ _AXES2TUPLE = {
     for odd in (0, 1)
     for again in (0, 1)
 }
-# About axes that rotate, angles are applied in reverse order: the name is read from its end.
+# About axes that rotate, angles are applied in reverse order: the name is read from the end.
 _AXES2TUPLE |= {"r" + name[:0:-1]: (*parts[:3], 1) for name, parts in _AXES2TUPLE.items()}
 _TUPLE2AXES = {parts: name for name, parts in _AXES2TUPLE.items()}

@@ -1,7 +1,7 @@
 """tf2_geometry_msgs, by pyros1: transforms messages of geometry_msgs to other frames
 (https://wiki.ros.org/tf2_geometry_msgs).
 
-Importing it registers them for `tf2_ros.Buffer.transform`.
+Importing this module registers these messages for `tf2_ros.Buffer.transform`.
 """
 
 import copy

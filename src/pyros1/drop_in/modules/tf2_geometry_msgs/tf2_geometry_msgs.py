@@ -1,6 +1,6 @@
 """Transforms messages of geometry_msgs to other frames, and registers the functions with tf2_ros.
 
-Stock uses PyKDL. Like there, the results have the transform's header.
+Stock uses PyKDL. As in stock, the results have the transform's header.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ def transform_to_kdl(t: Any) -> Any:
     try:
         import PyKDL  # type: ignore[import-not-found]
     except ImportError:
-        raise ImportError("transform_to_kdl needs PyKDL, which is not installed; pyros1 does without it") from None
+        raise ImportError("transform_to_kdl needs PyKDL, which is not installed; pyros1 itself does without") from None
     v, q = t.transform.translation, t.transform.rotation
     return PyKDL.Frame(PyKDL.Rotation.Quaternion(q.x, q.y, q.z, q.w), PyKDL.Vector(v.x, v.y, v.z))
 

@@ -22,7 +22,7 @@ class BufferCore:
     frames between two frames have in common.
 
     Args:
-        cache_time: the Duration for which transforms are kept, before the newest one of the same frame.
+        cache_time: how long transforms are kept: a Duration before the newest transform of the same frame.
     """
 
     def __init__(self, cache_time: Any = _TEN_SECONDS) -> None:

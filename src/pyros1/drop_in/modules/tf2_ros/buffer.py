@@ -16,7 +16,7 @@ DEFAULT_CAN_TRANSFORM_POLLING_SCALE = 0.01
 _NO_WAIT = rospy.Duration(0.0)
 _MAX_JUMP = rospy.Duration(3)
 _MIN_POLL, _MAX_POLL = 0.001, 0.02
-"""Seconds of wall time after which a wait checks the node's time again; the transform ends it immediately."""
+"""Seconds of wall time between checks of the node's time, while a lookup waits for a transform."""
 
 
 class Buffer(tf2.BufferCore, tf2_ros.buffer_interface.BufferInterface):

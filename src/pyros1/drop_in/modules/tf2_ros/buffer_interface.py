@@ -55,7 +55,7 @@ class BufferInterface:
         timeout: Any = _NO_WAIT,
         new_type: Any = None,
     ) -> Any:
-        """Transform data to another frame at another time, assuming that ``fixed_frame`` is fixed. See `transform`."""
+        """Transform data to another frame at another time, if ``fixed_frame`` does not move. See `transform`."""
         do_transform = self.registration.get(type(object_stamped))
         header = object_stamped.header
         transformed = do_transform(
@@ -77,7 +77,7 @@ class BufferInterface:
         fixed_frame: str,
         timeout: Any = _NO_WAIT,
     ) -> Any:
-        """Return where ``source_frame`` was, with two times; to be overridden."""
+        """Return the pose of ``source_frame`` in ``target_frame``, each at its own time; to be overridden."""
         raise NotImplementedException()
 
     def can_transform(self, target_frame: str, source_frame: str, time: Any, timeout: Any = _NO_WAIT) -> Any:
@@ -157,15 +157,15 @@ class ConvertRegistration:
         self.__convert_map[key] = callback
 
     def get_from_msg(self, key: Any) -> Callable[[Any], Any]:
-        """Return a registered function; raises TypeException if there is none."""
+        """Return the function that creates an object of type ``key`` from a message; raises TypeException."""
         return _get_registered(self.__from_msg_map, key)
 
     def get_to_msg(self, key: Any) -> Callable[[Any], Any]:
-        """Return a registered function; raises TypeException if there is none."""
+        """Return the function that creates a message from an object of type ``key``; raises TypeException."""
         return _get_registered(self.__to_msg_map, key)
 
     def get_convert(self, key: Any) -> Callable[[Any], Any]:
-        """Return a registered function; raises TypeException if there is none."""
+        """Return the direct conversion for a pair of types (from, to); raises TypeException."""
         return _get_registered(self.__convert_map, key)
 
 

@@ -32,9 +32,9 @@ class StaticTransformBroadcaster:
         """Publish a geometry_msgs/TransformStamped, or a list of them."""
         with self._lock:
             for item in transform if isinstance(transform, (list, tuple)) else [transform]:
-                self._sent[item.child_frame_id] = copy.deepcopy(item)  # programs reuse the same object
+                self._sent[item.child_frame_id] = copy.deepcopy(item)  # programs may change the object later
             self._changes += 1
             published = 0
-            while published != self._changes:  # again if a handler has sent more: the last message counts
+            while published != self._changes:  # the last message must have all, also a handler's
                 published = self._changes
                 self.pub_tf.publish(TFMessage(list(self._sent.values())))

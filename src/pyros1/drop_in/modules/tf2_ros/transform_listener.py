@@ -46,7 +46,7 @@ class TransformListener:
             BufferCore.set_transform_static,
         )
         options: dict[str, Any] = {"queue_size": queue_size, "buff_size": buff_size, "tcp_nodelay": tcp_nodelay}
-        # A program's own callback gets messages.
+        # If a subclass overrides a callback, the callbacks get messages instead of rows.
         has_standard_callbacks = self._accepts_whole_messages and (type(self).callback, type(self).static_callback) == (
             TransformListener.callback,
             TransformListener.static_callback,

@@ -1,6 +1,6 @@
 """tf2_sensor_msgs, by pyros1: transforms point clouds to other frames (https://wiki.ros.org/tf2_sensor_msgs).
 
-Importing it registers them for `tf2_ros.Buffer.transform`.
+Importing this module registers point clouds for `tf2_ros.Buffer.transform`.
 """
 
 import rospy

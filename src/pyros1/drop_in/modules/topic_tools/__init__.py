@@ -19,7 +19,7 @@ class LazyTransport(rospy.SubscribeListener):
 
     def __init__(self) -> None:
         self._publishers: list[rospy.Publisher] = []
-        self._connection_status: bool | None = None  # None: never yet
+        self._connection_status: bool | None = None  # None until the first subscriber connects
         rospy.Timer(rospy.Duration.from_sec(_WARNING_DELAY), self._warn_never_subscribed_cb, oneshot=True)
 
     def _warn_never_subscribed_cb(self, timer_event: Any) -> None:

@@ -261,7 +261,7 @@ class Graph:
         return uri
 
     def _name_of(self, destination: str) -> str | None:
-        """Return the name of the node at the other end; subscribers only report the address of that node."""
+        """Return the name of the node at the other end, given its name, or its address (from a subscriber)."""
         if not destination.startswith("http://"):
             return destination
         if destination not in self.uri_node_map:

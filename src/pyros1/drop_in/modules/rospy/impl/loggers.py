@@ -106,23 +106,23 @@ def _make_log_functions(level: int, base_name: str, name: str = "rosout") -> lis
         _emit(name, level, sys._getframe(1), msg, args, kwargs)
 
     def throttle(period: float, msg: Any, *args: Any, **kwargs: Any) -> None:
-        """Log a message, from this line of the program at most every ``period`` seconds."""
+        """Log a message. This line of the program logs at most one message in ``period`` seconds."""
         frame = sys._getframe(1)
         if _may_log_again(_call_site(frame), period):
             _emit(name, level, frame, msg, args, kwargs)
 
     def identical(period: float, msg: Any, *args: Any, **kwargs: Any) -> None:
-        """Log a message, but the same one from this line of the program at most every ``period`` seconds."""
+        """Log a message. This line of the program logs the same message again only after ``period`` seconds."""
         frame = sys._getframe(1)
         call_site = _call_site(frame)
-        if _is_new_text(call_site, msg):  # without its arguments, like stock
+        if _is_new_text(call_site, msg):  # compares the text without arguments, like stock
             _may_log_again(call_site, 0)
         elif not _may_log_again(call_site, period):
             return
         _emit(name, level, frame, msg, args, kwargs)
 
     def once(msg: Any, *args: Any, **kwargs: Any) -> None:
-        """Log a message, from this line of the program only once."""
+        """Log a message. This line of the program logs only the first time that it is executed."""
         frame = sys._getframe(1)
         if _is_first(_call_site(frame)):
             _emit(name, level, frame, msg, args, kwargs)

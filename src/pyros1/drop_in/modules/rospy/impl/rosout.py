@@ -88,7 +88,7 @@ class RosOutHandler(logging.Handler):
 
     def emit(self, record: logging.LogRecord) -> None:
         """Write one record."""
-        text = self.format(record)  # arguments that do not fit raise in the program, as in stock
+        text = self.format(record)  # wrong arguments raise an error in the program, as in stock
         destinations = ALL_DESTINATIONS if self._writes_locally else _ROSOUT_ONLY
         try:
             _pass_on(self._log, record, text, destinations)
@@ -171,7 +171,7 @@ def guarded(callback: Callable[[Any], object], original: object) -> Callable[[An
 
     Args:
         callback: called with each message.
-        original: the callback that the program passed, for the message.
+        original: the callback that the program passed, for the error message.
     """
 
     def call(message: Any) -> None:

@@ -5,5 +5,5 @@ from rospy.impl.tcpros_base import DEFAULT_BUFF_SIZE
 
 __all__ = ["DEFAULT_BUFF_SIZE"]
 
-_OWN = "pyros1's nodes take connections themselves; see Publisher.impl and rospy.impl.tcpros_base"
+_OWN = "pyros1's nodes accept connections themselves; see Publisher.impl and rospy.impl.tcpros_base"
 __getattr__ = missing("rospy.impl.tcpros", get_tcpros_handler=_OWN, init_tcpros=_OWN)

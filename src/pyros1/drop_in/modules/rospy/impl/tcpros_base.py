@@ -26,7 +26,7 @@ from rospy.service import ServiceException
 
 DEFAULT_BUFF_SIZE = 65536
 TCPROS = "TCPROS"
-_REASON = "pyros1's nodes take connections themselves; see Publisher.impl and Subscriber.impl"
+_REASON = "pyros1's nodes accept connections themselves; see Publisher.impl and Subscriber.impl"
 _HEADER_TIMEOUT = 60.0
 _LENGTH = struct.Struct("<I")
 Read = Callable[[int], bytes]
@@ -112,7 +112,7 @@ class TCPROSServiceClient(TCPROSTransportProtocol):
 
 
 def _receive_with_length(read: Read) -> bytes:
-    """Receive a number of bytes that is sent in front of them."""
+    """Receive the length of the bytes that follow, and then these bytes, which are returned."""
     (size,) = _LENGTH.unpack(read(_LENGTH.size))
     if size > MAX_MESSAGE_SIZE:
         raise TransportException(f"{size} bytes are too many for a message")
@@ -152,7 +152,7 @@ class TCPROSTransport(Transport):
         Args:
             dest_addr, dest_port: host and port to connect to.
             endpoint_id: the other side's URI.
-            timeout: seconds for this and each later wait; None: no limit.
+            timeout: seconds for this wait and each later one; None for no limit.
 
         Raises:
             TransportInitError: the connection could not be established.

@@ -244,7 +244,7 @@ class ServiceProxy(_Service):
     """
 
     __getattr__ = members(
-        "ServiceProxy", "pyros1's nodes have the connections; see close()", frozenset(["transport", "protocol"])
+        "ServiceProxy", "pyros1's nodes manage the connections; see close()", frozenset(["transport", "protocol"])
     )
 
     def __init__(
@@ -352,7 +352,7 @@ def wait_for_service(service: str, timeout: Any = None) -> None:
 
     Args:
         service: name of the service.
-        timeout: seconds or a Duration; None: no limit.
+        timeout: seconds or a Duration; None for no limit.
 
     Raises:
         ROSException: the service was not provided in time.
@@ -366,7 +366,7 @@ def wait_for_service(service: str, timeout: Any = None) -> None:
         raise ROSInterruptException("rospy shutdown")
     service = as_text(service) or "/"
     name = resolve_name(service)
-    if seconds is not None and not seconds > 0:  # the remaining time until a deadline that has passed
+    if seconds is not None and not seconds > 0:  # the caller's deadline has already passed
         raise ROSException(f"timeout exceeded while waiting for service {name}")
     limit = None if seconds == float("inf") else seconds
     try:

@@ -1,4 +1,4 @@
-"""``Publisher.impl`` and ``Subscriber.impl``: the connections of a topic, for programs that inspect them."""
+"""``Publisher.impl`` and ``Subscriber.impl``: for programs that inspect the connections of a topic."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from pyros1.drop_in.missing import members
 from pyros1.drop_in.process import PROCESS
 from rospy.exceptions import ROSException
 
-_SOCKET_REASON = "pyros1's nodes have the sockets, one thread for all, and none within a process"
+_SOCKET_REASON = "pyros1's nodes manage the sockets, and use none within a process"
 _SOCKET_MEMBERS = frozenset(
     ["socket", "fileno", "protocol", "local_endpoint", "remote_endpoint", "cleanup_cb", "read_buff", "write_buff"]
 )
-_LOCK_REASON = "messages are sent without a lock of the topic"
+_LOCK_REASON = "pyros1's topics have no lock for sending"
 _LOCK_MEMBERS = frozenset(["acquire", "release", "c_lock", "publock", "buff", "seq", "latch"])
 
 

@@ -57,7 +57,7 @@ class Transport:
         raise NotImplementedError
 
     def set_cleanup_callback(self, cleanup_callback: Callable[[Any], object]) -> None:
-        """Call a function with this object when it is closed."""
+        """Call a function with this object when the connection is closed."""
         self.cleanup_cb = cleanup_callback
 
     def get_transport_info(self) -> str:

@@ -10,12 +10,12 @@ def stock_error_for(error: SerializationError) -> Exception:
     """Return the error that stock's publishers raise.
 
     In stock, a value of a completely different type than its field, such as bytes instead of a text or None instead of
-    a message, causes an AttributeError, and a text that cannot be encoded as UTF-8 a UnicodeEncodeError; programs catch
-    these. pyros1's error, which names the field, is their context.
+    a message, causes an AttributeError. A text that cannot be encoded as UTF-8 causes a UnicodeEncodeError. Programs
+    catch these errors, so they are raised here, too. pyros1's error, which names the field, is their context.
     """
     cause: BaseException | None = error
     while isinstance(cause, SerializationError):
-        if isinstance(cause, OverflowError):  # a float
+        if isinstance(cause, OverflowError):  # a number that is too large for a float field
             return OverflowError(str(error))
         cause = cause.__cause__ or cause.__context__
     if isinstance(cause, AttributeError) and (cause.name != "encode" or hasattr(cause.obj, "__len__")):
