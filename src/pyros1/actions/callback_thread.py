@@ -19,8 +19,8 @@ class CallbackThread:
     Args:
         name: the thread's name.
         log: the log for exceptions raised by callbacks.
-        check: called every half second while no callback is queued, after `keep_checking` was called, until it returns
-            False.
+        check: after a call of `keep_checking`, this is called every half second while no callback is queued, until it
+            returns False.
     """
 
     def __init__(self, name: str, log: Log, check: Callable[[], bool] = lambda: False) -> None:
@@ -56,7 +56,7 @@ class CallbackThread:
         while True:
             self._callback_added.wait_for(lambda: self._queue, _IDLE_TIMEOUT)
             if not self._queue:
-                self._check_requested = False  # before the check, so that a request during it causes another check
+                self._check_requested = False  # before the check: a request during the check causes another one
                 check_again = self._check()
             with self._lock:
                 if not self._queue:

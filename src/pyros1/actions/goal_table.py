@@ -65,7 +65,7 @@ class GoalTable(Generic[_T]):
         return next((goal for goal in self.goals if goal.status.goal_id.id == name), None)
 
     def find_arrived(self, name: str, now: Time) -> tuple[_T | None, bool]:
-        """Find the known goal with an arriving goal's name; mark it as recalled if it was cancelled before its arrival.
+        """Find the known goal with the name of an arriving goal; mark it as recalled if it was cancelled in advance.
 
         Returns:
             The known goal, or None; and whether it was marked as recalled, in which case the client needs a result now.
@@ -92,7 +92,8 @@ class GoalTable(Generic[_T]):
         """Remove and return the goals that ended more than ``keep_duration`` ago.
 
         Must be called at each change, and at regular intervals. When simulated time has jumped back, as when a bag is
-        replayed, goals that ended later count as having ended now, and a later `last_cancel` is set back to now.
+        replayed, goals whose end is in the future count as having ended now, and a `last_cancel` in the future is set
+        to now.
         """
         if now < self._last_time:
             self.last_cancel = min(self.last_cancel, now)

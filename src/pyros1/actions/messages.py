@@ -58,8 +58,8 @@ def subscribe_direct(
 
 
 def links_of_node(links: Iterable[Any], name: str, name_of: Callable[[Any], str | None]) -> frozenset[object]:
-    """Return the links to one node, as other nodes may only be listening; all links if none leads to it, as with a
-    relay.
+    """Return the links to one node, since other nodes may only be listening. If no link leads to that node, as with
+    a relay, return all links.
 
     Args:
         links: the links of a publisher or subscriber.

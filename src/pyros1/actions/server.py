@@ -34,7 +34,7 @@ class Server:
         node: the node used for communication and time.
         name: name of the action.
         action: the action's class, such as FibonacciAction, or the name of its type, "actionlib_tutorials/Fibonacci".
-        on_goal: called with each new `ServerGoal`, which it accepts or rejects, now or later.
+        on_goal: called with each new `ServerGoal`, which must be accepted or rejected, in this callback or later.
         on_cancel: called with each goal that a client asks to cancel; its ``cancel_requested`` is already set.
         frequency: number of status messages per second; one is also sent after every change.
         kept: seconds for which a goal's status is still published after the goal has ended.

@@ -63,7 +63,7 @@ class Messages(Generic[_M]):
         if self._limit is None and inbox.is_full(MAX_PENDING):
             self._full_inboxes.add(inbox)
             if not inbox.is_full(MAX_PENDING // 2):
-                self._full_inboxes.discard(inbox)  # the loop has emptied the inbox, perhaps before it was added
+                self._full_inboxes.discard(inbox)  # the loop has emptied the inbox, perhaps before the set contained it
         if not self._is_wake_scheduled:
             self._is_wake_scheduled = True
             self._wake()
@@ -87,7 +87,7 @@ class Messages(Generic[_M]):
 
     @property
     def wants_newest(self) -> bool:
-        """Whether older messages are dropped for newer ones, which must then be received while the loop is busy."""
+        """Whether newer messages replace older ones, so that they must be received even while the loop is busy."""
         return self._limit is not None and not self._urgent
 
     @property
@@ -105,7 +105,7 @@ class Messages(Generic[_M]):
             self._ended = True
 
     def attach(self, subscriber: Subscriber[_M]) -> None:
-        """Set the handle of the subscription, for which messages may already have arrived. Thread-safe."""
+        """Set the handle of the subscription, which may already have received messages. Thread-safe."""
         self._subscriber = subscriber
         if self._abandoned:
             subscriber.unregister()

@@ -41,8 +41,8 @@ _INTERRUPTED_EXIT_CODE = 130
 class _Signals(SignalHandlers):
     """Signal handlers that replace those of asyncio, which cancel the main task and print a KeyboardInterrupt.
 
-    A second signal ends the program from its loop, so that tasks are cancelled properly; a third one ends it
-    immediately.
+    A second signal ends the program from within the asyncio loop, so that tasks are cancelled properly; a third one
+    ends the program immediately.
     """
 
     loop: asyncio.AbstractEventLoop | None = None
@@ -140,7 +140,8 @@ class Node:
             self._node = await asyncio.to_thread(self._create_node)
         except BaseException as error:
             if self._starting_node is not None:
-                self._request_shutdown("the program no longer waits for it")  # the thread outlives a cancellation
+                # A cancellation does not stop the thread that creates the node.
+                self._request_shutdown("the program no longer waits for the node")
             if self._signals is not None:
                 self._stop_polling_signals()
                 self._signals.restore()

@@ -86,7 +86,7 @@ class SearchPath(_Strings):
     def __iter__(self) -> Iterator[str]:
         """Iterate over the entries, after putting our finder back into the import system's cache.
 
-        The import system calls this before each search, and may have discarded its finders.
+        The import system calls this before each search, and may have discarded the finders in its cache.
         """
         sys.path_importer_cache.setdefault(_PATH_ENTRY, self.modules)
         return super().__iter__()

@@ -30,7 +30,7 @@ class LogFile:
         self._max_size = max_size
         self._num_backups = num_backups
         self._file: FileIO | None = None
-        self._is_line_incomplete = False  # the file ends with part of a line
+        self._is_line_incomplete = False  # whether the file ends with part of a line
         self._num_lost = 0
         self._failure_reason = ""
         self._retry_at = 0.0  # monotonic time

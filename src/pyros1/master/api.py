@@ -23,7 +23,7 @@ LogFunction = Callable[[str, str], object]
 
 Response = tuple[str, Any]
 _TOPIC_TYPES_RECORD: Final = "topicTypes"
-"""The name of a record that holds the types of topics; the API has no such method."""
+"""The method name in the journal's records that hold the types of topics. The API has no such method."""
 
 
 class MasterApi:

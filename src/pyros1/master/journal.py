@@ -154,12 +154,12 @@ class Journal:
         self._on_problem = on_problem
         self._lock_descriptor = _lock_file(path.with_suffix(".lock"))
         self._actions: queue.SimpleQueue[tuple[str, bytes]] = queue.SimpleQueue()
-        self._lookahead: tuple[str, bytes] | None = None  # already taken from the queue, to be processed next
+        self._lookahead: tuple[str, bytes] | None = None  # taken from the queue, to be processed next
         self._queued_bytes = 0  # total so far; changed only by the loop
         self._written_bytes = 0  # total so far; changed only by the writer thread
         self._initial_size = self._added_size = 0  # bytes of the initial state and of the changes in the file
         self._is_broken = False
-        self._has_gap = False  # a change was dropped, so later changes must not be written
+        self._has_gap = False  # whether a change was dropped, so that later changes must not be written
         self._descriptor = -1
         self._thread = threading.Thread(target=self._run, name="master: journal", daemon=True)
         self._thread.start()

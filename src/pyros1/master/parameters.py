@@ -143,7 +143,7 @@ class Parameters:
         del branch[path[-1]]
 
     def search(self, namespace: str, key: str) -> str | None:
-        """Search for a key from a namespace upwards; only its first part has to exist (M52).
+        """Search for a key from a namespace upwards; only the first part of the key has to exist (M52).
 
         Returns:
             The full key, or None if it was not found.
@@ -215,7 +215,7 @@ def param_updates(subscribers: Members, key: str, value: Any, caller: str | None
 def _affected_keys(subscribers: Members, changed_key: str, value: Any) -> list[str]:
     """Return the subscribed keys at and above a change, and those below it if the new value is a branch.
 
-    All subscribed keys are only examined for a branch, since there may be thousands of subscriptions.
+    All subscribed keys are examined only if the new value is a branch, since there may be thousands of subscriptions.
     """
     parts = changed_key.split(SEP)
     prefixes = [SEP.join(parts[:count]) or SEP for count in range(1, len(parts))]

@@ -59,7 +59,7 @@ class RegisteredNode(NamedTuple):
 @dataclass(slots=True)
 class _Node:
     api: str
-    replaced_api: str = ""  # API URI of the node of the same name that it replaced
+    replaced_api: str = ""  # API URI of the node of the same name that this node replaced
     publications: set[str] = field(default_factory=set)
     subscriptions: set[str] = field(default_factory=set)
     services: set[str] = field(default_factory=set)
@@ -168,9 +168,9 @@ class Registry:
     def subscribe_param(self, node: str, key: str, api: str) -> list[Notice]:
         """Subscribe a node to changes at, above and below a key (M29); return the notices.
 
-        A node that was replaced and has been asked to shut down is not registered again; it only reads the value. In
-        stock, it would take the name back, and the new node would be shut down as well: roscpp nodes often read
-        `/tcp_keepalive` at that moment, for a connection that they accept.
+        A node that was replaced and has been asked to shut down is not registered again; it only reads the value. With
+        the stock master, the replaced node would take the name back, and the new node would be shut down as well. This
+        happens to roscpp nodes, which often read `/tcp_keepalive` at that moment, for a connection that they accept.
         """
         entry = self._nodes.get(node)
         if entry is not None and api == entry.replaced_api:
@@ -281,7 +281,7 @@ class Registry:
         if entry is not None:
             notices = self._purge(node, entry)
             if not any(other.api == entry.api for name, other in self._nodes.items() if name != node):
-                # Otherwise the old node has exited, and another node is now using its port.
+                # If another node is registered with the old URI, the old node has exited, and its port is used again.
                 reason = f"[{node}] Reason: new node registered with same name"
                 notices = [Notice(entry.api, node, "shutdown", reason), *notices]
         self._nodes[node] = _Node(api, entry.api if entry is not None else "")

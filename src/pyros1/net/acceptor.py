@@ -22,7 +22,7 @@ RETRY_DELAY: Final = 0.2
 """Seconds to wait after a failed attempt, since the system would report the waiting peer again immediately."""
 REPORT_INTERVAL: Final = 60.0
 """Seconds without a failure after which the next failure is reported again."""
-_MAX_CONNECTIONS_PER_TURN: Final = 64  # then the loop serves its other sockets
+_MAX_CONNECTIONS_PER_TURN: Final = 64  # after these, the loop serves its other sockets
 
 
 def is_out_of_files(error: BaseException | None) -> bool:
@@ -107,5 +107,5 @@ class Acceptor:
 
 def _file_limit_hint() -> str:
     """Return the limit of open files and how to change it; an empty string if the system does not report it."""
-    # The module resource cannot be used: importing it now would open a file.
+    # The module `resource` cannot be used here: importing that module would open a file.
     return f". The limit of open files is {os.sysconf('SC_OPEN_MAX')}: see ulimit -n" if hasattr(os, "sysconf") else ""

@@ -127,7 +127,7 @@ class Allowlist:
                 return True
             sock.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, _LINGER_RESET)
         except OSError:
-            pass  # it is closed already
+            pass  # the peer has closed the connection already
         sock.close()
         return False
 

@@ -46,7 +46,7 @@ class BackgroundWriter:
         self._size = 0  # approximate: several threads update it, and each write resets it to 0
         self._num_dropped_lines = 0
         self._flush_events: deque[Event] = deque()  # events to set as soon as all earlier items are written
-        self._is_stuck = False  # a flush timed out, and its lines are still not written
+        self._is_stuck = False  # whether a flush timed out, and its lines are still not written
         self._idle_token = [True]  # holds an item while no thread runs, see node/strand.py
         self._thread: threading.Thread | None = None  # the thread that was started last
         self._new_items = Condition()
@@ -111,7 +111,7 @@ class BackgroundWriter:
         if thread is not threading.current_thread():
             self._wait_for_end(timeout + 2 * _POLL_INTERVAL)
             if thread is not None and self._idle_token:
-                thread.join(_POLL_INTERVAL)  # it is about to exit
+                thread.join(_POLL_INTERVAL)  # the thread is about to exit
         remaining = self._take_items() if self._idle_token else []
         if remaining:
             self._write_items(remaining, self._is_out_of_time)
@@ -176,7 +176,7 @@ def write_to_terminal(items: list[Item], should_stop: ShouldStop) -> None:
     """Write to this process's stdout and stderr, ignoring errors."""
     for stream_name, text in items:
         stream = getattr(sys, stream_name, None)
-        # The stream below a command's filter (cli/clean_output.py): log lines need no filtering.
+        # Use the stream below a command's filter (cli/clean_output.py): log lines need no filtering.
         stream = getattr(stream, "underlying", stream)
         if stream is None:
             continue

@@ -57,7 +57,7 @@ def blocking_connect(host: str, port: int, seconds: float, check: Callable[[], o
             if not isinstance(error, OSError):
                 raise
             check()
-            if not isinstance(last_error, ConnectionRefusedError):  # more informative than a missing route
+            if not isinstance(last_error, ConnectionRefusedError):  # a refusal is more informative than a missing route
                 last_error = error
         else:
             return sock

@@ -75,8 +75,8 @@ class ConnectHandle:
         self._try_next(0)
 
     def _try_next(self, last_error_code: int) -> None:
-        """Try the remaining addresses in order. If all fail and any has refused the connection, report that error, as
-        it is the most informative.
+        """Try the remaining addresses in order. If all fail, report a refusal of the connection if there was one,
+        since that error is the most informative.
         """
         self._is_any_refused = self._is_any_refused or last_error_code == errno.ECONNREFUSED
         while self._addresses:

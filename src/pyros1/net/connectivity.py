@@ -47,7 +47,7 @@ def connectivity_hint(host: str, error: BaseException | None, own_host: str = ""
 
 
 def _loopback_hint(host: str, causes: list[BaseException], own_host: str) -> str:
-    if any(isinstance(cause, DeadlineError) for cause in causes):  # an exited process is noticed immediately
+    if any(isinstance(cause, DeadlineError) for cause in causes):  # the process exists: an exit is noticed immediately
         return "It hangs or is stopped: kill -CONT PID resumes a stopped process (state T in ps)"
     exited_hint = "Has it exited? Then run: pyros1 node cleanup"
     if is_loopback(own_host):

@@ -85,7 +85,7 @@ class _EpollSelector:
         return (self._in_mask if events & READ else 0) | (self._out_mask if events & WRITE else 0)
 
     def _from_epoll(self, mask: int) -> int:
-        # An error or hang-up is reported as both: reading or writing then raises the error.
+        # An error or hang-up is reported as both READ and WRITE: reading or writing then raises the error.
         return (READ if mask & ~self._out_mask else 0) | (WRITE if mask & ~self._in_mask else 0)
 
 
@@ -344,7 +344,7 @@ class Loop:
             timeout = None
         callbacks = self._callbacks
         for fd, callback, mask in [(fd, callbacks.get(fd), mask) for fd, mask in self._wait(timeout)]:
-            # An earlier callback of this iteration may have unregistered this one, and even reused its descriptor.
+            # An earlier callback of this iteration may have unregistered this socket, and even reused its descriptor.
             if callback is not None and callbacks.get(fd) is callback:
                 try:
                     callback(mask)

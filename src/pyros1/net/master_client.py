@@ -112,7 +112,7 @@ class MasterClient:
                 f"export ROS_MASTER_URI={DEFAULT_MASTER_URI}"
             ) from None
         self._closed = False
-        self._lacks_multicall = False  # the master has no system.multicall
+        self._lacks_multicall = False  # whether the master has no system.multicall
 
     def close(self) -> None:
         """Close the connection; a call pending in another thread fails immediately."""

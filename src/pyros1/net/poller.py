@@ -114,7 +114,7 @@ class _SelectorBackend:
 
     def __init__(self) -> None:
         self._selector = selectors.DefaultSelector()
-        self._select_lock = threading.Lock()  # locked by the waiting thread
+        self._select_lock = threading.Lock()  # locked by the thread that waits in the selector
         self._changes: deque[tuple[int, bool, Event | None]] = deque()
         self._wake_receiver, self._wake_sender = socket.socketpair()
         self._wake_receiver.setblocking(False)
@@ -129,8 +129,8 @@ class _SelectorBackend:
     def remove(self, fd: int) -> None:
         removed = Event()
         self._request_change(fd, False, removed)
-        # Then its owner may close the descriptor. If no thread is waiting in the selector, the next that waits removes
-        # it first.
+        # After this, the owner may close the descriptor. If no thread is waiting in the selector now, the next thread
+        # that is about to wait there removes the descriptor first.
         while self._select_lock.locked() and not removed.wait(0.1):
             pass
 

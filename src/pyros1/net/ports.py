@@ -69,7 +69,7 @@ def listening_socket(bind: str, port: int = 0, ports: PortRange | None = None) -
     def open_socket(candidate: int) -> socket.socket:
         sock = socket.socket(_family(bind), socket.SOCK_STREAM)
         try:
-            if os.name == "posix":  # elsewhere it would allow two programs to use the same port
+            if os.name == "posix":  # elsewhere, the option would allow two programs to use the same port
                 sock.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
             if bind == "::":  # accept IPv4 as well, like stock
                 sock.setsockopt(socket.IPPROTO_IPV6, socket.IPV6_V6ONLY, 0)

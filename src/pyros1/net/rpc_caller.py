@@ -56,7 +56,7 @@ class _Peer:
         self.pending_connect: ConnectHandle | TimerHandle | None = None  # a timer while there are too many open files
         self.connect_error: Error | None = None  # the error while there are too many open files
         self.deadline_timer: TimerHandle | None = None
-        self.transfer_deadline = TransferDeadline(0.0)  # of the current call
+        self.transfer_deadline = TransferDeadline(0.0)  # the deadline of the current call
         self.idle_timer: TimerHandle | None = None
 
     def add(self, job: _Job) -> None:
@@ -173,7 +173,7 @@ class _Peer:
         except OSError as error:
             self._on_connection_lost(error.strerror or str(error))
             return
-        if self.current_job is None:  # the idle connection was closed, or sent unexpected bytes
+        if self.current_job is None:  # the peer has closed the idle connection, or sent unexpected bytes
             self._disconnect()
             self.caller.forget(self)
             self.caller.on_disconnect(self.uri)
@@ -241,7 +241,7 @@ class _Peer:
             if job is not None:
                 job.on_done(value, error)
         finally:
-            # The callback may have added a job, which has then been started already.
+            # If the callback has added a job, that job has been started already.
             if self.current_job is None:
                 self._start_next()
 
@@ -322,7 +322,7 @@ class RpcCaller:
         self.loop.run(self._close)
 
     def drop_idle(self) -> None:
-        """Close the idle connections; if there are none, call `make_room`. Called by the peers."""
+        """Close the idle connections; if there are none, call `make_room`. Called by `_Peer` objects."""
         idle_peers = [peer for peer in self._peers.values() if peer.idle_timer is not None]
         for peer in idle_peers:
             peer.drop_idle()
@@ -330,7 +330,7 @@ class RpcCaller:
             self.make_room()
 
     def forget(self, peer: _Peer) -> None:
-        """Remove the state of a URI that has no connection and no calls. Called by the peers."""
+        """Remove the state of a URI that has no connection and no calls. Called by `_Peer` objects."""
         if self._peers.get(peer.uri) is peer:
             del self._peers[peer.uri]
 

@@ -23,7 +23,7 @@ class Condition:
     def notify_all(self) -> None:
         """Wake all waiting threads. Call it after changing what they wait for."""
         for waiter in list(self._waiters):
-            with contextlib.suppress(RuntimeError):  # another call has released it already
+            with contextlib.suppress(RuntimeError):  # another call has released the lock already
                 waiter.release()
 
     def wait_for(self, predicate: Callable[[], object], timeout: float | None = None) -> bool:

@@ -30,14 +30,14 @@ yield_processor: Final[Callable[[], object]] = getattr(os, "sched_yield", lambda
 
 
 class PollGuard:
-    """Decides whether polling pays: not for a while after another program has interrupted it.
+    """Decides whether to poll. After another program has interrupted the polling, polling pauses for a while.
 
     A program that polls on a busy machine loses the processor for milliseconds, whereas a program that sleeps gets it
-    as soon as its data arrive. The pause doubles with each interruption soon after the last pause, so that a busy
-    machine is noticed at once, and a rare interruption costs little.
+    as soon as its data arrive. If another interruption follows soon after a pause, the next pause is twice as long. So
+    polling soon becomes rare on a busy machine, and a single interruption costs little.
 
     Attributes:
-        paused_until: time until which the caller should not poll, on its clock, in seconds.
+        paused_until: time until which the caller should not poll, in seconds on the caller's clock.
     """
 
     __slots__ = ("_interrupted_at", "_pause", "paused_until")

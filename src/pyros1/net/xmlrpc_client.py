@@ -43,12 +43,12 @@ class XmlRpcClient:
         self._path = "/" + uri.partition("://")[2].partition("/")[2]
         self._closed = False
         self._sock: socket.socket | None = None
-        self._lookup: HostLookup | None = None  # in progress
+        self._lookup: HostLookup | None = None  # the look-up in progress
         self._initialize_state()
 
     def _initialize_state(self) -> None:
         self._lock = threading.RLock()
-        self._is_call_running = False  # the thread that holds the lock is making a call
+        self._is_call_running = False  # whether the thread that holds the lock is making a call
         self._parser = ResponseParser()  # one for each connection: it remembers the form of the responses
         self._pid = os.getpid()
 
@@ -162,7 +162,7 @@ class XmlRpcClient:
         addresses = self._look_up_addresses(transfer_deadline)
         for index, address in enumerate(addresses):
             sock = socket.socket(socket.AF_INET6 if ":" in address else socket.AF_INET, socket.SOCK_STREAM)
-            self._sock = sock  # so that close() can interrupt
+            self._sock = sock  # so that close() can interrupt the attempt
             self._parser = ResponseParser()
             if self._closed:
                 raise OSError("closed")

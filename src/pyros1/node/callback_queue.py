@@ -15,7 +15,7 @@ class CallbackQueue:
     def __init__(self) -> None:
         self._callbacks: deque[Callable[[], object]] = deque()
         self._changed = Condition()
-        self._spinning_thread_id: int | None = None  # of the last thread that spun
+        self._spinning_thread_id: int | None = None  # the id of the thread that spun last
 
     def __len__(self) -> int:
         return len(self._callbacks)

@@ -25,8 +25,8 @@ POLL_INTERVAL = 0.3
 """Maximum number of seconds to wait for a tick of simulated time before checking again whether the node is shutting
 down."""
 TICK_TIMEOUT = 1.0
-"""Seconds without a tick of simulated time after which sleeps are interrupted while the node shuts down: the simulation
-may have exited first."""
+"""While the node shuts down, sleeps are interrupted after this many seconds without a tick of simulated time, since the
+simulation may have exited first."""
 
 
 class Clock:
@@ -102,7 +102,8 @@ class Clock:
         def must_wait() -> bool:
             nonlocal previous
             now = self._now
-            # Compared with `start`, not `previous`: two publishers of /clock may step back a little between ticks.
+            # Compared with `start`, not `previous`: with two publishers, /clock may step back a little between ticks,
+            # which is not a jump.
             if now < start:
                 raise TimeMovedBackwardsError((now - previous).to_sec())
             previous = now

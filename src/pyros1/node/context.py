@@ -32,7 +32,7 @@ _MAX_UNKNOWN_HOSTS = 1000
 
 
 class PublicationInterface(Protocol):
-    """The interface of a publication that other parts of the node use; see `publishing.publication.Publication`."""
+    """What other parts of the node use of a publication; see `publishing.publication.Publication`."""
 
     topic: str
 
@@ -48,7 +48,7 @@ class PublicationInterface(Protocol):
 
 
 class SubscriptionInterface(Protocol):
-    """The interface of a subscription that other parts of the node use; see `subscribing.subscription.Subscription`."""
+    """What other parts of the node use of a subscription; see `subscribing.subscription.Subscription`."""
 
     type: TopicType
     delivery: DeliveryLoop
@@ -61,7 +61,7 @@ class SubscriptionInterface(Protocol):
 
 
 class ServiceInterface(Protocol):
-    """The interface of a service that other parts of the node use; see `services.server.ServiceServer`."""
+    """What other parts of the node use of a service; see `services.server.ServiceServer`."""
 
     type: type[Any]
     uri: str
@@ -82,7 +82,7 @@ class Context:
         uri: URI of the node's slave API; empty until it is listening.
         address: the addresses to listen on and to advertise; None until they are known.
         allowlist: decides which hosts may connect; None admits all.
-        local_key: common key of the programs that can share memory with the node; empty if none can.
+        local_key: a key that all programs have that can share memory with the node; empty if none can.
         local_socket_name: returns the name of the Unix socket for these programs, or an empty string if there is none.
         local_room: maximum bytes of messages queued within the process beyond the publisher's ``queue_size``.
         stopping: set when the node starts to shut down, which ends every wait.

@@ -55,8 +55,8 @@ class Node(TopicMethods, ServiceMethods, TimeMethods):
     Args:
         name: base name, without namespace. ``__name:=`` on the command line replaces it.
         anonymous: whether to make the name unique by appending the process id and the time.
-        namespace: the namespace, such as ``/robot1``; None for that of ROS_NAMESPACE. ``__ns:=`` on the command line
-            takes precedence.
+        namespace: the namespace, such as ``/robot1``; None for the value of ROS_NAMESPACE. ``__ns:=`` on the command
+            line takes precedence.
         argv: command-line arguments with remappings, without the program's name; None for ``sys.argv[1:]``.
         callbacks: "inline" runs callbacks as messages arrive, each topic in its own thread (like rospy); "spin" queues
             them until the program calls `spin` or `spin_once` (like roscpp).
@@ -117,7 +117,7 @@ class Node(TopicMethods, ServiceMethods, TimeMethods):
         level = level_from_name(log_level)
         key = local_key(environ)
         self.master = MasterClient(self.name, self.master_uri)
-        # All arguments have been validated by now: the loop has sockets, which only `shutdown` closes.
+        # The loop is created after all arguments have been validated: it has sockets, which only `shutdown` closes.
         stopping = Event()
         self._clock = Clock(stopping)
         log_file = default_log_file(self.name, environ, special)
@@ -319,7 +319,7 @@ class Node(TopicMethods, ServiceMethods, TimeMethods):
             loop.call_soon(self._tcpros.close)
         loop_drained = threading.Event()
         loop.call_soon(loop_drained.set)
-        loop_drained.wait(2.0)  # by then, the calls queued before have been made, especially those that close sockets
+        loop_drained.wait(2.0)  # the loop makes the calls queued above first, especially those that close sockets
         loop.stop()
         self._sink.close()
 

@@ -78,7 +78,7 @@ class Registrar:
         self._uri = master_uri
         self._on_publishers = on_publishers
         self._on_restart = on_restart
-        self._can_be_looked_up = not set(": ") & set(context.name)  # masters refuse to look up such names
+        self._can_be_looked_up = not set(": ") & set(context.name)  # masters refuse to look up names that contain these
         self._registrations: dict[Call, None] = {}
         # Unregistrations to which the master did not respond: after an outage, it may still have the registrations.
         self._pending_unregistrations: dict[Call, None] = {}
@@ -86,8 +86,8 @@ class Registrar:
         self._changed = Condition()
         self._closed = False
         self._is_master_unreachable = False
-        self._is_outage_logged = False  # it has been logged that the master is unreachable
-        self._is_incomplete = False  # a restarted master does not have all registrations yet
+        self._is_outage_logged = False  # whether it has been logged that the master is unreachable
+        self._is_incomplete = False  # whether a restarted master still lacks some registrations
         self._thread = threading.Thread(target=self._run, name=f"{context.name}:registrar", daemon=True)
 
     def start(self) -> None:
@@ -95,7 +95,7 @@ class Registrar:
         self._thread.start()
 
     def register(self, method: str, *args: str) -> Any:
-        """Register a topic or service with the master; retry until it responds, and log once that it does not.
+        """Register a topic or service. Retry until the master responds; log once that it does not respond.
 
         Args:
             method: ``registerPublisher``, ``registerSubscriber`` or ``registerService``.
@@ -140,7 +140,7 @@ class Registrar:
         while not job.done.wait(0.5):
             if self._closed and not self._thread.is_alive():
                 if job.registration is not None:
-                    return 0  # `close` unregisters it
+                    return 0  # `close` unregisters everything
                 raise NodeShutdownError(f"{self._context.name} is shutting down")
         if job.error is not None:
             raise job.error
@@ -197,8 +197,8 @@ class Registrar:
             job.done.set()
 
     def _call(self, call: Call) -> Any:
-        """Call the master and return the result. A registration is repeated until the master responds; an
-        unregistration that it does not respond to is kept for later.
+        """Call the master and return the result. A registration is repeated until the master responds. If the
+        master does not respond to an unregistration, the call is kept for later.
         """
         while True:
             try:

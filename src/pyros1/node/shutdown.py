@@ -91,7 +91,7 @@ class Shutdown:
             try:
                 self._hooks.remove(hook)
             except ValueError:
-                return  # the hook was called with the others
+                return  # the thread that shuts down the node has called the hook
         hook()
 
     def end(self, reason: str = "") -> None:
@@ -157,5 +157,6 @@ class Shutdown:
             signal.signal(number, signal.SIG_DFL)
             os.kill(os.getpid(), number)
             return
-        # Not done in the handler, which may have interrupted anything: running hooks and closing everything takes time.
+        # The shutdown runs hooks and takes time, so it must not run in a signal handler, which may have interrupted
+        # anything.
         self._context.loop.call_soon(self.request, f"signal {number}")

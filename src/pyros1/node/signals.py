@@ -43,14 +43,14 @@ class SignalHandlers:
         install_handler(self._handle, numbers)
 
     def restore(self) -> None:
-        """Restore the previous handlers; after a signal, only once the next signal arrives.
+        """Restore the previous handlers. If a signal has been received, this happens only when the next one arrives.
 
         Handlers that were installed later remain.
         """
         if threading.current_thread() is not threading.main_thread():
             return
         if self.count:
-            # The handlers remain: another signal may follow the first immediately, and would abort the shutdown.
+            # Keep the handlers for now: the second of two signals in quick succession must not abort the shutdown.
             self._restores_on_next = True
             return
         for number, previous_handler in self._previous_handlers.items():
@@ -69,7 +69,7 @@ class SignalHandlers:
         is_first = is_counted and self.count == 1
         if callable(previous_handler) and not self._is_default(previous_handler):
             try:
-                previous_handler(number, frame)  # before the shutdown, since it may publish
+                previous_handler(number, frame)  # before the shutdown, since this handler may publish
             finally:
                 if is_first:
                     self._on_signal(number)

@@ -158,7 +158,7 @@ class SlaveApi:
             if not isinstance(uri, str):
                 problem = "publishers must be a list of strings"
             elif subscription is not None and subscription.has_publisher(uri):
-                valid_uris.append(uri)  # already checked: there may be thousands, and only one is new
+                valid_uris.append(uri)  # checked in an earlier call; among thousands of URIs, often only one is new
             else:
                 try:
                     parse_uri(uri)
@@ -212,7 +212,7 @@ class SlaveApi:
         if not isinstance(reason, str):
             raise _BadArgumentError("parameter [msg] must be a string")
         match = re.fullmatch(_NAMESAKE_PATTERN, reason)
-        # Intended for a node that used our port before it exited, and was then restarted.
+        # The request is for a node that used our port before us: that node has exited, and was restarted elsewhere.
         if match is not None and match[1] != self._context.name:
             self._context.log.peer_event(WARN, "ignored a shutdown request that was intended for %s", match[1])
             return [1, "shutdown", 0]

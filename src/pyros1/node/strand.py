@@ -12,7 +12,7 @@ afterwards whether the strand is free.
 The strand is free while its list is not empty: ``del strand.free[0]`` takes it, for one thread only, and raises
 IndexError for the others. Unlike a call of ``Lock.acquire``, no signal handler can run between that instruction and the
 next ``try``: a handler that raises (KeyboardInterrupt) cannot leave the strand locked. The instruction also takes only
-a tenth of the time.
+a tenth of the time of that call.
 """
 
 from __future__ import annotations
@@ -75,7 +75,7 @@ class Strand:
             time.sleep(POLL_DELAY)
 
     def spin_wait(self) -> None:
-        """Wait up to about two milliseconds until no thread works here, so that the caller can do its job itself."""
+        """Wait up to about two milliseconds until no thread works here, so that the caller can do the job itself."""
         for attempt in range(40):
             if self.free or self.is_mine:
                 return
@@ -98,8 +98,8 @@ class Strand:
                 raise
             finally:
                 self.free.append(True)
-                if not all_done:  # too many: other links would wait too long for this thread; or a job raised
-                    self._schedule(self.work)  # once the strand is free, or the call would find it busy and do nothing
+                if not all_done:  # there were too many, and other links would have to wait; or a job raised
+                    self._schedule(self.work)  # after freeing the strand: in a busy one, `work` does nothing
             if not all_done:
                 return
 

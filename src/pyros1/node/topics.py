@@ -370,12 +370,12 @@ class TopicMethods:
             transports: one or several transports in order of preference: "tcp" (TCPROS), "local" (shared memory and
                 Unix sockets, for pyros1 publishers of the same user on this machine; used by default), "udp" (UDPROS:
                 lost messages are not sent again, and nothing waits for them; see https://wiki.ros.org/ROS/UDPROS).
-                rospy publishers only support "tcp". The first subscriber to a topic in a node decides for all of them.
+                rospy publishers only support "tcp". The first subscriber to a topic in a node decides for the others.
             max_datagram_size: maximum size of a datagram in bytes, for "udp".
             low_latency: whether to poll for the next message for 2 ms before sleeping: messages arrive 25 to 50 us
                 sooner, but the node uses up to one processor. Only effective while the topic has one publisher, over
                 TCP or local, and while the machine is not busy: then the node sleeps as without it. The first
-                subscriber to a topic in a node decides for all of them.
+                subscriber to a topic in a node decides for the others.
             deadline: maximum time between two messages, in seconds of the node's time, starting at the first connection
                 to a publisher. A message counts when the callback receives it. None for no limit.
             on_missed: called like any callback, with a Missed, if no message has arrived within ``deadline``: once for

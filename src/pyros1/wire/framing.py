@@ -3,9 +3,9 @@
 A FrameBuffer owns the memory that a link receives into. The caller gets memory from `writable()`, receives into it,
 reports with `received()` how much arrived, and gets the positions of the complete frames in `data`. Frames larger than
 the buffer make it grow, but only as bytes actually arrive, so a length claimed by a peer costs no memory. The buffer
-shrinks again when no large frames have arrived for a while, and immediately after a frame of more than 16 MiB: the
-memory is then needed twice only while the frame is copied out. Nothing is received together with the end of a large
-frame, so that the next frame can be received elsewhere.
+shrinks again when no large frames have arrived for a while, and immediately after a frame of more than 16 MiB, so
+that twice the memory is needed only while that frame is copied out. Nothing is received together with the end of a
+large frame, so that the next frame can be received elsewhere.
 """
 
 from __future__ import annotations

@@ -10,7 +10,8 @@ Small messages and services use Unix sockets, large messages use shared memory.
 * Services need no negotiation: in addition to the port of ``rosrpc://host:port``, a provider listens on a Unix socket
   whose name is derived from the key and that URI. A client that finds no such socket uses TCP. The first request can be
   sent together with the client's header.
-* The body of a large message is in a *block* of shared memory; its frame is a reference, which begins with the token.
+* The body of a large message is in a *block* of shared memory. The frame sent for the message is a reference, which
+  begins with the token.
   The publisher sends each block over the control socket before the first reference to it. The subscriber sends back the
   numbers of references that it no longer needs; until then, the publisher does not change the block.
 """
@@ -73,7 +74,7 @@ def decode_reference(token: bytes, body: bytes) -> Reference | None:
         reference.array_begin
         and not 4 <= reference.array_begin <= reference.array_begin + reference.array_size <= reference.size
     ):
-        raise ProtocolError("the array of a message in shared memory is not inside of it")
+        raise ProtocolError("the array of a message in shared memory is not inside the message")
     return reference
 
 

@@ -53,7 +53,7 @@ class OutQueue:
 
     Attributes:
         dropped: number of frames dropped so far.
-        sent_bytes: number of bytes sent from what `buffers()` returned, for `discard_sent`.
+        sent_bytes: number of bytes sent of those that `buffers()` returned; `discard_sent` removes them.
     """
 
     __slots__ = ("_limit", "_partial", "_waiting", "dropped", "sent_bytes")

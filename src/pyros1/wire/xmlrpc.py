@@ -67,12 +67,12 @@ class PreparedDict(dict[str, Any]):
 # Writing. Every value has an explicit type, and no element is self-closing, as roscpp's parser requires.
 
 _NOT_XML_CHARACTER: Final = (
-    "[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff]"  # compiled when needed, since that takes 0.5 ms
+    "[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff]"  # compiled when needed, since compiling takes 0.5 ms
 )
 
 
 def _escape(text: str) -> str:
-    if not text.isprintable():  # much faster than a search, and nearly always true
+    if not text.isprintable():  # `isprintable` is much faster than a search, and nearly always true
         invalid = re.search(_NOT_XML_CHARACTER, text)
         if invalid is not None:
             raise SerializationError(
@@ -127,7 +127,7 @@ def _encode_struct(value: dict[Any, Any], depth: int) -> str:
     except TypeError:
         invalid = next(key for key in value if not isinstance(key, str))
         raise SerializationError(f"dictionary keys must be strings, not {invalid!r}") from None
-    if _escape(names) is not names:  # checked together, since nearly always there is nothing to escape
+    if _escape(names) is not names:  # all names are checked at once: escaping is rare
         value = {_escape(key): item for key, item in value.items()}
     items = [
         f"<member><name>{key}</name><value><double>{item!r}</double></value></member>"
@@ -251,7 +251,7 @@ SCALAR_CONVERTERS: Final[dict[str, Callable[[str], Any]]] = {
 }
 _NO_CHILDREN: Final[frozenset[str]] = frozenset()
 _CHILDREN: Final[dict[str, frozenset[str]]] = {
-    # element: its allowed children; "" is the document
+    # element -> the elements that it can contain; "" is the document
     "": frozenset({"methodCall", "methodResponse"}),
     "methodCall": frozenset({"methodName", "params"}),
     "methodResponse": frozenset({"params", "fault"}),
@@ -296,7 +296,7 @@ class Reader:
         # defusedxml take 10 ms longer to load.
         from defusedxml.ElementTree import DefusedXMLParser, ParseError  # type: ignore[import-untyped] # noqa: PLC0415
 
-        # ValueError: refused by defusedxml, invalid numbers or base64; LookupError: an unknown XML encoding
+        # ValueError: defusedxml refuses the text, or a number or base64 is invalid; LookupError: unknown XML encoding
         self.parser_errors = (ParseError, ValueError, LookupError)
         self.stack: list[Any] = []
         self.marks: list[int] = []

@@ -72,7 +72,9 @@ def test_what_an_earlier_start_left_on_the_master_is_said(make_node: Any, capsys
         return capsys.readouterr().out
 
     assert said("_rate:=0") == "", "the command line says it"
-    assert said().endswith("]: set before this start: ~rate is 0 (to delete it: pyros1 param delete /n/rate)\n")
+    assert said().endswith(
+        "]: already set before the node started: ~rate is 0 (to delete it: pyros1 param delete /n/rate)\n"
+    )
     assert said("_rate:=5") == ""
     assert "~rate is 5 (" in said("_gain:=1")
     assert "~rate is 5, ~gain is 1 (to delete one: pyros1 param delete /n/rate)" in said()
@@ -82,7 +84,7 @@ def test_what_an_earlier_start_left_on_the_master_is_said(make_node: Any, capsys
 def test_a_long_list_is_cut() -> None:
     tree = {"a": {"b": {str(number): "x" * 100 for number in range(7)}}, "given": 1, "empty": {}}
     (line,) = leftover_warning("/ns/n", tree, {"given": "1"})
-    assert line.startswith("set before this start: ~a/b/0 is 'xxx") and line.endswith(
+    assert line.startswith("already set before the node started: ~a/b/0 is 'xxx") and line.endswith(
         " and 3 more (to delete one: pyros1 param delete /ns/n/a/b/0)"
     )
     assert len(line) < 500

@@ -203,7 +203,7 @@ def test_a_publisher_that_takes_nothing_back_costs_no_memory(ends: Ends, monkeyp
 
     monkeypatch.setattr("pyros1.node.subscribing.shared_source.MAX_UNSENT_RELEASES", 2)
     ends.desk.bytes_before = fail
-    with pytest.raises(ProtocolError, match="does not take back"):
+    with pytest.raises(ProtocolError, match="does not read the releases"):
         for _ in range(4):
             ends.send()
             ends.receive(1)

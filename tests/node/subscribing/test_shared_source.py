@@ -85,7 +85,7 @@ def test_a_message_in_shared_memory(publisher: Publisher) -> None:
 @pytest.mark.parametrize("offset", [SIZE - 99, SIZE, (1 << 32) - 1])
 def test_a_message_outside_of_its_block(publisher: Publisher, offset: int) -> None:
     publisher.share()
-    with pytest.raises(ProtocolError, match="a message in shared memory is not inside of its block"):
+    with pytest.raises(ProtocolError, match="a message in shared memory is not inside its block"):
         publisher.refer(offset=offset)
 
 

@@ -157,7 +157,7 @@ class Log:
 
         Args:
             levels: logger name -> minimum level that is logged (1, 2, 4, 8 or 16). The services ~get_loggers and
-                ~set_logger_level read and change it.
+                ~set_logger_level read and change this object.
         """
         self._sink.levels = levels
 

@@ -40,7 +40,7 @@ def offer_log(
         resolve: resolves a name to a full name.
         rosout: whether to publish the log.
         strict: whether to raise the error if the master refuses the node; otherwise the node logs a warning and runs
-            without them, like a stock rospy node whose name contains a space.
+            without the topic or services, like a stock rospy node whose name contains a space.
 
     Raises:
         MasterError: the master refuses the node.

@@ -95,8 +95,8 @@ class LogSink:
         file_path: path of the log file, which is created with its folder when the first line is written; None for no
             file.
         now: returns the node's time, and whether it is simulated.
-        schedule: ``schedule(seconds, function, argument)`` calls a function after a delay. None: how often messages
-            were repeated is written only when the sink is closed.
+        schedule: ``schedule(seconds, function, argument)`` calls a function after a delay. If this argument is
+            None, the counts of repeated messages are written only when the sink is closed.
     """
 
     def __init__(
@@ -161,7 +161,7 @@ class LogSink:
                 state.is_writing = True
                 self._write(*state.pending_records.popleft())
             finally:
-                state.is_writing = False  # then check again: a signal handler may have seen it while it was still true
+                state.is_writing = False  # then check again, for records that a signal handler has added
 
     def _write(self, record: Record, simulated: bool, destinations: Destinations, by_program: bool) -> None:
         is_on_loop = isinstance(threading.current_thread(), LoopThread)

@@ -106,7 +106,7 @@ def leftover_warning(node_name: str, private_params: Any, assignments: Mapping[s
     omitted = f" and {len(leftovers) - _MAX_LISTED} more" if len(leftovers) > _MAX_LISTED else ""
     # The hint does not suggest deleting the whole namespace: other nodes may have parameters in it.
     hint = f"to delete {'it' if len(leftovers) == 1 else 'one'}: pyros1 param delete {node_name}/{leftovers[0][0]}"
-    return [f"set before this start: {', '.join(descriptions)}{omitted} ({hint})"]
+    return [f"already set before the node started: {', '.join(descriptions)}{omitted} ({hint})"]
 
 
 def _leaves(tree: dict[str, Any], prefix: str) -> Iterator[tuple[str, Any]]:

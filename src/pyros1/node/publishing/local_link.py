@@ -147,7 +147,7 @@ class LocalLink:
         try:
             self._open_token.pop()
         except IndexError:
-            return  # it has been closed already
+            return  # the link has been closed already
         for on_closed in self._on_closed:
             on_closed(self)
 

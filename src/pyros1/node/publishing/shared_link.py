@@ -137,7 +137,7 @@ class SharedLink(TcpLink):
         self._reference_numbers = count(1)
         self._known_blocks: set[int] = set()  # numbers of the blocks that the subscriber has received
         self._watches_control_socket = False
-        self._has_waiting_references = False  # queued until the subscriber releases others
+        self._has_waiting_references = False  # whether references wait until the subscriber releases others
         self._reference_in_progress: tuple[int, int] | None = (
             None  # the reference being sent, and `bytes_sent` before that
         )
@@ -273,7 +273,7 @@ class SharedLink(TcpLink):
         if not self._has_waiting_references:
             super()._wait_and_send()
             return
-        with contextlib.suppress(OSError, ValueError):  # the loop may close it meanwhile
+        with contextlib.suppress(OSError, ValueError):  # the loop may close the socket meanwhile
             poller = select.poll()
             poller.register(self._control_socket, select.POLLIN)
             poller.poll(100)

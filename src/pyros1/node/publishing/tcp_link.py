@@ -92,13 +92,13 @@ class TcpLink:
         self._is_idle = True
         self._is_blocked = False
         self._closed = False
-        self._is_timer_set = False  # the loop's timer is set
-        self._is_writable = False  # the socket accepts more
-        self._in_event = False  # the loop is in `_on_event`
+        self._is_timer_set = False  # whether the loop's timer is set
+        self._is_writable = False  # whether the socket accepts more
+        self._in_event = False  # whether the loop is in `_on_event`
         self._streak = 0
         self._last_send_at = 0.0
         self._frame_in_flight: Frame | None = None  # a frame that is being sent without the queue
-        self._sent_bytes = 0  # number of its bytes that were sent
+        self._sent_bytes = 0  # number of bytes of this frame that were sent
         sock.setblocking(False)
         self.address = _address_text(sock)
         self._greeting = greeting
@@ -224,7 +224,7 @@ class TcpLink:
             self._queue_unsent()
         self._frame_in_flight = None
         self._queue.discard_sent()
-        self._is_timer_set = self._is_blocked = False  # the loop may not know yet
+        self._is_timer_set = self._is_blocked = False  # the loop may not have been asked yet
         self._flush()
 
     def _set_timer(self) -> None:
@@ -325,7 +325,7 @@ class TcpLink:
             if self._closed:
                 return
             self._wait_and_send()
-        # In a signal handler that has interrupted a function that is sending, which continues afterwards.
+        # This is a signal handler that has interrupted a function that is sending. That function continues afterwards.
         self._strand.do(self._flush_open)
         self._strand.do(self._fail)
 

@@ -129,7 +129,7 @@ class ProviderConnection:
             raise ConnectionError("the provider's machine no longer answers")
 
     def send(self, data: bytes) -> None:
-        """Send data, all of it.
+        """Send all of the data.
 
         Raises:
             WaitTimeoutError: the deadline has passed.

@@ -79,7 +79,7 @@ class ServiceClient:
         self._persistent_connection: ProviderConnection | None = None
         self._connections_in_use: set[ProviderConnection] = set()
         self._lock = threading.RLock()  # allows one call at a time on a persistent connection
-        self._is_connection_in_use = False  # the thread that holds the lock is making a call on it
+        self._is_connection_in_use = False  # whether the thread that holds the lock is making a call on it
         self._pid = os.getpid()
 
     def __call__(self, *args: Any, **fields: Any) -> Any:
@@ -299,7 +299,7 @@ def probe(context: Context, service: str, uri: str, timeout: float = PROBE_TIMEO
 
     Raises:
         ServiceUnavailableError: the provider does not respond, or does not provide the service.
-        WaitTimeoutError: it did not accept the connection in time.
+        WaitTimeoutError: the provider did not accept the connection in time.
         NodeShutdownError: the node is shutting down.
     """
     connection = ProviderConnection(context, service, uri, monotonic() + timeout)

@@ -125,7 +125,7 @@ class ServiceServer:
         return f"too many simultaneous calls to services of {self._context.name}, try again later"
 
     def _may_linger(self, num_answered: int) -> bool:
-        """Return whether a thread may wait for more requests from a client, after answering ``num_answered``."""
+        """Return whether a thread may wait for more requests from a client after it has answered ``num_answered``."""
         # Few threads wait for clients that have only connected, so that such clients cannot occupy all threads.
         return self._num_calls < (MAX_CALLS // 2 if num_answered else MAX_EARLY_CALLS) and not self._closed
 

@@ -58,7 +58,7 @@ class Connector:
         self._subscription = subscription
         self._context = subscription.context
         self._attempt_number = 0  # events of older attempts are ignored
-        self._timer: TimerHandle | None = None  # of the pause, or of the current step
+        self._timer: TimerHandle | None = None  # the timer of the pause, or of the current step
         self._silence_timer: TimerHandle | None = None
         self._sock: socket.socket | None = None
         self._offered_source: UdpSource | None = None  # offered to the publisher, or linked
@@ -129,8 +129,8 @@ class Connector:
                     self._subscription.forget(self.uri)
 
     def _if_current(self, function: Callable[..., object]) -> Callable[..., None]:
-        """Return a callback that calls ``function`` only during the current attempt; after that, it only closes the
-        socket that it is given, if any.
+        """Return a callback that calls ``function`` only during the current attempt; after that, the callback
+        only closes the socket that was passed to it, if any.
         """
         attempt_number = self._attempt_number
 
@@ -293,7 +293,7 @@ class Connector:
                 # like sockets created by Python; received descriptors are inheritable
                 self._control_socket.set_inheritable(False)
             except OSError:
-                os.close(descriptor)  # it is not a socket
+                os.close(descriptor)  # the descriptor is not a socket
         return data
 
     def _close_control_socket(self) -> None:

@@ -78,7 +78,7 @@ class DeliveryLoop:
         self._dispatcher = dispatcher
         self._spin_queues = spin_queues
         self._receiver: Dispatcher | SpinQueues = spin_queues or dispatcher
-        # Lists: they are short, and each deque would take 760 bytes of every subscription.
+        # Lists, since they are short, and each deque would take 760 bytes of memory per subscription.
         self._new_links: list[TcpSource] = []
         self._readable: list[int] = []
         self._jobs: list[Callable[[], None]] = []
@@ -93,7 +93,7 @@ class DeliveryLoop:
         self._dropped = 0  # not counting inboxes and spin queues
         self._owner_lock = threading.Lock()
         self._owner_thread_id = 0  # 0 if there is no owner
-        self._is_woken = False  # a thread has been woken and will become the owner
+        self._is_woken = False  # whether a thread has been woken and will become the owner
         self._closed = False
         self._is_disposed = False
 
@@ -166,7 +166,7 @@ class DeliveryLoop:
                 return False
             self._owner_thread_id = threading.get_ident()
             if self._jobs:
-                if self.driver.cooperative:  # these may remove sockets, which only the driver's thread can do
+                if self.driver.cooperative:  # jobs may remove sockets, which only the driver's thread can do
                     return False
                 self._run_jobs()  # so that a callback that subscribed before the message was sent receives it
             self._receiver.deliver_item(source, item)
@@ -174,7 +174,7 @@ class DeliveryLoop:
         finally:
             if is_acquired:
                 self._release_ownership()
-                # No thread was woken for new work meanwhile. Checking `_has_work` would take as long as the rest.
+                # New work has woken no thread, so check for it here. (`_has_work` would take as long as the rest.)
                 if self._closed:
                     if not self._is_disposed:  # the driver's threads may have ended, if the node has
                         self.close(wait=False)
@@ -191,7 +191,7 @@ class DeliveryLoop:
         self._owner_thread_id = threading.get_ident()
         try:
             for _ in range(len(self._ready_inboxes)):
-                # Otherwise a callback has been added, which must not run on this thread.
+                # If this is False, a callback has been added, which must not run on this thread.
                 if self.driver.cooperative and not self._dispatcher.is_held_back:
                     self._deliver_from_inbox(self._ready_inboxes.pop(0))
         finally:

@@ -204,7 +204,7 @@ class Dialogue:
         self._own_host = own_host
         self._accepts_tcp = accepts_tcp
         self._is_udp_link = False
-        self._announced_again = False  # during an attempt; the response may be from the old publisher
+        self._announced_again = False  # whether during an attempt, whose response may be from the old publisher
         self._reported_refusal = ""  # the publisher's reason that was logged last
         self._peer_address: tuple[str, int] | None = None
         self._is_outage_logged = False  # whether the log says that there is no link

@@ -229,7 +229,7 @@ class Dispatcher:
     def _warn_wrong_length(self, source: Source, error: LengthError) -> None:
         """Warn that a message is longer or shorter than its type requires; it is still delivered, as in stock nodes."""
         publisher_name = source.header.get("callerid", "?")
-        text = "%s from %s: received %s: is its definition different, or does it append a checksum?"
+        text = "%s from %s: received %s: does the publisher have another definition, or append a checksum?"
         self._context.log.peer_event(
             WARN, text, self._topic, publisher_name, error, max_texts=1, link=(self._topic, publisher_name)
         )

@@ -175,17 +175,17 @@ class SharedSource(TcpSource):
         if reference.size > MAX_MESSAGE_SIZE:
             raise ProtocolError(f"message of {reference.size} bytes exceeds the limit of {MAX_MESSAGE_SIZE} bytes")
         if len(self._unsent_releases) > MAX_UNSENT_RELEASES:
-            raise ProtocolError("the publisher does not take back what was read")
+            raise ProtocolError("the publisher does not read the releases of messages in shared memory")
         borrowed = BorrowedBlock(reference.number, self._release)
         memory = self._receive_block(reference.block)
         if reference.offset + reference.size > len(memory):
-            raise ProtocolError("a message in shared memory is not inside of its block")
+            raise ProtocolError("a message in shared memory is not inside its block")
         self.bytes_received += reference.size - REFERENCE_SIZE
         array_start = reference.offset + reference.array_begin
         if reference.array_begin == 0 or _unpack_u32(memory, array_start - 4)[0] != reference.array_size:
             return memory[reference.offset : reference.offset + reference.size]
         message = SharedBody(memory, reference, borrowed, self._in_use)
-        if self._is_latched:  # it may be kept for later subscribers
+        if self._is_latched:  # the message may be kept for later subscribers
             return message.join()
         return message
 

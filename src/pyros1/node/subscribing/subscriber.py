@@ -1,4 +1,4 @@
-"""The user's handle for a subscription: it has the callback, and decodes messages in the form that the user
+"""The user's handle for a subscription: it has the callback, and decodes messages into the form that the user
 requests."""
 
 from __future__ import annotations
@@ -95,7 +95,7 @@ class Subscriber(Generic[_M]):
 
     @cached_property
     def _layout(self) -> Layout | None:
-        decodes_itself = getattr(self.type, "_has_own_deserialize", False)  # AnyMsg does not have it
+        decodes_itself = getattr(self.type, "_has_own_deserialize", False)  # AnyMsg does not have this attribute
         return None if decodes_itself else find_layout(self.type)
 
     def decode_item(self, item: Item, exact: bool = False) -> Any:

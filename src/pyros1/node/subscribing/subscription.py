@@ -202,7 +202,7 @@ class Subscription:
     def add_inbox_link(self, link: Source) -> None:
         """Add a link that puts messages into an inbox. Called on the loop."""
         with self._lock:
-            if link.connected:  # the publisher may have closed it meanwhile, on its own thread
+            if link.connected:  # the publisher may have closed the link meanwhile, on its own thread
                 self._inbox_links = (*self._inbox_links, link)
         self._notify_listeners()
 

@@ -78,8 +78,8 @@ class TcpSource:
         expected_layout: the layout of the last large frame, which the next is likely to have; None if all frames go
             through the buffer.
         spins: whether a `receive` that waits polls for SPIN_TIME seconds before it sleeps. The system needs
-            25 to 50 us to wake a sleeping thread; a polling thread occupies a processor meanwhile. On a busy machine it
-            sleeps, see `PollGuard`.
+            25 to 50 us to wake a sleeping thread; a polling thread occupies a processor meanwhile. On a busy machine,
+            the thread sleeps, see `PollGuard`.
     """
 
     transport = "TCPROS"

@@ -75,7 +75,7 @@ class DeliveryThreads:
         self._woken_deliveries: deque[DeliveryLoop] = deque()
         self._lock = threading.RLock()  # a signal handler that interrupts a method of this object may wake a loop
         self._num_waiting = 0
-        self._start_failed = False  # the system could not start another thread
+        self._start_failed = False  # whether the system could not start another thread
         self._threads: set[threading.Thread] = set()
         self._num_started = 0
         self._closed = False

@@ -53,7 +53,7 @@ class WatchedNode:
 
     Args:
         name: the node's full name.
-        limit: seconds without a response after which it is considered lost.
+        limit: seconds without a response after which the node is considered lost.
 
     Attributes:
         state: its current state.

@@ -34,7 +34,7 @@ class Lookups:
         self._uri = master_uri
         self._requests: dict[str, set[LookupCallback]] = {}
         self._is_call_pending = False
-        self._lacks_multicall = False  # the master has no system.multicall
+        self._lacks_multicall = False  # whether the master has no system.multicall
 
     def ask(self, name: str, callback: LookupCallback) -> None:
         """Look up a node, and call ``callback(uri)`` with its address; if the master does not return an address, the

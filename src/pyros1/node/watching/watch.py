@@ -62,8 +62,8 @@ class Watch:
         self._notify = notify
         self._on_close = on_close
         self._is_asking = False
-        self._asked_early = False  # within the current period
-        self._was_stall_ignored = False  # since the last response
+        self._asked_early = False  # whether a request was sent before the end of the current period
+        self._was_stall_ignored = False  # whether a missing response was ignored since the last response
 
     # For the program --------------------------------------------------------------------------------------------------
 
@@ -181,7 +181,7 @@ class Watch:
         for sighting in changes:
             self.last = sighting
             if not sighting.alive:
-                self._lookups.ask(self.name, self._on_address)  # another node may be running there already
+                self._lookups.ask(self.name, self._on_address)  # another node of this name may be running already
             self._notify(sighting)
 
 
