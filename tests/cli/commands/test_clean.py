@@ -58,7 +58,7 @@ def test_purge_keeps_what_is_being_written_and_the_link_to_it(run: Run, logs: Pa
         assert files_in_use(logs) == [logs / "run2" / "node.log"]
         code, out, err = run("purge", stdin="y\n")
         assert code == 0 and out.endswith(f"rm -rf {logs} (except latest, run2)\n(y/n)?\n")
-        assert "kept, because running programs write to it: latest, run2" in err
+        assert "kept, because running programs write to these logs: latest, run2" in err
         assert sorted(os.listdir(logs)) == ["latest", "run2"]
         assert run("purge", "-y", "--running") == (0, "Purging ROS node logs.\n", "")
     assert not logs.exists()
