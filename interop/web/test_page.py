@@ -65,7 +65,7 @@ def test_without_the_token_the_page_says_what_to_do(browser: Browser, web: Web) 
     browser.open(web.link.replace("token=", "token=x"))
     browser.wait_for_text(
         "pyros1 web creates a new token each time it starts. "
-        "Use the link that the server printed, or type pyros1 web graph"
+        "Use the link that the server printed, or run `pyros1 web graph`"
     )
     browser.driver.get("about:blank")  # the page would try again
     assert any("401" in text or "WebSocket" in text for text in browser.complaints())
