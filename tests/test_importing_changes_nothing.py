@@ -108,6 +108,20 @@ print(len([each for each in sys.path_importer_cache.values() if "generated" in t
     assert run(program, str(tmp_path / "twist")) == b"1\n"
 
 
+def test_messages_are_found_while_another_thread_imports_their_package(tmp_path: Path) -> None:
+    """Python puts a package into sys.modules before its code has run, and other threads see it with its first path."""
+    program = """
+import os, sys
+import pyros1.msgs
+pyros1.msgs.__path__ = [os.path.dirname(pyros1.msgs.__file__)]
+import pyros1.msgs.base
+from pyros1.msgs.std_msgs.msg import String
+from pyros1.msgs import geometry_msgs
+print(String._type, type(geometry_msgs.__path__).__name__)
+"""
+    assert run(program) == b"std_msgs/String SearchPath\n"
+
+
 def test_threads_that_import_at_once() -> None:
     program = """
 import importlib, threading

@@ -60,6 +60,10 @@ if TYPE_CHECKING:
     from pyros1.node.subscribing.deadline import Missed
     from pyros1.node.watching.liveness import Sighting
 
+from pyros1.ground import generated  # noqa: E402
+
+generated.prepare_import()
+
 from pyros1 import msgs  # noqa: E402, F401 - here, since several threads may import messages first
 
 __version__ = "0.1.0"

@@ -6,6 +6,9 @@ Python searches the entries of a package's ``__path__`` for its submodules: for 
 keeps in ``sys.path_importer_cache``. The ``__path__`` of `pyros1.msgs` has an entry that is not a folder, and puts the
 finder for this entry into the cache itself. So there is no need for an import hook, which would also be called for the
 imports of all other modules.
+
+While one thread imports `pyros1.msgs`, another may already look for modules in its folder, since Python does not wait
+for a parent package. So the folder's finder in the cache is ours, too, as soon as pyros1 is imported.
 """
 
 from __future__ import annotations
@@ -13,7 +16,16 @@ from __future__ import annotations
 import os
 import sys
 from importlib import import_module
-from importlib.machinery import ModuleSpec
+from importlib.machinery import (
+    BYTECODE_SUFFIXES,
+    EXTENSION_SUFFIXES,
+    SOURCE_SUFFIXES,
+    ExtensionFileLoader,
+    FileFinder,
+    ModuleSpec,
+    SourceFileLoader,
+    SourcelessFileLoader,
+)
 
 TYPE_CHECKING = False  # as in typing, which small programs need not load
 if TYPE_CHECKING:
@@ -126,9 +138,53 @@ class GeneratedModules:
 
     def exec_module(self, module: ModuleType) -> None:
         """Fill a new module with its classes; raises the same errors as :meth:`find_spec`."""
-        message_finder = finder()
+        message_finder = self.load_message_finder()
         message_finder.check(module.__name__)
         message_finder.fill(module)
+
+    def load_message_finder(self) -> Any:
+        """Return the message finder, which is created at first use."""
+        if self.message_finder is None:
+            new_finder = import_module("pyros1.finding.importing").MessageFinder(os.environ)
+            # If another thread has made a finder meanwhile, that finder is kept.
+            vars(self).setdefault("message_finder", new_finder)
+        return self.message_finder
+
+
+class OwnFolder(FileFinder):
+    """Finds pyros1's own modules in the folder of `pyros1.msgs`, and otherwise generated ones.
+
+    Without it, a thread that looks too early would find nothing, or a folder with stubs, which becomes a namespace
+    package.
+
+    Args:
+        folder: the folder.
+        modules: finds and loads the generated modules.
+    """
+
+    def __init__(self, folder: str, modules: GeneratedModules) -> None:
+        super().__init__(
+            folder,
+            (ExtensionFileLoader, EXTENSION_SUFFIXES),
+            (SourceFileLoader, SOURCE_SUFFIXES),
+            (SourcelessFileLoader, BYTECODE_SUFFIXES),
+        )
+        self._modules = modules
+
+    def find_spec(self, name: str, target: ModuleType | None = None) -> ModuleSpec | None:
+        """Return the import system's spec for a module; raises the same errors as `GeneratedModules.find_spec`."""
+        spec = super().find_spec(name, target)
+        if spec is not None and spec.loader is not None:
+            return spec
+        return self._modules.find_spec(name, target) or spec
+
+
+def prepare_import() -> None:
+    """Let several threads import messages at once, even while `pyros1.msgs` is being imported."""
+    folder = os.path.join(os.path.dirname(os.path.dirname(__file__)), "msgs")
+    if os.path.isdir(folder):  # not in an archive
+        modules: Any = sys.path_importer_cache.setdefault(_PATH_ENTRY, GeneratedModules())
+        sys.path_importer_cache[folder] = OwnFolder(folder, modules)
 
 
 def make_search_path(folders: Iterable[str]) -> SearchPath:
@@ -147,9 +203,4 @@ def finder() -> Any:
     An import statement takes no arguments, so the environment of the process says where definitions are.
     """
     search_path: Any = sys.modules[MSGS_PACKAGE].__path__
-    modules: GeneratedModules = search_path.modules
-    if modules.message_finder is None:
-        new_finder = import_module("pyros1.finding.importing").MessageFinder(os.environ)
-        # If another thread has made a finder meanwhile, that finder is kept.
-        vars(modules).setdefault("message_finder", new_finder)
-    return modules.message_finder
+    return search_path.modules.load_message_finder()
