@@ -39,9 +39,11 @@ OUTSIDE = {"__init__", "__main__", "packages"}  # the public API, the start of `
 
 IMPURE = {"socket", "selectors", "select", "threading", "time", "subprocess", "asyncio", "signal", "multiprocessing"}
 IMPURE |= {"os", "pathlib", "shutil", "tempfile"}
-PURE = [f"ground/{name}" for name in ("errors.py", "names.py", "timing.py", "expressions", "suggest.py", "shown.py")]
+PURE = [
+    f"ground/{name}" for name in ("errors.py", "names.py", "timing.py", "expressions", "suggest.py", "terminal_text.py")
+]
 PURE += ["values", "wire", "msgs"]
-PURE += [f"urdf/{name}.py" for name in ("model", "reading", "kinematics", "joints", "encoded")]
+PURE += [f"urdf/{name}.py" for name in ("model", "reading", "kinematics", "joints", "tf_encoder")]
 PURE += [f"turtlesim/{name}.py" for name in ("turtle", "canvas", "world", "blocks", "finding")]
 
 

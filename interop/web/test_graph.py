@@ -173,7 +173,7 @@ def test_a_broken_connection_and_a_silent_node_and_why(
         browser.wait_for_text("do not agree on its type: std_msgs/Float64, std_msgs/String")
         click(browser, "n:/hung")
         browser.wait_for_text("it does not answer")
-        browser.wait_for_text("they are hanging or stopped")
+        browser.wait_for_text("they hang or are suspended")
 
 
 def test_a_node_is_stopped_after_a_question(browser: Browser, web: Web, start_program: Callable[..., Any]) -> None:

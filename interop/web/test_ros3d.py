@@ -26,7 +26,7 @@ from pyros1.msgs.nav_msgs.msg import OccupancyGrid
 from pyros1.msgs.sensor_msgs.msg import LaserScan, PointCloud2, PointField
 from pyros1.msgs.visualization_msgs.msg import Marker, MarkerArray
 from pyros1.tf import StaticTransformBroadcaster
-from pyros1.topic_tools.web_frames import Republisher
+from pyros1.topic_tools.tf2_web_republisher import Republisher
 
 PAGE = """<!DOCTYPE html><meta charset="utf-8"><title>ros3d</title><link rel="icon" href="data:,"><div id="view"></div>
 <script src="node_modules/eventemitter2/lib/eventemitter2.js"></script>

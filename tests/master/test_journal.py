@@ -156,7 +156,7 @@ def journal(tmp_path: Path) -> Iterator[Callable[..., Journal]]:
 def test_what_was_written_is_read(journal: Callable[..., Journal], tmp_path: Path) -> None:
     path = tmp_path / "own" / "m.journal"
     writer = journal()
-    writer.begin([("setParam", ["/a", "/", {"x": 1}])])
+    writer.rewrite([("setParam", ["/a", "/", {"x": 1}])])
     writer.add(("setParam", ["/a", "/y", [1, 2]]))
     writer.heartbeat()
     writer.close(remove=False)
@@ -175,20 +175,20 @@ def test_what_was_written_is_read(journal: Callable[..., Journal], tmp_path: Pat
 
 def test_an_orderly_end_leaves_nothing(journal: Callable[..., Journal], tmp_path: Path) -> None:
     writer = journal()
-    writer.begin([])
+    writer.rewrite([])
     writer.close()
     assert read_journal(tmp_path / "own" / "m.journal") is None
 
 
 def test_it_does_not_grow_for_ever(journal: Callable[..., Journal], tmp_path: Path) -> None:
     writer = journal()
-    writer.begin([])
+    writer.rewrite([])
     added = 0
     while not writer.needs_rewrite:
         writer.add(("setParam", ["/a", "/x", "x" * 10_000]))
         added += 1
     assert 90 < added < 120
-    writer.begin([("setParam", ["/a", "/", {"x": "x" * 10_000}])])
+    writer.rewrite([("setParam", ["/a", "/", {"x": "x" * 10_000}])])
     assert not writer.needs_rewrite
     writer.close(remove=False)
     assert (tmp_path / "own" / "m.journal").stat().st_size < 11_000
@@ -216,7 +216,7 @@ def test_a_writer_that_a_disk_holds_up_keeps_the_lock(
     leave, replace = threading.Event(), os.replace
     monkeypatch.setattr(os, "replace", lambda *paths: (leave.wait(10), replace(*paths)))
     first = journal()
-    first.begin([])
+    first.rewrite([])
     first.close(timeout=0.01)
     with pytest.raises(JournalError, match="another master is using"):
         journal()
@@ -231,7 +231,7 @@ def test_nothing_follows_a_change_that_was_left_out(
     """As when a disk is too slow: the file then has an earlier state, but none that never was."""
     monkeypatch.setattr(journals, "MAX_PENDING", 1000)
     writer = journal()
-    writer.begin([])
+    writer.rewrite([])
     writer.add(("setParam", ["/a", "/large", "x" * 2000]))
     writer.add(("setParam", ["/a", "/small", 1]))
     writer.heartbeat()
@@ -255,12 +255,12 @@ def test_a_full_disk_is_told_once_and_asked_for_again(
 
     with monkeypatch.context() as patch:
         patch.setattr(os, "replace", fail)
-        writer.begin([])
+        writer.rewrite([])
         assert came.wait(10)
         until = time.monotonic() + 10
         while not writer.needs_rewrite:
             assert time.monotonic() < until
-    writer.begin([("setParam", ["/a", "/x", 1])])
+    writer.rewrite([("setParam", ["/a", "/x", 1])])
     writer.close(remove=False)
     assert len(told) == 1 and "No space left" in told[0]
     previous = read_journal(tmp_path / "own" / "m.journal")
@@ -366,7 +366,7 @@ def test_who_is_there(node: RegisteredNode, answers: dict[str, Any], there: bool
     counts: list[int] = []
     nobody: Any = None
     revival = Recovery(nobody, caller, [node], lambda known, why: gone.append(known), counts.append)
-    revival.begin()
+    revival.start()
     assert (gone == []) is there
     assert counts == [int(there)]
     assert len(caller.asked) == asked
@@ -381,7 +381,7 @@ def test_a_silent_node_is_asked_again() -> None:
         api = f"http://127.0.0.1:{server.getsockname()[1]}/"
         node = RegisteredNode("/n", api, frozenset(), frozenset())
         revival = Recovery(loop, caller, [node], lambda *_: ended.set(), lambda _: ended.set())
-        loop.call_soon(revival.begin)
+        loop.call_soon(revival.start)
         server.settimeout(10)
         connection, _ = server.accept()
         connection.recv(1)
@@ -447,8 +447,8 @@ def test_a_broken_journal_is_not_begun_anew_with_each_change(
     writer = journal(log=lambda _: None)
     with monkeypatch.context() as patch:
         patch.setattr(os, "replace", hang)
-        writer.begin([])
-        writer.begin([("setParam", ["/a", "/", {"x": "x" * (70 << 20)}])])
+        writer.rewrite([])
+        writer.rewrite([("setParam", ["/a", "/", {"x": "x" * (70 << 20)}])])
         writer.add(("setParam", ["/a", "/x", 1]))
         assert not writer.has_grown and not writer.needs_rewrite, "the writer has enough to do"
         go_on.set()
@@ -481,7 +481,7 @@ def test_an_early_year_can_be_read_again() -> None:
 
 def test_its_thread_does_not_keep_a_program_from_ending(tmp_path: Path) -> None:
     journal = Journal(tmp_path / "master.journal", print)
-    journal.begin(())
+    journal.rewrite(())
     (thread,) = [thread for thread in threading.enumerate() if thread.name == "master: journal"]
     assert thread.daemon
     journal.close(remove=True)

@@ -30,7 +30,7 @@ class Desk:
             lambda node, reason: self.gone.append((node.name, reason)),
             self.done.append,
         )
-        self.recovery.begin()
+        self.recovery.start()
 
     def call(self, api: str, method: str, params: Any, on_response: OnResponse) -> None:
         if not api.startswith("http://"):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from pyros1.test_nodes.check import FailedError
+from pyros1.test_nodes.common import FailedError
 from pyros1.test_nodes.hz import Meter
 
 

@@ -14,7 +14,7 @@ from pyros1.launch.testing.junit import Case, read_results
 from pyros1.master.server import Master
 from pyros1.node import Node
 from pyros1.test_nodes import advertise, hz, param, publish
-from pyros1.test_nodes.check import SetupError, Test, run_case
+from pyros1.test_nodes.common import SetupError, Test, run_case
 from pyros1.test_nodes.program import main
 
 Make = Callable[..., Node]
@@ -123,7 +123,7 @@ def test_publishtest_in_simulated_time(make_node: Make, robot: Node) -> None:
 
 
 def test_a_clock_that_does_not_tick(make_node: Make, robot: Node, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("pyros1.test_nodes.check.CLOCK_TIMEOUT", 0.1)
+    monkeypatch.setattr("pyros1.test_nodes.common.CLOCK_TIMEOUT", 0.1)
     robot.params["/use_sim_time"] = True
     (case,) = cases(publish.tests, make_node("check"), topics=[{"name": "beat"}]).values()
     assert "no message arrived on /clock" in outcome(case)

@@ -66,7 +66,7 @@ def test_followers_of_followers_and_circles() -> None:
     assert found.message_fields()[1][:5] == [3.0, 1.0, 0.75, 6.25, 18.75]
     circle = states(dependent_joints={"turn": {"parent": "wheel"}, "wheel": {"parent": "turn"}})
     assert "turn" in circle.free_joints and circle.followers["wheel"].joint == "turn"
-    assert circle.warnings == ["joint turn follows itself, so it is treated as a joint that follows none"]
+    assert circle.warnings == ["joint turn follows itself, so it is treated as a free joint"]
     lost = states(dependent_joints={"turn": {"parent": "nobody"}, "ghost": {"parent": "turn"}})
     assert "turn" in lost.free_joints and lost.followers["twin"].joint == "turn"
     assert lost.warnings == [

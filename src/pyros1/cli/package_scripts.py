@@ -52,7 +52,7 @@ def _joint_state_publisher_gui() -> int:
 
 
 def _tf2_web_republisher() -> int:
-    from pyros1.topic_tools.web_frames import main  # noqa: PLC0415 - as above
+    from pyros1.topic_tools.tf2_web_republisher import main  # noqa: PLC0415 - as above
 
     return main(sys.argv)
 

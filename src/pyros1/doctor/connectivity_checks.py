@@ -51,7 +51,7 @@ def _check_unresolved_hosts(system: System, machine: Machine) -> Iterator[Findin
 
 
 def _local_processes_note(machine: Machine, host: str) -> str:
-    """Return a note about processes on this machine that use the host as their address, which must be fixed here."""
+    """Return a note about processes on this machine that use the host as their address: the fix must be made here."""
     descriptions = [f"{process.name}, pid {process.pid}" for process in machine.processes if process.host == host]
     return f" (here: {external_address(machine)}; {'; '.join(descriptions)})" if descriptions else ""
 
@@ -76,8 +76,8 @@ def _check_hanging_nodes(system: System, machine: Machine) -> Iterator[Finding]:
         yield Finding(
             "hung-node",
             ERROR,
-            f"Nodes at [{host}] accept connections, but do not answer: they are hanging or stopped",
-            "on their machine: kill -CONT PID if they were stopped (state T in ps), otherwise restart them",
+            f"Nodes at [{host}] accept connections, but do not answer: they hang or are suspended",
+            "on their machine: kill -CONT PID if they are suspended (state T in ps), otherwise restart them",
             tuple(f"{name} ({system.nodes[name].uri})" for name in nodes),
         )
 
@@ -121,7 +121,7 @@ def _check_loopback_addresses(system: System, machine: Machine) -> Iterator[Find
         yield Finding(
             "loopback-node",
             ERROR,
-            "The following nodes have an address that means the local machine on every machine, "
+            "The following nodes are registered with a loopback address, which only their own machine can use, "
             f"but {remote_text} on another machine",
             "on their machine: unset ROS_HOSTNAME, export ROS_IP=<address of that machine, here "
             f"{external_address(machine)}>, check /etc/hosts for 127.0.1.1, and restart them",

@@ -61,7 +61,7 @@ class Machine:
         masters: the URIs of the masters that are running on this machine.
         processes: the running ROS programs; empty if the operating system does not list them.
         python: the version of Python, such as ``(3, 11)``.
-        launch_problems: problems in the given launch files.
+        launch_problems: problems in the launch files that the user has specified.
         package_problems: problems that make packages unusable.
         setting_problems: values of pyros1's environment variables that prevent nodes from starting.
     """

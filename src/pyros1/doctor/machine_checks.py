@@ -31,7 +31,7 @@ def check_machine(machine: Machine) -> list[Finding]:
         _check_disks,
         _check_masters,
         _check_python_version,
-        _report_given_problems,
+        _report_collected_problems,
     )
     return [finding for check in checks for finding in check(machine)]
 
@@ -96,7 +96,8 @@ def _check_address_variables(machine: Machine) -> Iterator[Finding]:
             yield Finding(
                 "own-address",
                 ERROR,
-                f"{variable} may be incorrect: [{value}] cannot be resolved, so no node can reach nodes of this shell",
+                f"{variable} may be incorrect: [{value}] cannot be resolved, so no node can reach nodes started in "
+                "this shell",
                 f"export ROS_IP={ip} and unset ROS_HOSTNAME, or add '{ip} {value}' to /etc/hosts on all machines",
             )
         elif not any(is_loopback(ip_address) or ip_address in machine.interfaces for ip_address in resolved):
@@ -105,15 +106,15 @@ def _check_address_variables(machine: Machine) -> Iterator[Finding]:
                 ERROR,
                 f"{variable} may be incorrect: {variable} [{value}] does not appear to be an address of a local "
                 f"network interface (one of {', '.join(machine.interfaces)})",
-                f"export {variable}={ip}, or unset {variable}; then restart the nodes of this shell",
+                f"export {variable}={ip}, or unset {variable}; then restart the nodes started in this shell",
             )
         elif all(map(is_loopback, resolved)) and not _master_is_here(machine):
             yield Finding(
                 "own-address",
                 ERROR,
                 f"{variable} [{value}] is only valid on this machine, but the master is on another one: "
-                "nodes there cannot reach nodes of this shell",
-                f"export ROS_IP={ip} and unset ROS_HOSTNAME; then restart the nodes of this shell",
+                "nodes there cannot reach nodes started in this shell",
+                f"export ROS_IP={ip} and unset ROS_HOSTNAME; then restart the nodes started in this shell",
             )
 
 
@@ -220,7 +221,7 @@ def _check_masters(machine: Machine) -> Iterator[Finding]:
 
 def _shorten(items: Iterable[str]) -> tuple[str, ...]:
     """Return the first few items, followed by the number of the others."""
-    all_items = [*items]
+    all_items = list(items)
     remaining = len(all_items) - _MAX_ITEMS
     return (*all_items[:_MAX_ITEMS], *([f"and {remaining} more"] if remaining > 0 else []))
 
@@ -250,7 +251,7 @@ def _check_python_version(machine: Machine) -> Iterator[Finding]:
         )
 
 
-def _report_given_problems(machine: Machine) -> Iterator[Finding]:
+def _report_collected_problems(machine: Machine) -> Iterator[Finding]:
     if machine.launch_problems:
         yield Finding(
             "launch-file",

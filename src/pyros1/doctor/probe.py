@@ -32,7 +32,7 @@ _MAX_BYTES = 1 << 20
 
 
 def classify_error(error: BaseException) -> Failure:
-    """Return the reason why a request failed, according to its error and the causes of the error."""
+    """Return the reason why a request failed, determined from its error and the causes of the error."""
     causes: list[BaseException] = []
     cause: BaseException | None = error
     while cause is not None:

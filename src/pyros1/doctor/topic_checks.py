@@ -63,7 +63,7 @@ def _check_types(system: System) -> Iterator[Finding]:
                 "type-mismatch",
                 ERROR,
                 f"the nodes of topic {topic} do not agree on its type: {', '.join(map(str, sorted(types)))}",
-                "correct the type in one of them, or remap one to another topic: they cannot connect",
+                "nodes with different types cannot connect: correct the type, or remap some of them to another topic",
                 tuple(f"{participant_name}: {reported.type}" for participant_name, reported in reported_types.items()),
             )
         elif len(md5sums) > 1:
@@ -135,7 +135,7 @@ def _check_unpublished(system: System) -> Iterator[Finding]:
         yield Finding(
             "near-miss",
             WARNING,
-            "The following topics have no publisher, but a topic of a similar name has:",
+            "The following topics have no publisher, but topics with similar names do:",
             "correct the name, or remap: FROM:=TO on the command line, <remap from= to=> in the launch file",
             tuple(similar_notes),
         )
@@ -210,7 +210,7 @@ def _connections_of_responding_nodes(system: System) -> dict[str, list[Connectio
 
 
 def missing_edges(system: System) -> list[Edge]:
-    """Return expected connections between nodes that respond, except those that both ends report."""
+    """Return the expected connections between nodes that respond, if not both ends report them."""
     reported = _reported_edges(system)
     return [edge for edge in expected_edges(system.state) if is_missing_edge(edge, reported)]
 

@@ -68,10 +68,10 @@ def cache_folder(environ: Mapping[str, str]) -> str:
 
 
 def all_packages(environ: Mapping[str, str], *, roots: list[tuple[str, int]] | None = None) -> list[FoundPackage]:
-    """Return all packages in the order in which they are found; the first one with a name takes precedence.
+    """Return all packages in search order; of several packages with the same name, the first takes precedence.
 
-    Of several packages with the same name below one root, one directly in the root, in a folder with that name, comes
-    first, as for `PackageIndex`.
+    If several packages below one root have the same name, the one that is directly in the root, in a folder of that
+    name, comes first, as in `PackageIndex`.
 
     Args:
         environ: environment variables, which determine where to search and where the cache is.
@@ -123,7 +123,7 @@ def _is_direct(package: FoundPackage, root: str) -> bool:
 
 
 def _cached_packages(records: Mapping[str, Record], folder: str, depth: int, name: str) -> Iterator[FoundPackage]:
-    """Yield the packages with a name in a folder and below, from the records.
+    """Yield the packages with the given name in a folder and below, according to the records.
 
     Raises:
         LookupError: a record is missing or outdated.
@@ -145,9 +145,9 @@ def _cached_packages(records: Mapping[str, Record], folder: str, depth: int, nam
     if depth > 0:
         for subfolder in folders:
             path = f"{folder.rstrip('/')}/{subfolder}"
-            known_record = records.get(path)
+            sub_record = records.get(path)
             if (
-                known_record is None or not known_record[2] or known_record[4] == name or known_record[1]
+                sub_record is None or not sub_record[2] or sub_record[4] == name or sub_record[1]
             ):  # otherwise the folder is another package
                 yield from _cached_packages(records, path, depth - 1, name)
 
@@ -165,7 +165,7 @@ class Crawl:
         now: the current time in nanoseconds; None to use the clock.
 
     Attributes:
-        has_changed: whether any folder differed from its record or had no record.
+        has_changed: whether any folder has changed since its record was made, or had no record.
     """
 
     def __init__(self, records: Mapping[str, Record], now: int | None = None) -> None:

@@ -25,7 +25,7 @@ class Packages:
         self._manifests: dict[str, Manifest] = {}
 
     def find(self, name: str) -> FoundPackage:
-        """Return the package with a name.
+        """Return the package with the given name.
 
         Raises:
             PackageNotFoundError: there is no such package.
@@ -65,7 +65,7 @@ class Packages:
 
     def dependencies(self, name: str) -> list[str]:
         """Return all direct and indirect dependencies of a package, each one before the packages that need it."""
-        return list(self._iter_dependencies(name, {name}))
+        return list(self._visit_dependencies(name, {name}))
 
     def dependencies_top_down(self, name: str) -> list[str]:
         """Return all direct and indirect dependencies of a package, each one after the packages that need it."""
@@ -116,11 +116,11 @@ class Packages:
             elif dependency in candidates and dependency not in chain:
                 yield from self._chains((*chain, dependency), target, candidates)
 
-    def _iter_dependencies(self, name: str, seen: set[str]) -> Iterator[str]:
+    def _visit_dependencies(self, name: str, visited: set[str]) -> Iterator[str]:
         for dependency in self.direct_dependencies(name):
-            if dependency not in seen:
-                seen.add(dependency)
-                yield from self._iter_dependencies(dependency, seen)
+            if dependency not in visited:
+                visited.add(dependency)
+                yield from self._visit_dependencies(dependency, visited)
                 yield dependency
 
     def _readable_dependencies(self, name: str) -> Iterable[str]:

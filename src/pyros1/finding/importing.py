@@ -27,8 +27,8 @@ class MessageFinder:
 
     Attributes:
         uses_stock_names: whether the ``__module__`` of classes is that of stock's generator, ``std_msgs.msg._String``.
-            It is set in programs written for stock: some of them read the package's name from it, and stock can read
-            their pickles.
+            It is set in programs written for stock: some of them read the package's name from ``__module__``, and stock
+            can read their pickles.
     """
 
     def __init__(self, environ: Mapping[str, str]) -> None:
@@ -50,7 +50,7 @@ class MessageFinder:
 
         Args:
             name: full name of a package, of its msg or srv module, or of a type in one of these modules. Python
-                requests a type, as if it were a module, only if the module does not have it.
+                imports a type like a module only if the msg or srv module has no such attribute.
 
         Raises:
             ImportError: there is no such package or type; the message suggests a similar name.
@@ -118,7 +118,7 @@ class MessageFinder:
         """
 
         def make(module: str) -> type[Message]:
-            module_of_class = self._module_of(name, "msg", module)
+            module_of_class = self._class_module(name, "msg", module)
             return make_message_class(self.library.message(name), self.library.digests, self.message, module_of_class)
 
         return self._cached_class(name, "msg", make)  # type: ignore[no-any-return]  # the type that make returns
@@ -127,17 +127,17 @@ class MessageFinder:
         """Return the class of a service type; raises the same errors as :meth:`message`."""
 
         def make(module: str) -> type[Service]:
-            module_of_class = self._module_of(name, "srv", module)
+            module_of_class = self._class_module(name, "srv", module)
             return make_service_class(self.library.service(name), self.library.digests, self.message, module_of_class)
 
         return self._cached_class(name, "srv", make)  # type: ignore[no-any-return]  # the type that make returns
 
-    def _module_of(self, name: str, kind: str, module: str) -> str:
+    def _class_module(self, name: str, kind: str, module: str) -> str:
         package, _, short_name = name.partition("/")
         return f"{package}.{kind}._{short_name}" if self.uses_stock_names else module
 
     def _service_part(self, name: str) -> type[Any]:
-        """Return the class that a srv module has under a name: a service's class, or its request's or response's."""
+        """Return the class with the given name in a srv module: a service, or the request or response of a service."""
         short_name = name.partition("/")[2]
         if short_name not in self.library.services(name.partition("/")[0]):
             for part, attribute in (("Request", "_request_class"), ("Response", "_response_class")):

@@ -184,8 +184,8 @@ class Library:
         return f"{kind} type [{name}] is unknown{hint or available}"
 
     def _full_names(self, name: str, list_names: Callable[[str], list[str]]) -> list[str]:
-        """Return a few existing full names that may be meant by a name without a package, or by one with a folder, as
-        in ROS 2.
+        """Return a few existing full names that may be meant by a name without a package, ``Type``, or by a ROS 2 name,
+        ``package/msg/Type``.
         """
         package, short_name = name.partition("/")[0], name.rpartition("/")[2]
         if "/" in name:

@@ -4,10 +4,10 @@ A package is a folder with a ``package.xml`` (catkin) or a ``manifest.xml`` (ros
 this order: the folders of ``ROS_PACKAGE_PATH`` with everything below them, the devel and install spaces of
 ``CMAKE_PREFIX_PATH``, stock installations on the machine, the Python packages of this interpreter that declare a ROS
 package (with a ``package.xml`` in their folder, or by installing ``share/NAME/package.xml``), and the packages that
-come with pyros1. If one of these folders contains several packages with the same name, the one directly in it whose
-folder has that name is used, or else the first one in the order of folder names. (Stock uses the order of the file
-system.) Nothing is read before it is needed, and the index caches its results, so one index should be used for all
-searches.
+come with pyros1. If there are several packages with the same name below one of these folders, the one that is directly
+in it, in a subfolder of that name, is used, or else the first one in the order of folder names. (Stock uses the order
+of the file system.) Nothing is read before it is needed, and the index caches its results, so one index should be used
+for all searches.
 
 Every node searches for the packages of its messages when it starts. So a package in its usual location is found without
 searching all others, and this module handles paths as strings: `pathlib` is only imported by methods that return its
@@ -270,7 +270,7 @@ class PackageIndex:
 
 
 def is_direct(root: str, name: str) -> bool:
-    """Return whether a folder of ``ROS_PACKAGE_PATH`` directly contains a package in a folder with its name."""
+    """Return whether a folder of ``ROS_PACKAGE_PATH`` directly contains a package, in a subfolder of the same name."""
     folder = os.path.join(root, name)
     if _package_name(folder) != name or os.path.exists(os.path.join(folder, "CATKIN_IGNORE")):
         return False
@@ -334,19 +334,19 @@ def _list_folder(folder: str) -> _StrList:
 
 
 def _packages_below(
-    root: str, seen: set[tuple[int, int]], depth: int = 0, ancestors: tuple[tuple[int, int], ...] = ()
+    root: str, visited: set[tuple[int, int]], depth: int = 0, ancestors: tuple[tuple[int, int], ...] = ()
 ) -> Iterator[str]:
     """Yield package folders in order. Packages do not nest; folders with ignore markers and circular links are skipped.
 
-    ``ancestors`` contains (device, inode) of each parent folder, ``seen`` those of each visited folder; links to these
-    folders are skipped.
+    ``ancestors`` contains (device, inode) of each parent folder, ``visited`` those of each visited folder; links to
+    these folders are skipped.
     """
     try:
         status = os.stat(root)
         folder_id = (status.st_dev, status.st_ino)
-        if folder_id in ancestors or (folder_id in seen and os.path.islink(root)):
+        if folder_id in ancestors or (folder_id in visited and os.path.islink(root)):
             return
-        seen.add(folder_id)
+        visited.add(folder_id)
         with os.scandir(root) as listing:
             entries = {entry.name: entry for entry in listing}
     except OSError:
@@ -359,7 +359,7 @@ def _packages_below(
     if depth >= MAX_CRAWL_DEPTH or not _IGNORE_MARKERS.isdisjoint(names):
         return
     for name in sorted(name for name, entry in entries.items() if name[0] != "." and is_folder(entry)):
-        yield from _packages_below(os.path.join(root, name), seen, depth + 1, (*ancestors, folder_id))
+        yield from _packages_below(os.path.join(root, name), visited, depth + 1, (*ancestors, folder_id))
 
 
 def files_below(folder: str) -> Iterator[tuple[str, _StrList]]:
@@ -368,7 +368,7 @@ def files_below(folder: str) -> Iterator[tuple[str, _StrList]]:
     As in stock, links to folders are followed after everything that is reached without them. Each folder is visited
     once, and the parents of `folder` are never visited, so circular links are harmless.
     """
-    seen = {_device_and_inode(parent) for parent in _parents(os.path.realpath(folder))}
+    visited = {_device_and_inode(parent) for parent in _parents(os.path.realpath(folder))}
     start_folders = [folder]
     for start in start_folders:  # grows during iteration
         pending = [start]
@@ -380,9 +380,9 @@ def files_below(folder: str) -> Iterator[tuple[str, _StrList]]:
                     entries = sorted(listing, key=lambda entry: entry.name)
             except OSError:
                 continue
-            if folder_id in seen:
+            if folder_id in visited:
                 continue
-            seen.add(folder_id)
+            visited.add(folder_id)
             folder_names = {entry.name for entry in entries if is_folder(entry)}
             yield base, [entry.name for entry in entries if entry.name not in folder_names]
             subfolders = [entry for entry in entries if entry.name in folder_names and entry.name[0] != "."]

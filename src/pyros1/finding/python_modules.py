@@ -1,6 +1,4 @@
-"""Determines which modules Python programs use: pyros1's replacements for stock ROS 1's modules (`pyros1.drop_in`), or
-the modules of the system.
-"""
+"""Determines which ROS modules Python programs import: pyros1's replacements (`pyros1.drop_in`), or the system's."""
 
 from __future__ import annotations
 
@@ -14,7 +12,7 @@ MODULES_FOLDER = os.path.join(os.path.dirname(DROP_IN_START), "modules")
 """Folder of the replacement modules."""
 SYSTEM_PYTHON = "/usr/bin/python3"
 """The Python interpreter for which the system's packages install modules."""
-_ANY_PYTHON = ([b"/usr/bin/env", b"python3"], [b"/usr/bin/env", b"python"])
+_FIRST_PYTHON_ON_PATH = ([b"/usr/bin/env", b"python3"], [b"/usr/bin/env", b"python"])
 SYSTEM_FOLDERS = ("/usr/lib/", "/usr/share/")
 """Folders with programs from the system's packages."""
 
@@ -40,7 +38,8 @@ def system_python(program: str | os.PathLike[str], environ: Mapping[str, str]) -
 
     Args:
         program: path of the script.
-        environ: environment variables; with ``PYROS1_ROSPY=pyros1``, scripts run in the first Python, which has pyros1.
+        environ: environment variables; with ``PYROS1_ROSPY=pyros1``, scripts run in the first Python on the PATH, which
+            has pyros1.
     """
     path = os.path.realpath(program)
     if (
@@ -54,4 +53,4 @@ def system_python(program: str | os.PathLike[str], environ: Mapping[str, str]) -
             first_line = file.readline(100)
     except OSError:
         return ""
-    return SYSTEM_PYTHON if first_line.startswith(b"#!") and first_line[2:].split() in _ANY_PYTHON else ""
+    return SYSTEM_PYTHON if first_line.startswith(b"#!") and first_line[2:].split() in _FIRST_PYTHON_ON_PATH else ""

@@ -8,7 +8,7 @@ finder for this entry into the cache itself. So there is no need for an import h
 imports of all other modules.
 
 While one thread imports `pyros1.msgs`, another may already look for modules in its folder, since Python does not wait
-for a parent package. So the folder's finder in the cache is ours, too, as soon as pyros1 is imported.
+for a parent package. So importing pyros1 also puts a finder of ours into the cache for this folder.
 """
 
 from __future__ import annotations
@@ -146,19 +146,19 @@ class GeneratedModules:
         """Return the message finder, which is created at first use."""
         if self.message_finder is None:
             new_finder = import_module("pyros1.finding.importing").MessageFinder(os.environ)
-            # If another thread has made a finder meanwhile, that finder is kept.
+            # If another thread has created a finder in the meantime, that finder is kept.
             vars(self).setdefault("message_finder", new_finder)
         return self.message_finder
 
 
-class OwnFolder(FileFinder):
-    """Finds pyros1's own modules in the folder of `pyros1.msgs`, and otherwise generated ones.
+class MsgsFolderFinder(FileFinder):
+    """Finds pyros1's own modules in the folder of `pyros1.msgs`, or else generated modules.
 
-    Without it, a thread that looks too early would find nothing, or a folder with stubs, which becomes a namespace
-    package.
+    Python's finder for this folder does not know generated modules: a thread that imports one before `pyros1.msgs` has
+    set its ``__path__`` would find nothing, or a folder with stubs, which would become a namespace package.
 
     Args:
-        folder: the folder.
+        folder: the folder of `pyros1.msgs`.
         modules: finds and loads the generated modules.
     """
 
@@ -180,11 +180,13 @@ class OwnFolder(FileFinder):
 
 
 def prepare_import() -> None:
-    """Let several threads import messages at once, even while `pyros1.msgs` is being imported."""
+    """Put the finder for the folder of `pyros1.msgs` into the import system's cache, so that several threads can import
+    messages at once, even while `pyros1.msgs` itself is being imported.
+    """
     folder = os.path.join(os.path.dirname(os.path.dirname(__file__)), "msgs")
     if os.path.isdir(folder):  # not in an archive
         modules: Any = sys.path_importer_cache.setdefault(_PATH_ENTRY, GeneratedModules())
-        sys.path_importer_cache[folder] = OwnFolder(folder, modules)
+        sys.path_importer_cache[folder] = MsgsFolderFinder(folder, modules)
 
 
 def make_search_path(folders: Iterable[str]) -> SearchPath:

@@ -64,7 +64,7 @@ class InterruptHandler:
         raise KeyboardInterrupt
 
     def resend(self) -> None:
-        """Raise another KeyboardInterrupt shortly, since the interpreter has dropped the first."""
+        """Raise another KeyboardInterrupt after a moment, since the interpreter has dropped the first."""
         self._interrupts = InterruptCounter()
         _thread.start_new_thread(_send_delayed, (signal.SIGINT,))
 

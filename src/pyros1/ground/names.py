@@ -115,10 +115,10 @@ class Arguments:
     """The parsed arguments of a command line.
 
     Attributes:
-        remappings: ``a:=b`` as written, not yet resolved.
+        remappings: ``a:=b`` as ``{"a": "b"}``; the names are not resolved.
         parameters: ``_p:=v`` as ``{"p": "v"}``; the values are strings.
         special: ``__name:=x`` as ``{"__name": "x"}``.
-        rest: all other arguments, in order (those that rospy's ``myargv`` returns).
+        rest: all other arguments, in order, which are the program's own (those that rospy's ``myargv`` returns).
         malformed: arguments that look like a remapping but have more than one ``:=``.
     """
 

@@ -17,21 +17,21 @@ SYNONYMS = {"ls": "list", "rm": "delete", "cat": "echo", "show": "info", "stack"
 """Words that other tools use -> the words used here."""
 
 
-def did_you_mean(word: str, known: Iterable[str]) -> str:
-    """Return `` (did you mean 'x'?)``, to be appended to a message, or an empty string if no known word is similar.
+def did_you_mean(word: str, valid_words: Iterable[str]) -> str:
+    """Return `` (did you mean 'x'?)``, to be appended to a message, or an empty string if no valid word is similar.
 
     Args:
         word: the word that was written.
-        known: the words that could have been meant.
+        valid_words: the words that could have been meant.
     """
     from difflib import get_close_matches  # noqa: PLC0415 - rarely needed
 
-    known_words = list(known)
-    candidates = [SYNONYMS[word]] if SYNONYMS.get(word) in known_words else []
-    candidates = candidates or [candidate for candidate in known_words if candidate.casefold() == word.casefold()]
-    candidates = candidates or get_close_matches(word, known_words, 5, 0.7)
+    words = list(valid_words)
+    candidates = [SYNONYMS[word]] if SYNONYMS.get(word) in words else []
+    candidates = candidates or [candidate for candidate in words if candidate.casefold() == word.casefold()]
+    candidates = candidates or get_close_matches(word, words, 5, 0.7)
     suggestion = next((candidate for candidate in candidates if word in SYNONYMS or _is_similar(word, candidate)), "")
-    suggestion = suggestion or _find_completion(word, known_words) or word
+    suggestion = suggestion or _find_completion(word, words) or word
     return f" (did you mean '{one_line(suggestion)}'?)" if suggestion != word else ""
 
 

@@ -1,4 +1,4 @@
-"""The plan of a launch: what its launch files ask for, fully resolved. The files are not needed again."""
+"""The plan of a launch: everything that its launch files specify, fully resolved. The files are not read again."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from pyros1.launch.reading.on_death import OnDeath
 
 @dataclass
 class ExitPolicy:
-    """What happens when a node has exited.
+    """What the launcher does when a node has exited.
 
     Attributes:
         respawn: whether the node is started again.
@@ -176,7 +176,7 @@ class ArgPlan:
 
 @dataclass
 class Plan:
-    """Everything that the launch files ask for, in the order of the files.
+    """Everything that the launch files specify, in the order of the files.
 
     Attributes:
         nodes: the nodes to start, in order.

@@ -223,7 +223,7 @@ class ScriptRun:
             except Exception as error:  # noqa: BLE001 - an error in user code must not affect the launch
                 self._session.console.error(f"process_died of {listener!r} failed: {error!r}")
 
-    def do(self, action: Callable[[], Any]) -> Any:
+    def call(self, action: Callable[[], Any]) -> Any:
         """Call a function in the launch's thread; return its result, or raise its exception.
 
         Raises:
@@ -243,7 +243,7 @@ class ScriptRun:
             except Exception as error:  # noqa: BLE001 - raised again in the waiting thread
                 future.set_exception(error)
 
-        self._session.supervisor.do(perform)
+        self._session.supervisor.call_soon(perform)
         try:
             return future.result()
         finally:
@@ -256,7 +256,7 @@ class ScriptRun:
         Raises:
             LaunchError: the node cannot be started, or the launch is over.
         """
-        return ProcessHandle(self.do(lambda: self._session.launch(node.plan)), self)
+        return ProcessHandle(self.call(lambda: self._session.launch(node.plan)), self)
 
     def processes(self) -> list[ProcessHandle]:
         """Return the running processes."""
@@ -288,7 +288,7 @@ class ScriptRun:
         previous_count = process.spawn_count
         if not self._ended.is_set():
             try:
-                self.do(lambda: end_in_thread(process))
+                self.call(lambda: end_in_thread(process))
             except LaunchError:
                 self._ended.wait()  # the launch is being shut down
         if threading.current_thread() is self._thread:

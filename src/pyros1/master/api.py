@@ -278,7 +278,7 @@ class Method(NamedTuple):
             message and the value.
         default: the value to return with a code other than 1.
         arguments: validators of the arguments after the caller's id.
-        is_query: whether the call asks for something that may not exist; if so, refusals are not logged.
+        is_query: whether the call asks for something that may not exist, so that a refusal is not logged as an error.
         changes_state: whether the call may change the state of the master.
     """
 

@@ -5,7 +5,7 @@ and one record per change. A record is a call to the Master API as XML-RPC, prec
 the file has grown too much, it is replaced with a new one that holds the current state, so its size is bounded.
 
 A separate thread writes the file, so the loop never waits for a disk. Records are written immediately: a master that is
-killed loses the changes of at most the last tens of milliseconds. There is no fsync, which would only matter after a
+killed loses at most the changes of its last tens of milliseconds. There is no fsync, since it would only matter after a
 power cut; then the nodes on this machine are gone as well, and the journal is not used.
 """
 
@@ -166,23 +166,23 @@ class Journal:
 
     @property
     def has_grown(self) -> bool:
-        """Whether the file has grown so much that it should be rewritten with `begin`."""
+        """Whether the file has grown so much that it should be rewritten with `rewrite`."""
         return not self._is_broken and self._added_size > max(_MIN_GROWTH, self._initial_size)
 
     @property
     def needs_rewrite(self) -> bool:
         """Whether the file should be rewritten at the next opportunity: it has grown, or could not be written.
 
-        In the latter case, this is False until the writer has finished its work, since `begin` queues the entire state.
+        In the latter case, this is False until the writer has caught up, since `rewrite` queues the entire state.
         """
         return self.has_grown or (self._is_broken and self._queued_bytes == self._written_bytes)
 
-    def begin(self, calls: Iterable[Call]) -> None:
+    def rewrite(self, calls: Iterable[Call]) -> None:
         """Replace the file with one that contains only the given calls, which reproduce the current state."""
         data = MAGIC + encode_record(("begin", (os.getpid(), boot_id()))) + b"".join(map(encode_record, calls))
         self._is_broken = self._has_gap = False
         self._initial_size, self._added_size = len(data), 0
-        self._enqueue("begin", data)
+        self._enqueue("replace", data)
 
     def add(self, call: Call) -> None:
         """Append a call that has changed the state."""
@@ -191,7 +191,7 @@ class Journal:
         self._enqueue("add", data)
 
     def heartbeat(self) -> None:
-        """Record that the master is alive; call it every `HEARTBEAT_S` seconds."""
+        """Record that the master is alive. Call this every `HEARTBEAT_S` seconds."""
         self._enqueue("tick", b"")
 
     def close(self, *, remove: bool = True, timeout: float = 2.0) -> None:
@@ -212,7 +212,7 @@ class Journal:
 
     def _enqueue(self, action: str, data: bytes) -> None:
         is_full = self._queued_bytes - self._written_bytes + len(data) > MAX_PENDING
-        if action != "begin" and (is_full or self._has_gap):
+        if action != "replace" and (is_full or self._has_gap):
             self._is_broken = self._has_gap = True
             return
         self._queued_bytes += len(data)
@@ -223,7 +223,7 @@ class Journal:
         while True:
             action, data = self._next_action()
             try:
-                if action == "begin":
+                if action == "replace":
                     self._replace(data)
                     has_warned = False
                 elif action == "add" and self._descriptor >= 0:

@@ -30,8 +30,8 @@ class Notifier:
     Args:
         caller: makes the calls; its timeout limits how long a node that does not respond delays its other notices.
         log: ``log(level, text)``.
-        warn: called with a message when a subscriber cannot be reached, once per outage. A subscriber
-            without notices receives no messages from new publishers, and cannot find out why.
+        warn: called with a message when a subscriber cannot be reached, once per outage. A subscriber that receives no
+            notices does not connect to new publishers, and cannot find out why.
     """
 
     def __init__(

@@ -29,7 +29,7 @@ _MASTER_NAME: Final = "/master"
 _CONNECT_TIMEOUT_S: Final = 1.0
 _MAX_PROBES: Final = 100
 _Query = tuple[str, frozenset[str]]
-"""A method, and a set of topics; the method's result must contain at least one of them, unless the set is empty."""
+"""A method, and topics of which its result must contain at least one; without topics, any result is accepted."""
 
 
 def stale_reason(journal: JournalContents, now: float, is_any_reachable: Callable[[Iterable[str]], bool]) -> str:
@@ -44,7 +44,7 @@ def stale_reason(journal: JournalContents, now: float, is_any_reachable: Callabl
         return "this machine has been restarted since then"
     if now - journal.last_alive_at <= RECENT_S:
         return ""
-    # The nodes of the final state only: the journal also contains every `rostopic echo` that has exited since.
+    # Only the nodes in the final state matter: the journal also contains every `rostopic echo` that has since exited.
     restored_api = MasterApi(notify=lambda _: None, log=lambda *_: None, on_shutdown=lambda _: None, pid=0)
     restored_api.restore(journal.calls)
     if is_any_reachable({node.api for node in restored_api.registry.nodes()}):
@@ -99,7 +99,7 @@ class Recovery:
         self._num_alive = 0
         self._closed = False
 
-    def begin(self) -> None:
+    def start(self) -> None:
         """Start asking all nodes; if there are none, call ``on_done``."""
         if not self._pending_nodes:
             self._on_done(0)

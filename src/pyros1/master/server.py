@@ -123,7 +123,7 @@ class Master:
             nodes = self._api.registry.nodes()
             self._recovery = Recovery(self._loop, self._caller, nodes, self._forget, self._on_recovered)
         if self._journal is not None:
-            self._journal.begin(self._api.snapshot())
+            self._journal.rewrite(self._api.snapshot())
         self._loop.start()
         self._loop.call_soon(self._start_on_loop)
         self._log("info", f"Master initialized: port[{self._server.port}], uri[{self._server.uri}]")
@@ -172,7 +172,7 @@ class Master:
 
     def _start_on_loop(self) -> None:
         if self._recovery is not None:
-            self._recovery.begin()
+            self._recovery.start()
         if self._journal is not None:
             self._heartbeat()
 
@@ -181,13 +181,13 @@ class Master:
             return
         self._journal.add((method, params))
         if self._journal.has_grown:
-            self._journal.begin(self._api.snapshot())
+            self._journal.rewrite(self._api.snapshot())
 
     def _heartbeat(self) -> None:
         if self._journal is None or self._stopped.is_set():
             return
         if self._journal.needs_rewrite:
-            self._journal.begin(self._api.snapshot())
+            self._journal.rewrite(self._api.snapshot())
         self._journal.heartbeat()
         self._loop.call_later(HEARTBEAT_S, self._heartbeat)
 
@@ -201,7 +201,7 @@ class Master:
 
     def _on_recovered(self, num_running: int) -> None:
         if self._journal is not None:
-            self._journal.begin(self._api.snapshot())
+            self._journal.rewrite(self._api.snapshot())
         self._log(
             "info", f"{num_running} nodes of the previous master are still running, {len(self._gone_nodes)} are gone"
         )

@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING, Any
 
 from pyros1.graph import Graph, probe_service
 from pyros1.ground.errors import Error
-from pyros1.test_nodes.check import POLL_INTERVAL, SetupError, Test, list_param, pause, require, wait_for_clock
+from pyros1.test_nodes.common import POLL_INTERVAL, SetupError, Test, list_param, pause, require, wait_for_clock
 
 if TYPE_CHECKING:
     from pyros1.node import Node
 
 _DEFAULTS = {"timeout": 10, "type": None, "negative": False}
 _ListNames = Callable[[], Iterable[str]]
-_TypeOf = Callable[[str], "str | None"]
+_GetType = Callable[[str], "str | None"]
 
 
 def advertise_tests(node: Node) -> dict[str, Test]:
@@ -66,13 +66,13 @@ def subscribe_tests(node: Node) -> dict[str, Test]:
     }
 
 
-def _check_names(node: Node, entries: list[dict[str, Any]], list_names: _ListNames, type_of: _TypeOf) -> None:
+def _check_names(node: Node, entries: list[dict[str, Any]], list_names: _ListNames, get_type: _GetType) -> None:
     """Check which names are registered, repeatedly, until all names have appeared or the longest timeout has passed.
 
     Args:
         entries: the entries of the parameter. Their names should appear, or should not if ``negative`` is true.
         list_names: returns the currently registered names.
-        type_of: returns the type of a name; None if it is unknown.
+        get_type: returns the type of a name; None if it is unknown.
     """
     wait_for_clock(node)
     missing_entries = {entry["name"]: entry for entry in entries}
@@ -80,17 +80,17 @@ def _check_names(node: Node, entries: list[dict[str, Any]], list_names: _ListNam
     start = time.monotonic()
     while missing_entries and (elapsed := time.monotonic() - start) <= timeout:
         for name in [name for name in list_names() if name in missing_entries]:
-            _check_entry(missing_entries.pop(name), elapsed, type_of)
+            _check_entry(missing_entries.pop(name), elapsed, get_type)
         if missing_entries:
             pause(node, POLL_INTERVAL)
     for name, entry in missing_entries.items():
         require(entry["negative"], f"{name} did not appear within {entry['timeout']} s")
 
 
-def _check_entry(entry: dict[str, Any], elapsed: float, type_of: _TypeOf) -> None:
+def _check_entry(entry: dict[str, Any], elapsed: float, get_type: _GetType) -> None:
     name, expected_type = entry["name"], entry["type"]
     require(not entry["negative"], f"{name} exists, but should not")
     require(elapsed < float(entry["timeout"]), f"{name} appeared only after {elapsed:.1f} s")
     if expected_type is not None:
-        actual_type = type_of(name)
+        actual_type = get_type(name)
         require(actual_type == expected_type, f"{name} should be of type {expected_type}, but is of type {actual_type}")

@@ -7,7 +7,7 @@ import time
 from typing import TYPE_CHECKING
 
 from pyros1.msgs import AnyMsg
-from pyros1.test_nodes.check import POLL_INTERVAL, Test, pause, require, required_params
+from pyros1.test_nodes.common import POLL_INTERVAL, Test, pause, require, required_params
 
 if TYPE_CHECKING:
     from pyros1.node import Node

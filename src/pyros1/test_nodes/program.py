@@ -10,7 +10,7 @@ from pyros1.ground.errors import Error
 from pyros1.launch.testing.junit import Results, describe_case, write_results
 from pyros1.node import Node
 from pyros1.test_nodes import advertise, hz, param, publish
-from pyros1.test_nodes.check import run_case
+from pyros1.test_nodes.common import run_case
 
 _OUTPUT_OPTION = "--gtest_output=xml:"
 _SUITE_NAME = "unittest.suite.TestSuite"

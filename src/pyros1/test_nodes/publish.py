@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from pyros1.ground.timing import Duration
 from pyros1.msgs import AnyMsg
-from pyros1.test_nodes.check import POLL_INTERVAL, SetupError, Test, list_param, pause, require, wait_for_clock
+from pyros1.test_nodes.common import POLL_INTERVAL, SetupError, Test, list_param, pause, require, wait_for_clock
 
 if TYPE_CHECKING:
     from pyros1.node import Node
@@ -29,7 +29,7 @@ def tests(node: Node) -> dict[str, Test]:
 
 
 class _TopicCheck:
-    """The check of one topic, which ends at the topic's timeout at the latest, in the node's time."""
+    """The check of one topic, which lasts until a message arrives, or the timeout has passed in the node's time."""
 
     def __init__(self, node: Node, topic: dict[str, Any]) -> None:
         self._node = node

@@ -22,7 +22,7 @@ class Mux:
         target: the topic to publish.
         sources: the input topics.
         initial: the topic to select at the start, or ``__none``; empty for the first topic.
-        lazy: whether, once the type is known, to subscribe only to the selected topic and only while the output has
+        lazy: whether to subscribe, once the type is known, only to the selected topic, and only while the output has
             subscribers.
         latch: whether to latch the output.
         connect_timeout: the maximum time in seconds to wait for a subscriber before the first message is published.
@@ -43,7 +43,7 @@ class Mux:
         self._connect_timeout = connect_timeout
         self._output = Output(node, target, latch)
         self._subscribers: dict[str, Subscriber[AnyMsg]] = {}
-        # Set when the type is known, when no subscriber is left, or when the node shuts down.
+        # Set when the type is known, when the output has no subscribers any more, or when the node shuts down.
         self._wake = threading.Event()
         node.on_shutdown(self._wake.set)
         self._selection = Selection(node, "mux", sources, initial)

@@ -44,7 +44,7 @@ class Relay:
         self._output = output
         self._gate = gate
         self._transports = transports
-        self._wake = threading.Event()  # set when a message had no subscriber, or when the node shuts down
+        self._wake = threading.Event()  # set when a message arrives while the output has no subscriber, or at shutdown
         node.on_shutdown(self._wake.set)
 
     def run(self) -> None:

@@ -1,4 +1,4 @@
-"""What mux and demux share: a list of topics, and services that select one of them or none.
+"""Shared by mux and demux: a list of topics, and services that select one of them or none.
 
 The services are select, add, delete and list, relative to the name ``mux`` or ``demux``, which users can remap. The
 selected topic is published on the latched topic ``selected``.
@@ -84,7 +84,7 @@ class Selection:
     def _add(self, request: Any) -> Mapping[str, str]:
         with self.lock:
             if request.topic == NO_TOPIC:
-                self._refuse(f"cannot add {NO_TOPIC}: it means no topic")
+                self._refuse(f"cannot add {NO_TOPIC}: this name stands for no topic")
             if self._find_topic(request.topic):
                 self._refuse(f"cannot add {request.topic}: it is already in the list")
             topic = self._node.resolve(request.topic)

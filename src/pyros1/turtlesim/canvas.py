@@ -1,4 +1,4 @@
-"""The turtles' drawing, kept as pixels: this limits its memory, and lets a turtle see the colour below itself."""
+"""The turtles' drawing as pixels, which limits the memory for it, and tells a turtle the colour below itself."""
 
 from __future__ import annotations
 

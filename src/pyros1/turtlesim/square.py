@@ -15,7 +15,7 @@ SIDE_LENGTH = 2.0
 """Length of the square's sides, in units."""
 WALKING_SPEED = 1.0
 TURNING_SPEED = 0.4
-_MAX_STANDSTILL_SPEED = 1e-4
+_MIN_MOVING_SPEED = 1e-4
 _ANGLE_TOLERANCE = 0.01
 
 
@@ -88,7 +88,7 @@ def main(argv: list[str]) -> int:
         while node.ok():
             for pose in tuple(latest_pose):
                 square = square or Square(pose.x, pose.y, pose.theta)
-                moving = max(abs(pose.linear_velocity), abs(pose.angular_velocity)) > _MAX_STANDSTILL_SPEED
+                moving = max(abs(pose.linear_velocity), abs(pose.angular_velocity)) > _MIN_MOVING_SPEED
                 twist = Twist()
                 twist.linear.x, twist.angular.z = square.next_speeds(pose.x, pose.y, pose.theta, moving)
                 publisher.publish(twist)

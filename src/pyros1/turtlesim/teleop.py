@@ -26,12 +26,12 @@ HEADING_BY_KEY = {
     "v": -pi / 2,
     "b": -pi / 4,
 }
-"""Key -> heading to turn to, in radians, which is the key's direction as seen from F on the keyboard."""
+"""Key -> heading to turn to, in radians: the direction from F to the key on the keyboard."""
 HELP_TEXT = """\
 Reading from keyboard
 ---------------------------
 Use arrow keys to move the turtle.
-Use g|b|v|c|d|e|r|t keys to look where the key lies from f, and f to stop.
+Use g|b|v|c|d|e|r|t keys to turn in the key's direction as seen from f, and f to stop.
 'q' to quit.
 """
 _POLL_PERIOD = 0.2
@@ -61,7 +61,7 @@ class Teleop:
         self._pose_received.set()
 
     def handle_key(self, key: str) -> bool:
-        """Do what a key stands for; return False if the key is q, which quits."""
+        """Handle a pressed key; return False for q, which quits."""
         key = key if key in SPEEDS_BY_ARROW else key.lower()
         if key == "q":
             return False

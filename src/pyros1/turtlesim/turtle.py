@@ -82,7 +82,7 @@ class Turtle:
     def teleport_absolute(self, x: float, y: float, theta: float) -> None:
         """Move to a pose at once.
 
-        A position above the upper wall is corrected immediately; one outside the other walls, at the next step.
+        A position beyond the upper wall is corrected immediately; one beyond another wall, in the next step.
         """
         self.x, self.y, self.theta = x, min(y, WORLD_SIZE), theta
 

@@ -16,11 +16,11 @@ _MAX_VALUE = 1e9
 
 
 class TurtleError(Error):
-    """What was requested of a turtle is not possible; the error message says why."""
+    """A request about a turtle is invalid; the error message says why."""
 
 
 class StepResult(NamedTuple):
-    """What a step has done to one turtle.
+    """The result of a step for one turtle.
 
     Attributes:
         name: the turtle's name.
@@ -85,7 +85,7 @@ class World:
             raise TurtleError(f"Tried to kill turtle [{name}], which does not exist")
 
     def reset(self) -> None:
-        """Replace all turtles by a new turtle1 in the middle. The canvas is not cleared."""
+        """Replace all turtles with a new turtle1 in the middle. The canvas is not cleared."""
         self.turtles = {"turtle1": Turtle()}
         self._last_number = 1
 
@@ -144,7 +144,7 @@ class World:
         for name, turtle in self.turtles.items():
             previous = turtle.position
             requested = turtle.step(now, seconds)
-            # The colour is read first: a turtle does not see the line that it is drawing.
+            # The colour is read first, so that a turtle does not see the line that it is drawing.
             results.append(StepResult(name, replace(turtle), self.canvas.colour_at(turtle.position), requested))
             if turtle.position != previous:
                 self.canvas.draw_line(previous, turtle.position, turtle.pen)

@@ -1,4 +1,4 @@
-"""A robot's joints as published by joint_state_publisher: limits, positions, and which joint follows which (pure)."""
+"""The joint states that joint_state_publisher publishes: limits, positions, and joints that follow others (pure)."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def read_options(get: Callable[[str, Any], Any]) -> Options:
         UrdfError: a value has the wrong type; the message names the parameter.
     """
     topics = get("source_list", [])
-    if not isinstance(topics, (list, tuple)) or not all(isinstance(each, str) for each in topics):
+    if not isinstance(topics, (list, tuple)) or not all(isinstance(topic, str) for topic in topics):
         raise UrdfError("the parameter source_list must be a list of topics")
     if len(topics) > MAX_SOURCE_TOPICS:
         raise UrdfError(f"the parameter source_list has more than {MAX_SOURCE_TOPICS} topics")
@@ -75,11 +75,12 @@ def read_options(get: Callable[[str, Any], Any]) -> Options:
         rate=rate,
         source_list=tuple(topics),
         zeros={
-            name: _read_number(each, f"zeros/{name}") for name, each in _read_mapping(get("zeros", {}), "zeros").items()
+            name: _read_number(value, f"zeros/{name}")
+            for name, value in _read_mapping(get("zeros", {}), "zeros").items()
         },
         dependent_joints={
-            name: _read_dependent_joint(each, f"dependent_joints/{name}")
-            for name, each in _read_mapping(get("dependent_joints", {}), "dependent_joints").items()
+            name: _read_dependent_joint(value, f"dependent_joints/{name}")
+            for name, value in _read_mapping(get("dependent_joints", {}), "dependent_joints").items()
         },
         delta=_read_number(get("delta", 0.0), "delta"),
         **flags,
@@ -130,7 +131,7 @@ class JointStates:
         names: names of the movable joints, in the order of the description.
         joint_types: name of a movable joint -> its type.
         free_joints: the joints that do not follow another joint, by name.
-        followers: joint -> how it follows a free joint, directly or by way of other joints.
+        followers: joint -> how it follows a free joint, directly or through other joints.
         warnings: problems that do not prevent publishing.
     """
 
@@ -139,11 +140,11 @@ class JointStates:
         self.warnings = list(robot.warnings)
         joints = {name: joint for name, joint in robot.joints.items() if joint.type in MOVING_TYPES}
         leaders = {name: joint.mimic for name, joint in joints.items() if joint.mimic and options.use_mimic_tags}
-        leaders.update({name: each for name, each in options.dependent_joints.items() if name in joints})
+        leaders.update({name: mimic for name, mimic in options.dependent_joints.items() if name in joints})
         for name in [*options.zeros, *options.dependent_joints]:
             if name not in joints:
                 self.warnings.append(f"{_escaped(name)} has a parameter, but there is no movable joint of this name")
-        for name in [name for name, each in leaders.items() if each.joint not in joints]:
+        for name in [name for name, mimic in leaders.items() if mimic.joint not in joints]:
             self.warnings.append(
                 f"joint {_escaped(name)} follows {_escaped(leaders.pop(name).joint)}, which does not move"
             )
@@ -188,13 +189,13 @@ class JointStates:
 
         The positions, velocities or efforts are empty if no joint has such a value.
         """
-        free = self.free_joints.values()
+        free_joints = self.free_joints.values()
         # As in stock, positions are always published if there are followers.
-        has_positions = bool(self.followers) or any(each.position is not None for each in free)
+        has_positions = bool(self.followers) or any(joint.position is not None for joint in free_joints)
         positions = [self._position(name) for name in self.names] if has_positions else []
-        has_velocities = any(each.velocity is not None for each in free)
+        has_velocities = any(joint.velocity is not None for joint in free_joints)
         velocities = [self._velocity(name) for name in self.names] if has_velocities else []
-        has_efforts = any(each.effort is not None for each in free)
+        has_efforts = any(joint.effort is not None for joint in free_joints)
         efforts = [self._leader(name).effort or 0.0 for name in self.names] if has_efforts else []
         return list(self.names), positions, velocities, efforts
 
@@ -244,22 +245,22 @@ def joint_limits(joint: Joint, uses_soft_limits: bool = True) -> tuple[float, fl
 
 
 def _resolve_followers(leaders: Mapping[str, Mimic], warnings: list[str]) -> dict[str, Mimic]:
-    """Return how each follower follows a free joint, even if it does so by way of other joints.
+    """Return how each follower follows a free joint, directly or through other joints.
 
-    If joints follow each other in a cycle, one of them is made to follow no joint, and a warning is appended to
+    If joints follow each other in a cycle, one of them is treated as a free joint, and a warning is appended to
     ``warnings``.
     """
     resolved: dict[str, Mimic] = {}
     free: set[str] = set()
     for name in leaders:
         path: dict[str, None] = {}
-        each = name
-        while each in leaders and each not in resolved and each not in free and each not in path:
-            path[each] = None
-            each = leaders[each].joint
-        if each in path:
-            free.add(each)
-            warnings.append(f"joint {_escaped(each)} follows itself, so it is treated as a joint that follows none")
+        current = name
+        while current in leaders and current not in resolved and current not in free and current not in path:
+            path[current] = None
+            current = leaders[current].joint
+        if current in path:
+            free.add(current)
+            warnings.append(f"joint {_escaped(current)} follows itself, so it is treated as a free joint")
         for follower in reversed(path):
             if follower not in free:
                 mimic = leaders[follower]

@@ -16,7 +16,7 @@ FIXED_TYPES = frozenset({"fixed", "planar"})
 
 
 class Edge(NamedTuple):
-    """The connection between a link that moves and its parent.
+    """The connection between a moving link and its parent.
 
     Attributes:
         joint: the joint between the two links.
@@ -69,7 +69,7 @@ class Kinematics:
 
         Args:
             positions: joint -> position in radians or metres. Links are omitted from the result if their joint's
-                position is neither given nor follows from another joint's.
+                position is neither given nor determined by that of another joint.
         """
         all_positions = dict(positions)
         self.add_followers(all_positions)
@@ -138,10 +138,10 @@ def _order_followers(robot: Robot) -> list[tuple[str, str, float, float]]:
     ordered: dict[str, tuple[str, str, float, float]] = {}
     for joint in robot.joints.values():
         path = []
-        each: Joint | None = joint
-        while each is not None and each.mimic is not None and each.name not in ordered:
-            path.append(each)
-            each = robot.joints.get(each.mimic.joint)
+        current: Joint | None = joint
+        while current is not None and current.mimic is not None and current.name not in ordered:
+            path.append(current)
+            current = robot.joints.get(current.mimic.joint)
         for follower in reversed(path):
             if follower.mimic is not None:
                 mimic = follower.mimic

@@ -38,7 +38,7 @@ def read_robot(text: str) -> Robot:
     links = _read_links(root)
     elements = root.findall("joint")
     if len(elements) > MAX_JOINTS:
-        raise UrdfError(f"a robot has at most {MAX_JOINTS} joints")
+        raise UrdfError(f"the robot has more than {MAX_JOINTS} joints")
     warnings: list[str] = []
     joints: dict[str, Joint] = {}
     children: dict[str, str] = {}
@@ -55,7 +55,7 @@ def read_robot(text: str) -> Robot:
         if joint.child in children:
             raise UrdfError(
                 f"link {_escaped(joint.child)} is the child of two joints, {_escaped(children[joint.child])} and "
-                f"{_escaped(joint.name)}: a link has one parent"
+                f"{_escaped(joint.name)}: a link can have only one parent"
             )
         children[joint.child] = joint.name
         joints[joint.name] = joint
@@ -77,7 +77,7 @@ def _parse(text: str) -> Element:
     if root.tag == "COLLADA" or root.tag.endswith("}COLLADA"):
         raise UrdfError("the description is COLLADA, which is not supported for robots: convert it to URDF")
     if root.tag != "robot":
-        raise UrdfError(f"the description begins with <{_escaped(root.tag)}>, where URDF has <robot>")
+        raise UrdfError(f"the root element is <{_escaped(root.tag)}>, but in URDF it is <robot>")
     if any(str(element.tag).startswith(_XACRO_NAMESPACE) for element in root):
         raise UrdfError("the description is xacro, not URDF: set the parameter to the output of xacro FILE.xacro")
     return root
@@ -104,7 +104,9 @@ def _read_joint(element: Element, warnings: list[str]) -> Joint:
     context = f"joint {_escaped(name)}"
     joint_type = element.get("type", "")
     if joint_type not in JOINT_TYPES:
-        raise UrdfError(f"{context}: its type is {_escaped(joint_type)}; types are {', '.join(sorted(JOINT_TYPES))}")
+        raise UrdfError(
+            f"{context}: its type is {_escaped(joint_type)}; valid types are {', '.join(sorted(JOINT_TYPES))}"
+        )
     links = []
     for attribute in ("parent", "child"):
         link_element = element.find(attribute)
@@ -179,19 +181,19 @@ def _check_mimics(joints: dict[str, Joint], warnings: list[str]) -> None:
     checked: set[str] = set()
     for name in joints:
         path: dict[str, None] = {}
-        each = joints.get(name)
-        while each is not None and each.mimic is not None and each.name not in checked:
-            if each.name in path:
-                raise UrdfError(f"joint {_escaped(name)} follows itself, by way of mimic: {_join_names(path)}")
-            path[each.name] = None
-            leader = joints.get(each.mimic.joint)
+        current = joints.get(name)
+        while current is not None and current.mimic is not None and current.name not in checked:
+            if current.name in path:
+                raise UrdfError(f"joint {_escaped(name)} follows itself through mimic tags: {_join_names(path)}")
+            path[current.name] = None
+            leader = joints.get(current.mimic.joint)
             if leader is None or leader.type not in MOVING_TYPES:
                 hint = f": it is {leader.type}" if leader else ""
                 if leader is None and len(warnings) < _MAX_HINTS:  # comparing names is slow
-                    hint = did_you_mean(each.mimic.joint, list(joints)[:_MAX_HINT_NAMES])
-                relation = f"joint {_escaped(each.name)} mimics {_escaped(each.mimic.joint)}"
+                    hint = did_you_mean(current.mimic.joint, list(joints)[:_MAX_HINT_NAMES])
+                relation = f"joint {_escaped(current.name)} mimics {_escaped(current.mimic.joint)}"
                 warnings.append(f"{relation}, which is not a movable joint{hint}")
-            each = leader
+            current = leader
         checked.update(path)
 
 

@@ -43,7 +43,7 @@ class Settings:
     Attributes:
         publish_frequency: maximum number of messages per second with the same joint; values below 1 count as 1.
         ignore_timestamp: whether every message is used, even if its stamp is earlier than that of the last message, or
-            follows it too soon.
+            too soon after it.
         use_tf_static: whether fixed links are published once, on /tf_static, instead of repeatedly, on /tf.
         prefix: prefix of frame names; empty for none.
     """

@@ -22,7 +22,7 @@ import pytest
 from pyros1.finding.python_modules import modules_environment
 from pyros1.launch.preload.preloader import ForkedProcess, Preloader, python_script
 from pyros1.launch.preload.server import serve
-from pyros1.launch.running.warden import group_exists
+from pyros1.launch.running.watchdog import group_exists
 
 from ..running.test_fifty import left
 
@@ -373,15 +373,15 @@ def test_nothing_is_left_of_a_launch(
         assert "[again-" in text and "exit code -9" in text, text
         launcher.send_signal(number)
         launcher.communicate(timeout=60)  # all of them have its standard output: until the last one has ended
-    # The warden, which ended them if the launcher was killed, is about to end.
-    assert [each for each in left(f"PYROS1_TEST_MARK={tmp_path}") if "warden.py" not in each] == []
+    # The watchdog, which ended them if the launcher was killed, is about to end.
+    assert [each for each in left(f"PYROS1_TEST_MARK={tmp_path}") if "watchdog.py" not in each] == []
 
 
 @pytest.mark.filterwarnings("ignore::ResourceWarning")
 def test_a_program_does_not_run_if_its_launcher_is_killed_before_it_is_known(
     preloader: Preloader, script: Any, environ: dict[str, str], tmp_path: Path
 ) -> None:
-    """The warden would not find it."""
+    """The watchdog would not find it."""
     ran = tmp_path / "ran"
     words = [script(f"open({str(ran)!r}, 'w').close()\n")]
     forked = preloader.start(words, environ, str(tmp_path), 1, 2)

@@ -59,7 +59,7 @@ def launcher(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Launch
     launcher = Launcher(monkeypatch)
     assert launcher.receive() == {"event": "ready", "pid": os.getpid()}
     assert usage.__file__ is not None
-    launcher.send(do="hello", stages=[5.0, 0.1], usage=Path(usage.__file__).read_text())
+    launcher.send(do="hello", stop_timeouts=[5.0, 0.1], usage=Path(usage.__file__).read_text())
     yield launcher
     launcher.close()
     assert not launcher.thread.is_alive()

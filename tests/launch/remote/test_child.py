@@ -15,7 +15,7 @@ import pytest
 from pyros1.finding.packages import PackageIndex
 from pyros1.ground.errors import Error, LaunchError
 from pyros1.launch.reading.resources import Resources
-from pyros1.launch.remote.child import Child, end_with_stdin
+from pyros1.launch.remote.child import Child, stop_when_stdin_closes
 from pyros1.launch.running.options import Options
 from pyros1.master.server import Master
 from pyros1.net.loop import Loop
@@ -222,7 +222,7 @@ def test_it_ends_with_the_connection(stdin: Callable[[int], None]) -> None:
     read_end, write_end = os.pipe()
     reasons: queue.SimpleQueue[str] = queue.SimpleQueue()
     stdin(read_end)
-    end_with_stdin(reasons.put)
+    stop_when_stdin_closes(reasons.put)
     os.write(write_end, b"what a user types")
     assert os.read(0, 1) == b""
     assert reasons.empty()
@@ -233,7 +233,7 @@ def test_it_ends_with_the_connection(stdin: Callable[[int], None]) -> None:
 def test_a_standard_input_that_is_no_connection_is_left_alone(stdin: Callable[[int], None], tmp_path: Path) -> None:
     (tmp_path / "file").write_text("text")
     stdin(os.open(tmp_path / "file", os.O_RDONLY))
-    end_with_stdin(print)
+    stop_when_stdin_closes(print)
     assert os.read(0, 10) == b"text"
 
 

@@ -24,7 +24,7 @@ from pyros1.launch.running.process import Process
 from pyros1.launch.running.process_spec import ProcessSpec
 from pyros1.launch.running.supervisor import Supervisor
 from pyros1.launch.running.usage import UNKNOWN_USAGE
-from pyros1.launch.running.warden import group_exists
+from pyros1.launch.running.watchdog import group_exists
 
 DEADLINE = 20.0
 STAGES = (0.3, 0.3)
@@ -75,7 +75,7 @@ class Bench:
         self.machine.wait_ready()
 
     def back(self, processes: list[Process]) -> None:
-        self.supervisor.do(lambda: self.supervisor.resume(processes))
+        self.supervisor.call_soon(lambda: self.supervisor.resume(processes))
 
     def start(self, kind: str, *, screen: bool = False, respawn: bool = False) -> bool:
         node = NodePlan("far", kind, "it", "/ns/", ["a", "b c"], [("x", "y")], {"MARK": "set"})
@@ -148,7 +148,7 @@ def test_a_start_that_is_confirmed_too_late_is_undone(monkeypatch: pytest.Monkey
         def send(self, message: dict[str, Any]) -> None:
             said.append((message["do"], message.get("number")))
 
-    def kind(spec: ProcessSpec, on_exit: Any, warden: Any, screen: Any) -> RemoteProcess:
+    def kind(spec: ProcessSpec, on_exit: Any, watchdog: Any, screen: Any) -> RemoteProcess:
         process = RemoteProcess(spec, on_exit, screen=screen)
         process.attach(Slow(), NodePlan("far", "brief", "it", "/"), "run")  # type: ignore[arg-type]
         started.append(process)
@@ -208,7 +208,7 @@ def test_a_stuck_node_is_killed_and_restarted(bench: Bench, tmp_path: Path) -> N
     runner = threading.Thread(target=bench.supervisor.run)
     runner.start()
     process = bench.process
-    bench.supervisor.do(lambda: bench.supervisor.restart_node(process))
+    bench.supervisor.call_soon(lambda: bench.supervisor.restart_node(process))
     until(lambda: process.spawn_count == 2, "it is started again")
     assert process.pid != first
     until(lambda: not group_exists(first), "nothing of the first is left")
@@ -398,4 +398,4 @@ def test_a_master_that_means_another_machine_there_is_warned_of(environ: dict[st
     err = io.StringIO()
     plan = MachinePlan("robot", "robot.example")
     make_machine(plan, environ, f"http://{host}:11311/", STAGES, Console(io.StringIO(), err), list)
-    assert f"get the master URI http://{host}:11311/, which means that machine itself there" in err.getvalue()
+    assert f"get the master URI http://{host}:11311/, which refers to that machine, not to this one" in err.getvalue()

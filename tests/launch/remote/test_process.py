@@ -42,7 +42,7 @@ class Remote:
     def usage(self, label: str) -> Usage:
         return Usage(1.5, 100)
 
-    def make(self, spec: ProcessSpec, on_exit: Any, warden: Any, screen: Any) -> RemoteProcess:
+    def make(self, spec: ProcessSpec, on_exit: Any, watchdog: Any, screen: Any) -> RemoteProcess:
         self.process = RemoteProcess(spec, on_exit, screen=self.screen)
         self.process.attach(self, NodePlan("far", "brief", "it", "/"), "run")  # type: ignore[arg-type]
         return self.process
@@ -54,7 +54,7 @@ class Remote:
     def run(self, *actions: Callable[[], object]) -> None:
         """Do what the thread of the launch does until all these have been called there, one after the other."""
         for action in actions:
-            self.supervisor.do(action)
+            self.supervisor.call_soon(action)
         self.supervisor.stop()
         self.supervisor.run()
 

@@ -18,7 +18,7 @@ from pyros1.launch.reading.conditions import Condition
 from pyros1.launch.reading.loader import load_plan
 from pyros1.launch.reading.on_death import OnDeath
 from pyros1.launch.reading.resources import Resources
-from pyros1.launch.running.check import check_machines, missing_parts, unrunnable_python
+from pyros1.launch.running.check import check_machines, plan_errors, python_node_errors
 
 _Paths = list[Path]
 _Names = list[str]
@@ -88,7 +88,7 @@ def test_the_first_problem_is_raised_with_the_chain_of_includes() -> None:
         load_plan(["a"], {}, resources)
 
 
-def test_missing_parts() -> None:
+def test_plan_errors() -> None:
     nodes = [
         NodePlan("robot", "run", "fine"),
         NodePlan("robt", "run", "no_package", file="f", line=1),
@@ -99,7 +99,7 @@ def test_missing_parts() -> None:
         NodePlan("nope", "nope", "nowhere", machine="leg", file="f", line=5),
     ]
     plan = Plan(nodes=nodes, machines={"arm": MachinePlan("arm", "192.0.2.1"), "leg": MachinePlan("leg", "")})
-    texts = [str(error) for error in missing_parts(plan, Packages(), {"PATH": os.defpath})]
+    texts = [str(error) for error in plan_errors(plan, Packages(), {"PATH": os.defpath})]
     assert texts[0] == "f:3: node [/no_machine]: unknown machine [arrm] (did you mean 'arm'?)"
     assert texts.pop(1) == "f:5: node [/nowhere]: machine [leg] has no address: 'address' is empty in its <machine> tag"
     assert texts[1] == "f:1: node [/no_package]: package [robt] not found (did you mean 'robot'?)"
@@ -114,7 +114,7 @@ def test_missing_parts() -> None:
 
 def test_parameters_that_cannot_be_sent() -> None:
     plan = Plan(params={"/calibrated": datetime.date(2014, 5, 1), "/gain": 2.0, "/none": [None]})
-    assert [str(error) for error in missing_parts(plan, Packages(), {})] == [
+    assert [str(error) for error in plan_errors(plan, Packages(), {})] == [
         "parameter /calibrated: a date cannot be sent by XML-RPC; put it in quotes to make it a string",
         "parameter /none: None (null) cannot be sent by XML-RPC; put it in quotes to make it a string",
     ]
@@ -122,7 +122,7 @@ def test_parameters_that_cannot_be_sent() -> None:
 
 def test_prefixes_that_are_not_there() -> None:
     plan = Plan(nodes=[NodePlan("robot", "run", "n", prefix=["nice_try", "-n", "5"], file="f", line=1)])
-    texts = [str(error) for error in missing_parts(plan, Packages(), {"PATH": os.defpath})]
+    texts = [str(error) for error in plan_errors(plan, Packages(), {"PATH": os.defpath})]
     assert texts == ["f:1: node [/n]: launch-prefix: program [nice_try] not found on the PATH"]
 
 
@@ -138,7 +138,7 @@ def test_scripts_that_cannot_be_started(tmp_path: Path) -> None:
             NodePlan("robot", "bare", "m", prefix=["sh"], file="f", line=2),
         ]
     )
-    (text,) = map(str, missing_parts(plan, Scripts(), {"PATH": os.defpath}))
+    (text,) = map(str, plan_errors(plan, Scripts(), {"PATH": os.defpath}))
     assert text.startswith(f"f:1: node [/n]: cannot run {tmp_path}/bare: its first line does not name an interpreter")
 
 
@@ -149,7 +149,7 @@ def test_nodes_that_wait_for_themselves() -> None:
     plan = Plan(
         nodes=[node("a", "/b"), node("b", "/c", "/d"), node("c", "/a"), node("d"), node("e", "/e"), node("f", "/a")]
     )
-    texts = [str(error).removeprefix("f:1: ") for error in missing_parts(plan, Packages(), {})]
+    texts = [str(error).removeprefix("f:1: ") for error in plan_errors(plan, Packages(), {})]
     assert texts == [
         f"node [/{name}]: it can never start: it waits for itself ({chain})"
         for name, chain in (
@@ -179,7 +179,7 @@ def test_what_is_done_on_death_must_be_possible() -> None:
     plan = Plan(
         nodes=[NodePlan("robot", "run", name, on_death=death, prefix=["true"]) for name, death in deaths.items()]
     )
-    found = [str(error) for error in missing_parts(plan, Packages(), {"PATH": os.defpath})]
+    found = [str(error) for error in plan_errors(plan, Packages(), {"PATH": os.defpath})]
     assert [text.partition("]")[0] for text in found if "/d_on_death" not in text] == [
         "node [/b",
         "node [/c",
@@ -205,7 +205,7 @@ def test_programs_in_python_that_cannot_run_are_named_with_their_nodes(tmp_path:
     machines = {"arm": MachinePlan("arm", "192.0.2.1")}
 
     def said(*nodes: NodePlan) -> list[str]:
-        return [str(error) for error in unrunnable_python(Plan([*nodes], machines=machines), Programs(), {})]
+        return [str(error) for error in python_node_errors(Plan([*nodes], machines=machines), Programs(), {})]
 
     assert said(*nodes) == [f"f:1: node [/here]: it cannot run: {tmp_path}/wrong:2: invalid syntax"]
     assert said(*nodes[1:]) == []

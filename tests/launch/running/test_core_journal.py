@@ -45,7 +45,7 @@ def leave(made: list[CoreJournal], home: Path, *calls: Any) -> Path:
     """Leave the journal of a killed core; return its file."""
     earlier, _ = make(made, home)
     assert earlier.journal is not None and earlier.previous is None
-    earlier.journal.begin(calls)
+    earlier.journal.rewrite(calls)
     earlier.release()
     (path,) = (home / "pyros1").glob("*.journal")
     return path
@@ -104,7 +104,7 @@ def test_a_master_without_a_journal_sets_it_aside(made: list[CoreJournal], tmp_p
     assert path.with_suffix(".old").exists() and not path.exists()
     used, _ = make(made, tmp_path)
     assert used.previous is None and used.journal is not None
-    used.journal.begin(())
+    used.journal.rewrite(())
     until = time.monotonic() + 20
     while not path.exists():
         assert time.monotonic() < until

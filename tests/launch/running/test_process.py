@@ -13,7 +13,7 @@ from typing import NoReturn
 import pytest
 
 from pyros1.launch.running import process as module
-from pyros1.launch.running import warden
+from pyros1.launch.running import watchdog
 from pyros1.launch.running.process import Process
 from pyros1.launch.running.process_spec import ProcessSpec
 
@@ -77,7 +77,7 @@ def test_a_group_of_which_nothing_may_be_known_is_not_taken_for_a_rest(
     monkeypatch: pytest.MonkeyPatch, has_groups: bool
 ) -> None:
     """Its id may belong to a process of another user."""
-    monkeypatch.setattr(warden, "HAS_PROCESS_GROUPS", has_groups)
+    monkeypatch.setattr(watchdog, "HAS_PROCESS_GROUPS", has_groups)
     monkeypatch.setattr(os, "kill", refuse(PermissionError))
-    assert not warden.is_leaderless(os.getpid())
+    assert not watchdog.is_leaderless(os.getpid())
     monkeypatch.undo()

@@ -19,7 +19,7 @@ from pyros1.launch.reading.on_death import OnDeath
 from pyros1.launch.running.console import Console
 from pyros1.launch.running.options import Options
 from pyros1.launch.running.process_spec import ProcessSpec
-from pyros1.launch.running.starting import Run, Starter
+from pyros1.launch.running.starting import RunInfo, Starter
 from pyros1.master.server import Master
 from pyros1.net.master_client import MasterClient
 
@@ -46,7 +46,7 @@ class Recorder:
         self.resumed: list[object] = []
         self.tasks: queue.SimpleQueue[Callable[[], object]] = queue.SimpleQueue()
 
-    def do(self, task: Callable[[], object]) -> None:
+    def call_soon(self, task: Callable[[], object]) -> None:
         self.tasks.put(task)
 
     def do_next(self) -> None:
@@ -101,7 +101,7 @@ def make_starter(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..
     machines.clear()
 
     def make(master_uri: str = "http://me:1/", **options: Any) -> Starter:
-        run = Run(master_uri, "run-id", tmp_path / "logs", tmp_path / "logs" / "launch.log")
+        run = RunInfo(master_uri, "run-id", tmp_path / "logs", tmp_path / "logs" / "launch.log")
         machines = {"far": MachinePlan("far", "far.invalid"), "here": MachinePlan("here", "localhost")}
         recorder: Any = Recorder()
         console = Console(recorder.out, recorder.err)

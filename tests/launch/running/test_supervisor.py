@@ -24,7 +24,7 @@ from pyros1.launch.running.process import Process
 from pyros1.launch.running.process_spec import ProcessSpec
 from pyros1.launch.running.screen import Screen
 from pyros1.launch.running.supervisor import Supervisor, install_signals
-from pyros1.launch.running.warden import is_leaderless
+from pyros1.launch.running.watchdog import is_leaderless
 
 DEADLINE = 20.0
 LATE = "import signal, sys, time; signal.signal(2, lambda *_: (time.sleep(0.1), sys.exit())); print('ready', flush=True); signal.pause()"
@@ -338,10 +338,10 @@ class Running:
 
     def do(self, action: Callable[[], object], said: str) -> None:
         before = self.bench.out.getvalue().count(said)
-        self.bench.supervisor.do(action)
+        self.bench.supervisor.call_soon(action)
         self.bench.out.wait_for(said, before + 1)
         over = threading.Event()  # it was said in the middle of what is done; this comes after it
-        self.bench.supervisor.do(over.set)
+        self.bench.supervisor.call_soon(over.set)
         assert over.wait(DEADLINE)
 
 
@@ -400,7 +400,7 @@ def test_a_node_that_waits_for_its_next_start_is_stopped(bench: Bench) -> None:
     node = bench.supervisor.find("node-1")
     assert node.wait(time.monotonic() + DEADLINE)
     with Running(bench) as running:
-        bench.supervisor.do(lambda: bench.supervisor.stop_node(node))
+        bench.supervisor.call_soon(lambda: bench.supervisor.stop_node(node))
         running.do(lambda: bench.supervisor.start_node(node), "process[node-1]: started with pid")
         assert node.spawn_count == 2
 

@@ -1,4 +1,4 @@
-"""Estimates the costs of operations and functions in advance: the number of items that they process.
+"""Estimates the cost of an operation or function before it is executed: the number of items that it will process.
 
 All fields of a message count. An operation that only visits the top level of a value costs less than one that compares,
 sorts or formats the value. If an operation may compare all pairs of items, each pair counts.
@@ -22,7 +22,7 @@ from pyros1.ground.expressions.limits import (
 )
 
 _FIXED_COST_TYPES = SCALAR_TYPES - {int}
-_PAIRS_PER_STEP = 64
+_PAIRS_PER_ITEM = 64
 """Number of pairs of characters that count as one item."""
 _CONSTANT_TIME_FUNCTIONS = frozenset({"get", "has", "isinstance", "len"})
 """Functions that do not visit the items of their arguments."""
@@ -77,13 +77,13 @@ def deep_size(value: Any, limit: int) -> int:
                     total += len(part) + nested_size(part.values(), pending)
         elif part_type not in SCALAR_TYPES:
             shift_of_length = 0
-            total += _count_fields(part, pending)
+            total += _object_cost(part, pending)
         if total > limit:
             break
     return total
 
 
-def _count_fields(value: Any, pending: list[Any]) -> int:
+def _object_cost(value: Any, pending: list[Any]) -> int:
     """Return the cost of a message, whose fields are added to `pending`, or of an object from another library."""
     if type(value).__module__ == "numpy":
         return array_size(value)
@@ -132,7 +132,7 @@ def search_cost(text: Any, searched: Any) -> int:
     """
     if type(text) not in TEXT_TYPES or type(searched) not in TEXT_TYPES:
         return 0
-    return len(text) * len(searched) // _PAIRS_PER_STEP
+    return len(text) * len(searched) // _PAIRS_PER_ITEM
 
 
 def membership_cost(item: Any, container: Any, limit: int) -> int:

@@ -17,7 +17,7 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 from pyros1.ground.expressions.limits import ExpressionError, check_limit, check_value, size
-from pyros1.ground.expressions.operators import require_small
+from pyros1.ground.expressions.operators import check_result
 
 _MAX_ROUNDING_DIGITS = 400
 _ENCODINGS = ("ascii", "latin-1", "utf-8", "utf8", "utf-16")
@@ -241,7 +241,7 @@ def _format_value(limit: int, value: Any, spec: str = "") -> str:
 
 
 def _pow(limit: int, base: Any, exponent: Any) -> Any:
-    require_small(ast.Pow(), base, exponent, limit)
+    check_result(ast.Pow(), base, exponent, limit)
     return base**exponent
 
 

@@ -41,7 +41,7 @@ from pyros1.ground.expressions.limits import (
     check_limit,
     measure,
 )
-from pyros1.ground.expressions.operators import BINARY_OPERATORS, COMPARISON_OPERATORS, UNARY_OPERATORS, require_small
+from pyros1.ground.expressions.operators import BINARY_OPERATORS, COMPARISON_OPERATORS, UNARY_OPERATORS, check_result
 
 # Type of node -> method of Interpreter that evaluates it.
 _EVALUATORS: dict[type[ast.expr], str] = {
@@ -390,7 +390,7 @@ class Interpreter:
 
     def _binop(self, node: ast.BinOp, names: Mapping[str, Any]) -> Any:
         left, right = self.evaluate_node(node.left, names), self.evaluate_node(node.right, names)
-        require_small(node.op, left, right, self.max_items)
+        check_result(node.op, left, right, self.max_items)
         if isinstance(node.op, ast.Mod) and isinstance(left, str):
             self.check_formatting(right)
         else:

@@ -53,8 +53,8 @@ COMPARISON_OPERATORS: dict[type[ast.cmpop], Callable[[Any, Any], Any]] = {
 }
 
 
-def require_small(op: ast.operator, left: Any, right: Any, limit: int) -> None:
-    """Check the size of the result before an operation that can create a large result from small operands.
+def check_result(op: ast.operator, left: Any, right: Any, limit: int) -> None:
+    """Check in advance how large the result of an operation would be, if small operands can give a large result.
 
     Args:
         op: the operator.
@@ -66,28 +66,28 @@ def require_small(op: ast.operator, left: Any, right: Any, limit: int) -> None:
         ExpressionError: the result would be larger.
     """
     if isinstance(op, ast.Pow | ast.LShift):
-        _require_bits(op, left, right)
+        _check_result_bits(op, left, right)
     elif isinstance(op, ast.Mult):
-        _require_items(left, right, limit)
-        _require_items(right, left, limit)
+        _check_repetition(left, right, limit)
+        _check_repetition(right, left, limit)
     elif isinstance(op, ast.Mod) and isinstance(left, str | bytes | bytearray):
-        _require_width(left, limit)
+        _check_format_widths(left, limit)
 
 
-def _require_bits(op: ast.operator, left: Any, right: Any) -> None:
+def _check_result_bits(op: ast.operator, left: Any, right: Any) -> None:
     if isinstance(left, int) and isinstance(right, int) and right > 0:
         bits = left.bit_length()
         # For a power, this is the minimum number of bits; the power never has more than twice as many.
         check_limit(bits + right if isinstance(op, ast.LShift) else (bits - 1) * right, MAX_BITS)
 
 
-def _require_items(sequence: Any, count: Any, limit: int) -> None:
+def _check_repetition(sequence: Any, count: Any, limit: int) -> None:
     if isinstance(sequence, str | bytes | bytearray | list | tuple) and not isinstance(count, float):
         with contextlib.suppress(TypeError):  # works with numpy integers as well
             check_limit(size(sequence, limit) * operator.index(count), limit)
 
 
-def _require_width(template: str | bytes | bytearray, limit: int) -> None:
+def _check_format_widths(template: str | bytes | bytearray, limit: int) -> None:
     if not isinstance(template, str):
         raise ExpressionError("only strings can be formatted with %")
     if _STAR_WIDTH.search(template):

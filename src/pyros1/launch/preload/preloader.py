@@ -1,6 +1,7 @@
 """Starts Python nodes by forking processes that have already imported pyros1: ``pyros1 launch --preload``.
 
-A node can be forked if its script's first line names this launcher's interpreter, and it is not run by another program.
+A node can be forked if the first line of its script names this launcher's interpreter, and no other program runs the
+script, such as a launch-prefix.
 Nodes share a server if their environments have the same values of all variables that an interpreter, or the modules
 imported by the server, read at startup (`SHARED_VARIABLE_PREFIXES`). A server is started together with its first node.
 Its code is in `server`.

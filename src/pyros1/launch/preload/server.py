@@ -1,4 +1,4 @@
-"""A process that has already imported pyros1, and on each request forks a process that becomes a Python program.
+"""A process that has already imported pyros1, and on each request forks a process that runs a Python program.
 
 Fifty nodes would import the same modules fifty times, which takes most of their startup time. With ``--preload``, the
 launcher starts this program; see `preloader` for its side. It has only one thread. The modules that it imports start no
@@ -6,7 +6,7 @@ threads, and depend only on the environment variables in `preloader.SHARED_VARIA
 behaves as if started normally: with its own session, working directory, environment, arguments, output and
 ``__main__``.
 
-A program must run at the top level of its process, so `become` returns the program's code instead of running it.
+A program must run at the top level of its process, so `prepare_interpreter` returns the code instead of running it.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ _OUR_MODULES = os.path.join("pyros1", "drop_in", "modules")
 
 
 class Request:
-    """A request to become a program.
+    """A request to run a program in a forked process.
 
     Args:
         descriptors: the descriptors of the socket to the launcher, the standard output and the standard error. Over the
@@ -176,7 +176,7 @@ def send_number(link: socket.socket, number: int) -> None:
         link.sendall(NUMBER_FORMAT.pack(number))
 
 
-def become(request: Request) -> tuple[Any, dict[str, Any]]:
+def prepare_interpreter(request: Request) -> tuple[Any, dict[str, Any]]:
     """Make this process look like a new interpreter that was started with a script.
 
     Returns:
@@ -234,4 +234,4 @@ def main(descriptor: int) -> tuple[Any, dict[str, Any]]:
     request = serve(socket.socket(fileno=descriptor))
     if request is None:
         sys.exit()
-    return become(request)
+    return prepare_interpreter(request)

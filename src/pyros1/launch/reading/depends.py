@@ -70,9 +70,9 @@ def find_undeclared(needs: Iterable[FileNeeds], *, test_depends: bool = False) -
         if entry.package is None:
             continue
         undeclared = undeclared_by_package.setdefault(entry.package, [])
-        known = {entry.package, *declared_depends(enclosing_package(Path(entry.file))[0], test_depends=test_depends)}
-        known |= set(undeclared)
-        undeclared += [package for package in entry.packages if package not in known]
+        declared = declared_depends(enclosing_package(Path(entry.file))[0], test_depends=test_depends)
+        ignored = {entry.package, *declared, *undeclared}
+        undeclared += [package for package in entry.packages if package not in ignored]
     return undeclared_by_package
 
 

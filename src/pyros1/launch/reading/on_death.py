@@ -1,5 +1,5 @@
-"""Parses the ``on-death`` attribute: an action to take when a node exits, so that its last command does not
-remain in effect.
+"""Parses the ``on-death`` attribute: an action to take when a node exits, for example to stop a robot that would
+otherwise continue to follow the node's last command.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Gives the loader access to files, packages, the environment and commands; the loader has no other access to them."""
+"""The interface through which the loader accesses files, packages, the environment and commands."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Finds the launch files, and the values of their arguments, that are specified on a command line (X01, X03, X05)."""
+"""Finds the launch files and their arguments in the words of a command line (X01, X03, X05)."""
 
 from __future__ import annotations
 

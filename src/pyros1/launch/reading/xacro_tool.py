@@ -23,10 +23,10 @@ _OPTIONS_WITH_VALUE = ("-o", "--verbosity", "--root-dir")
 
 
 def xacro_words(words: list[str]) -> list[str]:
-    """Return the command line to run for a command: ``words`` itself, unless it is xacro and pyros1 runs it.
+    """Return the command line with which to run a command: ``words`` itself, or this module's if it runs xacro instead.
 
-    pyros1 runs ``$(find xacro)/xacro`` if that is in pyros1's own package, and a plain ``xacro`` if this interpreter
-    has the module xacro, or if no such program is installed.
+    This module runs ``$(find xacro)/xacro`` if that is in pyros1's own package, and a plain ``xacro`` if this
+    interpreter has the module xacro, or if no such program is installed.
     """
     if not words or os.path.basename(words[0]) not in _XACRO_NAMES:
         return words
@@ -40,7 +40,9 @@ def xacro_words(words: list[str]) -> list[str]:
 
 
 def missing_input(words: list[str]) -> str:
-    """Return the input file on xacro's command line if that file does not exist; "" if it exists or is not known."""
+    """Return the input file on xacro's command line if that file does not exist; an empty string if it exists, or if
+    the input file cannot be determined.
+    """
     names, expects_value = [], False
     for word in words:
         if not expects_value and not word.startswith("-") and ":=" not in word:

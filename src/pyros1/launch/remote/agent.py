@@ -32,19 +32,19 @@ class Agent:
         self._lock = threading.Lock()
         self._lines: queue.Queue[bytes] = queue.Queue()
         self._find = make_finder()
-        self._tools: dict[str, Any] = {"__name__": "usage"}  # the namespace of the launcher's module ``usage``
+        self._usage_namespace: dict[str, Any] = {"__name__": "usage"}  # of the launcher's module ``usage``
 
     def send(self, **message: Any) -> None:
-        """Send a message to the launcher. If it does not listen, its silence will end the nodes."""
+        """Send a message to the launcher. Errors are ignored: the nodes are stopped when its heartbeats are missing."""
         with self._lock, contextlib.suppress(OSError, ValueError):
             sys.stdout.write(json.dumps(message) + "\n")
             sys.stdout.flush()
 
     def run(self) -> None:
-        """Serve the launcher until the connection is closed or dead, and stop all nodes that are left."""
+        """Serve the launcher until the connection is closed or dead, then stop the remaining nodes."""
         threading.Thread(target=self._read_messages, daemon=True).start()
         self.send(event="ready", pid=os.getpid())
-        stages = [15.0, 2.0]
+        stop_timeouts = [15.0, 2.0]
         while True:
             try:
                 line = self._lines.get(timeout=HEARTBEAT_TIMEOUT)
@@ -53,17 +53,17 @@ class Agent:
             if not line:
                 break
             message = json.loads(line)
-            do = message.get("do")
-            if do == "hello":
-                stages = message["stages"]
-                exec(message["usage"], self._tools)
-            elif do == "usage":
+            command = message.get("do")
+            if command == "hello":
+                stop_timeouts = message["stop_timeouts"]
+                exec(message["usage"], self._usage_namespace)
+            elif command == "usage":
                 self._send_usage()
-            elif do == "start":
+            elif command == "start":
                 self._start(message)
-            elif do == "signal":
+            elif command == "signal":
                 self._signal(message["label"], message["number"])
-        self._end(stages)
+        self._stop_nodes(stop_timeouts)
 
     def _read_messages(self) -> None:
         for line in sys.stdin.buffer:
@@ -71,7 +71,7 @@ class Agent:
         self._lines.put(b"")
 
     def _send_usage(self) -> None:
-        usages = self._tools["group_usages"]()
+        usages = self._usage_namespace["group_usages"]()
         nodes = list(self._nodes.items())
         self.send(event="usage", of={label: usages[node.pid] for label, node in nodes if node.pid in usages})
 
@@ -112,13 +112,13 @@ class Agent:
         self._nodes[label] = node
         return node
 
-    def _relay(self, label: str, number: int, pipe: IO[bytes]) -> None:
+    def _forward_output(self, label: str, number: int, pipe: IO[bytes]) -> None:
         for line in pipe:
             self.send(event="output", label=label, stream=number, text=line.decode("utf-8", "replace"))
 
     def _watch(self, label: str, node: subprocess.Popen[bytes]) -> None:
         readers = [
-            threading.Thread(target=self._relay, args=(label, number, pipe), daemon=True)
+            threading.Thread(target=self._forward_output, args=(label, number, pipe), daemon=True)
             for number, pipe in ((1, node.stdout), (2, node.stderr))
             if pipe is not None
         ]
@@ -135,8 +135,9 @@ class Agent:
             with contextlib.suppress(OSError):
                 os.killpg(node.pid, number)
 
-    def _end(self, stages: list[float]) -> None:
-        for number, seconds in zip((signal.SIGINT, signal.SIGTERM, signal.SIGKILL), (*stages, 2.0)):  # noqa: B905 - 3.7
+    def _stop_nodes(self, stop_timeouts: list[float]) -> None:
+        signals = (signal.SIGINT, signal.SIGTERM, signal.SIGKILL)
+        for number, seconds in zip(signals, (*stop_timeouts, 2.0)):  # noqa: B905 - Python 3.7
             for label in self._running_nodes():
                 self._signal(label, number)
             deadline = time.monotonic() + seconds
@@ -174,10 +175,10 @@ def make_finder() -> Callable[[str, str], list[str]]:
         return lambda package, executable_name: command_line_module.executable_words(
             command_line_module.locate(package, executable_name, packages)
         )
-    return _ask_rosrun
+    return _find_with_rosrun
 
 
-def _ask_rosrun(package: str, executable_name: str) -> list[str]:
+def _find_with_rosrun(package: str, executable_name: str) -> list[str]:
     try:
         result = subprocess.run(
             ["rosrun", "--prefix", "echo", package, executable_name], capture_output=True, check=False
@@ -194,6 +195,6 @@ def _ask_rosrun(package: str, executable_name: str) -> list[str]:
 
 
 if __name__ == "__main__":
-    # When the connection is closed, there is also a hang-up signal, but only the end of the input is handled.
+    # Closing the connection also causes a hang-up signal, but the agent handles only the end of the input.
     signal.signal(signal.SIGHUP, signal.SIG_IGN)
     Agent().run()

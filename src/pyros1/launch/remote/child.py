@@ -25,7 +25,7 @@ from pyros1.launch.running.console import Console
 from pyros1.launch.running.logs import make_run_folder, run_log
 from pyros1.launch.running.options import Options
 from pyros1.launch.running.process import Process
-from pyros1.launch.running.starting import Run, Starter
+from pyros1.launch.running.starting import RunInfo, Starter
 from pyros1.launch.running.supervisor import Supervisor
 from pyros1.net.allowlist import make_allowlist
 from pyros1.net.hosts import addresses_from_environment, master_uri
@@ -163,7 +163,7 @@ class Child:
             raise
         self._console = _ParentConsole(self._parent)
         self._console.log_to(self._log)
-        self._run = Run(master_uri(environ, {}), run_id, folder, log)
+        self._run = RunInfo(master_uri(environ, {}), run_id, folder, log)
         self._supervisor = Supervisor(
             self._console,
             sigint_timeout=options.sigint_timeout,
@@ -171,7 +171,7 @@ class Child:
             guarded=True,
         )
         self._supervisor.on_process_exit = self._parent.report_exit
-        self._supervisor.num_expected = 1  # stands for the parent's nodes, which have not been received yet
+        self._supervisor.num_expected = 1  # a placeholder for the parent's nodes, which have not been received yet
         self._server: LaunchServer | None = None
         self._shut_down_event = threading.Event()
 
@@ -198,20 +198,20 @@ class Child:
                 self._console.line(reason)
         finally:
             self._supervisor.shut_down()
-            self._announce(withdraw=True)
+            self._update_uri_param(delete=True)
             self._parent.close()
             self._shut_down_event.set()
             server.close()
             self._log.close()
 
-    def _announce(self, *, withdraw: bool = False) -> None:
-        """Make the nodes on this machine visible to `pyros1 node status` or, with ``withdraw``, invisible again."""
+    def _update_uri_param(self, *, delete: bool = False) -> None:
+        """Set or delete the parameter with this launcher's URI, through which `pyros1 node status` finds the nodes."""
         server = self._server
         if server is None:
             return
         master = MasterClient("/roslaunch", self._run.master_uri, timeout=_TIMEOUT)
         with contextlib.suppress(Error):
-            if withdraw:
+            if delete:
                 master.delete_param(server.param_name())
             else:
                 master.set_param(server.param_name(), server.uri)
@@ -224,7 +224,7 @@ class Child:
             xml: content of the file.
 
         Returns:
-            The API's triple, with the processes that were started, and the names of the nodes that were not.
+            The API's response, with the processes that were started, and the names of the nodes that were not.
         """
         try:
             plan = load_plan([STDIN_NAME], {}, replace(self._resources, read_stdin=lambda: xml))
@@ -238,14 +238,14 @@ class Child:
             self._supervisor.num_expected = 0
             started.set()
 
-        self._supervisor.do(start)
+        self._supervisor.call_soon(start)
         while not started.wait(0.1):
             if self._shut_down_event.is_set():
                 return [0, "ERROR: this launcher is shutting down", [[], []]]
         return [1, "launched", results]
 
     def _start(self, plan: Plan, results: list[list[str]]) -> None:
-        self._announce()
+        self._update_uri_param()
         self._console.line("launching nodes...")
         self._console.line(f"ROS_MASTER_URI={self._run.master_uri}")
         environ, packages = self._resources.environ, self._resources.packages
@@ -276,10 +276,10 @@ class Child:
         return [1, "success", 1]
 
 
-def end_with_stdin(stop: Callable[[str], None]) -> None:
-    """Call ``stop`` when the ssh connection is closed, which may be noticed only because standard input is closed.
+def stop_when_stdin_closes(stop: Callable[[str], None]) -> None:
+    """Call ``stop`` when standard input is closed, which may be the only sign that the ssh connection was closed.
 
-    Nodes get an empty standard input, so that none of them reads from the connection.
+    Standard input is replaced with an empty one, so that no node reads from the connection.
     """
     if not (stat.S_ISFIFO(os.fstat(0).st_mode) or stat.S_ISSOCK(os.fstat(0).st_mode)):
         return

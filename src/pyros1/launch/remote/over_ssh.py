@@ -32,27 +32,27 @@ from pyros1.launch.running.process import Process
 from pyros1.launch.running.process_spec import ProcessSpec
 from pyros1.launch.running.screen import Screen
 from pyros1.launch.running.usage import UNKNOWN_USAGE, Usage
-from pyros1.launch.running.warden import Warden
+from pyros1.launch.running.watchdog import Watchdog
 
 SSH_VARIABLE = "PYROS1_SSH"
 """Environment variable that contains a command to use instead of ``ssh``, for example ``ssh -F myconfig``."""
 
 _SSH_OPTIONS = ["-T", "-o", "ServerAliveInterval=5", "-o", "ServerAliveCountMax=3"]
-_ROOM = Path(__file__).parents[1]
-_AGENT = _ROOM / "remote" / "agent.py"
-# This code reads the agent's code from the pipe and runs it, so that the agent need not be installed on the machine.
-# Tracebacks name the file on this machine.
-_BOOT_CODE = f"import sys; b = sys.stdin.buffer; exec(compile(b.read(int(b.readline())), {str(_AGENT)!a}, 'exec'))"
+_LAUNCH_FOLDER = Path(__file__).parents[1]
+_AGENT_FILE = _LAUNCH_FOLDER / "remote" / "agent.py"
+# Reads the agent's code from the pipe and runs it, so that the agent need not be installed on the other machine.
+# Tracebacks contain the file's path on this machine.
+_BOOT_CODE = f"import sys; b = sys.stdin.buffer; exec(compile(b.read(int(b.readline())), {str(_AGENT_FILE)!a}, 'exec'))"
 HEARTBEAT_INTERVAL = 5.0
-"""Seconds between messages to the agent, which would otherwise take the connection for dead."""
+"""Seconds between messages to the agent, which would otherwise consider the connection dead."""
 _CONNECT_TIMEOUT = "10"
 RECONNECT_DELAYS = (1.0, 30.0)
-"""Seconds before the first attempt to connect again, and before the last ones: each delay is twice as long."""
+"""Initial and maximum number of seconds before an attempt to reconnect. The delay doubles with each attempt."""
 USAGE_TIMEOUT = 1.0
-"""Seconds to wait for the agent to tell the usage of CPU and memory."""
+"""Seconds to wait for the agent to report the CPU and memory usage."""
 _USAGE_MAX_AGE = 0.2
 _DEFAULT_LOADER = "/opt/ros/noetic/env.sh"
-_ProcessFactory = Callable[[ProcessSpec, Callable[[Process], object], "Warden | None", "Screen | None"], Process]
+_ProcessFactory = Callable[[ProcessSpec, Callable[[Process], object], "Watchdog | None", "Screen | None"], Process]
 
 
 def ssh_words(machine: MachinePlan, environ: Mapping[str, str]) -> list[str]:
@@ -88,7 +88,8 @@ class Machine:
         plan: the machine, as declared in the launch file.
         environ: this process's environment.
         master_uri: ROS_MASTER_URI for the nodes there.
-        stages: seconds to wait after SIGINT and after SIGTERM when the agent stops the nodes of a broken connection.
+        stop_timeouts: seconds that the agent waits after SIGINT and after SIGTERM when it stops the nodes because the
+            connection is broken.
         console: prints lines for the user.
         on_reconnected: called with the machine's processes after a reconnection, in the thread of the connection.
     """
@@ -98,14 +99,14 @@ class Machine:
         plan: MachinePlan,
         environ: Mapping[str, str],
         master_uri: str,
-        stages: tuple[float, float],
+        stop_timeouts: tuple[float, float],
         console: Console,
         on_reconnected: Callable[[list[Process]], object] | None = None,
     ) -> None:
         self.plan = plan
         self.master_uri = master_uri
         self._environ = environ
-        self._stages = stages
+        self._stop_timeouts = stop_timeouts
         self._console = console
         self._on_reconnected = on_reconnected
         self._ssh: subprocess.Popen[bytes] | None = None
@@ -144,10 +145,10 @@ class Machine:
                 )
             except OSError as error:
                 raise LaunchError(f"cannot run {words[0]}: {error.strerror}") from error
-        source = _AGENT.read_bytes()
+        source = _AGENT_FILE.read_bytes()
         self._write(b"%d\n%s" % (len(source), source))
-        usage = (_ROOM / "running" / "usage.py").read_text("utf-8")
-        self.send({"do": "hello", "stages": list(self._stages), "usage": usage})
+        usage = (_LAUNCH_FOLDER / "running" / "usage.py").read_text("utf-8")
+        self.send({"do": "hello", "stop_timeouts": list(self._stop_timeouts), "usage": usage})
 
     def wait_ready(self) -> None:
         """Wait until nodes can be started on the machine.
@@ -171,7 +172,7 @@ class Machine:
         """Return a function that creates the process of a node on this machine, for `Supervisor.start`."""
 
         def make_process(
-            spec: ProcessSpec, on_exit: Callable[[Process], object], warden: Warden | None, screen: Screen | None
+            spec: ProcessSpec, on_exit: Callable[[Process], object], watchdog: Watchdog | None, screen: Screen | None
         ) -> Process:
             process = RemoteProcess(spec, on_exit, screen=screen)
             process.attach(self, node, run_id)
@@ -295,7 +296,7 @@ class Machine:
                     ssh.stdin.close()
         if ssh is not None:
             try:
-                ssh.wait(sum(self._stages) + 5.0 if self._is_ready else 0.5)
+                ssh.wait(sum(self._stop_timeouts) + 5.0 if self._is_ready else 0.5)
             except subprocess.TimeoutExpired:
                 ssh.kill()
                 ssh.wait()
@@ -308,7 +309,7 @@ def make_machine(
     plan: MachinePlan,
     environ: Mapping[str, str],
     master_uri: str,
-    stages: tuple[float, float],
+    stop_timeouts: tuple[float, float],
     console: Console,
     on_reconnected: Callable[[list[Process]], object],
 ) -> Machine:
@@ -321,7 +322,7 @@ def make_machine(
     host = master_uri.partition("://")[2].partition(":")[0]
     if host == "localhost" or host.startswith("127."):
         console.warning(
-            f"nodes on machine [{plan.name}] get the master URI {master_uri}, which means that machine itself there; "
-            "set ROS_MASTER_URI to a name of this machine that is known there"
+            f"nodes on machine [{plan.name}] get the master URI {master_uri}, which refers to that machine, not to "
+            "this one; set ROS_MASTER_URI to a name of this machine that can be resolved there"
         )
-    return Machine(plan, environ, master_uri, stages, console, on_reconnected)
+    return Machine(plan, environ, master_uri, stop_timeouts, console, on_reconnected)

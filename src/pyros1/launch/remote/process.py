@@ -29,9 +29,9 @@ class RemoteProcess(Process):
         """Set the machine to run on, and the node to run there."""
         self._machine, self._node, self._run_id = machine, node, run_id
         self.machine = machine.plan.name
-        self._answer: dict[str, Any] | None = None
-        self._answered = threading.Event()
-        self._announce: Callable[[Process], object] = lambda process: None
+        self._start_reply: dict[str, Any] | None = None
+        self._start_replied = threading.Event()
+        self._on_started: Callable[[Process], object] = lambda process: None
         self._pid = 0
         self._is_running = False
         self._has_given_up = False  # whether the confirmation of the start was not received in time
@@ -51,11 +51,11 @@ class RemoteProcess(Process):
         """Whether the process has exited. The agent stops the other members of its process group."""
         return not self._is_running
 
-    def start(self, announce: Callable[[Process], object] = lambda process: None) -> None:
+    def start(self, on_started: Callable[[Process], object] = lambda process: None) -> None:
         """Start the process, for the first time or again.
 
         Args:
-            announce: called with this object when the process is running.
+            on_started: called with this object when the process is running.
 
         Raises:
             OSError: the process cannot be started, or the machine cannot be reached.
@@ -67,10 +67,10 @@ class RemoteProcess(Process):
         env = {"ROS_MASTER_URI": self._machine.master_uri}
         if node.namespace.strip("/"):
             env["ROS_NAMESPACE"] = node.namespace.rstrip("/")
-        self._answer = None
+        self._start_reply = None
         self._has_given_up = False
-        self._announce = announce
-        self._answered.clear()
+        self._on_started = on_started
+        self._start_replied.clear()
         self._ended = threading.Event()
         self._machine.send(
             {
@@ -87,14 +87,14 @@ class RemoteProcess(Process):
                 "again": bool(self.spawn_count),
             }
         )
-        self._answered.wait(START_TIMEOUT)
-        answer = self._answer
-        if answer is None:
+        self._start_replied.wait(START_TIMEOUT)
+        reply = self._start_reply
+        if reply is None:
             self.is_disconnected = self._machine.is_lost
             self._has_given_up = not self.is_disconnected
-        if answer is None or answer.get("event") != "started":
+        if reply is None or reply.get("event") != "started":
             silence_reason = "no answer in time" if self._has_given_up else "the connection is lost"
-            reason = answer.get("why") if answer else silence_reason
+            reason = reply.get("why") if reply else silence_reason
             raise OSError(0, str(reason), f"machine {self._machine.plan.name}")
 
     def handle_message(self, message: dict[str, Any]) -> None:
@@ -112,13 +112,13 @@ class RemoteProcess(Process):
         else:
             self._pid = int(message.get("pid", 0))
             self._is_running = event == "started"
-            if self._is_running:  # announced in this thread, so that output and exit are reported later
+            if self._is_running:  # reported in this thread, so before any output and the exit
                 self.exit_code = None
                 self.spawn_count += 1
                 self.started_at = time.monotonic()
-                self._announce(self)
-            self._answer = message
-            self._answered.set()
+                self._on_started(self)
+            self._start_reply = message
+            self._start_replied.set()
 
     def _show(self, text: str, stream: Any) -> None:
         if self.screen is not None:
@@ -131,7 +131,7 @@ class RemoteProcess(Process):
     def on_connection_lost(self) -> None:
         """Handle the loss of the connection, after which the agent stops the process."""
         self.is_disconnected = True
-        self._answered.set()
+        self._start_replied.set()
         if self._is_running:
             self._handle_exit(_LOST_EXIT_CODE)
 

@@ -35,7 +35,7 @@ class LaunchServer:
         supervisor: supervisor of the launch's processes.
         address: addresses to listen on and to advertise.
         title: readable title of the launch, such as the names of its files.
-        refuse: returns the reason why a caller may not control the launch, or an empty string if the caller may.
+        check_caller: returns the reason why a caller may not control the launch, or an empty string if the caller may.
         allowlist: decides which hosts may connect; None admits all.
     """
 
@@ -44,12 +44,12 @@ class LaunchServer:
         supervisor: Supervisor,
         address: LocalAddress,
         title: str = "roslaunch",
-        refuse: Callable[[socket.socket], str] = refusal_reason,
+        check_caller: Callable[[socket.socket], str] = refusal_reason,
         allowlist: Allowlist | None = None,
     ) -> None:
         self._supervisor = supervisor
         self._title = title
-        self._refuse = refuse
+        self._check_caller = check_caller
         self._started_at = time.monotonic()
         self._loop = Loop("roslaunch")
         self._server = XmlRpcServer(
@@ -120,7 +120,7 @@ class LaunchServer:
 
     def _refusal_reason(self) -> str:
         caller_socket = self._server.caller_socket
-        return "" if caller_socket is None else self._refuse(caller_socket)
+        return "" if caller_socket is None else self._check_caller(caller_socket)
 
     def _control(self, params: Sequence[Any]) -> Triple:
         supervisor = self._supervisor
@@ -133,7 +133,7 @@ class LaunchServer:
             process = supervisor.find(str(params[1]))
         except LaunchError as error:
             return [-1, str(error), 0]
-        supervisor.do(lambda: verbs[params[0]](process))
+        supervisor.call_soon(lambda: verbs[params[0]](process))
         return [1, f"will {params[0]} {process.spec.label}", 1]
 
     def _process_info(self, params: Sequence[Any]) -> Triple:

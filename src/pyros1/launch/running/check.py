@@ -1,4 +1,4 @@
-"""Finds what a plan requires but this machine does not have, and other errors that would prevent nodes from running."""
+"""Checks a plan before it is run: finds missing machines, packages and programs, and other errors."""
 
 from __future__ import annotations
 
@@ -41,16 +41,16 @@ def is_remote(plan: Plan, node: NodePlan) -> bool:
     return machine is not None and not is_local(machine.address)
 
 
-def missing_parts(plan: Plan, packages: PackageFinder, environ: Mapping[str, str]) -> Iterator[LaunchError]:
-    """Yield an error for each machine, package and program that a node needs but that is missing.
+def plan_errors(plan: Plan, packages: PackageFinder, environ: Mapping[str, str]) -> Iterator[LaunchError]:
+    """Yield an error for each machine, package and program that a node needs but that does not exist.
 
     Other machines are not searched. Errors are also yielded for nodes that wait for each other, since none of them
     would ever start, for ``on-death`` messages that cannot be published, and for parameters that cannot be sent to the
     master.
     """
-    yield from unsendable(plan.params)
+    yield from unsendable_params(plan.params)
     yield from unknown_machines(plan)
-    yield from endless_waits(plan)
+    yield from circular_waits(plan)
     for node in plan.nodes:
         try:
             check_on_death(node)
@@ -71,14 +71,14 @@ def missing_parts(plan: Plan, packages: PackageFinder, environ: Mapping[str, str
             yield _error(node, str(error))
 
 
-def unrunnable_python(plan: Plan, packages: PackageFinder, environ: Mapping[str, str]) -> Iterator[LaunchError]:
+def python_node_errors(plan: Plan, packages: PackageFinder, environ: Mapping[str, str]) -> Iterator[LaunchError]:
     """Yield an error for each syntax error and each missing import in the Python nodes that run on this machine.
 
     Stock does not have this check. The programs are not executed.
     """
     nodes: dict[Path, NodePlan] = {}
     for node in [*plan.nodes, *plan.tests]:
-        with suppress(LaunchError, PackageNotFoundError):  # reported by `missing_parts`
+        with suppress(LaunchError, PackageNotFoundError):  # reported by `plan_errors`
             if not is_remote(plan, node) and not any("python" in os.path.basename(word) for word in node.prefix):
                 nodes.setdefault(locate(node.package, node.type, packages), node)
     for problem in python_problems({file: {**environ, **node.env} for file, node in nodes.items()}):
@@ -86,7 +86,7 @@ def unrunnable_python(plan: Plan, packages: PackageFinder, environ: Mapping[str,
 
 
 def check_on_death(node: NodePlan) -> None:
-    """Check that a node's ``on-death`` message can be published, since an error on death would be noticed too late.
+    """Check that a node's ``on-death`` message can be published, since an error when the node exits would be too late.
 
     Raises:
         LaunchError: the type is unknown, or the values do not fit.
@@ -107,7 +107,7 @@ def check_on_death(node: NodePlan) -> None:
         raise LaunchError(f"on-death '{node.on_death}': {error}") from error
 
 
-def unsendable(params: Mapping[str, Any]) -> Iterator[LaunchError]:
+def unsendable_params(params: Mapping[str, Any]) -> Iterator[LaunchError]:
     """Yield an error for each parameter whose value cannot be sent, such as a date in a YAML file."""
     for name, value in params.items():
         try:
@@ -116,7 +116,7 @@ def unsendable(params: Mapping[str, Any]) -> Iterator[LaunchError]:
             yield LaunchError(f"parameter {name}: {error}; put it in quotes to make it a string")
 
 
-def endless_waits(plan: Plan) -> Iterator[LaunchError]:
+def circular_waits(plan: Plan) -> Iterator[LaunchError]:
     """Yield an error for each node that waits for itself, directly or through other nodes."""
     waits = {
         node.full_name: [condition.name for condition in node.wait_for if condition.kind == "node"]
@@ -133,14 +133,14 @@ def _find_cycle(start: str, waits: Mapping[str, list[str]]) -> list[str]:
     none.
     """
     paths = [[start]]
-    seen: set[str] = set()
+    visited: set[str] = set()
     while paths:
         path = paths.pop()
         for name in waits.get(path[-1], ()):
             if name == start:
                 return [*path, start]
-            if name not in seen:
-                seen.add(name)
+            if name not in visited:
+                visited.add(name)
                 paths.append([*path, name])
     return []
 

@@ -40,7 +40,7 @@ class Console:
         self._write(self._out, text, "\033[1m")
 
     def plain_error(self, text: str) -> None:
-        """Write to stderr, in red."""
+        """Write a line to stderr, in red and without a prefix."""
         self._write(self._err, text, "\033[31m")
 
     def error(self, text: str) -> None:

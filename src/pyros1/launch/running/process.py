@@ -14,12 +14,12 @@ from typing import TYPE_CHECKING
 
 from pyros1.launch.running.process_spec import ProcessSpec
 from pyros1.launch.running.usage import UNKNOWN_USAGE, Usage
-from pyros1.launch.running.warden import HAS_PROCESS_GROUPS, group_exists, is_leaderless
+from pyros1.launch.running.watchdog import HAS_PROCESS_GROUPS, group_exists, is_leaderless
 
 if TYPE_CHECKING:
     from pyros1.launch.preload.preloader import ForkedProcess, Preloader
     from pyros1.launch.running.screen import Screen
-    from pyros1.launch.running.warden import Warden
+    from pyros1.launch.running.watchdog import Watchdog
 
 KILL_SIGNAL = getattr(signal, "SIGKILL", signal.SIGTERM)
 """A signal that no process can ignore."""
@@ -32,7 +32,7 @@ class Process:
     Args:
         spec: the description of the process.
         on_exit: called with this object, in the watching thread, when the process has exited.
-        warden: stops the process if the launcher is killed.
+        watchdog: stops the process if the launcher is killed.
         screen: writes the process's output to the screen with its name; None to let it write directly.
         preloader: starts the process if it is a Python program that can be forked.
 
@@ -49,7 +49,7 @@ class Process:
 
     spec: ProcessSpec
     on_exit: Callable[[Process], object]
-    warden: Warden | None = None
+    watchdog: Watchdog | None = None
     screen: Screen | None = None
     preloader: Preloader | None = None
     spawn_count: int = 0
@@ -92,29 +92,29 @@ class Process:
             self._leftover_groups -= ended_groups
             return set(self._leftover_groups)
 
-    def start(self, announce: Callable[[Process], object] = lambda process: None) -> None:
+    def start(self, on_started: Callable[[Process], object] = lambda process: None) -> None:
         """Start the process, for the first time or again.
 
         Args:
-            announce: called with this object as soon as the process runs, before any of its output is read.
+            on_started: called with this object as soon as the process runs, before any of its output is read.
 
         Raises:
             OSError: the process cannot be started.
         """
         spec = self.spec
-        if self.warden is not None:
-            self.warden.expect(spec.words[-1])
+        if self.watchdog is not None:
+            self.watchdog.expect(spec.words[-1])
         with self._outputs() as (out, err):
             self._popen = self._spawn(out, err)
-            if self.warden is not None:  # before `announce`: whoever is notified may kill this launcher immediately
+            if self.watchdog is not None:  # before `on_started`: whoever is notified may kill this launcher immediately
                 on_death_spec = spec.on_death_spec
                 on_death_command = (
                     None if on_death_spec is None else (on_death_spec.words, on_death_spec.env, on_death_spec.cwd)
                 )
-                self.warden.watch(self._popen.pid, on_death_command)
+                self.watchdog.watch(self._popen.pid, on_death_command)
             if not isinstance(self._popen, subprocess.Popen):
-                self._popen.begin()  # only now, since the warden cannot find a forked process by its command line
-            announce(self)
+                self._popen.begin()  # only now, since the watchdog cannot find a forked process by its command line
+            on_started(self)
         self._ended = threading.Event()
         self.exit_code = None
         self.spawn_count += 1
@@ -160,8 +160,8 @@ class Process:
         if group_exists(popen.pid):
             with self._lock:
                 self._leftover_groups.add(popen.pid)
-        if self.warden is not None:
-            self.warden.report_exit(popen.pid)
+        if self.watchdog is not None:
+            self.watchdog.report_exit(popen.pid)
         ended.set()
         self.on_exit(self)
 

@@ -1,4 +1,4 @@
-"""Implements ``wait-for``: starts nodes as soon as a topic, a service, a parameter or another node exists."""
+"""Implements ``wait-for``: checks whether the topics, services, parameters or nodes exist for which nodes wait."""
 
 from __future__ import annotations
 

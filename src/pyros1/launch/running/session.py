@@ -31,7 +31,7 @@ from pyros1.launch.preload.preloader import Preloader
 from pyros1.launch.reading.report import summary
 from pyros1.launch.reading.resources import PackageFinder
 from pyros1.launch.running.api import LaunchServer
-from pyros1.launch.running.check import unsendable
+from pyros1.launch.running.check import unsendable_params
 from pyros1.launch.running.console import Console
 from pyros1.launch.running.core import ROSVERSION, Core, write_pid_file
 from pyros1.launch.running.core_file import CoreFile, read_core_file
@@ -40,7 +40,7 @@ from pyros1.launch.running.logs import make_run_folder, ros_home, run_log
 from pyros1.launch.running.options import Options
 from pyros1.launch.running.process import Process
 from pyros1.launch.running.screen import Screen
-from pyros1.launch.running.starting import Run, Starter
+from pyros1.launch.running.starting import RunInfo, Starter
 from pyros1.launch.running.supervisor import Supervisor
 from pyros1.net.allowlist import make_allowlist
 from pyros1.net.hosts import (
@@ -290,7 +290,7 @@ class Session:
         self.console.bold(f"started roslaunch server {self._server.uri}")
         if self.options.core:
             self.console.line(f"ros_comm version {ROSVERSION.strip()}")
-        run = Run(self._uri, run_id, folder, run_log(folder))
+        run = RunInfo(self._uri, run_id, folder, run_log(folder))
         self._starter = Starter(
             self.plan, self.options, self.packages, self.environ, self.console, self._supervisor, run
         )
@@ -397,7 +397,7 @@ class Session:
         try:
             replies = self._master.multicall([("setParam", (name, value)) for name, value in params.items()])
         except SerializationError as error:
-            raise next(unsendable(params), error) from error
+            raise next(unsendable_params(params), error) from error
         for name, reply in zip(params, replies, strict=True):
             if isinstance(reply, Error):
                 raise LaunchError(f"cannot set parameter {name}: {reply}") from reply

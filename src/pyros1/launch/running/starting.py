@@ -40,7 +40,7 @@ def _location(node: NodePlan) -> str:
 
 
 @dataclass
-class Run:
+class RunInfo:
     """Data shared by all nodes of one launch.
 
     Attributes:
@@ -78,13 +78,13 @@ class Starter:
     environ: Mapping[str, str]
     console: Console
     supervisor: Supervisor
-    run: Run
+    run: RunInfo
     _machines: dict[str, Machine] = field(default_factory=dict)
     _condition_watcher: ConditionWatcher | None = None
 
     @contextlib.contextmanager
     def environment_copied(self) -> Iterator[None]:
-        """Use a copy of the environment while many nodes are started: os.environ decodes values on each access."""
+        """Use a copy of the environment while nodes are started, since os.environ decodes values on each access."""
         original, self.environ = self.environ, dict(self.environ)
         try:
             yield
@@ -107,9 +107,9 @@ class Starter:
         from pyros1.launch.remote.over_ssh import make_machine  # noqa: PLC0415
 
         for machine in machines.values():
-            stages = (self.options.sigint_timeout, self.options.sigterm_timeout)
+            stop_timeouts = (self.options.sigint_timeout, self.options.sigterm_timeout)
             connection = make_machine(
-                machine, self.environ, self.run.master_uri, stages, self.console, self._on_reconnected
+                machine, self.environ, self.run.master_uri, stop_timeouts, self.console, self._on_reconnected
             )
             self._machines[machine.name] = connection
         for connection in self._machines.values():
@@ -118,7 +118,7 @@ class Starter:
             connection.wait_ready()
 
     def _on_reconnected(self, processes: list[Process]) -> None:
-        self.supervisor.do(lambda: self.supervisor.resume(processes))
+        self.supervisor.call_soon(lambda: self.supervisor.resume(processes))
 
     def start(self, node: NodePlan) -> None:
         """Start a node, now or when its ``wait-for`` conditions are met. Errors are printed on the console."""
@@ -130,7 +130,7 @@ class Starter:
         if self._condition_watcher is None:
             from pyros1.launch.running.readiness import ConditionWatcher  # noqa: PLC0415
 
-            self._condition_watcher = ConditionWatcher(self.run.master_uri, self.supervisor.do)
+            self._condition_watcher = ConditionWatcher(self.run.master_uri, self.supervisor.call_soon)
         self.supervisor.num_expected += 1
         conditions = ", ".join(map(str, node.wait_for))
         self.console.line(f"[{label}] waiting for {conditions}")

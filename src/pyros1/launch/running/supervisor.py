@@ -1,4 +1,4 @@
-"""Supervises processes as their specs say, and stops them in order (X87-X90).
+"""Starts, supervises, restarts and stops processes as their specs say (X87-X90).
 
 All events are in one queue: a process has exited, a signal was received, a client shut down the master, a user stops a
 node. The thread in `run` waits for an event or a timer, and meanwhile checks for signals (`pyros1.net.signal_safe`).
@@ -20,7 +20,7 @@ from pyros1.launch.running.console import Console
 from pyros1.launch.running.process import KILL_SIGNAL, Process
 from pyros1.launch.running.process_spec import ProcessSpec
 from pyros1.launch.running.screen import Screen
-from pyros1.launch.running.warden import HAS_PROCESS_GROUPS, ON_DEATH_TIMEOUT, Warden
+from pyros1.launch.running.watchdog import HAS_PROCESS_GROUPS, ON_DEATH_TIMEOUT, Watchdog
 from pyros1.net.signal_safe import POLL_INTERVAL
 
 if TYPE_CHECKING:
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 _SIGKILL_TIMEOUT = 2.0
 _NO_SIGINT_TIMEOUT = 2.0  # seconds for processes to exit on systems where they cannot be sent SIGINT
 _REMAINING_POLL_INTERVAL = 0.05
-Event = tuple[Literal["exit", "stop", "hurry", "do"], "_Exit | str | Callable[[], object] | None"]
+Event = tuple[Literal["exit", "stop", "hurry", "call"], "_Exit | str | Callable[[], object] | None"]
 
 
 class _Exit(NamedTuple):
@@ -47,7 +47,7 @@ class Supervisor:
         sigint_timeout: seconds between SIGINT and SIGTERM.
         sigterm_timeout: seconds between SIGTERM and SIGKILL.
         keep_running: whether to continue when no process is left, as a core does.
-        guarded: whether a `Warden` stops the processes if this process is killed.
+        guarded: whether to start a `Watchdog`, which stops the processes if this process is killed.
         screen: writes the processes' output to the screen; None to let them write directly.
         preloader: starts Python programs by forking; None to start all programs in the usual way.
 
@@ -76,7 +76,7 @@ class Supervisor:
             (KILL_SIGNAL, _SIGKILL_TIMEOUT),
         ]
         self._guarded = guarded and HAS_PROCESS_GROUPS
-        self._warden: Warden | None = None
+        self._watchdog: Watchdog | None = None
         self._screen = screen
         self._preloader = preloader
         # A SimpleQueue is safe in signal handlers, whatever the main thread was doing.
@@ -107,9 +107,9 @@ class Supervisor:
             spec: the description of the process.
             make_process: the class `Process`, or a function with the same arguments that creates a similar object.
         """
-        if self._guarded and self._warden is None:
-            self._warden = Warden(self._stages[0][1], self._stages[1][1])
-        process = make_process(spec, self._on_exit, self._warden, self._screen)
+        if self._guarded and self._watchdog is None:
+            self._watchdog = Watchdog(self._stages[0][1], self._stages[1][1])
+        process = make_process(spec, self._on_exit, self._watchdog, self._screen)
         process.preloader = self._preloader
         self._processes[spec.label] = process
         if self._start(process):
@@ -142,9 +142,9 @@ class Supervisor:
         """
         self._events.put(("hurry", None))
 
-    def do(self, action: Callable[[], object]) -> None:
+    def call_soon(self, action: Callable[[], object]) -> None:
         """Call a function in the thread of `run`. May be called in any thread."""
-        self._events.put(("do", action))
+        self._events.put(("call", action))
 
     def run(self) -> str:
         """Supervise until `stop` is called, a required process exits, or no process is left; return the reason."""
@@ -158,7 +158,7 @@ class Supervisor:
             event_kind, payload = event
             if event_kind == "stop":
                 return str(payload or "")
-            if event_kind == "do" and callable(payload):
+            if event_kind == "call" and callable(payload):
                 payload()
             elif (
                 isinstance(payload, _Exit)
@@ -282,8 +282,8 @@ class Supervisor:
                 self._mark_dead(process)
 
     def resume(self, processes: Iterable[Process]) -> None:
-        """Note that the machine of the given processes is connected again, and start the processes that are due to
-        restart. Must be called in the thread of `run`.
+        """Start those of the given processes that are due to be restarted, since their machine is connected again. Must
+        be called in the thread of `run`.
         """
         for process in processes:
             process.is_disconnected = False
@@ -374,9 +374,9 @@ class Supervisor:
         for process in self.active:
             if not process.alive:
                 self._mark_dead(process)
-        if self._warden is not None:
-            self._warden.close()
-            self._warden = None
+        if self._watchdog is not None:
+            self._watchdog.close()
+            self._watchdog = None
         if self._preloader is not None:
             self._preloader.close()
 

@@ -162,7 +162,7 @@ class TestRun:
             self._write(f"test [{test.test_name}] failed, retrying. Retries left: {attempts_left - 1}", self.out)
 
     def _run_once(self, test: TestPlan, path: Path) -> Results:
-        attempt = TestAttempt(self._with_results(test, path), test.time_limit)
+        attempt = TestAttempt(self._with_output_arguments(test, path), test.time_limit)
         port = None if self.reuse_master else _free_port()
         if self.reuse_master:
             self._prepare_master()
@@ -190,7 +190,7 @@ class TestRun:
         self._write(f"test [{test.test_name}] results summary: {counts}", self.out)
         return results
 
-    def _with_results(self, test: TestPlan, path: Path) -> TestPlan:
+    def _with_output_arguments(self, test: TestPlan, path: Path) -> TestPlan:
         arguments = [*test.args, f"--gtest_output=xml:{path}"]
         if self.text:
             return replace(test, args=[*arguments, "--text"], output="screen")

@@ -8,7 +8,7 @@ from typing import Any
 from pyros1.cli.failures import UsageError
 from pyros1.ground.errors import Error
 from pyros1.launch.reading.world import make_resources
-from pyros1.launch.remote.child import Child, end_with_stdin
+from pyros1.launch.remote.child import Child, stop_when_stdin_closes
 from pyros1.launch.running.options import Options
 from pyros1.launch.running.supervisor import install_signals
 
@@ -43,7 +43,7 @@ def run_child(parsed_options: Any, args: list[str]) -> int:
             parsed_options.child_name, parsed_options.server_uri, parsed_options.run_id, options, make_resources()
         )
         restore_signals = install_signals(child.stop, child.stop_waiting)
-        end_with_stdin(child.stop)
+        stop_when_stdin_closes(child.stop)
         try:
             child.run()
         finally:

@@ -16,13 +16,13 @@ from pyros1.launch.reading.resources import Resources
 
 def print_problems(files: list[str], arguments: dict[str, str], resources: Resources) -> int:
     """Print every problem with launch files, including missing packages and executables. Return the exit code."""
-    from pyros1.launch.running.check import missing_parts, unrunnable_python  # noqa: PLC0415 - only some queries need it
+    from pyros1.launch.running.check import plan_errors, python_node_errors  # noqa: PLC0415 - only some queries need it
 
     problems: list[LaunchError] = []
     plan = load_plan(files, arguments, resources, problems=problems)
-    texts = [*map(str, problems), *plan.warnings, *map(str, missing_parts(plan, resources.packages, resources.environ))]
+    texts = [*map(str, problems), *plan.warnings, *map(str, plan_errors(plan, resources.packages, resources.environ))]
     if not called_as("roslaunch-check"):
-        texts += map(str, unrunnable_python(plan, resources.packages, resources.environ))
+        texts += map(str, python_node_errors(plan, resources.packages, resources.environ))
     for text in texts:
         print(text)
     if not texts:

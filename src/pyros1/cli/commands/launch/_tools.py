@@ -23,7 +23,7 @@ from pyros1.launch.reading.resources import Resources
 from pyros1.launch.reading.scope import ArgNotSetError
 from pyros1.launch.reading.words import find_files, parse_arguments
 from pyros1.launch.reading.world import make_resources
-from pyros1.launch.running.check import missing_parts, unrunnable_python
+from pyros1.launch.running.check import plan_errors, python_node_errors
 
 
 def run_tool(argv: list[str]) -> int:
@@ -267,9 +267,9 @@ def _find_problems(file: str, arguments: dict[str, str], resources: Resources, o
     plan = load_plan([file], arguments, resources, problems=errors)
     if options.ignore_unset_args:
         errors = [error for error in errors if not _is_about_unset_arg(error)]
-    texts = [*map(str, errors), *map(str, missing_parts(plan, resources.packages, resources.environ))]
+    texts = [*map(str, errors), *map(str, plan_errors(plan, resources.packages, resources.environ))]
     if not called_as("roslaunch-check"):
-        texts += map(str, unrunnable_python(plan, resources.packages, resources.environ))
+        texts += map(str, python_node_errors(plan, resources.packages, resources.environ))
     for package, undeclared_names in find_undeclared(file_needs(plan), test_depends=options.test_depends).items():
         if undeclared_names:
             texts.append(f"Missing package dependencies: {package}/package.xml: {', '.join(sorted(undeclared_names))}")

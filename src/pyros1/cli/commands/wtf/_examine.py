@@ -136,14 +136,14 @@ def _launch_problems(files: list[str], args: list[str]) -> list[str]:
     from pyros1.launch.reading.loader import load_plan  # noqa: PLC0415
     from pyros1.launch.reading.words import find_files, parse_arguments  # noqa: PLC0415
     from pyros1.launch.reading.world import make_resources  # noqa: PLC0415
-    from pyros1.launch.running.check import missing_parts  # noqa: PLC0415
+    from pyros1.launch.running.check import plan_errors  # noqa: PLC0415
 
     resources = make_resources()
     problems: list[LaunchError] = []
     texts: list[str] = []
     try:
         plan = load_plan(find_files(files, resources), parse_arguments(args), resources, problems=problems)
-        texts = [*plan.warnings, *map(str, missing_parts(plan, resources.packages, resources.environ))]
+        texts = [*plan.warnings, *map(str, plan_errors(plan, resources.packages, resources.environ))]
     except Error as error:
         texts = [str(error)]
     return [*map(str, problems), *texts]

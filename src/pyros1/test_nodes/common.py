@@ -1,4 +1,4 @@
-"""What the test nodes share: test cases, their failures and results, and access to parameters and the clock."""
+"""Code shared by the test nodes: runs test cases, checks conditions, reads parameters, and waits for the clock."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ class FailedError(Error):
 
 
 class SetupError(Error):
-    """A test node has nothing to test. It then writes no results."""
+    """A test node has nothing to test, so it writes no results."""
 
 
 def require(condition: object, message: str) -> None:
-    """Fail a test unless a condition holds.
+    """Fail the test unless a condition is true.
 
     Args:
         condition: true if the test may continue.

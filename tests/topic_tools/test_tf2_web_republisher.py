@@ -19,7 +19,7 @@ from pyros1.msgs.geometry_msgs.msg import TransformStamped
 from pyros1.msgs.tf2_web_republisher.msg import TFArray, TFSubscriptionAction, TFSubscriptionGoal
 from pyros1.msgs.tf2_web_republisher.srv import RepublishTFs
 from pyros1.tf import Buffer, TransformBroadcaster
-from pyros1.topic_tools.web_frames import MAX_FRAMES, MovedFrames, Republisher
+from pyros1.topic_tools.tf2_web_republisher import MAX_FRAMES, MovedFrames, Republisher
 
 MakeNode = Callable[..., Any]
 PATIENCE = 20

@@ -16,15 +16,15 @@ from typing import Any
 
 import pytest
 
-from pyros1.launch.running.warden import (
-    Warden,
-    end_groups,
+from pyros1.launch.running.watchdog import (
+    Watchdog,
+    find_group_leaders,
     group_exists,
     groups_alive,
     is_leaderless,
     main,
-    processes_with,
-    run_commands,
+    run_on_death_commands,
+    stop_groups,
 )
 
 DEADLINE = 20.0
@@ -73,24 +73,24 @@ def test_killed_launcher_leaves_nothing() -> None:
 
 def test_a_started_but_unreported_process_is_found(opened: list[Any]) -> None:
     mark = f"__log:=/tmp/{os.getpid()}-{time.monotonic_ns()}"
-    warden = Warden(0.2, 0.2)
+    watchdog = Watchdog(0.2, 0.2)
     (guard,) = opened
-    warden.expect(mark)
+    watchdog.expect(mark)
     words = ["sh", "-c", "echo up; sleep 100; :", mark]
     with subprocess.Popen(words, stdout=subprocess.PIPE, start_new_session=True) as node:
         assert node.stdout is not None
         node.stdout.readline()
-        assert processes_with(mark) == {node.pid}
+        assert find_group_leaders(mark) == {node.pid}
         guard.stdin.close()  # as the system does when the launcher is killed
         assert node.wait(DEADLINE) < 0 or node.returncode == 130
     guard.wait(DEADLINE)
 
 
 def test_released_groups_are_left_alone() -> None:
-    warden = Warden(0.2, 0.2)
+    watchdog = Watchdog(0.2, 0.2)
     with subprocess.Popen(["sleep", "100"], start_new_session=True) as node:
-        warden.watch(node.pid)
-        warden.close()
+        watchdog.watch(node.pid)
+        watchdog.close()
         assert node.poll() is None
         node.kill()
 
@@ -111,7 +111,7 @@ def test_a_group_is_leaderless_only_without_its_leader() -> None:
 def test_the_end_of_a_node_is_answered_after_it_though_the_launcher_is_killed(
     opened: list[Any], tmp_path: Path
 ) -> None:
-    warden = Warden(0.2, 0.2)
+    watchdog = Watchdog(0.2, 0.2)
     (guard,) = opened
     path = tmp_path / "what happened"
     end = "trap 'echo end >>$NAME; exit' INT; echo up; while :; do sleep 0.01; done"
@@ -121,8 +121,8 @@ def test_the_end_of_a_node_is_answered_after_it_though_the_launcher_is_killed(
         assert node.stdout is not None
         node.stdout.readline()
         for pid in (node.pid, 1 << 30):  # the second one has ended, and was answered
-            warden.watch(pid, (["sh", "-c", 'echo "$0" >>"$NAME"', f"answer {pid}"], environ, "/"))
-        warden.report_exit(1 << 30)
+            watchdog.watch(pid, (["sh", "-c", 'echo "$0" >>"$NAME"', f"answer {pid}"], environ, "/"))
+        watchdog.report_exit(1 << 30)
         guard.stdin.close()  # as the system does when the launcher is killed
     guard.wait(DEADLINE)
     assert path.read_text().splitlines() == ["end", f"answer {node.pid}"]
@@ -136,7 +136,7 @@ def test_groups_are_ended_by_one_signal_after_the_other(script: str, sigint_time
         assert node.stdout is not None
         node.stdout.readline()
         groups = {node.pid, 1 << 30}  # the second one has ended
-        end_groups(groups, [(signal.SIGINT, sigint_time), (signal.SIGKILL, DEADLINE)])
+        stop_groups(groups, [(signal.SIGINT, sigint_time), (signal.SIGKILL, DEADLINE)])
         assert node.wait(DEADLINE) == code
         assert not groups_alive(groups)
 
@@ -147,15 +147,15 @@ def test_commands_run_together_and_what_cannot_run_stops_no_other(tmp_path: Path
     environ = {"PATH": os.environ["PATH"], "WORD": "done"}
     read, write = 'read line <pipe; echo "$line" >result', 'echo "$WORD" >pipe'
     commands = [(["sh", "-c", script], environ, str(tmp_path)) for script in (read, write)]
-    run_commands([(["/no/such/command"], environ, "/"), *commands])
+    run_on_death_commands([(["/no/such/command"], environ, "/"), *commands])
     assert (tmp_path / "result").read_text() == "done\n"
 
 
 def test_a_command_that_does_not_end_is_killed_with_its_children(
     opened: list[Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("pyros1.launch.running.warden.ON_DEATH_TIMEOUT", 0.0)
-    run_commands([(["sh", "-c", "trap '' INT TERM; sleep 100; :"], {"PATH": os.environ["PATH"]}, "/")])
+    monkeypatch.setattr("pyros1.launch.running.watchdog.ON_DEATH_TIMEOUT", 0.0)
+    run_on_death_commands([(["sh", "-c", "trap '' INT TERM; sleep 100; :"], {"PATH": os.environ["PATH"]}, "/")])
     (command,) = opened
     assert command.wait(DEADLINE) == -signal.SIGKILL
     wait_gone(command.pid)
@@ -164,30 +164,30 @@ def test_a_command_that_does_not_end_is_killed_with_its_children(
 @pytest.mark.skipif(not hasattr(signal, "SIGSTOP"), reason="needs SIGSTOP")
 def test_lines_stay_whole_when_the_pipe_is_full(opened: list[Any]) -> None:
     """The launcher's threads report ends while it reports a start, with an environment that has no room at once."""
-    warden = Warden(0.2, 0.2)
+    watchdog = Watchdog(0.2, 0.2)
     (guard,) = opened
     guard.send_signal(signal.SIGSTOP)
     gone, environ = 1 << 30, {"LARGE": "x" * 200_000}
-    threads = [threading.Thread(target=warden.watch, args=(gone, (["true"], environ, "/")))]
-    threads += [threading.Thread(target=lambda: [warden.report_exit(gone) for _ in range(500)]) for _ in range(4)]
+    threads = [threading.Thread(target=watchdog.watch, args=(gone, (["true"], environ, "/")))]
+    threads += [threading.Thread(target=lambda: [watchdog.report_exit(gone) for _ in range(500)]) for _ in range(4)]
     for thread in threads:
         thread.start()
     guard.send_signal(signal.SIGCONT)
     for thread in threads:
         thread.join(DEADLINE)
-    warden.close()
+    watchdog.close()
     assert guard.returncode == 0
 
 
 @pytest.mark.skipif(not hasattr(signal, "SIGSTOP"), reason="needs SIGSTOP")
-def test_a_launch_does_not_wait_for_a_warden_that_was_stopped(
+def test_a_launch_does_not_wait_for_a_watchdog_that_was_stopped(
     opened: list[Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("pyros1.launch.running.warden.RELEASE_TIMEOUT", 0.05)
-    warden = Warden(0.2, 0.2)
+    monkeypatch.setattr("pyros1.launch.running.watchdog.RELEASE_TIMEOUT", 0.05)
+    watchdog = Watchdog(0.2, 0.2)
     (guard,) = opened
     guard.send_signal(signal.SIGSTOP)
-    closing = threading.Thread(target=warden.close)
+    closing = threading.Thread(target=watchdog.close)
     closing.start()
     closing.join(DEADLINE)
     ended = not closing.is_alive()
@@ -198,11 +198,11 @@ def test_a_launch_does_not_wait_for_a_warden_that_was_stopped(
 
 @pytest.fixture
 def guard(monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[..., None]]:
-    """The warden's program, in this process: reads lines, and then the launcher has ended."""
+    """The watchdog's program, in this process: reads lines, and then the launcher has ended."""
     before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)}
 
     def run(*lines: str) -> None:
-        monkeypatch.setattr(sys, "argv", ["warden", "0.0", str(DEADLINE)])
+        monkeypatch.setattr(sys, "argv", ["watchdog", "0.0", str(DEADLINE)])
         monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO("".join(f"{line}\n" for line in lines).encode())))
         main()
 
@@ -219,13 +219,13 @@ def start(script: str, *words: str) -> subprocess.Popen[bytes]:
     return node
 
 
-def test_signals_of_the_terminal_do_not_end_the_warden(guard: Callable[..., None]) -> None:
+def test_signals_of_the_terminal_do_not_end_the_watchdog(guard: Callable[..., None]) -> None:
     guard()
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         assert signal.getsignal(number) == signal.SIG_IGN
 
 
-def test_the_warden_ends_what_was_reported_and_what_was_announced(guard: Callable[..., None]) -> None:
+def test_the_watchdog_ends_what_was_reported_and_what_was_announced(guard: Callable[..., None]) -> None:
     """Of a node that has ended only a child is left, which ignores SIGINT, as such children of a shell do."""
     mark = f"__log:=/tmp/{os.getpid()}-{time.monotonic_ns()}"
     with start(POLITE) as reported, start("echo up; sleep 100; :", mark) as announced, start(POLITE) as other:
@@ -254,17 +254,17 @@ def test_an_id_that_was_used_again_is_not_that_of_a_node(guard: Callable[..., No
         other.kill()
 
 
-def test_a_released_warden_does_nothing(guard: Callable[..., None]) -> None:
+def test_a_released_watchdog_does_nothing(guard: Callable[..., None]) -> None:
     with start(POLITE) as node:
         guard(f"watch {node.pid}", "release ")
         assert node.poll() is None
         node.kill()
 
 
-def test_the_warden_runs_commands_of_the_nodes_that_had_not_ended(guard: Callable[..., None], tmp_path: Path) -> None:
+def test_the_watchdog_runs_commands_of_the_nodes_that_had_not_ended(guard: Callable[..., None], tmp_path: Path) -> None:
     lines = []
     for pid, name in ((1 << 30, "running"), ((1 << 30) + 1, "ended")):
         command = [["sh", "-c", f"touch {name}"], {"PATH": os.environ["PATH"]}, str(tmp_path)]
-        lines += [f"answer {json.dumps([pid, *command])}", f"watch {pid}"]
+        lines += [f"on_death {json.dumps([pid, *command])}", f"watch {pid}"]
     guard(*lines, f"ended {(1 << 30) + 1}")
     assert [path.name for path in tmp_path.iterdir()] == ["running"]

@@ -1,8 +1,8 @@
-"""tf2_web_republisher: provides selected transforms for web pages, for which all of /tf would be too much data.
+"""tf2_web_republisher: provides selected transforms to web pages, for which all of /tf would be too much data.
 
-A page requests frames and receives those that moved, from the action ``tf2_web_republisher`` or on a separate topic
-created by the service ``republish_tfs``. The TFClient of roslibjs, which ros3djs uses, expects this interface
-(https://wiki.ros.org/tf2_web_republisher).
+A page requests frames, and receives the transforms of those that have moved: as feedback of the action
+``tf2_web_republisher``, or on a separate topic created by the service ``republish_tfs``. The TFClient of roslibjs,
+which ros3djs uses, expects this interface (https://wiki.ros.org/tf2_web_republisher).
 """
 
 from __future__ import annotations

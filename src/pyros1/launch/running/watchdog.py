@@ -1,8 +1,8 @@
 """Stops the nodes of a launcher that has been killed.
 
-A small separate process, the warden, reads the list of process groups from a pipe. The system closes the pipe when the
-launcher exits, for any reason. The warden then stops the remaining groups as the launcher would have done, and runs the
-``on-death`` commands of their nodes, since nobody asked for these nodes to be stopped.
+A small separate process, the watchdog, reads the list of process groups from a pipe. The system closes the pipe when
+the launcher exits, for any reason. The watchdog then stops the remaining groups as the launcher would have done, and
+runs the ``on-death`` commands of their nodes, since nobody asked for these nodes to be stopped.
 
 This file is run as a script and does not import pyros1, so it starts quickly. It works on every POSIX system. A node
 that the launcher has started but not yet reported is found by its ``__log`` argument, on Linux only.
@@ -24,7 +24,7 @@ HAS_PROCESS_GROUPS = hasattr(os, "killpg")
 _POLL_PERIOD = 0.05
 _SIGKILL_TIMEOUT = 2.0
 RELEASE_TIMEOUT = 5.0
-"""Timeout in seconds for the warden to exit after all processes have exited."""
+"""Timeout in seconds for the watchdog to exit after all processes have exited."""
 ON_DEATH_TIMEOUT = 10.0
 """Maximum duration in seconds of an ``on-death`` command."""
 
@@ -32,8 +32,8 @@ OnDeathCommand = tuple[list[str], dict[str, str], str]
 """A command, its environment and its working directory."""
 
 
-class Warden:
-    """The launcher's end of the pipe.
+class Watchdog:
+    """The watchdog process, and the launcher's end of the pipe to it.
 
     Args:
         sigint_timeout: seconds between SIGINT and SIGTERM.
@@ -50,12 +50,12 @@ class Warden:
 
     @property
     def pid(self) -> int:
-        """The warden's process id."""
+        """The watchdog's process id."""
         return self._process.pid
 
-    def expect(self, word: str) -> None:
-        """Announce that a process with ``word`` as an argument is about to be started."""
-        self._send("expect", word)
+    def expect(self, argument: str) -> None:
+        """Announce that a process with a given command-line argument is about to be started."""
+        self._send("expect", argument)
 
     def watch(self, pid: int, on_death_command: OnDeathCommand | None = None) -> None:
         """Report that the announced process is running, and is the leader of a new process group.
@@ -65,9 +65,9 @@ class Warden:
             on_death_command: a command to run after the process has been stopped because the launcher was killed.
         """
         if on_death_command is not None:
-            import json  # noqa: PLC0415 - the warden starts faster without it
+            import json  # noqa: PLC0415 - the watchdog starts faster without it
 
-            self._send("answer", json.dumps([pid, *on_death_command]))
+            self._send("on_death", json.dumps([pid, *on_death_command]))
         self._send("watch", str(pid))
 
     def report_exit(self, pid: int) -> None:
@@ -78,20 +78,20 @@ class Warden:
         pipe = self._process.stdin
         if pipe is not None:
             line = f"{verb} {argument}\n".encode(errors="surrogateescape")
-            # On an error, the warden was killed (the launcher will stop its nodes itself), or it has exited, because a
-            # node survived SIGKILL.
+            # Errors mean that the watchdog was killed, or has exited because a node survived SIGKILL. Then the launcher
+            # stops its nodes itself.
             with self._lock, contextlib.suppress(OSError, ValueError):
                 while line:
                     line = line[os.write(pipe.fileno(), line) :]
 
     def close(self) -> None:
-        """Stop the warden. Call this when all processes have exited."""
+        """Stop the watchdog. Call this when all processes have exited."""
         self._send("release", "")
         if self._process.stdin is not None:
             self._process.stdin.close()
         try:
             self._process.wait(RELEASE_TIMEOUT)
-        except subprocess.TimeoutExpired:  # the warden is suspended, or gets no CPU time; it has nothing left to do
+        except subprocess.TimeoutExpired:  # the watchdog is suspended, or gets no CPU time; it has nothing left to do
             self._process.kill()
             self._process.wait()
 
@@ -138,7 +138,7 @@ def is_leaderless(group: int) -> bool:
     return False
 
 
-def end_groups(groups: set[int], stages: list[tuple[int, float]]) -> None:
+def stop_groups(groups: set[int], stages: list[tuple[int, float]]) -> None:
     """Send signals to process groups until none is left, or all signals have been sent.
 
     Args:
@@ -155,17 +155,17 @@ def end_groups(groups: set[int], stages: list[tuple[int, float]]) -> None:
             groups = groups_alive(groups)
 
 
-def processes_with(word: str) -> set[int]:
-    """Return the ids of group leaders that have ``word`` as an argument."""
+def find_group_leaders(argument: str) -> set[int]:
+    """Return the ids of the process group leaders that have a given command-line argument."""
     leaders = set()
     for path in Path("/proc").glob("[0-9]*/cmdline"):
         with contextlib.suppress(OSError):
-            if os.fsencode(word) in path.read_bytes().split(b"\0"):
+            if os.fsencode(argument) in path.read_bytes().split(b"\0"):
                 leaders.add(int(path.parent.name))
     return {pid for pid in leaders if group_exists(pid)}
 
 
-def run_commands(on_death_commands: list[OnDeathCommand]) -> None:
+def run_on_death_commands(on_death_commands: list[OnDeathCommand]) -> None:
     """Run on-death commands in parallel, and kill those still running after ON_DEATH_TIMEOUT seconds."""
     started_processes = []
     for words, env, cwd in on_death_commands:
@@ -177,7 +177,7 @@ def run_commands(on_death_commands: list[OnDeathCommand]) -> None:
     for process in started_processes:
         with contextlib.suppress(subprocess.TimeoutExpired):
             process.wait(max(0.0, deadline - time.monotonic()))
-    end_groups(
+    stop_groups(
         {process.pid for process in started_processes if process.poll() is None}, [(signal.SIGKILL, _SIGKILL_TIMEOUT)]
     )
 
@@ -194,7 +194,7 @@ def main() -> None:
         verb, _, argument = os.fsdecode(line.rstrip(b"\n")).partition(" ")
         if verb == "expect":
             expected = argument
-        elif verb == "answer":
+        elif verb == "on_death":
             import json  # noqa: PLC0415 - few nodes have such a command
 
             pid, *on_death = json.loads(argument)
@@ -211,10 +211,10 @@ def main() -> None:
             return
     groups = running_groups | {group for group in ended_groups if is_leaderless(group)}
     if expected:
-        groups |= processes_with(expected)
+        groups |= find_group_leaders(expected)
     sigint, sigterm = map(float, sys.argv[1:3])
-    end_groups(groups, [(signal.SIGINT, sigint), (signal.SIGTERM, sigterm), (signal.SIGKILL, _SIGKILL_TIMEOUT)])
-    run_commands(list(on_death_commands.values()))
+    stop_groups(groups, [(signal.SIGINT, sigint), (signal.SIGTERM, sigterm), (signal.SIGKILL, _SIGKILL_TIMEOUT)])
+    run_on_death_commands(list(on_death_commands.values()))
 
 
 if __name__ == "__main__":
