@@ -83,9 +83,9 @@ def sent_at(frame: str | bytes) -> float:
     if isinstance(frame, str):
         value = json.loads(frame)
         if value["op"] == "png":
-            from pyros1.web.rosbridge import picture
+            from pyros1.web.rosbridge import png
 
-            value = json.loads(picture.unpack(value["data"], 1 << 26))
+            value = json.loads(png.unpack(value["data"], 1 << 26))
     else:
         import cbor2
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from pyros1.ground.errors import MessageError
 from pyros1.msgs import load_message
-from pyros1.web.scene.camera import pinhole
+from pyros1.web.scene.camera import pinhole_camera
 from pyros1.web.scene.depth import colours, depth_cloud, depths
 from pyros1.web.scene.grids import Grid
 from pyros1.web.scene.interactive import InteractiveMarkers
@@ -53,7 +53,9 @@ def _frames(message: Any) -> dict[str, Any]:
 def _picture(message: Any) -> dict[str, Any]:
     with suppress(ShapeError):
         colours(message)
-    return depth_cloud(depths(message), pinhole(load_message("sensor_msgs/CameraInfo")(**_CALIBRATED)), None, 100)[0]
+    return depth_cloud(
+        depths(message), pinhole_camera(load_message("sensor_msgs/CameraInfo")(**_CALIBRATED)), None, 100
+    )[0]
 
 
 def _grid(message: Any) -> dict[str, Any]:
@@ -65,7 +67,7 @@ def _grid(message: Any) -> dict[str, Any]:
 
 _OTHERS: dict[str, Callable[[Any], dict[str, Any]]] = {
     "nav_msgs/OccupancyGrid": _grid,
-    "sensor_msgs/CameraInfo": lambda message: asdict(pinhole(message)),
+    "sensor_msgs/CameraInfo": lambda message: asdict(pinhole_camera(message)),
     "sensor_msgs/Image": _picture,
     "tf2_msgs/TFMessage": _frames,
     "visualization_msgs/InteractiveMarkerInit": _interactive,

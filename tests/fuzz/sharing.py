@@ -48,7 +48,7 @@ def source(data: bytes) -> None:
         link = SharedSource(far, "http://talker/", _HEADER, b"", desk)
         socket.send_fds(theirs, [local.encode_block(1, _SIZE)], [block.fd])
         bodies = [_TOKEN + piece if len(piece) == _REST else piece for piece in pieces(data)]
-        if bodies and 0 < len(bodies[-1]) <= local.MAX_RECORD:
+        if bodies and 0 < len(bodies[-1]) <= local.MAX_RECORD_SIZE:
             theirs.send(bodies[-1])
         near.sendall(b"".join(struct.pack("<I", len(body)) + body for body in bodies))
         near.shutdown(socket.SHUT_WR)

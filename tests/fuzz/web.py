@@ -18,16 +18,16 @@ from pyros1.msgs import load_message
 from pyros1.observe import png16
 from pyros1.observe.image_files import decode
 from pyros1.web.foxglove import payloads
-from pyros1.web.foxglove.machine import Machine
 from pyros1.web.foxglove.offers import Channel, Offers, Service
 from pyros1.web.foxglove.requests import ClientAdvertise, FrameError
 from pyros1.web.foxglove.requests import parse as parse_foxglove
-from pyros1.web.rosbridge import frames, picture, values
+from pyros1.web.foxglove.state_machine import StateMachine
+from pyros1.web.rosbridge import frames, png, values
 from pyros1.web.rosbridge.frame_decoder import FrameDecoder
 from pyros1.web.rosbridge.operations import BridgeError, CallService, Publish
 from pyros1.web.scene.rviz.file import RvizFileError, read_rviz
 from pyros1.web.server import wire
-from pyros1.web.transforms.picture_size import picture_size
+from pyros1.web.transforms.image_size import image_size
 
 from ..bodies import encode
 from . import bombs
@@ -76,9 +76,9 @@ def cbor(data: bytes) -> None:
 
 def foxglove(data: bytes) -> None:
     """Do what a viewer asks for; its messages become messages."""
-    viewer = Machine()
+    viewer = StateMachine()
     channel = Channel(1, "/a", "std_msgs/Float64", "float64 data\n", "1")
-    viewer.offer(Offers({"/a": channel}, {"/s": Service(9, "/s", "std_srvs/Empty", "", "")}))
+    viewer.update_offers(Offers({"/a": channel}, {"/s": Service(9, "/s", "std_srvs/Empty", "", "")}))
     for frame in _frames(data):
         actions, told = viewer.handle(frame)
         assert sum(map(len, told)) < 2000 and len(actions) <= len(data)
@@ -104,11 +104,11 @@ def page(data: bytes) -> None:
 
 def pictures(data: bytes) -> None:
     """Read the size of a picture, the text in one, and its pixels."""
-    size = picture_size(data)
+    size = image_size(data)
     assert size is None or all(0 <= each < 1 << 32 for each in size)
     Image.MAX_IMAGE_PIXELS = None
     with contextlib.suppress(BridgeError):
-        assert len(picture.unpack(base64.b64encode(data).decode(), 10_000)) <= 20_000
+        assert len(png.unpack(base64.b64encode(data).decode(), 10_000)) <= 20_000
     with contextlib.suppress(MessageError):
         assert decode(data, 10_000).size <= 40_000
 
@@ -134,7 +134,7 @@ _DEEP = [bombs.nested(b"[", b"]"), bombs.nested(b'{"a":', b"}", b"1"), b'{"op":'
 
 def _rosbridge() -> list[bytes]:
     publish = json.dumps({"op": "publish", "topic": "/t", "msg": _MESSAGE})
-    parts = [*frames.packed(publish, "png", 100, "p")]
+    parts = [*frames.compress_and_split(publish, "png", 100, "p")]
     call = {"op": "call_service", "id": 7, "service": "/s", "args": [1, 2]}
     subscribe = {"op": "subscribe", "topic": "/t", "throttle_rate": 5, "queue_length": 1, "compression": "cbor"}
     texts = (publish, "\n".join(parts), json.dumps(call), json.dumps(subscribe))
@@ -156,11 +156,11 @@ def _foxglove() -> list[bytes]:
 
 
 def _pictures() -> list[bytes]:
-    png = base64.b64decode(picture.pack("[1,2,3]" * 20))
+    packed = base64.b64decode(png.pack("[1,2,3]" * 20))
     deep = png16.write(np.arange(60, dtype=np.uint16).reshape(4, 5, 3))
     jpeg = b"\xff\xd8\xff\xe0\0\4ab\xff\xc0\0\x0b\x08\0\x10\0\x20\x03"
     webp = [b"RIFF\0\0\0\0WEBPVP8" + kind + bytes(20) for kind in (b" ", b"L", b"X")]
-    return [png, deep, jpeg, *webp, b"GIF89a\1\0\1\0", b"BM" + bytes(30)]
+    return [packed, deep, jpeg, *webp, b"GIF89a\1\0\1\0", b"BM" + bytes(30)]
 
 
 def rviz(data: bytes) -> None:

@@ -276,8 +276,8 @@ class NotOneNumber:
         ("time x", 5, "field x must be a time, not int 5"),
         ("duration x", Duration(2**33), "field x exceeds specified width [duration]"),
         ("time[] x", [1], "field x[] must be a time, not int 1"),
-        ("P x", 5, "field x must be of type p/P, it has no [v]: int 5"),
-        ("P[] x", [5], "field x[] must be of type p/P, it has no [v]: int 5"),
+        ("P x", 5, "field x must be of type p/P, but has no field [v]: int 5"),
+        ("P[] x", [5], "field x[] must be of type p/P, but has no field [v]: int 5"),
         ("P[] x", 5, "field x must be a list or tuple type"),
     ],
 )

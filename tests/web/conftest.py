@@ -36,7 +36,7 @@ def make_robot(environ: dict[str, str]) -> Iterator[Callable[..., Robot]]:
         robots.append(robot)
         robot.start()
         assert made.wait(PATIENCE)
-        robot.wait(PATIENCE)
+        robot.wait_for_node(PATIENCE)
         return robot
 
     yield make

@@ -20,8 +20,8 @@ from pyros1.msgs.std_srvs.srv import Empty, Trigger
 from pyros1.node import Node
 from pyros1.topic_tools.mux import Mux
 from pyros1.web.foxglove.requests import ClientChannel
-from pyros1.web.foxglove.shared import ViewerContext
 from pyros1.web.foxglove.viewer_actions import Publishers
+from pyros1.web.foxglove.viewer_context import ViewerContext
 from pyros1.web.robot import Robot
 from pyros1.web.rosbridge.client import Client
 from pyros1.web.server.access import Access
@@ -45,7 +45,7 @@ def robot(node: Node, environ: dict[str, str]) -> Iterator[Robot]:
     """A robot of the web server with that node."""
     robot = Robot(environ["ROS_MASTER_URI"], Access(), lambda: node)
     robot.start()
-    assert robot.wait(PATIENCE)
+    assert robot.wait_for_node(PATIENCE)
     yield robot
     robot.close()
 

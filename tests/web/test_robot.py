@@ -35,7 +35,7 @@ def test_a_start_for_which_no_files_can_be_opened_is_tried_again(
     robot = Robot(environ["ROS_MASTER_URI"], Access(), make)
     robot.start()
     try:
-        assert robot.wait(10)
+        assert robot.wait_for_node(10)
         assert robot.node is made[1] and len(attempts) == 3 and not robot.problem
     finally:
         robot.close()

@@ -16,7 +16,7 @@ from pyros1.graph import Graph
 from pyros1.master.server import Master
 from pyros1.msgs.std_msgs.msg import Float64, String
 from pyros1.net.master_client import MasterClient
-from pyros1.web.system import Flow, System, flows
+from pyros1.web.system import Flow, System, parse_flows
 
 PATIENCE = 20.0
 JSON = st.recursive(
@@ -40,12 +40,12 @@ JSON = st.recursive(
     ],
 )
 def test_what_nodes_count(stats: Any, found: list[Flow]) -> None:
-    assert flows(stats) == found
+    assert parse_flows(stats) == found
 
 
 @given(JSON)
 def test_any_answer_is_read(stats: Any) -> None:
-    for flow in flows(stats):
+    for flow in parse_flows(stats):
         assert isinstance(flow.messages, int)
 
 

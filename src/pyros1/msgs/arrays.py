@@ -1,4 +1,4 @@
-"""Helper functions for the generated codecs: arrays of bytes, numbers, strings and times, and buffer lists."""
+"""Functions called by the generated codecs: arrays of bytes, numbers, strings and times; lists of buffers."""
 
 from __future__ import annotations
 

@@ -74,7 +74,7 @@ class MessageType(type):
     def __init__(cls, name: str, bases: tuple[type, ...], members: dict[str, Any]) -> None:
         super().__init__(name, bases, members)
         if any("_slot_types" in vars(base) for base in cls.__mro__[1:]):
-            _import_late("derived").derive(cls)
+            _import_late("derived").set_codec_functions(cls)
 
     def __getattr__(cls, name: str) -> Any:
         if name not in _COMPUTED_ATTRIBUTES and name not in _GENERATOR_MODULES:
@@ -117,8 +117,8 @@ class Message(metaclass=MessageType):
         _slot_types: type of each field, in the order of ``__slots__``.
         _has_header: whether the first field is a header whose ``seq`` publishers set.
         _fixed_size: size of the encoded body in bytes if it is always the same, else None.
-        _has_own_deserialize: whether a program has derived the class with its own ``deserialize``, which needs all
-            bytes.
+        _has_own_deserialize: whether a program has derived the class with its own ``deserialize``, which needs the
+            whole body.
 
     Args:
         *args: values of all fields in order, or none.
@@ -314,7 +314,7 @@ class AnyMsg(Message):
     def __init__(self, buff: Buffer | None = None, connection_header: dict[str, str] | None = None) -> None:
         if isinstance(buff, str):
             raise TypeError(f"AnyMsg holds bytes, not {buff!r:.80}")
-        self._buff: bytes = buff  # type: ignore[assignment]  # rarely read unless received or filled
+        self._buff: bytes = buff  # type: ignore[assignment]  # None only until it is filled
         self._connection_header = connection_header
 
     # These functions correspond to the generated functions, which mypy takes for methods.

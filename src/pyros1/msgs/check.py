@@ -1,4 +1,4 @@
-"""Explains why a value cannot be encoded, or bytes cannot be decoded, after a generated codec has failed.
+"""Finds out why a value could not be encoded, or bytes could not be decoded, after a generated codec has failed.
 
 The fields are checked one by one, in the order of the class's ``_slot_types``, to find the first wrong one. This is
 slow.
@@ -77,7 +77,7 @@ def _check_message(cls: type[Message], message: Any, prefix: str) -> None:
         if not hasattr(message, name):
             location = f"field {prefix.rstrip('.')}" if prefix else "the message"
             raise SerializationError(
-                f"{location} must be of type {cls._type}, it has no [{name}]: {_describe(message)}"
+                f"{location} must be of type {cls._type}, but has no field [{name}]: {_describe(message)}"
             )
         _check_field(cls, slot_type, getattr(message, name), prefix + name)
 
@@ -98,7 +98,7 @@ def _check_field(cls: Any, slot_type: str, value: Any, name: str) -> None:
         return
     elif is_byte_array and getattr(getattr(value, "dtype", None), "itemsize", 1) != 1:
         raise SerializationError(
-            f"field {name} takes bytes or an array of uint8, not of {value.dtype}: give its tobytes(), or convert it"
+            f"field {name} takes bytes or an array of uint8, not of {value.dtype}: pass its tobytes(), or convert it"
         )
     elif not isinstance(value, (list, tuple, bytes)) and not hasattr(value, "__len__"):
         raise SerializationError(f"field {name} must be a list or tuple type, not {_describe(value)}")

@@ -18,13 +18,13 @@ def make_init(cls: type[Message]) -> Callable[..., None]:
     if not hasattr(cls, "_type"):
         return set_slots  # a class that the program defines, without a message definition
     builder = FunctionBuilder(cls)
-    self_name, args, kwds = "self", "args", "kwds"  # without a number, since these names are visible in the signature
+    self_name, args, kwds = "self", "args", "kwds"  # not made unique, since they are visible in the signature
     groups = field_groups(cls)
     arranged_values = f"{builder.ref(arrange_arguments)}({builder.ref(cls)}, {args}, {kwds})"
     if len(groups) > 1:
         builder.lines += [f"{builder.ref(_make_part(cls, group), 'part')}({self_name})" for group in groups]
         builder.emit(
-            f"if {args} or {kwds}: {builder.ref(_set_given)}({self_name}, {builder.ref(cls)}, {arranged_values})"
+            f"if {args} or {kwds}: {builder.ref(_set_given_fields)}({self_name}, {builder.ref(cls)}, {arranged_values})"
         )
         return builder.compile_function("init", [self_name, f"*{args}", f"**{kwds}"])
     with_args, without_args = FunctionBuilder(cls, builder.scope), FunctionBuilder(cls, builder.scope)
@@ -56,7 +56,8 @@ def set_slots(message: Any, *args: Any, **kwds: Any) -> None:
         setattr(message, name, value)
 
 
-def _set_given(message: Any, cls: type[Message], values: tuple[Any, ...]) -> None:
+def _set_given_fields(message: Any, cls: type[Message], values: tuple[Any, ...]) -> None:
+    """Set the fields for which an argument was given, i.e. whose value is not None."""
     for name, value in zip(cls.__slots__, values, strict=True):
         if value is not None:
             setattr(message, name, value)

@@ -69,7 +69,7 @@ class Copier(FunctionBuilder):
         elif base == "bool":
             variable = self.assign("truth", source)
             self.emit(
-                f"if {variable}.__class__ is not bool: {variable} = {self.ref(arrays.to_bool, 'as_bool')}({variable})"
+                f"if {variable}.__class__ is not bool: {variable} = {self.ref(arrays.to_bool, 'to_bool')}({variable})"
             )
             self.add_number("?", variable, target)
         elif code is not None:
@@ -99,7 +99,7 @@ class Copier(FunctionBuilder):
         code = STRUCT_CODES.get(base)
         variable = self.assign("array", source)
         if code == "B" and base != "bool":
-            as_bytes = f"{self.ref(arrays.as_bytes, 'octets')}({variable}, {length})"
+            as_bytes = f"{self.ref(arrays.as_bytes, 'as_bytes')}({variable}, {length})"
             self.emit(f"if {variable}.__class__ is not bytes: {variable} = {as_bytes}")
             if length >= 0:
                 self.emit(f"if len({variable}) > {length}: raise ValueError('too long')")

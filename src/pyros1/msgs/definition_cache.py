@@ -25,7 +25,7 @@ class DefinitionCache:
         """Return the class for a connection header's ``type``, ``md5sum`` and ``message_definition``.
 
         If the text is unusable, or its md5 sum is not ``md5sum``, an installed type with the same name and md5 sum is
-        used instead. It is not an error if nothing has that md5 sum, since some publishers announce ``*`` or a sum of
+        used instead. A text with another md5 sum is not an error, since some publishers announce ``*`` or a sum of
         their own.
 
         Args:

@@ -1,7 +1,7 @@
 """Message classes that programs derive from other message classes; they are read and written as with genpy.
 
 The generated decoder creates objects of exactly the class made from the definition, and the encoder reads their fields.
-A derived class has a constructor, and possibly a ``deserialize`` and a ``serialize``, which must be called.
+For a derived class, its constructor must be called, and also its ``deserialize`` and ``serialize`` if it has them.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from pyros1.ground.errors import DeserializationError
 from pyros1.msgs.base import Message, message_class
 
 
-def derive(cls: Any) -> None:
+def set_codec_functions(cls: Any) -> None:
     """Set the codec functions of a class that a program has just derived, except for functions that the class defines
     itself.
     """

@@ -1,7 +1,7 @@
 """Computes md5 sums and full texts from the raw definition texts, exactly as stock does (G11, G12, G14).
 
-The md5 sum decides whether two nodes can connect; the full text is sent in connection headers and stored in bags, and
-other programs parse it. Does no I/O.
+Two nodes can connect only if the md5 sums of their types are equal. The full text is sent in connection headers and
+stored in bags, and other programs parse it. Does no I/O.
 """
 
 from __future__ import annotations

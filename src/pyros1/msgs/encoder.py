@@ -37,7 +37,7 @@ class _Run:
 
 
 class Encoder(FunctionBuilder):
-    """Collects the parts of the body: runs of fixed values, and pieces of bytes between them.
+    """Collects the parts of the body: runs of values of fixed size, and the pieces of bytes between them.
 
     Attributes:
         parts: the runs, and the names of the variables with the pieces, in order.
@@ -77,7 +77,7 @@ class Encoder(FunctionBuilder):
         if base == "bool":
             variable = self.assign("truth", expression)
             self.emit(
-                f"if {variable}.__class__ is not bool: {variable} = {self.ref(arrays.to_bool, 'as_bool')}({variable})"
+                f"if {variable}.__class__ is not bool: {variable} = {self.ref(arrays.to_bool, 'to_bool')}({variable})"
             )
             self.add_value(STRUCT_CODES[base], variable)
         elif base in STRUCT_CODES:
@@ -102,7 +102,7 @@ class Encoder(FunctionBuilder):
         code = STRUCT_CODES.get(base)
         variable = self.assign("array", expression)
         if code == "B" and base != "bool":
-            as_bytes = f"{self.ref(arrays.as_bytes, 'octets')}({variable}, {length})"
+            as_bytes = f"{self.ref(arrays.as_bytes, 'as_bytes')}({variable}, {length})"
             self.emit(f"if {variable}.__class__ is not bytes: {variable} = {as_bytes}")
             if length >= 0:
                 # Stock pads arrays that are too short. It also truncates arrays that are too long, but that would hide
@@ -157,8 +157,8 @@ def _make_encoder(cls: type[Message], *, makes_frame: bool) -> Callable[[Any], A
     groups = field_groups(cls)
     if len(groups) < 2:
         encoder.add_message(cls, message)
-    for part in groups if len(groups) > 1 else ():
-        encode = _make_part(cls, part)
+    for group in groups if len(groups) > 1 else ():
+        encode = _make_part(cls, group)
         encoder.add_piece(f"{encoder.ref(encode, 'part')}({message})")
     expressions = _part_expressions(encoder)
     if makes_frame:
@@ -167,7 +167,7 @@ def _make_encoder(cls: type[Message], *, makes_frame: bool) -> Callable[[Any], A
     if makes_frame and encoder.has_large_pieces:
         joined_expressions = ", ".join(expressions)
         encoder.emit(f"if {size} < {LARGE_BODY_SIZE}: return b''.join(({joined_expressions}))")
-        encoder.emit(f"return {encoder.ref(arrays.coalesce, 'gather')}(({joined_expressions}), {LARGE_BODY_SIZE})")
+        encoder.emit(f"return {encoder.ref(arrays.coalesce, 'coalesce')}(({joined_expressions}), {LARGE_BODY_SIZE})")
     else:
         encoder.emit(f"return {_join_expression(expressions)}")
     codec = "_encode_frame" if makes_frame else "_encode"
@@ -179,7 +179,7 @@ def retry_expression(builder: FunctionBuilder, cls: type[Message], codec: str, m
     codec.
     """
     return lambda error: (
-        f"{builder.ref(retry_with_plain_numbers, 'again')}({builder.ref(cls, 'cls')}, {codec!r}, {message}, {error})"
+        f"{builder.ref(retry_with_plain_numbers, 'retry')}({builder.ref(cls, 'cls')}, {codec!r}, {message}, {error})"
     )
 
 

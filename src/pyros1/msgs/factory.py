@@ -84,7 +84,7 @@ def make_message_class(
     try:
         cls: Any = MessageType(short_name, (Message,), members)
     except (TypeError, ValueError) as error:
-        raise DefinitionError(f"cannot make a class of this definition: {error}", spec.name) from error
+        raise DefinitionError(f"cannot create a class from this definition: {error}", spec.name) from error
     message_class: type[Message] = cls
     return message_class
 

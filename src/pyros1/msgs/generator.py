@@ -190,7 +190,7 @@ class FunctionBuilder:
         else:
             error = self.unique_name("error")
             body.block("try:", self.lines)
-            body.block(f"except {self.ref(errors, 'wrong')} as {error}:", [f"return {on_error(error)}"])
+            body.block(f"except {self.ref(errors, 'errors')} as {error}:", [f"return {on_error(error)}"])
         definition = FunctionBuilder(self.cls, self.scope)
         name = self.unique_name(name)
         definition.block(f"def {name}({', '.join(parameters)}):", body.lines)

@@ -1,6 +1,6 @@
-"""Receives messages that are large because of a single byte array, such as images, without copying the array.
+"""Splits messages that are large because of a single byte array, such as images, so that the array is never copied.
 
-The array of such a message can be received directly into its final ``bytes`` object, separately from the rest.
+The array of such a message can be received directly into its final ``bytes`` object, separately from the other bytes.
 """
 
 from __future__ import annotations
@@ -72,7 +72,7 @@ def find_layout(cls: type[Any]) -> Layout | None:
     try:
         cls = message_class(cls)
     except MessageError:
-        return None  # not a message class but a subscriber's substitute for one, as in tf's listeners
+        return None  # a subscriber's own class that stands in for a message class, as in tf's listeners
     array_indexes = [index for index, slot_type in enumerate(cls._slot_types) if slot_type in ("uint8[]", "char[]")]
     if len(array_indexes) != 1:
         return None
@@ -116,9 +116,9 @@ def decode_split(
     if array_layout is not None and array_layout.has_length_field == body.has_length_field:
         if not array_layout.has_length_field:
             return AnyMsg(body.data)
-        rest = b"".join((body.head, _ZERO_LENGTH, body.tail))  # the same message with an empty array
+        body_without_array = b"".join((body.head, _ZERO_LENGTH, body.tail))  # the same message with an empty array
         try:
-            message = decode(cls, rest, view, exact=True)
+            message = decode(cls, body_without_array, view, exact=True)
         except (DeserializationError, LengthError):
             message = None
         # If the array of this message is not empty, the pieces were not split at the ends of the array.

@@ -1,8 +1,8 @@
 """Finds classes for connections whose definition text differs from what stock's publishers send.
 
 Other client libraries send texts without nested types, truncated or empty texts, or texts with other separators or line
-endings. The connection's md5 sum tells whether an interpretation of such a text is right. What is missing or unreadable
-is taken from the installed definitions.
+endings. An interpretation of such a text is right if it has the connection's md5 sum. What is missing or unreadable is
+taken from the installed definitions.
 """
 
 from __future__ import annotations

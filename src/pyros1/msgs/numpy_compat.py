@@ -56,8 +56,8 @@ def _plain_message(cls: type[Message], message: Any) -> Any:
 
 
 def _plain_array(code: str, values: Any) -> Any:
-    """Return a list of plain numbers if an array or list contains numpy values. Messages in arrays are left to their
-    codecs.
+    """Return a list of plain numbers if an array or list contains numpy values. Arrays of messages are
+    returned unchanged: the codec of each element retries by itself.
     """
     if not code or isinstance(values, (str, bytes)) or not hasattr(values, "__len__"):
         return values

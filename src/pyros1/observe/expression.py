@@ -15,7 +15,7 @@ from pyros1.ground.expressions import ExpressionError, Interpreter, UnknownNameE
 from pyros1.ground.expressions.functions import MATH_NAMES, builtin_functions, extra_functions
 from pyros1.ground.timing import TVal
 from pyros1.msgs import Message
-from pyros1.observe.modules import Module
+from pyros1.observe.expression_modules import Module
 
 __all__ = ["FUNCTIONS", "MAX_ITEMS", "TIME_METHODS", "Expression", "ExpressionError"]
 
@@ -82,9 +82,9 @@ class MessageLanguage(Interpreter):
             return {"hasattr": self._hasattr, "getattr": self._getattr, "type": _type_of}[name]
         if name in FUNCTIONS:
             return FUNCTIONS[name]
-        raise UnknownNameError(f"unknown name {name!r}; known names: {self.known(names)}")
+        raise UnknownNameError(f"unknown name {name!r}; known names: {self.known_names(names)}")
 
-    def known(self, names: Mapping[str, Any]) -> str:
+    def known_names(self, names: Mapping[str, Any]) -> str:
         """Return the names that can be used, separated by commas, for error messages."""
         return ", ".join(sorted(names))
 

@@ -79,7 +79,7 @@ class PackageFiles:
             package_folder = ""
         # A package that is shadowed by another package of the same name is treated like a folder outside packages.
         if not package_folder or os.path.realpath(folder) != package_folder:
-            raise FileError(f"{uri} is not in a package that is found here")
+            raise FileError(f"{uri} is not in a package that ROS finds on this machine")
         return path
 
     def _find_package_folder(self, package: str) -> str:

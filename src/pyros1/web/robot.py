@@ -1,4 +1,4 @@
-"""The views' access to the robot: the server's node, the master, messages, and the log."""
+"""The web server's access to the robot: its node, the master, messages, and the log."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ from pyros1.web.bags.bag_folders import BagFolders
 from pyros1.web.bags.library import Library
 from pyros1.web.client_services import ClientServices
 from pyros1.web.hub import Hub
+from pyros1.web.message_types import MessageTypes
 from pyros1.web.package_files import PackageFiles
 from pyros1.web.parameters import Parameters
 from pyros1.web.publishing import Publishing
-from pyros1.web.scene.world import World
+from pyros1.web.scene.tf_listener import TfListener
 from pyros1.web.server.access import Access
 from pyros1.web.server.wire import RequestError
 from pyros1.web.system import System
 from pyros1.web.transforms.console import Console
-from pyros1.web.types import Types
 
 RETRY_DELAY = 1.0
 """Seconds between attempts to find a master."""
@@ -62,7 +62,7 @@ class Robot:
         self.system = System(self.graph)
         self.parameters = Parameters(self.master, access, self.check_visible)
         self.console = Console()
-        self.world = World(self.listen)
+        self.tf_listener = TfListener(self.listen)
         self.files = PackageFiles()
         self.bags = Library(BagFolders(access.bags, access.granted), access.may_see)
         self.joint_publishers: dict[str, object] = {}
@@ -73,7 +73,7 @@ class Robot:
         self._closed = threading.Event()
         self._node_found = threading.Event()
         self._hub = Hub(self._subscribe, self._now, wait_for_publishers=self._wait_for_publishers)
-        self.types = Types(self.listen)
+        self.types = MessageTypes(self.listen)
         self.publishing = Publishing(lambda: self.node, self.types.find)
         self.client_services = ClientServices(lambda: self.node)
         self._thread = threading.Thread(target=self._search_for_master, name="web: search for the master", daemon=True)
@@ -93,7 +93,7 @@ class Robot:
             raise RequestError(self.problem)
         return self._node
 
-    def wait(self, timeout: float | None = None) -> bool:
+    def wait_for_node(self, timeout: float | None = None) -> bool:
         """Wait until the server's node exists; return whether it does.
 
         Args:
@@ -127,8 +127,8 @@ class Robot:
     def type_of(self, topic: str, expected_type: str = "") -> str:
         """Return the type of a topic; ``*`` if it is unknown.
 
-        The cached type is used only if it is known and the expected one. Otherwise, the master is asked again: another
-        client may just have advertised the topic.
+        The cached type is used only if it is known and the expected one. Otherwise, the master is queried again, since
+        another client may just have advertised the topic.
 
         Args:
             topic: the topic's full name.
@@ -142,7 +142,7 @@ class Robot:
             type_name = Graph(self.master).topic_types().get(topic, "*")
         return type_name
 
-    def why_no_master(self) -> str:
+    def master_problem(self) -> str:
         """Return why the master does not respond; empty if it does."""
         try:
             self.graph.topic_types()

@@ -18,7 +18,7 @@ from pyros1.doctor.edges import Edge, actual_edges, expected_edges, is_missing_e
 from pyros1.graph import Connection, Graph, NodeApi
 from pyros1.ground.errors import Error
 from pyros1.ground.terminal_text import untrusted
-from pyros1.web.transforms.rates import Rate, Track
+from pyros1.web.transforms.rates import CountMeter, Rate
 
 NODE_TIMEOUT = 1.0
 """Timeout in seconds for requests to a node."""
@@ -62,7 +62,7 @@ class System:
         self._clock = clock
         self._lock = threading.Lock()
         self._uris: dict[str, str] = {}
-        self._tracks: dict[str, _Tracks] = {}
+        self._meters: dict[str, _Meters] = {}
         self._missing_edges: set[Edge] = set()
         self._latest_description: dict[str, Any] | None = None
         self._described_at = float("-inf")
@@ -106,8 +106,8 @@ class System:
         replies = run_concurrently(queries, NODE_TIMEOUT + 0.2)
         reports = {name: reply for name, reply in replies.items() if isinstance(reply, _NodeReport)}
         unreachable = [name for name in nodes if name not in reports]
-        self._tracks = {name: _update_tracks(self._tracks.get(name, {}), report) for name, report in reports.items()}
-        rates = {name: _rates(tracks) for name, tracks in self._tracks.items()}
+        self._meters = {name: _update_meters(self._meters.get(name, {}), report) for name, report in reports.items()}
+        rates = {name: _rates(meters) for name, meters in self._meters.items()}
         for name in unreachable:
             self._uris.pop(name, None)  # another process may have started under this name, with another URI
         reported = actual_edges({name: report.connections for name, report in reports.items()}, self._uris)
@@ -150,7 +150,7 @@ def _query_node(graph: Graph, uri: str, clock: Callable[[], float]) -> _NodeRepo
     node = graph.node_api(uri, NODE_TIMEOUT)
     try:
         connections = node.connections()
-        return _NodeReport(connections, flows(_bus_stats(node)), clock())
+        return _NodeReport(connections, parse_flows(_bus_stats(node)), clock())
     finally:
         node.close()
 
@@ -162,7 +162,7 @@ def _bus_stats(node: NodeApi) -> Any:
         return None  # roslisp, rosserial and others do not support getBusStats
 
 
-def flows(stats: Any) -> list[Flow]:
+def parse_flows(stats: Any) -> list[Flow]:
     """Return the traffic of a node's publications from the result of ``getBusStats``; malformed entries are ignored."""
     result: list[Flow] = []
     publications = stats[0] if isinstance(stats, list) and stats else None
@@ -179,26 +179,26 @@ def flows(stats: Any) -> list[Flow]:
     return result
 
 
-_Tracks = dict[tuple[str, Any], Track]
-"""(Topic, connection id) -> counts of what was sent over the connection."""
+_Meters = dict[tuple[str, Any], CountMeter]
+"""(Topic, connection id) -> the meter of the traffic that was sent over the connection."""
 
 
-def _update_tracks(previous: _Tracks, report: _NodeReport) -> _Tracks:
-    tracks: _Tracks = {}
+def _update_meters(previous: _Meters, report: _NodeReport) -> _Meters:
+    meters: _Meters = {}
     for topic, connection_id, messages, size in report.flows:
         if isinstance(connection_id, (int, str)):
-            track = tracks[topic, connection_id] = previous.get((topic, connection_id)) or Track(
+            meter = meters[topic, connection_id] = previous.get((topic, connection_id)) or CountMeter(
                 report.at, messages, size
             )
-            track.update(report.at, messages, size)
-    return tracks
+            meter.update(report.at, messages, size)
+    return meters
 
 
-def _rates(tracks: _Tracks) -> dict[str, dict[Any, Rate | None]]:
+def _rates(meters: _Meters) -> dict[str, dict[Any, Rate | None]]:
     """Return topic -> connection id -> rate; None while the rate is unknown."""
     rates: dict[str, dict[Any, Rate | None]] = {}
-    for (topic, connection_id), track in tracks.items():
-        rates.setdefault(topic, {})[connection_id] = track.rate()
+    for (topic, connection_id), meter in meters.items():
+        rates.setdefault(topic, {})[connection_id] = meter.rate()
     return rates
 
 

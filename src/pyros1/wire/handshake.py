@@ -3,11 +3,12 @@
 The connecting side sends a header. The accepting side responds with its own header, or with the single field ``error``
 before it closes the connection. Rules (https://wiki.ros.org/ROS/TCPROS):
 
-* a first header with ``topic`` is for a publisher; otherwise, one with ``service`` is for a service;
+* a first header with the field ``topic`` is for a publisher; otherwise, one with the field ``service`` is for a
+  service;
 * ``md5sum`` must be equal; ``*`` on either side matches any; ``type`` may differ if ``md5sum`` is equal;
-* the response contains the actual type, md5sum and full definition, whatever was requested.
+* the response contains the actual type, md5sum and full definition, whatever was requested_type.
 
-Refusals name the types of both sides, so that the reader can find out which one is wrong.
+Refusals name the types of both sides, so that the user can find out which one is wrong.
 """
 
 from __future__ import annotations
@@ -43,16 +44,16 @@ class ServiceType(NamedTuple):
 
 
 def make_subscriber_header(
-    caller_id: str, topic: str, requested: TopicType, tcp_nodelay: bool, extra: Mapping[str, str] | None = None
+    caller_id: str, topic: str, requested_type: TopicType, tcp_nodelay: bool, extra: Mapping[str, str] | None = None
 ) -> dict[str, str]:
     """Return the header that a subscriber sends to a publisher (T06)."""
     return {
         **(extra or {}),
         "callerid": caller_id,
         "topic": topic,
-        "type": requested.name,
-        "md5sum": requested.md5sum,
-        "message_definition": requested.definition,
+        "type": requested_type.name,
+        "md5sum": requested_type.md5sum,
+        "message_definition": requested_type.definition,
         "tcp_nodelay": "1" if tcp_nodelay else "0",
     }
 
@@ -71,7 +72,7 @@ def make_publisher_response(
     header: Mapping[str, str],
     node_name: str,
     topic: str,
-    offered: TopicType,
+    offered_type: TopicType,
     latching: bool,
     extra: Mapping[str, str] | None = None,
 ) -> dict[str, str]:
@@ -81,21 +82,22 @@ def make_publisher_response(
         Refusal: a field is missing or the md5 sums differ.
     """
     _require(header, "topic", "md5sum", "callerid")
-    wanted_type, wanted_md5 = header.get("type", offered.name), header["md5sum"]
-    if not _md5_matches(wanted_md5, offered.md5sum):
-        if wanted_type != offered.name:
-            raise Refusal(f"topic types do not match: [{wanted_type}] vs. [{offered.name}]")
+    wanted_type, wanted_md5 = header.get("type", offered_type.name), header["md5sum"]
+    if not _md5_matches(wanted_md5, offered_type.md5sum):
+        if wanted_type != offered_type.name:
+            raise Refusal(f"topic types do not match: [{wanted_type}] vs. [{offered_type.name}]")
         raise Refusal(
             f"Client [{header['callerid']}] wants topic [{topic}] to have datatype/md5sum "
-            f"[{wanted_type}/{wanted_md5}], but our version has [{offered.name}/{offered.md5sum}] Dropping connection."
+            f"[{wanted_type}/{wanted_md5}], but our version has [{offered_type.name}/{offered_type.md5sum}] "
+            "Dropping connection."
         )
     return {
         **(extra or {}),
         "callerid": node_name,
         "topic": topic,
-        "type": offered.name,
-        "md5sum": offered.md5sum,
-        "message_definition": offered.definition,
+        "type": offered_type.name,
+        "md5sum": offered_type.md5sum,
+        "message_definition": offered_type.definition,
         "latching": "1" if latching else "0",
     }
 
@@ -113,7 +115,7 @@ def _check_response(header: Mapping[str, str], sent: Mapping[str, str] | None, p
 def check_publisher_response(
     header: Mapping[str, str],
     topic: str,
-    requested: TopicType,
+    requested_type: TopicType,
     publisher: str,
     sent: Mapping[str, str] | None = None,
 ) -> str:
@@ -134,30 +136,30 @@ def check_publisher_response(
         ProtocolError: a field is missing.
     """
     _check_response(header, sent, f"publisher {publisher} of {topic}", "type", "md5sum")
-    if _md5_matches(requested.md5sum, header["md5sum"]):
+    if _md5_matches(requested_type.md5sum, header["md5sum"]):
         return ""
     return (
         f"publisher {publisher} sends {topic} as {one_line(header['type'])} [{one_line(header['md5sum'])}], "
-        f"but this subscriber wants {requested.name} [{requested.md5sum}]: its messages may be wrong"
+        f"but this subscriber wants {requested_type.name} [{requested_type.md5sum}]: its messages may be wrong"
     )
 
 
 def make_service_client_header(
-    caller_id: str, service: str, requested: ServiceType, persistent: bool, extra: Mapping[str, str] | None = None
+    caller_id: str, service: str, requested_type: ServiceType, persistent: bool, extra: Mapping[str, str] | None = None
 ) -> dict[str, str]:
     """Return the header that a client sends to a service (T23)."""
     return {
         **(extra or {}),
         "callerid": caller_id,
         "service": service,
-        "type": requested.name,
-        "md5sum": requested.md5sum,
+        "type": requested_type.name,
+        "md5sum": requested_type.md5sum,
         "persistent": "1" if persistent else "0",
     }
 
 
 def make_service_response(
-    header: Mapping[str, str], node_name: str, service: str, offered: ServiceType
+    header: Mapping[str, str], node_name: str, service: str, offered_type: ServiceType
 ) -> dict[str, str]:
     """Return a service's response to a client's header (T24, T25, T33).
 
@@ -165,23 +167,23 @@ def make_service_response(
         Refusal: a field is missing or the md5 sums differ.
     """
     _require(header, "service", "md5sum", "callerid")
-    if not _md5_matches(header["md5sum"], offered.md5sum):
+    if not _md5_matches(header["md5sum"], offered_type.md5sum):
         raise Refusal(
-            f"request from [{header['callerid']}]: md5sums do not match: [{header['md5sum']}] vs. [{offered.md5sum}]"
-            f" (service {service} is of type {offered.name})"
+            f"request from [{header['callerid']}]: md5sums do not match: "
+            f"[{header['md5sum']}] vs. [{offered_type.md5sum}] (service {service} is of type {offered_type.name})"
         )
     return {
         "callerid": node_name,
         "service": service,
-        "type": offered.name,
-        "md5sum": offered.md5sum,
-        "request_type": offered.request,
-        "response_type": offered.response,
+        "type": offered_type.name,
+        "md5sum": offered_type.md5sum,
+        "request_type": offered_type.request,
+        "response_type": offered_type.response,
     }
 
 
 def check_service_response(
-    header: Mapping[str, str], service: str, requested: ServiceType, sent: Mapping[str, str] | None = None
+    header: Mapping[str, str], service: str, requested_type: ServiceType, sent: Mapping[str, str] | None = None
 ) -> str:
     """Check a service's response to a client's header.
 
@@ -199,11 +201,11 @@ def check_service_response(
         ProtocolError: the md5 sum is missing.
     """
     _check_response(header, sent, f"service {service}", "md5sum")
-    if _md5_matches(requested.md5sum, header["md5sum"]):
+    if _md5_matches(requested_type.md5sum, header["md5sum"]):
         return ""
     return (
-        f"service {service} has md5sum [{one_line(header['md5sum'])}], but this client's {requested.name} has "
-        f"[{requested.md5sum}]: its responses may be wrong"
+        f"service {service} has md5sum [{one_line(header['md5sum'])}], but this client's {requested_type.name} has "
+        f"[{requested_type.md5sum}]: its responses may be wrong"
     )
 
 

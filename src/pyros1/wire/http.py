@@ -216,7 +216,8 @@ class _Parser(Generic[MessageT]):
         head = bytes(buffer[:size])
         del buffer[: size + (2 if buffer[size + 1 : size + 2] == b"\n" else 3)]
         self._searched_size = 0
-        # Heads sent by a peer over one connection usually differ only in the length.
+        # The heads that a peer sends over one connection usually differ only in Content-Length. A parsed head is kept
+        # as a template; its shape is the head without the digits of that length.
         length = _PLAIN_LENGTH.search(head)
         shape = head[: length.start(1)] + head[length.end(1) :] if length else b""
         if length and shape == self._template_shape and self._template is not None:

@@ -11,9 +11,9 @@ Small messages and services use Unix sockets, large messages use shared memory.
   whose name is derived from the key and that URI. A client that finds no such socket uses TCP. The first request can be
   sent together with the client's header.
 * The body of a large message is in a *block* of shared memory. The frame sent for the message is a reference, which
-  begins with the token.
-  The publisher sends each block over the control socket before the first reference to it. The subscriber sends back the
-  numbers of references that it no longer needs; until then, the publisher does not change the block.
+  begins with the token. The publisher sends each block over the control socket before the first reference to it. The
+  subscriber sends back the numbers of references that it no longer needs; until then, the publisher does not change
+  the block.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from pyros1.ground.errors import ProtocolError, SettingError
 
 LOCAL_PROTOCOL = "PYROS1-LOCAL"
 TOKEN_SIZE = 16
-MAX_RECORD = 4096
+MAX_RECORD_SIZE = 4096
 """Maximum size in bytes of a record on the control socket."""
 
 _REFERENCE = struct.Struct(f"<{TOKEN_SIZE}sQIIQQQ")

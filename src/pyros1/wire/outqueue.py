@@ -98,8 +98,8 @@ class OutQueue:
         if self._partial:
             size = sum(len(part) for part in self._partial)
             if self.sent_bytes < size:
-                rest = _remainder(self._partial, self.sent_bytes)
-                self._partial = rest
+                remainder = _remainder(self._partial, self.sent_bytes)
+                self._partial = remainder
                 self.sent_bytes = 0
                 return
             remaining_bytes = self.sent_bytes - size
@@ -110,9 +110,9 @@ class OutQueue:
             frame = waiting[0]
             size = len(frame) if frame.__class__ is bytes else frame_size(frame)
             if self.sent_bytes < size:
-                rest = _remainder(frame, self.sent_bytes)
+                remainder = _remainder(frame, self.sent_bytes)
                 del waiting[0]
-                self._partial = rest
+                self._partial = remainder
                 self.sent_bytes = 0
                 return
             remaining_bytes = self.sent_bytes - size

@@ -16,8 +16,8 @@ nil                     None (read only: ROS has no null)
 ======================  =======================================
 
 Received bytes are parsed by defusedxml's expat parser with document types forbidden, so that there are no entities to
-expand. A table defines which elements each element can contain. The depth and number of values are limited. Plain
-messages, which are nearly all, are read by ``xmlrpc_scan``, which is faster and gives the same result.
+expand. A table defines which elements each element can contain. The depth and number of values are limited. Nearly
+all messages are plain; these are read by ``xmlrpc_scan``, which is faster and gives the same result.
 """
 
 from __future__ import annotations

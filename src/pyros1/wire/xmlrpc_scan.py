@@ -145,7 +145,7 @@ def _read_values(  # noqa: PLR0912, PLR0915 - a tokenizer's loop; calls in it wo
 
 
 def scan_call(body: bytes, converters: Converters, max_depth: int, max_values: int) -> tuple[str, list[Any]] | None:
-    """Read a call; return its method and parameters, or None if it is not plain enough or invalid.
+    """Read a call; return its method and parameters, or None if it is invalid or needs the full parser.
 
     Args:
         converters: name of a type element -> function that converts its text.
@@ -165,7 +165,7 @@ def scan_call(body: bytes, converters: Converters, max_depth: int, max_values: i
 
 
 def scan_response(body: bytes, converters: Converters, max_depth: int, max_values: int) -> list[Any] | None:
-    """Read a response; return a list with its value, or None if it is a fault or otherwise not plain enough."""
+    """Read a response; return a list with its value, or None if it is a fault or needs the full parser."""
     try:
         text = _decode(body)
         head = _RESPONSE_HEAD.match(text)

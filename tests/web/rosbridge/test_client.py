@@ -17,7 +17,7 @@ from pyros1.msgs.sensor_msgs.msg import Imu
 from pyros1.web.robot import Robot
 from pyros1.web.rosbridge.client import MAX_CALLS, Client
 from pyros1.web.rosbridge.outbox import MAX_FRAME_BYTES
-from pyros1.web.service_exchanges import MAX_CONCURRENT_CALLS
+from pyros1.web.service_calls import MAX_CONCURRENT_CALLS
 from pyros1.wire.handshake import TopicType
 
 from ...bodies import encode

@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from PIL import Image
 
-from pyros1.web.rosbridge import frames, picture
+from pyros1.web.rosbridge import frames, png
 from pyros1.web.rosbridge.frame_decoder import MAX_FRAME, FrameDecoder
 from pyros1.web.rosbridge.operations import (
     MAX_CALL_SECONDS,
@@ -93,7 +93,7 @@ def test_an_error_has_the_id_of_the_operation() -> None:
 @pytest.mark.parametrize("compression", ["none", "png"])
 @pytest.mark.parametrize("size", [None, 16, 100])
 def test_parts_are_put_together(compression: str, size: int | None) -> None:
-    parts = [*frames.packed(PUBLISH, compression, size, "p")]
+    parts = [*frames.compress_and_split(PUBLISH, compression, size, "p")]
     intake = FrameDecoder()
     for part in reversed(parts[1:]):  # in any order
         assert intake.decode(part) is None
@@ -112,7 +112,7 @@ def test_a_character_that_was_cut_in_two() -> None:
 
 
 def test_pictures_in_parts() -> None:
-    data = picture.pack(PUBLISH)
+    data = png.pack(PUBLISH)
     intake = FrameDecoder()
     half = len(data) // 2
     first = {"op": "png", "id": 1, "data": data[:half], "num": 0, "total": 2}

@@ -7,7 +7,7 @@ import math
 import pytest
 
 from pyros1.msgs.sensor_msgs.msg import CameraInfo, RegionOfInterest
-from pyros1.web.scene.camera import Camera, camera_info_topic, pinhole
+from pyros1.web.scene.camera import Camera, camera_info_topic, pinhole_camera
 from pyros1.web.scene.shape import ShapeError
 
 K = [525.0, 0.0, 319.5, 0.0, 520.0, 239.5, 0.0, 0.0, 1.0]
@@ -30,13 +30,13 @@ def info(**more: object) -> CameraInfo:
     ],
 )
 def test_parts_of_pictures_and_binning(message: CameraInfo, numbers: tuple[float, ...]) -> None:
-    camera = pinhole(message)
+    camera = pinhole_camera(message)
     assert (camera.fx, camera.fy, camera.cx, camera.cy, camera.width, camera.height) == numbers
     assert (camera.tx, camera.ty) == (0.1, 0.0)  # of the right one of two cameras
 
 
 def test_without_a_projection_matrix_k_counts() -> None:
-    camera = pinhole(info(P=[0.0] * 12))
+    camera = pinhole_camera(info(P=[0.0] * 12))
     assert (camera.fx, camera.fy, camera.cx, camera.cy, camera.tx, camera.ty) == (525.0, 520.0, 319.5, 239.5, 0, 0)
 
 
@@ -53,13 +53,13 @@ def test_without_a_projection_matrix_k_counts() -> None:
 )
 def test_cameras_that_are_not_calibrated(rows: list[float]) -> None:
     with pytest.raises(ShapeError, match="not calibrated"):
-        pinhole(info(P=rows, K=[0.0] * 9))
+        pinhole_camera(info(P=rows, K=[0.0] * 9))
 
 
 @pytest.mark.parametrize(("place", "number"), [(0, 1e-300), (2, 1e300), (3, -1e200), (5, 5e-324), (7, 1.7e308)])
 def test_absurd_cameras_are_not_calibrated(place: int, number: float) -> None:
     with pytest.raises(ShapeError, match="not calibrated"):
-        pinhole(info(P=[number if index == place else value for index, value in enumerate(P)]))
+        pinhole_camera(info(P=[number if index == place else value for index, value in enumerate(P)]))
 
 
 def test_pictures_of_another_size() -> None:

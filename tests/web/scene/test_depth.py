@@ -15,7 +15,7 @@ from pyros1.msgs.sensor_msgs.msg import CompressedImage, Image
 from pyros1.web.scene.camera import Camera
 from pyros1.web.scene.depth import colours, depth_cloud, depths
 from pyros1.web.scene.shape import ShapeError
-from pyros1.web.transforms import picture_size
+from pyros1.web.transforms import image_size
 
 CAMERA = Camera(2.0, 4.0, 0.5, 0.0, 0.0, 0.0, 2, 2)
 
@@ -78,7 +78,7 @@ def test_pictures_that_are_no_depths(message: Any, said: str) -> None:
 
 def test_a_picture_that_would_unpack_to_gigabytes(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("pyros1.web.scene.depth.MAX_PIXELS", 3)
-    assert picture_size.MAX_PIXELS > 3
+    assert image_size.MAX_PIXELS > 3
     with pytest.raises(ShapeError, match="too large"):
         depths(packed([[1, 2], [3, 4]], "16UC1; compressedDepth"))
 

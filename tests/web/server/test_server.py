@@ -27,7 +27,7 @@ from pyros1.web import calls
 from pyros1.web.server.pending_connections import MAX_PENDING
 from pyros1.web.server.server import WebServer
 from pyros1.web.server.wire import RequestError
-from pyros1.web.service_exchanges import MAX_CONCURRENT_CALLS
+from pyros1.web.service_calls import MAX_CONCURRENT_CALLS
 
 
 def get(server: Served, path: str, host: str = "localhost", **headers: str) -> tuple[int, dict[str, str], bytes]:
@@ -394,7 +394,7 @@ def test_of_a_page_that_has_gone_not_all_is_done(serve: Callable[..., Served], m
     began, go_on = threading.Semaphore(0), threading.Event()
     done: list[str] = []
 
-    def run(robot: Any, name: str, args: Any, exchanges: Any = None) -> None:
+    def run(robot: Any, name: str, args: Any, service_calls: Any = None) -> None:
         began.release()
         go_on.wait(PATIENCE)
         done.append(name)

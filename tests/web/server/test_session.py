@@ -55,9 +55,9 @@ def session(monkeypatch: pytest.MonkeyPatch) -> Session:
 
 def poll(session: Session, now: float) -> tuple[list[str | bytes], float | None]:
     """Return the frames that are due at a time, and the time of the next ones."""
-    numbers, again = session.due(now)
+    numbers, again = session.take_due_streams(now)
     frames = [frame for number in numbers if (frame := session.push(number)) is not None]
-    return frames, session.due(now)[1] if numbers else again
+    return frames, session.take_due_streams(now)[1] if numbers else again
 
 
 def shown(frames: list[str | bytes]) -> list[Any]:
@@ -130,18 +130,18 @@ def test_a_slow_view_delays_no_other_one(session: Session) -> None:
     for number in (1, 2):
         session.handle(Next(number))
         Counter.made[number - 1].wake()
-    assert session.due(1.0) == ([1, 2], None)
+    assert session.take_due_streams(1.0) == ([1, 2], None)
     Counter.made[1].wake()
-    assert session.due(5.0) == ([], None)  # both are under way
+    assert session.take_due_streams(5.0) == ([], None)  # both are under way
     assert session.push(2) is not None
     session.handle(Next(2))
     Counter.made[1].wake()
-    assert session.due(6.0) == ([2], None)  # and the first still is
+    assert session.take_due_streams(6.0) == ([2], None)  # and the first still is
 
 
 def test_what_is_closed_while_it_is_due_says_nothing(session: Session) -> None:
     session.handle(Open(1, "counter", {}))
-    assert session.due(0.0) == ([1], None)
+    assert session.take_due_streams(0.0) == ([1], None)
     session.handle(Close(1))
     assert session.push(1) is None
     assert Counter.made == []

@@ -77,7 +77,11 @@ def test_a_malformed_text_is_refused(text: str) -> None:
         ("/topic/point", PointStamped(), "choose one of its fields"),
         ("/topic/nothing", PointStamped(), "type geometry_msgs/PointStamped has no field 'nothing'"),
         ("/topic/point/bad/x", PointStamped(), "type geometry_msgs/Point has no field 'bad'"),
-        ("/topic/position[7]", JointState(position=[1.0]), "no such element now, index out of range: /position[7]"),
+        (
+            "/topic/position[7]",
+            JointState(position=[1.0]),
+            "the last message has no such element, index out of range: /position[7]",
+        ),
         ("/topic/position[3]", JointState(), "index out of range"),
         ("/topic/position", JointState(position=[0.0] * 51), "an array of 51 elements"),
         ("/topic: m.point.x / 0", PointStamped(), "division by zero"),

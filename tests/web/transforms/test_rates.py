@@ -4,20 +4,20 @@ from __future__ import annotations
 
 import pytest
 
-from pyros1.web.transforms.rates import NO_TRAFFIC, SILENCE_TIMEOUT, Meter, Rate, Track
+from pyros1.web.transforms.rates import NO_TRAFFIC, SILENCE_TIMEOUT, CountMeter, Meter, Rate
 
 SIZE = 10
 
 
 def looked(hz: float, seconds: float, period: float = 1.0) -> list[float | None]:
     """Return the rates that looks at a topic of a constant rate give."""
-    track = Track(0.0, 0, 0)
+    count_meter = CountMeter(0.0, 0, 0)
     found: list[float | None] = []
     for number in range(1, int(seconds / period) + 1):
         at = number * period
         count = int(at * hz + 1e-9)
-        track.update(at, count, count * SIZE)
-        rate = track.rate()
+        count_meter.update(at, count, count * SIZE)
+        rate = count_meter.rate()
         found.append(rate and rate.hz)
         assert rate is None or rate.bytes == pytest.approx(rate.hz * SIZE)
     return found
@@ -50,35 +50,35 @@ def test_the_looks_may_lie_in_between() -> None:
 
 
 def test_a_topic_that_ends_has_no_rate_soon_and_one_that_begins_has_one() -> None:
-    track = Track(0.0, 0, 0)
-    assert track.rate() is None
+    count_meter = CountMeter(0.0, 0, 0)
+    assert count_meter.rate() is None
     for at in range(1, 6):
-        track.update(at, at * 50, at * 500)
-    assert track.rate() == Rate(50.0, 500.0)
-    track.update(6.0, 250, 2500)
-    assert track.rate() == NO_TRAFFIC
+        count_meter.update(at, at * 50, at * 500)
+    assert count_meter.rate() == Rate(50.0, 500.0)
+    count_meter.update(6.0, 250, 2500)
+    assert count_meter.rate() == NO_TRAFFIC
     for at in range(7, 60):
-        track.update(at, 250, 2500)
-    track.update(60.0, 251, 2510)
-    assert track.rate() is None  # one message is no rate
-    track.update(61.0, 271, 2710)
-    assert track.rate() == Rate(20.0, 200.0)  # not of the pause
+        count_meter.update(at, 250, 2500)
+    count_meter.update(60.0, 251, 2510)
+    assert count_meter.rate() is None  # one message is no rate
+    count_meter.update(61.0, 271, 2710)
+    assert count_meter.rate() == Rate(20.0, 200.0)  # not of the pause
 
 
 def test_nothing_is_zero_after_a_while() -> None:
-    track, meter = Track(0.0, 7, 70), Meter(0.0)
-    track.update(5.0, 7, 70)
-    assert (track.rate(), meter.rate(5.0)) == (None, None)
-    track.update(SILENCE_TIMEOUT + 1, 7, 70)
-    assert (track.rate(), meter.rate(SILENCE_TIMEOUT + 1)) == (NO_TRAFFIC, NO_TRAFFIC)
+    count_meter, meter = CountMeter(0.0, 7, 70), Meter(0.0)
+    count_meter.update(5.0, 7, 70)
+    assert (count_meter.rate(), meter.rate(5.0)) == (None, None)
+    count_meter.update(SILENCE_TIMEOUT + 1, 7, 70)
+    assert (count_meter.rate(), meter.rate(SILENCE_TIMEOUT + 1)) == (NO_TRAFFIC, NO_TRAFFIC)
 
 
 def test_what_came_while_nobody_looked_is_no_rate_of_the_next_second() -> None:
     """A topic of 0.2 Hz had 1 Hz for a page that was opened later."""
-    track = Track(0.0, 0, 0)
+    count_meter = CountMeter(0.0, 0, 0)
     for at in [*range(1, 12), *range(33, 60)]:
-        track.update(at, at // 5, at // 5 * SIZE)
-        rate = track.rate()
+        count_meter.update(at, at // 5, at // 5 * SIZE)
+        rate = count_meter.rate()
         assert rate is None or rate.hz == pytest.approx(0.2), at
     assert rate
 
@@ -88,12 +88,12 @@ def test_looks_that_are_always_far_apart_make_rates() -> None:
 
 
 def test_a_number_that_another_connection_has_now() -> None:
-    track = Track(0.0, 100, 1000)
-    track.update(1.0, 110, 1100)
-    track.update(2.0, 3, 30)
-    assert track.rate() is None
-    track.update(3.0, 8, 80)
-    assert track.rate() == Rate(5.0, 50.0)
+    count_meter = CountMeter(0.0, 100, 1000)
+    count_meter.update(1.0, 110, 1100)
+    count_meter.update(2.0, 3, 30)
+    assert count_meter.rate() is None
+    count_meter.update(3.0, 8, 80)
+    assert count_meter.rate() == Rate(5.0, 50.0)
 
 
 @pytest.mark.parametrize("hz", [0.1, 0.5, 1.0, 50.0])

@@ -122,7 +122,7 @@ def test_as_many_colours_are_kept_as_there_is_room_for(
     make_node: Make, watch: Make, monkeypatch: pytest.MonkeyPatch, room: float, nearest: bytes
 ) -> None:
     colour = picture("rgb8", b"aaaaaa")
-    monkeypatch.setattr("pyros1.web.views.scene.depth.MAX_PICTURE_BYTES", int(room * len(encode(colour))))
+    monkeypatch.setattr("pyros1.web.views.scene.depth.MAX_IMAGE_BYTES", int(room * len(encode(colour))))
     node = make_node("camera")
     node.advertise("/cam/camera_info", CameraInfo, latch=True).publish(camera_info())
     colours, depths = node.advertise("/cam/rgb", Image), node.advertise("/cam/depth", Image, latch=True)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from pyros1.ground.terminal_text import lines
 from pyros1.ground.timing import Time
 from pyros1.observe.expression import Expression
-from pyros1.observe.modules import Module, time_module
+from pyros1.observe.expression_modules import Module, time_module
 
 if TYPE_CHECKING:
     from pyros1.node import Node

@@ -21,7 +21,7 @@ from pyros1.node.publishing.tcp_link import POLL_DELAY, TcpLink, WaitingLink
 from pyros1.node.strand import Strand
 from pyros1.wire.header import encode_header
 from pyros1.wire.local import (
-    MAX_RECORD,
+    MAX_RECORD_SIZE,
     TOKEN_SIZE,
     Reference,
     decode_releases,
@@ -201,7 +201,7 @@ class SharedLink(TcpLink):
             return
         for _ in range(_MAX_RECORDS_PER_TURN):
             try:
-                record = self._control_socket.recv(MAX_RECORD)
+                record = self._control_socket.recv(MAX_RECORD_SIZE)
             except BlockingIOError:
                 return
             except OSError:

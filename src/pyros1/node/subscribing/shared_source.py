@@ -17,7 +17,7 @@ from pyros1.node.subscribing.queues import Batch, Items
 from pyros1.node.subscribing.tcp_source import TcpSource
 from pyros1.wire.framing import MAX_MESSAGE_SIZE
 from pyros1.wire.local import (
-    MAX_RECORD,
+    MAX_RECORD_SIZE,
     REFERENCE_SIZE,
     TOKEN_SIZE,
     Reference,
@@ -192,7 +192,7 @@ class SharedSource(TcpSource):
     def _receive_block(self, number: int) -> mmap.mmap:
         while number not in self._blocks:
             try:
-                record, descriptors, _, _ = socket.recv_fds(self._control_socket, MAX_RECORD, 4)
+                record, descriptors, _, _ = socket.recv_fds(self._control_socket, MAX_RECORD_SIZE, 4)
             except ConnectionResetError:
                 continue  # the publisher has exited; what it wrote before can still be received
             except OSError as error:

@@ -104,7 +104,7 @@ class Density:
         """Add each entry's messages to the grid, spread evenly over the columns of the entry's chunk.
 
         For each entry, the number of messages per column is first added at the chunk's first column, and subtracted
-        behind its last column. The cumulative sums are then the numbers of messages in each column.
+        after its last column. The cumulative sums are then the numbers of messages in each column.
         """
         columns = grid.shape[1] - 1
         starts, ends = first[self._chunks[entries]], last[self._chunks[entries]]

@@ -36,8 +36,8 @@ class GrantedFiles:
         """Add bags to the list. Only one program at a time may call this.
 
         Raises:
-            OSError: the file cannot be written, or too many bags are added at once. Also if the file exists, but cannot
-                be trusted: it is a symbolic link, belongs to another user, or other users may read or write it.
+            OSError: the file cannot be written, or too many bags are added at once; or the file exists, but cannot be
+                trusted: it is a symbolic link, belongs to another user, or other users may read or write it.
         """
         new_lines = dict.fromkeys(json.dumps(os.path.realpath(path)) for path in paths)
         self._file.parent.mkdir(parents=True, exist_ok=True)

@@ -2,7 +2,7 @@
 
 The function takes the robot and the call's arguments, which its docstring lists after "Args". A module's ``CALLS``
 contains its functions by the second part of the call's name. A read-only server refuses those in the module's
-``CHANGES``. Calls in `LONG_CALLS` may take long; their functions also take the page's `ServiceExchanges`.
+``CHANGES``. Calls in `LONG_CALLS` may take long; their functions also take the page's `ServiceCalls`.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from pyros1.web.server.wire import RequestError
-from pyros1.web.service_exchanges import ServiceExchanges
+from pyros1.web.service_calls import ServiceCalls
 
 if TYPE_CHECKING:
     from pyros1.web.robot import Robot
@@ -38,14 +38,14 @@ LONG_CALLS = frozenset({"services.call", "guide.check"})
 """Calls that may take long, as they wait for a service or a test."""
 
 
-def run(robot: Robot, name: str, args: Mapping[str, Any], exchanges: ServiceExchanges | None = None) -> Any:
+def run(robot: Robot, name: str, args: Mapping[str, Any], service_calls: ServiceCalls | None = None) -> Any:
     """Run a call from a page, and return its result, which can be written as JSON.
 
     Args:
         robot: the robot that the call concerns.
         name: name of the call.
         args: the call's arguments.
-        exchanges: the page's service calls, which are cancelled when its connection ends.
+        service_calls: the page's service calls, which are cancelled when its connection ends.
 
     Raises:
         RequestError: the call does not exist, is not allowed, or has invalid arguments.
@@ -61,4 +61,4 @@ def run(robot: Robot, name: str, args: Mapping[str, Any], exchanges: ServiceExch
         raise RequestError(f"unknown call {name[:100]!r}")
     if robot.access.read_only and function_name in module.CHANGES:
         raise RequestError("this server is read-only (--read-only)")
-    return function(robot, args, exchanges or ServiceExchanges()) if name in LONG_CALLS else function(robot, args)
+    return function(robot, args, service_calls or ServiceCalls()) if name in LONG_CALLS else function(robot, args)

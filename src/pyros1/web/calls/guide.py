@@ -10,7 +10,7 @@ from typing import Any
 from pyros1.guide import checks, text
 from pyros1.web.robot import Robot
 from pyros1.web.server.wire import RequestError
-from pyros1.web.service_exchanges import ServiceExchanges
+from pyros1.web.service_calls import ServiceCalls
 
 
 def _blocks(page: text.GuideStep | text.GuidePage) -> list[dict[str, Any]]:
@@ -36,7 +36,7 @@ def pages(robot: Robot, args: Mapping[str, Any]) -> list[dict[str, Any]]:
     return [{"name": page.name, "heading": page.heading, "blocks": _blocks(page)} for page in text.pages().values()]
 
 
-def check(robot: Robot, args: Mapping[str, Any], exchanges: ServiceExchanges) -> dict[str, str]:
+def check(robot: Robot, args: Mapping[str, Any], service_calls: ServiceCalls) -> dict[str, str]:
     """Check the exercise of a step, as ``pyros1 guide check`` does. Args: step (its number).
 
     Returns:

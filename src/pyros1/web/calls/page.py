@@ -14,7 +14,7 @@ def about(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
     return {
         "version": pyros1.__version__,
         "master": robot.master_uri,
-        "trouble": robot.problem or robot.why_no_master(),
+        "trouble": robot.problem or robot.master_problem(),
         "read_only": robot.access.read_only,
     }
 

@@ -14,7 +14,7 @@ from pyros1.msgs.json_form import from_json
 from pyros1.web.models.forms import form as form_of
 from pyros1.web.robot import Robot
 from pyros1.web.server.wire import RequestError
-from pyros1.web.service_exchanges import ServiceExchanges
+from pyros1.web.service_calls import ServiceCalls
 from pyros1.web.views.message import tree
 from pyros1.web.views.view import number_arg, string_arg
 
@@ -43,14 +43,16 @@ def types(robot: Robot, args: Mapping[str, Any]) -> dict[str, str]:
     return {name: response if isinstance(response, str) else "" for name, response in responses.items()}
 
 
-def call(robot: Robot, args: Mapping[str, Any], exchanges: ServiceExchanges) -> dict[str, Any]:
+def call(robot: Robot, args: Mapping[str, Any], service_calls: ServiceCalls) -> dict[str, Any]:
     """Call a service; return the response as a tree, and the duration. Args: service, value, timeout (in seconds)."""
     name = string_arg(args, "service")
     robot.check_visible(name)
     cls = load_service(_probe_type(robot, name))
     request = from_json(cls._request_class, args.get("value"), robot.node.now())
     started_at = monotonic()
-    response = exchanges.call(robot.node, name, cls, request, number_arg(args, "timeout", 0.1, _MAX_CALL_SECONDS, 10.0))
+    response = service_calls.call(
+        robot.node, name, cls, request, number_arg(args, "timeout", 0.1, _MAX_CALL_SECONDS, 10.0)
+    )
     return {"value": tree(response), "seconds": monotonic() - started_at}
 
 

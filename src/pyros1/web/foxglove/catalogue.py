@@ -65,8 +65,8 @@ class Catalogue:
         self._offers = Offers()
         self._ids: dict[Hashable, int] = {}
         self._next_ids = count(1)
-        # topic -> publisher -> the publisher's definition, where it differs from the installed one. What is offered is
-        # the definition of the first publisher that is still registered.
+        # topic -> publisher -> the publisher's definition, where it differs from the installed one. The channel has the
+        # definition of the first publisher that is still registered.
         self._topic_definitions: dict[str, dict[str, _Definition]] = {}
         self._unusable_definitions: dict[str, tuple[str, str]] = {}  # topic -> (publisher, problem)
         self._service_types: dict[str, tuple[list[str], str]] = {}  # service -> (its nodes, its type)
@@ -81,12 +81,12 @@ class Catalogue:
 
         Args:
             max_age: the latest result is returned if it is not older than this, in seconds. With 0, the master is
-                always asked, after waiting for a request that another thread has sent.
+                always queried, after any request of another thread has ended.
 
         Raises:
             RequestError: the master does not respond.
         """
-        # While one thread asks the master, the others return the latest result.
+        # While one thread queries the master, the others return the latest result.
         if self._lock.acquire(blocking=max_age <= 0):
             try:
                 if self._new_headers or self._clock() - self._refreshed_at >= max_age:

@@ -1,4 +1,4 @@
-"""Drives a `Machine` over a WebSocket.
+"""Drives a `StateMachine` over a WebSocket.
 
 This module reads requests, and runs tasks that send messages and the time, and look for new topics and services.
 """
@@ -19,15 +19,15 @@ from websockets.protocol import State
 
 from pyros1 import __version__
 from pyros1.ground.errors import Error
-from pyros1.web.foxglove import frames, machine, requests, viewer_actions
+from pyros1.web.foxglove import frames, requests, state_machine, viewer_actions
 from pyros1.web.foxglove.frames import Frame, Level
-from pyros1.web.foxglove.machine import Action, Machine
 from pyros1.web.foxglove.offers import Channel
 from pyros1.web.foxglove.outbox import Outbox, QueuedMessage
-from pyros1.web.foxglove.shared import ViewerContext
+from pyros1.web.foxglove.state_machine import Action, StateMachine
+from pyros1.web.foxglove.viewer_context import ViewerContext
 from pyros1.web.hub import Arrival
 from pyros1.web.server.waiting import MAX_PENDING_SECONDS, PendingOperations, wait_for_event, wait_until_done
-from pyros1.web.service_exchanges import ServiceExchanges
+from pyros1.web.service_calls import ServiceCalls
 
 _POLL_PERIOD = 1.0
 """Seconds between checks for new topics and services."""
@@ -44,7 +44,7 @@ _MAX_UNSENT_BYTES = 1 << 20
 they can no longer be replaced by newer messages."""
 _MAX_MISMATCHED_PUBLISHERS = 1_000
 REPORT_PERIOD = 2.0
-"""Seconds after which the catalogue is told again about a publisher whose definition differs from its channel's."""
+"""Seconds after which a publisher whose definition differs from its channel's is reported to the catalogue again."""
 
 
 class Viewer:
@@ -52,7 +52,7 @@ class Viewer:
 
     Args:
         connection: the viewer's WebSocket.
-        shared: the state shared by all viewers.
+        context: the state shared by all viewers.
         short_task_threads: run short tasks, such as publishing.
         long_task_threads: run tasks that wait for the master.
         service_threads: run service calls.
@@ -61,25 +61,25 @@ class Viewer:
     def __init__(
         self,
         connection: ServerConnection,
-        shared: ViewerContext,
+        context: ViewerContext,
         short_task_threads: Executor,
         long_task_threads: Executor,
         service_threads: Executor,
     ) -> None:
         self._connection = connection
-        self._shared = shared
-        self._robot = shared.robot
+        self._context = context
+        self._robot = context.robot
         self._short_task_threads = short_task_threads
         self._long_task_threads = long_task_threads
         self._service_threads = service_threads
-        self._exchanges = ServiceExchanges()
+        self._service_calls = ServiceCalls()
         self._loop = asyncio.get_running_loop()
-        self._machine = Machine(self._robot.access.read_only)
+        self._machine = StateMachine(self._robot.access.read_only)
         self._machine_lock = asyncio.Lock()  # guards the machine and its actions
         self._outbox = Outbox()
         self._subscriptions: dict[int, int] = {}  # the outbox's ticket -> the viewer's id of the subscription
         self._unsubscribers: dict[int, Callable[[], None]] = {}  # by subscription
-        self._publishers = viewer_actions.Publishers(shared)
+        self._publishers = viewer_actions.Publishers(context)
         self._jobs: set[asyncio.Task[None]] = set()
         self._job_slots = asyncio.Semaphore(_MAX_CONCURRENT_JOBS)
         self._may_resume = asyncio.Event()
@@ -95,7 +95,7 @@ class Viewer:
         self._limit_send_buffer()
         tasks: list[asyncio.Task[None]] = []
         try:
-            await self._run_long_task(self._robot.wait, _POLL_PERIOD)
+            await self._run_long_task(self._robot.wait_for_node, _POLL_PERIOD)
             await self._send_hello()
             tasks = [
                 asyncio.create_task(each) for each in (self._push_offers(), self._send_messages(), self._send_time())
@@ -106,7 +106,7 @@ class Viewer:
         except ConnectionClosed:
             pass
         finally:
-            self._exchanges.close()
+            self._service_calls.close()
             for task in (*tasks, *self._jobs):
                 task.cancel()
             await asyncio.gather(*tasks, *self._jobs, return_exceptions=True)
@@ -130,7 +130,7 @@ class Viewer:
     async def _send_hello(self) -> None:
         self._announced_simulated_time = self._uses_simulated_time()
         name = f"pyros1 {__version__}, {self._robot.master_uri}"
-        await self._send(self._machine.hello(name, self._shared.session, self._announced_simulated_time))
+        await self._send(self._machine.hello(name, self._context.session, self._announced_simulated_time))
 
     def _clean_up(self) -> None:
         for unsubscribe in list(self._unsubscribers.values()):
@@ -184,7 +184,7 @@ class Viewer:
                     if await self._push_offers_once():
                         continue
                 except Error as error:
-                    await self._send(self._machine.problems({"master": str(error)}))
+                    await self._send(self._machine.update_problems({"master": str(error)}))
                 await wait_for_event(self._offers_may_have_changed, _POLL_PERIOD)
 
     async def _push_offers_once(self) -> bool:
@@ -192,23 +192,23 @@ class Viewer:
         _ = self._robot.node
         if self._uses_simulated_time() != self._announced_simulated_time:
             await self._send_hello()  # the master was started after the viewer had connected
-        catalogue = self._shared.catalogue
+        catalogue = self._context.catalogue
         offers = await self._run_long_task(catalogue.current_offers, _POLL_PERIOD * 0.8)
         async with self._machine_lock:
-            await self._perform_all(*self._machine.offer(offers))
+            await self._perform_all(*self._machine.update_offers(offers))
         if offers.has_pending_queries:
             await self._run_long_task(catalogue.query_nodes)
             return True
         if self._machine.watches_parameters:
-            values = await self._run_long_task(self._shared.parameters, _POLL_PERIOD * 0.8)
-            await self._send(self._machine.parameters(values))
+            values = await self._run_long_task(self._context.parameters, _POLL_PERIOD * 0.8)
+            await self._send(self._machine.update_parameters(values))
         return False
 
     # Incoming ---------------------------------------------------------------------------------------------------------
 
     async def _perform_all(self, actions: list[Action], response: list[Frame]) -> None:
         for action in actions:
-            if self._pending_subscriptions and not isinstance(action, machine.Listen):
+            if self._pending_subscriptions and not isinstance(action, state_machine.Listen):
                 await wait_until_done(self._pending_subscriptions, self._may_resume, MAX_PENDING_SECONDS)
             try:
                 await self._send(await self._perform(action))
@@ -219,33 +219,35 @@ class Viewer:
     async def _perform(self, action: Action) -> list[Frame]:
         """Perform an action that the machine requests; return the response's frames."""
         match action:
-            case machine.Listen(subscription, channel):
+            case state_machine.Listen(subscription, channel):
                 await self._listen(subscription, channel)
-            case machine.StopListening(subscription):
+            case state_machine.StopListening(subscription):
                 await self._run_short_task(self._unsubscribers[subscription])
                 del self._unsubscribers[subscription]
-            case machine.Advertise(channel):
+            case state_machine.Advertise(channel):
                 await self._run_short_task(self._publishers.advertise, channel)
-            case machine.Publish(channel, payload):
+            case state_machine.Publish(channel, payload):
                 await self._run_short_task(self._publishers.publish, channel, payload)
-            case machine.Unadvertise(channel):
+            case state_machine.Unadvertise(channel):
                 await self._run_short_task(self._publishers.unadvertise, channel)
-            case machine.Call():
+            case state_machine.Call():
                 if len(self._jobs) >= _MAX_JOBS:
                     return [frames.service_failure(action.service.id, action.call, "too many calls at once")]
                 self._start_job(
-                    self._run_job(self._service_threads, partial(viewer_actions.call_service, self._exchanges), action)
+                    self._run_job(
+                        self._service_threads, partial(viewer_actions.call_service, self._service_calls), action
+                    )
                 )
             case requests.FetchAsset():
                 if len(self._jobs) >= _MAX_JOBS:
                     return [frames.asset_failure(action.id, "too many files at once")]
                 self._start_job(self._run_job(self._long_task_threads, viewer_actions.fetch, action))
             case requests.GetParameters():
-                return list(await self._run_long_task(viewer_actions.get_parameters, self._shared, action))
+                return list(await self._run_long_task(viewer_actions.get_parameters, self._context, action))
             case requests.SetParameters():
-                return list(await self._run_long_task(viewer_actions.set_parameters, self._shared, action))
+                return list(await self._run_long_task(viewer_actions.set_parameters, self._context, action))
             case requests.WatchParameters(names):
-                return self._machine.watch(names, await self._run_long_task(self._shared.parameters, 0.0))
+                return self._machine.watch(names, await self._run_long_task(self._context.parameters, 0.0))
         return []
 
     async def _listen(self, subscription: int, channel: Channel) -> None:
@@ -294,7 +296,7 @@ class Viewer:
             mismatch in self._mismatched_publishers or len(self._mismatched_publishers) < _MAX_MISMATCHED_PUBLISHERS
         ):
             self._mismatched_publishers[mismatch] = now
-            self._shared.catalogue.add_header(channel, header)
+            self._context.catalogue.add_header(channel, header)
             self._call_soon(self._offers_may_have_changed.set)
 
     def _start_job(self, job: Coroutine[Any, Any, None]) -> None:
@@ -305,7 +307,7 @@ class Viewer:
     async def _run_job(self, threads: Executor, function: Callable[[ViewerContext, Any], Frame], action: Any) -> None:
         with contextlib.suppress(ConnectionClosed):
             async with self._job_slots:  # until the frame, which may be large, has been sent
-                frame = await self._loop.run_in_executor(threads, function, self._shared, action)
+                frame = await self._loop.run_in_executor(threads, function, self._context, action)
                 await self._connection.send(frame)
 
     async def _run_short_task(self, function: Callable[..., Any], *args: Any) -> Any:
@@ -330,6 +332,6 @@ def _status_id(action: Action) -> str | None:
     When a viewer publishes often, a new status with the same id replaces the last one.
     """
     match action:
-        case machine.Advertise(channel) | machine.Publish(channel):
+        case state_machine.Advertise(channel) | state_machine.Publish(channel):
             return f"publish {channel.id}"
     return None

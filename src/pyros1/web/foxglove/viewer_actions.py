@@ -8,11 +8,11 @@ from typing import Any
 
 from pyros1.ground.errors import Error, ParameterNotSetError
 from pyros1.msgs import Message, load_service
-from pyros1.web.foxglove import frames, machine, parameters, payloads, requests
+from pyros1.web.foxglove import frames, parameters, payloads, requests, state_machine
 from pyros1.web.foxglove.frames import Frame, Level
 from pyros1.web.foxglove.requests import ClientChannel, FrameError
-from pyros1.web.foxglove.shared import ViewerContext
-from pyros1.web.service_exchanges import ServiceExchanges
+from pyros1.web.foxglove.viewer_context import ViewerContext
+from pyros1.web.service_calls import ServiceCalls
 
 _CONNECT_TIMEOUT = 0.5
 """Seconds to wait for subscribers to connect before the first message on a viewer's channel."""
@@ -23,8 +23,8 @@ _CALL_TIMEOUT = 60.0
 class Publishers:
     """The publishers of one viewer. Not thread-safe."""
 
-    def __init__(self, shared: ViewerContext) -> None:
-        self._robot = shared.robot
+    def __init__(self, context: ViewerContext) -> None:
+        self._robot = context.robot
         self._publishers: dict[int, tuple[type[Message], Any]] = {}
         # Channel -> monotonic time until which the channel's first message waits for subscribers.
         self._connect_deadlines: dict[int, float] = {}
@@ -71,37 +71,37 @@ class Publishers:
             publisher.unregister()
 
 
-def call_service(exchanges: ServiceExchanges, shared: ViewerContext, call: machine.Call) -> Frame:
+def call_service(service_calls: ServiceCalls, context: ViewerContext, call: state_machine.Call) -> Frame:
     """Call a service; return the frame with its response, or with the reason why it failed."""
     service_id = call.service.id
     try:
-        node = shared.robot.node
+        node = context.robot.node
         cls = load_service(call.service.type)
         request = payloads.decode(cls._request_class, call.encoding, call.payload, node.now())
-        response = exchanges.call(node, call.service.name, cls, request, _CALL_TIMEOUT)
+        response = service_calls.call(node, call.service.name, cls, request, _CALL_TIMEOUT)
         return frames.service_response(service_id, call.call, call.encoding, payloads.encode(response, call.encoding))
     except Error as error:
         return frames.service_failure(service_id, call.call, str(error))
 
 
-def fetch(shared: ViewerContext, request: requests.FetchAsset) -> Frame:
+def fetch(context: ViewerContext, request: requests.FetchAsset) -> Frame:
     """Read a file; return the frame with the file, or with the reason why it cannot be sent."""
     try:
-        return frames.asset(request.id, shared.files.read(request.uri))
+        return frames.asset(request.id, context.files.read(request.uri))
     except Error as error:
         return frames.asset_failure(request.id, str(error))
 
 
-def get_parameters(shared: ViewerContext, request: requests.GetParameters) -> list[Frame]:
+def get_parameters(context: ViewerContext, request: requests.GetParameters) -> list[Frame]:
     """Return the frame with the values of the requested parameters, in a list.
 
     Raises:
         MasterUnreachableError: the master does not respond.
     """
-    return [frames.parameter_values(parameters.entries(shared.parameters(0.0), request.names), request.id)]
+    return [frames.parameter_values(parameters.entries(context.parameters(0.0), request.names), request.id)]
 
 
-def set_parameters(shared: ViewerContext, request: requests.SetParameters) -> list[Frame]:
+def set_parameters(context: ViewerContext, request: requests.SetParameters) -> list[Frame]:
     """Set parameters; return frames that report problems, and one with the new values if the viewer wants them.
 
     Raises:
@@ -110,21 +110,21 @@ def set_parameters(shared: ViewerContext, request: requests.SetParameters) -> li
     response: list[Frame] = []
     for parameter in request.parameters:
         try:
-            _set_parameter(shared, parameter)
+            _set_parameter(context, parameter)
         except Error as error:
             response.append(frames.status(Level.ERROR, f"{parameter.name[:200]} cannot be set: {error}"))
     if request.id is not None and request.parameters:
         names = tuple(each.name for each in request.parameters)
-        response += get_parameters(shared, requests.GetParameters(names, request.id))
+        response += get_parameters(context, requests.GetParameters(names, request.id))
     return response
 
 
-def _set_parameter(shared: ViewerContext, parameter: requests.SetParameter) -> None:
+def _set_parameter(context: ViewerContext, parameter: requests.SetParameter) -> None:
     name = "/" + parameter.name.strip("/")
     if name == "/":
         raise FrameError("it would replace all parameters")
     if parameter.value is None:
         with contextlib.suppress(ParameterNotSetError):
-            shared.robot.parameters.delete(name)
+            context.robot.parameters.delete(name)
     else:
-        shared.robot.parameters.set(name, parameters.value_to_set(parameter))
+        context.robot.parameters.set(name, parameters.value_to_set(parameter))

@@ -23,7 +23,7 @@ from pyros1.web.rosbridge.provided_services import ProvidedServices
 from pyros1.web.rosbridge.publishers import Publishers
 from pyros1.web.rosbridge.service_caller import ServiceCaller
 from pyros1.web.server.waiting import PendingOperations
-from pyros1.web.service_exchanges import MAX_CONCURRENT_CALLS
+from pyros1.web.service_calls import MAX_CONCURRENT_CALLS
 
 MAX_TOPICS = 500
 MAX_CALLS = 500
@@ -154,7 +154,7 @@ class Client:
         unsubscribe_previous, queue.last_arrival = queue.unsubscribe, None
         done = self.pending_subscriptions.begin()
         try:
-            # Listen anew for each subscription, so that latched messages are also delivered to later subscriptions.
+            # Add a new listener for each subscription, so that later subscriptions also get the latched messages.
             queue.unsubscribe = self._robot.listen(topic, lambda arrival: self.outbox.put(queue, arrival), done)
         except Error:
             done()
@@ -242,7 +242,9 @@ class Client:
             return
         self._num_messages += 1
         text = frames.to_json({**frame, "msg": values.for_json(message)})
-        yield from frames.packed(text, queue.compression, queue.fragment_size, f"{queue.name}:{self._num_messages}")
+        yield from frames.compress_and_split(
+            text, queue.compression, queue.fragment_size, f"{queue.name}:{self._num_messages}"
+        )
 
     def close(self) -> None:
         """End all subscriptions, publishers, services and calls."""

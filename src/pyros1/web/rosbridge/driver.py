@@ -116,7 +116,7 @@ class _Driver:
     async def _handle(self) -> None:
         deadline = monotonic() + _START_TIMEOUT
         # A client's first frames must not be lost while the server's node starts.
-        while not (self._robot.wait(0.0) or self._disconnected) and monotonic() < deadline:
+        while not (self._robot.wait_for_node(0.0) or self._disconnected) and monotonic() < deadline:
             await asyncio.sleep(_POLL_PERIOD)
         # Frames are handled even after the client has disconnected: programs may publish just before they exit.
         while self._input or not self._disconnected:

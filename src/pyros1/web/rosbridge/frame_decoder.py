@@ -1,4 +1,4 @@
-"""Decodes a client's frames into operations, joining fragments and unpacking pictures (pure, bounded memory)."""
+"""Decodes a client's frames into operations, joining fragments and unpacking PNG images (pure, bounded memory)."""
 
 from __future__ import annotations
 
@@ -6,16 +6,16 @@ import json
 from typing import Any
 
 from pyros1.web.client_json import loads
-from pyros1.web.rosbridge import picture
+from pyros1.web.rosbridge import png
 from pyros1.web.rosbridge.operations import Action, BridgeError, Id, Part, parse
 
 MAX_FRAME = 10_000_000
-"""Maximum size in bytes of a frame, also after joining its fragments or extracting it from a picture."""
+"""Maximum size in bytes of a frame, also after joining its fragments or unpacking it from a PNG image."""
 MAX_PARTS = 10_000
 _MAX_PARTIAL_FRAMES = 32
 """Maximum number of frames whose fragments are being collected; if another frame begins, the oldest is dropped."""
 _MAX_NESTING = 3
-"""Maximum nesting of frames: the fragments of a picture that contains an operation. Deeper nesting has no use."""
+"""Maximum nesting of frames: fragments of a PNG image that contains an operation. Deeper nesting is never needed."""
 
 
 class FrameDecoder:
@@ -42,10 +42,10 @@ class FrameDecoder:
                 joined = self._join(id, action)
                 if joined is None:
                     return None
-                frame = picture.unpack(joined, MAX_FRAME) if action.op == "png" else joined
+                frame = png.unpack(joined, MAX_FRAME) if action.op == "png" else joined
             except BridgeError as error:
                 raise BridgeError(f"{action.op}: {error}", id) from None
-        raise BridgeError("fragments and pictures are nested too deeply")
+        raise BridgeError("fragments and PNG images are nested too deeply")
 
     def _join(self, id: Id, part: Part) -> str | None:
         if part.total == 1:

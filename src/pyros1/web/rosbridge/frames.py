@@ -7,7 +7,7 @@ import math
 from collections.abc import Iterator
 from typing import Any
 
-from pyros1.web.rosbridge import picture
+from pyros1.web.rosbridge import png
 from pyros1.web.rosbridge.operations import BridgeError, Id
 
 _encode = json.JSONEncoder(ensure_ascii=True, allow_nan=False, separators=(",", ":")).encode
@@ -40,7 +40,7 @@ def to_cbor(value: Any) -> bytes:
     return bytes(_cbor().dumps(value))
 
 
-def tagged(tag: int, data: bytes) -> Any:
+def with_cbor_tag(tag: int, data: bytes) -> Any:
     """Return bytes with a CBOR tag, to be encoded by `to_cbor`.
 
     Raises:
@@ -63,7 +63,7 @@ def status(level: str, message: str, id: Id = None) -> str:
 
 
 def response(service: str, id: Id, values: Any, result: bool) -> dict[str, Any]:
-    """Return the response to a client's service call, before it is encoded."""
+    """Return the response to a client's service call, not encoded yet."""
     return {"op": "service_response", **_id_field(id), "service": service, "values": values, "result": result}
 
 
@@ -76,12 +76,12 @@ def _id_field(id: Id) -> dict[str, Any]:
     return {} if id is None else {"id": id}
 
 
-def packed(frame: str, compression: str, fragment_size: int | None, id: str) -> Iterator[str]:
-    """Yield a frame in the form that the client has requested: as it is, as a picture, or in fragments.
+def compress_and_split(frame: str, compression: str, fragment_size: int | None, id: str) -> Iterator[str]:
+    """Yield a frame in the form that the client has requested: unchanged, as a PNG image, or in fragments.
 
     Args:
         frame: a JSON document.
-        compression: ``png`` for a picture; any other value for none.
+        compression: ``png`` for a PNG image; any other value for none.
         fragment_size: maximum number of characters per fragment; None to send the frame in one piece.
         id: the id for the fragments.
 
@@ -89,7 +89,7 @@ def packed(frame: str, compression: str, fragment_size: int | None, id: str) -> 
         BridgeError: Pillow is not installed.
     """
     if compression == "png":
-        frame = to_json({"op": "png", "data": picture.pack(frame)})
+        frame = to_json({"op": "png", "data": png.pack(frame)})
     if fragment_size is None or len(frame) <= fragment_size:
         yield frame
         return

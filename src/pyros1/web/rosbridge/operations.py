@@ -137,7 +137,7 @@ class SetLevel:
 
 @dataclass(frozen=True)
 class Part:
-    """A fragment of a frame, or a picture that contains a frame."""
+    """A fragment of a frame, or a PNG image that contains a frame."""
 
     op: str
     data: str

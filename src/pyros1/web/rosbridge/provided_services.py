@@ -72,7 +72,7 @@ class ProvidedServices:
         """
         call = self._pending_calls.get(id) if isinstance(id, str) else None
         if call is None or call.service != response.service:
-            raise BridgeError(f"no caller is waiting for this response of {response.service}")
+            raise BridgeError(f"no caller is waiting for this response from {response.service}")
         call.response = response
         call.done.set()
 

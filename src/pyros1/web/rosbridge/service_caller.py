@@ -12,7 +12,7 @@ from pyros1.web.rosbridge import frames, rosapi
 from pyros1.web.rosbridge.operations import BridgeError, CallService, Id
 from pyros1.web.rosbridge.outbox import Frame
 from pyros1.web.rosbridge.values import for_cbor, for_json, from_args
-from pyros1.web.service_exchanges import ServiceExchanges
+from pyros1.web.service_calls import ServiceCalls
 
 _PROBE_TIMEOUT = 2.0
 MAX_CHARACTERS = 64 << 20
@@ -29,7 +29,7 @@ class ServiceCaller:
 
     def __init__(self, robot: Robot) -> None:
         self._robot = robot
-        self._exchanges = ServiceExchanges()
+        self._service_calls = ServiceCalls()
         self._types: dict[tuple[str, str], str] = {}
 
     def call(self, id: Id, call: CallService) -> list[Frame]:
@@ -46,13 +46,13 @@ class ServiceCaller:
                 raise BridgeError(f"the response has {len(encoded)} characters; the limit is {MAX_CHARACTERS}")
             if isinstance(encoded, bytes):
                 return [encoded]
-            return [*frames.packed(encoded, call.compression, call.fragment_size, f"{id}:parts")]
+            return [*frames.compress_and_split(encoded, call.compression, call.fragment_size, f"{id}:parts")]
         except BridgeError as error:
             return [frames.to_json(frames.response(call.service, id, str(error), False))]
 
     def close(self) -> None:
         """Cancel all running calls."""
-        self._exchanges.close()
+        self._service_calls.close()
 
     def _call_service(self, call: CallService) -> Any:
         name = self._robot.full_name(call.service)
@@ -63,17 +63,17 @@ class ServiceCaller:
         self._robot.check_visible(name)
         key = (name, self._uri(name))
         try:
-            response = self._exchange(name, self._find_type(*key), call)
+            response = self._send_request(name, self._find_type(*key), call)
         except ServiceError:
             self._types.pop(key, None)  # perhaps another node provides the service now, with another type
             raise
         return (for_cbor if call.compression.startswith("cbor") else for_json)(response)
 
-    def _exchange(self, name: str, type_name: str, call: CallService) -> Any:
+    def _send_request(self, name: str, type_name: str, call: CallService) -> Any:
         node = self._robot.node
         cls = load_service(type_name)
         request = from_args(cls._request_class, call.args, node.now())
-        return self._exchanges.call(node, name, cls, request, call.timeout)
+        return self._service_calls.call(node, name, cls, request, call.timeout)
 
     def _uri(self, name: str) -> str:
         uri = self._robot.graph.service_uri(name)

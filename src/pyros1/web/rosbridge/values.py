@@ -20,7 +20,7 @@ from pyros1.ground.timing import Time
 from pyros1.msgs import Message
 from pyros1.msgs.array_views import make_numpy_view
 from pyros1.msgs.json_form import from_json
-from pyros1.web.rosbridge.frames import tagged
+from pyros1.web.rosbridge.frames import with_cbor_tag
 
 _UINT8_TYPES = ("uint8", "char")
 _FLOAT_TYPES = ("float32", "float64")
@@ -112,7 +112,7 @@ def _cbor_array(value: Any, base_type: str) -> Any:
     if base_type not in _CBOR_TAGS:
         return [bool(each) for each in value]
     array = np.asarray(value, _numpy_type(base_type))
-    return tagged(_CBOR_TAGS[base_type], array.tobytes())
+    return with_cbor_tag(_CBOR_TAGS[base_type], array.tobytes())
 
 
 def _numpy_type(base_type: str) -> str:

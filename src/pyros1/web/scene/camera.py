@@ -40,7 +40,7 @@ class Camera:
         return Camera(self.fx * scale_x, self.fy * scale_y, cx, cy, self.tx, self.ty, width, height)
 
 
-def pinhole(info: Any) -> Camera:
+def pinhole_camera(info: Any) -> Camera:
     """Return the camera that a sensor_msgs/CameraInfo describes: by its matrix P, or by K if it has no P.
 
     P is for rectified images. The message's region of interest and binning are taken into account.

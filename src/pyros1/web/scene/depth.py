@@ -14,7 +14,7 @@ from pyros1.observe.compressed_depth import decode_depth
 from pyros1.observe.image_files import decode
 from pyros1.web.scene.camera import Camera
 from pyros1.web.scene.shape import Shape, ShapeError
-from pyros1.web.transforms.picture_size import MAX_PIXELS
+from pyros1.web.transforms.image_size import MAX_PIXELS
 
 _COMPRESSED_TYPE = "sensor_msgs/CompressedImage"
 
@@ -67,7 +67,7 @@ def colours(message: Any) -> NDArray[np.uint8]:
 def depth_cloud(
     depth: NDArray[np.float32],
     camera: Camera,
-    picture: NDArray[np.uint8] | None,
+    colour_image: NDArray[np.uint8] | None,
     max_points: int,
     with_indices: bool = False,
 ) -> Shape:
@@ -77,7 +77,7 @@ def depth_cloud(
     Args:
         depth: see `depths`.
         camera: the depth camera.
-        picture: the colours seen from the same viewpoint; see `colours`. None to colour the points by depth.
+        colour_image: the colours seen from the same viewpoint, from `colours`; None to colour the points by depth.
         max_points: approximate maximum number of points; if there are more, only every second, third ... row and column
             is used.
         with_indices: whether to also send the points' indices in the image, counted row by row.
@@ -103,10 +103,10 @@ def depth_cloud(
     if with_indices:
         description["numbers"] = True
         blob += (rows[:, None] * width + columns)[measured].astype(np.uint32).tobytes()
-    if picture is not None:
-        picture_height, picture_width = picture.shape[:2]
-        packed_pixels = picture.view(np.uint32)[:, :, 0]  # one integer per pixel
-        sampled = packed_pixels[np.ix_(rows * picture_height // height, columns * picture_width // width)][measured]
+    if colour_image is not None:
+        image_height, image_width = colour_image.shape[:2]
+        packed_pixels = colour_image.view(np.uint32)[:, :, 0]  # one integer per pixel
+        sampled = packed_pixels[np.ix_(rows * image_height // height, columns * image_width // width)][measured]
         return {**description, "by": "rgb", "colour": "rgb", "least": 0.0, "most": 1.0}, blob + sampled.tobytes()
     nearest, farthest = (float(distances.min()), float(distances.max())) if len(distances) else (0.0, 1.0)
     return {**description, "by": "z", "colour": "z", "least": nearest, "most": farthest}, blob

@@ -30,7 +30,7 @@ from websockets.typing import Subprotocol
 from pyros1.web import calls
 from pyros1.web.foxglove import PROTOCOLS as FOXGLOVE_PROTOCOLS
 from pyros1.web.foxglove.connection import Viewer
-from pyros1.web.foxglove.shared import ViewerContext
+from pyros1.web.foxglove.viewer_context import ViewerContext
 from pyros1.web.package_files import FileError
 from pyros1.web.robot import Robot
 from pyros1.web.rosbridge.driver import Bridge
@@ -43,7 +43,7 @@ from pyros1.web.server.session import Session
 from pyros1.web.server.threads import ThreadPool
 from pyros1.web.server.waiting import wait_for_event
 from pyros1.web.server.wire import RequestError
-from pyros1.web.service_exchanges import MAX_CONCURRENT_CALLS
+from pyros1.web.service_calls import MAX_CONCURRENT_CALLS
 
 PROTOCOL = Subprotocol("pyros1.v1")
 SOCKET_PATH = "/ws"
@@ -322,7 +322,7 @@ class _Page:
         while True:
             self._wake_event.clear()
             self._wake_scheduled = False
-            stream_numbers, next_time = self._session.due(monotonic())
+            stream_numbers, next_time = self._session.take_due_streams(monotonic())
             for number in stream_numbers:
                 self._start_task(self._push, number)
             timeout = None if next_time is None else max(0.0, next_time - monotonic())

@@ -11,7 +11,7 @@ from pyros1.web import calls, views
 from pyros1.web.robot import Robot
 from pyros1.web.server import wire
 from pyros1.web.server.wire import RequestError
-from pyros1.web.service_exchanges import ServiceExchanges
+from pyros1.web.service_calls import ServiceCalls
 from pyros1.web.views.view import View
 
 MAX_STREAMS = 200
@@ -57,8 +57,8 @@ class _Stream:
 class Session:
     """A page's streams and calls.
 
-    `due` is called in the thread of the server's event loop. `handle`, `push`, `run_call` and `close` may block, and
-    run in other threads, concurrently for different streams.
+    `take_due_streams` is called in the thread of the server's event loop. `handle`, `push`, `run_call` and `close` may
+    block, and run in other threads, concurrently for different streams.
 
     Args:
         robot: the robot that the page shows.
@@ -69,10 +69,10 @@ class Session:
         self._robot = robot
         self._wake = wake
         self._streams: dict[int, _Stream] = {}
-        self._exchanges = ServiceExchanges()
+        self._service_calls = ServiceCalls()
 
-    def due(self, now: float) -> tuple[list[int], float | None]:
-        """Find the streams for which to call `push` now, and mark them as being pushed.
+    def take_due_streams(self, now: float) -> tuple[list[int], float | None]:
+        """Return the streams for which `push` must be called now, and mark them as being pushed.
 
         Args:
             now: monotonic time in seconds.
@@ -95,7 +95,7 @@ class Session:
         return numbers, next_time
 
     def push(self, number: int) -> str | bytes | None:
-        """Return the next frame for a stream that `due` returned; None if its view has nothing new."""
+        """Return the next frame for a stream that `take_due_streams` returned; None if its view has nothing new."""
         stream = self._streams.get(number)
         if stream is None:
             return None
@@ -127,7 +127,7 @@ class Session:
     def run_call(self, call: wire.Call) -> str:
         """Run a call; return the response's frame."""
         try:
-            return wire.result(call.id, calls.run(self._robot, call.name, call.args, self._exchanges))
+            return wire.result(call.id, calls.run(self._robot, call.name, call.args, self._service_calls))
         except Error as error:
             return wire.failure(call.id, str(error))
         except Exception as error:  # noqa: BLE001 - a bug, which the page should report
@@ -135,7 +135,7 @@ class Session:
 
     def close(self) -> None:
         """End all streams and service calls."""
-        self._exchanges.close()
+        self._service_calls.close()
         for number in list(self._streams):
             self._close_stream(number)
 

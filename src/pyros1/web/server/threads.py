@@ -116,7 +116,7 @@ class ThreadPool(Executor):
             jobs = self._queues.pop(queue)
             job = jobs.popleft()
             if jobs:
-                self._queues[queue] = jobs  # behind the other queues
+                self._queues[queue] = jobs  # after the other queues
             self._num_queued -= 1
             return job
 

@@ -10,9 +10,9 @@ A page sends requests in JSON. A request is one of ::
 
 The server responds with ``{"id": N, "result": ...}`` or ``{"id": N, "error": TEXT}``, and pushes ``{"stream": N,
 "data": ...}`` or ``{"stream": N, "error": TEXT}``. A stream has at most one push in flight, so a slow page gets fewer
-pushes, each with the latest data. A push with numbers or pictures is binary: the header's length (4 bytes, little
+pushes, each with the latest data. A push with numbers or images is binary: the header's length (4 bytes, little
 endian), the header ``{"stream": N, "data": ...}`` in JSON, spaces up to a multiple of 8 bytes, and then the bytes of
-the numbers or pictures.
+the numbers or images.
 """
 
 from __future__ import annotations

@@ -128,7 +128,7 @@ def _read_field(path: FieldPath, message: Any) -> Any:
         return path.get(message)[0]
     except FieldPathError as error:
         path.type_in(type(message))  # raises an error that says more if a name is wrong
-        raise CurveError(f"no such element now, index out of range: {path.text}") from error
+        raise CurveError(f"the last message has no such element, index out of range: {path.text}") from error
 
 
 def _to_numbers(value: Any) -> list[tuple[int, float]]:

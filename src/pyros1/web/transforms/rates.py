@@ -75,8 +75,8 @@ class _Sample(NamedTuple):
     bytes: int
 
 
-class Track:
-    """The rate of messages on one connection, measured from the counts that the sending node reports at each check.
+class CountMeter:
+    """Measures the rate of messages on one connection from the counts that the sending node reports at each check.
 
     Args:
         at: the time of the first check.

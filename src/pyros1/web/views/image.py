@@ -1,4 +1,4 @@
-"""Shows the newest picture on a topic with sensor_msgs/Image or sensor_msgs/CompressedImage."""
+"""Shows the newest image on a topic with sensor_msgs/Image or sensor_msgs/CompressedImage."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from pyros1.web.hub import Arrival
 from pyros1.web.server.wire import Push, RequestError
-from pyros1.web.transforms.picture_size import MAX_PIXELS, picture_size
+from pyros1.web.transforms.image_size import MAX_PIXELS, image_size
 from pyros1.web.transforms.rates import Meter
 from pyros1.web.views.view import View, string_arg
 
@@ -17,17 +17,17 @@ if TYPE_CHECKING:
     from pyros1.web.robot import Robot
 
 MAX_IMAGE_SIZE = 64 << 20
-"""Maximum size in bytes of a picture sent to a page."""
+"""Maximum size in bytes of an image sent to a page."""
 COMPRESSED_TYPE = "sensor_msgs/CompressedImage"
 _DEPTH_HEADER_SIZE = 12
 """Number of bytes before the PNG file in a message from compressed_depth_image_transport."""
 
 
-def check_picture(arrival: Arrival) -> str:
-    """Check that a message is a picture of acceptable size, and return the message's type.
+def check_image(arrival: Arrival) -> str:
+    """Check that a message is an image and not too large, and return the message's type.
 
     Raises:
-        RequestError: the message is not a picture, or is too large.
+        RequestError: the message is not an image, or is too large.
     """
     type_name: str = (arrival.raw._connection_header or {}).get("type", "")
     if type_name not in ("sensor_msgs/Image", COMPRESSED_TYPE):
@@ -39,24 +39,24 @@ def check_picture(arrival: Arrival) -> str:
     return type_name
 
 
-def picture(arrival: Arrival) -> tuple[dict[str, Any], bytes]:
-    """Return a picture in the form that pages can draw.
+def page_image(arrival: Arrival) -> tuple[dict[str, Any], bytes]:
+    """Return an image in the form that the page's panels draw.
 
     Returns:
         ``{"type", "encoding" or "format", "width", "height", "step", "bigendian", "frame", "stamp"}``, and the
         message's data.
 
     Raises:
-        RequestError: see `check_picture`; or the picture would decode to more than fits in a page's memory.
+        RequestError: see `check_image`; or the image would decode to more than fits in a page's memory.
         MessageError: see `Arrival.checked_message`.
     """
-    type_name = check_picture(arrival)
+    type_name = check_image(arrival)
     message: Any = arrival.checked_message
     data = bytes(message.data)
     description = {"type": type_name, "frame": message.header.frame_id, "stamp": message.header.stamp.to_sec()}
     if type_name == COMPRESSED_TYPE:
         description["format"] = message.format
-        width, height = picture_size(data) or picture_size(data[_DEPTH_HEADER_SIZE:]) or (0, 0)
+        width, height = image_size(data) or image_size(data[_DEPTH_HEADER_SIZE:]) or (0, 0)
         if width * height > MAX_PIXELS:
             raise RequestError(f"an image of {width} x {height} pixels is too large to display")
     else:
@@ -71,12 +71,12 @@ def picture(arrival: Arrival) -> tuple[dict[str, Any], bytes]:
 
 
 class ImageView(View):
-    """The pictures on a topic, which the page converts to colours.
+    """The images on a topic, which the page converts to colours.
 
     Args (of the page):
         topic: the topic's full name.
 
-    Pushes the result of `picture`, with "count" (pictures received so far) and "hz".
+    Pushes the result of `page_image`, with "count" (images received so far) and "hz".
     """
 
     period = 1 / 30
@@ -96,7 +96,7 @@ class ImageView(View):
         if arrival is None or arrival is self._last_pushed:
             return None
         self._last_pushed = arrival
-        description, data = picture(arrival)
+        description, data = page_image(arrival)
         rate = self._meter.rate(monotonic())
         return Push({**description, "count": count, "hz": rate and rate.hz}, data)
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from pyros1.ground.errors import MessageError
 from pyros1.turtlesim.finding import drawing_topic, find_simulators
 from pyros1.web.server.wire import Push, RequestError
-from pyros1.web.views.image import picture
+from pyros1.web.views.image import page_image
 from pyros1.web.views.view import View, string_arg
 
 if TYPE_CHECKING:
@@ -30,7 +30,7 @@ class TurtlesView(View):
         node: the node's name; empty for the first turtlesim_node found.
 
     Pushes the parts that have changed of ``{"facts": {"node", "nodes", "there"}, "turtles": {name: [x, y, theta]},
-    "drawing": {...}}``, and with "drawing" (see `pyros1.web.views.image.picture`), the picture's data.
+    "drawing": {...}}``, and with "drawing" (see `pyros1.web.views.image.page_image`), the image's data.
     """
 
     period = 1 / 30
@@ -63,7 +63,7 @@ class TurtlesView(View):
         blob = None
         if drawing is not None and drawing is not self._last_drawing:
             self._last_drawing = drawing
-            changed["drawing"], blob = picture(drawing)
+            changed["drawing"], blob = page_image(drawing)
         self._last_pushed = current
         return Push(changed, blob) if changed else None
 

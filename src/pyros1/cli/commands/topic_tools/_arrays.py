@@ -18,7 +18,7 @@ from pyros1.cli.commands.topic_tools._estimates import (
     no_cost,
 )
 from pyros1.cli.commands.topic_tools._sizes import extent, require_size, type_width
-from pyros1.observe.modules import Module
+from pyros1.observe.expression_modules import Module
 
 _NUMPY_NAMES = """
 abs absolute add all allclose amax amin angle any append arccos arccosh arcsin arcsinh arctan arctan2 arctanh argmax

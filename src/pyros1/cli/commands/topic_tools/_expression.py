@@ -30,7 +30,7 @@ from pyros1.ground.expressions.lambdas import Lambda
 from pyros1.ground.timing import Time
 from pyros1.msgs import load_message
 from pyros1.observe.expression import FUNCTIONS, MessageLanguage
-from pyros1.observe.modules import Module, time_module
+from pyros1.observe.expression_modules import Module, time_module
 
 _RANDOM_NAMES = ("choice", "gauss", "normalvariate", "randint", "random", "uniform")
 
@@ -190,7 +190,7 @@ class MessageExpression(MessageLanguage):
 
         return checked_key
 
-    def known(self, names: Mapping[str, Any]) -> str:
+    def known_names(self, names: Mapping[str, Any]) -> str:
         """Return the known names for an error message."""
         return ", ".join(sorted([*names, *FUNCTIONS]))
 

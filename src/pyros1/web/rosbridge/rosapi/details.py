@@ -70,17 +70,17 @@ def _definition(cls: type[Message]) -> dict[str, Any]:
         "type": cls._type,
         "fieldnames": [name for name, *_ in fields],
         "fieldtypes": [base_type for _, base_type, *_ in fields],
-        "fieldarraylen": [_array_length(bracket, rest) for *_, bracket, rest in fields],
+        "fieldarraylen": [_array_length(bracket, length_text) for *_, bracket, length_text in fields],
         "examples": [_example(base_type, bracket, cls) for _, base_type, bracket, _ in fields],
         "constnames": [constant.name for constant in constants],
         "constvalues": [str(constant.value) for constant in constants],
     }
 
 
-def _array_length(bracket: str, rest: str) -> int:
+def _array_length(bracket: str, length_text: str) -> int:
     if not bracket:
         return _NO_ARRAY
-    return int(rest[:-1]) if rest != "]" else _ANY_LENGTH
+    return int(length_text[:-1]) if length_text != "]" else _ANY_LENGTH
 
 
 def _example(base_type: str, bracket: str, cls: type[Message]) -> str:

@@ -13,7 +13,7 @@ from pyros1.ground.errors import Error
 from pyros1.ground.terminal_text import one_line
 from pyros1.values import YamlError, load_yaml
 from pyros1.web.scene.rviz.defaults import differs_from_default
-from pyros1.web.scene.rviz.kinds import KINDS, Options
+from pyros1.web.scene.rviz.topic_displays import TOPIC_DISPLAYS, Options
 from pyros1.web.scene.rviz.values import (
     Properties,
     boolean,
@@ -167,7 +167,7 @@ class _Reader:
                 self._note(f"{_display_name(display)}: use the TF display for axes of frames")
         elif class_name == "RobotModel":
             self._read_robot(display, enabled)
-        elif class_name in KINDS:
+        elif class_name in TOPIC_DISPLAYS:
             self._read_topic(display, enabled, class_name)
         else:
             self._note(
@@ -175,7 +175,7 @@ class _Reader:
             )
 
     def _read_topic(self, display: Properties, enabled: bool, class_name: str) -> None:
-        options, keys, prefix, shows_images = KINDS[class_name]
+        options, keys, prefix, shows_images = TOPIC_DISPLAYS[class_name]
         topic = text(display, *keys)
         if not topic:
             self._note(f"{_display_name(display)}: it has no topic")

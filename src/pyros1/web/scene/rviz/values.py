@@ -30,7 +30,7 @@ class Properties(Mapping[Any, Any]):
     def __len__(self) -> int:
         return len(self._values)
 
-    def forget(self, key: Any) -> None:
+    def mark_unread(self, key: Any) -> None:
         """Mark a property as unread, because its value is not supported."""
         self._used_keys.discard(key)
 
@@ -77,7 +77,7 @@ def mapped_choice(values: Mapping[Any, Any], choices: Mapping[str, Any], key: st
     """Return the panel's value for a property that is one of several choices; None if it is absent or not supported."""
     choice = text(values, key)
     if choice and choice not in choices and isinstance(values, Properties):
-        values.forget(key)
+        values.mark_unread(key)
     return choices.get(choice)
 
 

@@ -34,17 +34,17 @@ def view_settings(view: Mapping[Any, Any], height: float) -> tuple[dict[str, Any
     if class_name == "FrameAligned":
         return {"view": {"name": "frame"}, **target}, ""
     pitch, yaw = (number(view, key, -1e3, 1e3) or 0.0 for key in ("Pitch", "Yaw"))
-    ahead, aside, up = math.cos(yaw) * math.cos(pitch), math.sin(yaw) * math.cos(pitch), math.sin(pitch)
+    forward, sideways, up = math.cos(yaw) * math.cos(pitch), math.sin(yaw) * math.cos(pitch), math.sin(pitch)
     if class_name in _ORBIT_VIEWS:
         focus = point(view.get("Focal Point"))
         distance = number(view, "Distance", 0.01, 1e5) or 10.0
-        eye = [value + distance * part for value, part in zip(focus, (ahead, aside, up), strict=True)]
+        eye = [value + distance * part for value, part in zip(focus, (forward, sideways, up), strict=True)]
         is_off_centre = target and any(abs(value) > 0.01 for value in focus)
         note = "the view looks at the origin of its frame, not at another point in it" if is_off_centre else ""
         return {"view": _place(_ORBIT_VIEWS[class_name], eye, focus), **target}, note
     if class_name == "FPS":
         eye = point(view.get("Position"))
-        looks_at = [value + part for value, part in zip(eye, (ahead, aside, -up), strict=True)]
+        looks_at = [value + part for value, part in zip(eye, (forward, sideways, -up), strict=True)]
         return {"view": _place("walk", eye, looks_at), **target}, ""
     if class_name == "TopDownOrtho":
         x, y = (number(view, key, -1e6, 1e6) or 0.0 for key in "XY")

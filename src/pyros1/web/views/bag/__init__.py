@@ -1,1 +1,1 @@
-"""Views of bags: contents, messages, pictures, plots, playback and recording."""
+"""Views of bags: contents, messages, thumbnails of images, plots, playback and recording."""

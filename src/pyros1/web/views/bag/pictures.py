@@ -9,13 +9,13 @@ from typing import Any
 from pyros1.ground.errors import Error
 from pyros1.ground.terminal_text import untrusted
 from pyros1.web.bags.open_bag import IMAGE_TYPES
-from pyros1.web.bags.pictures import thumbnail
+from pyros1.web.bags.thumbnails import thumbnail
 from pyros1.web.server.wire import Push, RequestError
 from pyros1.web.views.bag.file import BagView
 from pyros1.web.views.view import number_arg, string_arg
 
-MAX_PICTURES = 64
-"""Maximum number of pictures per request."""
+MAX_THUMBNAILS = 64
+"""Maximum number of thumbnails per request."""
 MAX_HEIGHT = 720
 _MAX_SECONDS = 4.29e9  # the sum of two such times in nanoseconds fits in 64 bits
 
@@ -41,8 +41,8 @@ class BagPicturesView(BagView):
         if bag_topic is None or bag_topic.type not in IMAGE_TYPES:
             raise RequestError(f"{untrusted(name[:200])} has no images")
         times = args.get("times", [])
-        if not isinstance(times, list) or len(times) > MAX_PICTURES:
-            raise RequestError(f"times must be a list of at most {MAX_PICTURES} numbers")
+        if not isinstance(times, list) or len(times) > MAX_THUMBNAILS:
+            raise RequestError(f"times must be a list of at most {MAX_THUMBNAILS} numbers")
         self._topic = bag_topic.name
         self._height = int(number_arg(args, "height", 8, MAX_HEIGHT, 60))
         self._pending_times = deque(

@@ -1,4 +1,4 @@
-"""Shows a camera's pictures in a 3D scene, with the camera's pose."""
+"""Shows a camera's images in a 3D scene, with the camera's pose."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Any
 
 from pyros1.ground.errors import MessageError
 from pyros1.web.hub import Arrival
-from pyros1.web.scene.camera import Camera, camera_info_topic, pinhole
+from pyros1.web.scene.camera import Camera, camera_info_topic, pinhole_camera
 from pyros1.web.scene.shape import ShapeError
 from pyros1.web.server.wire import Push
-from pyros1.web.views.image import COMPRESSED_TYPE, check_picture, picture
+from pyros1.web.views.image import COMPRESSED_TYPE, check_image, page_image
 from pyros1.web.views.view import View, string_arg
 
 if TYPE_CHECKING:
@@ -25,10 +25,10 @@ _STAMP_SIZE = 12
 
 
 class CameraView(View):
-    """The newest picture on a topic, with its camera: base class of the views of cameras.
+    """The newest image on a topic, with its camera: base class of the views of cameras.
 
     Args (of the page):
-        topic: the full name of a topic with pictures.
+        topic: the full name of a topic with images.
         info: the full name of the CameraInfo topic; empty for the topic ``camera_info`` in the same namespace.
         fixed: the frame in which the camera's pose is expressed.
     """
@@ -39,16 +39,16 @@ class CameraView(View):
         self._fixed_frame = string_arg(args, "fixed", "")
         self._requested_info_topic = string_arg(args, "info", "").strip()
         self._lock = threading.Lock()
-        self._unsubscribers: dict[str, Callable[[], None]] = {"world": robot.world.watch(lambda: None)}
+        self._unsubscribers: dict[str, Callable[[], None]] = {"tf": robot.tf_listener.watch(lambda: None)}
         self._newest: Arrival | None = None
         self._info: Arrival | None = None
         self._info_topic = ""  # the CameraInfo topic to which the view has subscribed
         self.revision = 0
-        """Increment this to call `render` again with the same picture."""
+        """Increment this to call `render` again with the same image."""
         self._last_pushed: tuple[Arrival, Arrival | None, int] | None = None
         self._pose_unknown = False
         try:
-            self._unsubscribers["pictures"] = robot.listen(self._topic, self._on_picture)
+            self._unsubscribers["images"] = robot.listen(self._topic, self._on_image)
         except BaseException:
             self.close()
             raise
@@ -63,12 +63,12 @@ class CameraView(View):
             arrival = self._newest
         if arrival is None:
             return None
-        check_picture(arrival)
+        check_image(arrival)
         self._subscribe_to_info(_type_name(arrival) == COMPRESSED_TYPE)
         with self._lock:
             current = (arrival, self._info, self.revision)
         header = arrival.checked_message.header  # type: ignore[attr-defined]
-        pose = self.robot.world.pose(self._fixed_frame, header.frame_id, header.stamp)
+        pose = self.robot.tf_listener.pose(self._fixed_frame, header.frame_id, header.stamp)
         if current == self._last_pushed and not (self._pose_unknown and pose is not None):
             return None
         self._last_pushed, self._pose_unknown = current, pose is None
@@ -77,15 +77,15 @@ class CameraView(View):
 
     @abstractmethod
     def render(self, arrival: Arrival, camera: Camera | None, reason: str) -> tuple[dict[str, Any], bytes]:
-        """Return the data and the bytes to push for a picture.
+        """Return the data and the bytes to push for an image.
 
         Args:
-            arrival: the picture.
-            camera: the camera that took the picture; None if it is unknown.
+            arrival: the image.
+            camera: the camera that took the image; None if it is unknown.
             reason: why the camera is unknown; empty if it is known.
 
         Raises:
-            RequestError: the picture cannot be displayed.
+            RequestError: the image cannot be displayed.
         """
 
     def change(self, args: Mapping[str, Any]) -> None:
@@ -119,11 +119,11 @@ class CameraView(View):
         if _type_name(info) != _CAMERA_INFO_TYPE:
             return None, f"the type of {self._info_topic} is not {_CAMERA_INFO_TYPE}, but {_type_name(info)}"
         try:
-            return pinhole(info.checked_message), ""
+            return pinhole_camera(info.checked_message), ""
         except (ShapeError, MessageError) as error:
             return None, f"{self._info_topic}: {error}"
 
-    def _on_picture(self, arrival: Arrival) -> None:
+    def _on_image(self, arrival: Arrival) -> None:
         with self._lock:
             self._newest = arrival
         self.wake()
@@ -133,21 +133,21 @@ class CameraView(View):
             previous, self._info = self._info, arrival
             is_same = previous is not None and previous.raw._buff[_STAMP_SIZE:] == arrival.raw._buff[_STAMP_SIZE:]
             if is_same:
-                self._info = previous  # the same message is sent again with each picture
+                self._info = previous  # the same message is sent again with each image
         if not is_same:
             self.wake()
 
 
 class SceneCameraView(CameraView):
-    """A camera's pictures, and its pose.
+    """A camera's images, and its pose.
 
-    Pushes the result of `pyros1.web.views.image.picture`, with "camera" (the attributes of
+    Pushes the result of `pyros1.web.views.image.page_image`, with "camera" (the attributes of
     `pyros1.web.scene.camera.Camera`, or null), "why" (why it is null), and "pose" (the pose of the camera's frame when
-    the picture was taken, or null).
+    the image was taken, or null).
     """
 
     def render(self, arrival: Arrival, camera: Camera | None, reason: str) -> tuple[dict[str, Any], bytes]:
-        description, data = picture(arrival)
+        description, data = page_image(arrival)
         return {**description, "camera": asdict(camera) if camera else None, "why": reason}, data
 
 

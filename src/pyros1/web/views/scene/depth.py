@@ -13,33 +13,33 @@ from pyros1.web.scene.clouds import MAX_POINTS
 from pyros1.web.scene.depth import colours, depth_cloud, depths
 from pyros1.web.scene.shape import ShapeError
 from pyros1.web.server.wire import RequestError
-from pyros1.web.views.image import check_picture
+from pyros1.web.views.image import check_image
 from pyros1.web.views.scene.camera import CameraView
 from pyros1.web.views.view import number_arg, string_arg
 
 if TYPE_CHECKING:
     from pyros1.web.robot import Robot
 
-_MAX_PICTURES = 4
-"""Maximum number of recent colour pictures kept. The one nearest in time to the depth image provides the colours."""
-MAX_PICTURE_BYTES = 32 << 20
-"""Maximum total size in bytes of the kept colour pictures; one picture is always kept, whatever its size."""
+_MAX_IMAGES = 4
+"""Maximum number of recent colour images kept. The one nearest in time to the depth image provides the colours."""
+MAX_IMAGE_BYTES = 32 << 20
+"""Maximum total size in bytes of the kept colour images; one image is always kept, whatever its size."""
 
 
 class SceneDepthView(CameraView):
-    """A depth image as a point cloud, with colours from another picture.
+    """A depth image as a point cloud, with colours from another image.
 
     Args (of the page):
-        topic, info, fixed: see `CameraView`; the pictures are depth images.
-        colour: the full name of a topic with colour pictures from the same viewpoint; empty for none.
+        topic, info, fixed: see `CameraView`; the images are depth images.
+        colour: the full name of a topic with colour images from the same viewpoint; empty for none.
         most: approximate maximum number of points sent.
-        numbers: whether to also send the points' indices in the picture.
+        numbers: whether to also send the points' indices in the image.
 
     Pushes the result of `pyros1.web.scene.depth.depth_cloud`, with "frame", "stamp" and "pose".
     """
 
     def __init__(self, robot: Robot, args: Mapping[str, Any], wake: Callable[[], object]) -> None:
-        self._pictures: deque[Arrival] = deque()
+        self._colour_images: deque[Arrival] = deque()
         self._colour_topic = ""
         super().__init__(robot, args, wake)
         try:
@@ -54,7 +54,7 @@ class SceneDepthView(CameraView):
         message: Any = arrival.checked_message
         try:
             depth = depths(message)
-            nearest = self._nearest_picture(message.header.stamp.to_sec())
+            nearest = self._nearest_colour_image(message.header.stamp.to_sec())
             return depth_cloud(
                 depth, camera, None if nearest is None else colours(nearest), self._max_points, self._with_indices
             )
@@ -71,25 +71,25 @@ class SceneDepthView(CameraView):
         colour = string_arg(args, "colour", "").strip()
         if colour != self._colour_topic:
             self._colour_topic = colour
-            self._pictures.clear()
-            self.listen("colours", colour, self._on_picture_colours)
+            self._colour_images.clear()
+            self.listen("colours", colour, self._on_colour_image)
 
-    def _on_picture_colours(self, arrival: Arrival) -> None:
-        is_first = not self._pictures
+    def _on_colour_image(self, arrival: Arrival) -> None:
+        is_first = not self._colour_images
         size = len(arrival.raw._buff)
-        while len(self._pictures) > max(0, min(_MAX_PICTURES, MAX_PICTURE_BYTES // max(1, size)) - 1):
-            self._pictures.popleft()
-        self._pictures.append(arrival)
+        while len(self._colour_images) > max(0, min(_MAX_IMAGES, MAX_IMAGE_BYTES // max(1, size)) - 1):
+            self._colour_images.popleft()
+        self._colour_images.append(arrival)
         if is_first:
             self.revision += 1
             self.wake()
 
-    def _nearest_picture(self, stamp: float) -> Any:
-        """Return the colour picture whose stamp is nearest to a time; None if there is no colour picture."""
+    def _nearest_colour_image(self, stamp: float) -> Any:
+        """Return the colour image whose stamp is nearest to a time; None if there is no colour image."""
         messages: list[Any] = []
-        for arrival in list(self._pictures):
+        for arrival in list(self._colour_images):
             try:
-                check_picture(arrival)
+                check_image(arrival)
                 messages.append(arrival.checked_message)
             except MessageError as error:
                 raise RequestError(f"{self._colour_topic}: {error}") from None

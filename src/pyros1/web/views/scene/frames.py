@@ -35,18 +35,18 @@ class SceneFramesView(View):
     def __init__(self, robot: Robot, args: Mapping[str, Any], wake: Callable[[], object]) -> None:
         super().__init__(robot, args, wake)
         self.change(args)
-        self._unwatch = robot.world.watch(wake)
+        self._unwatch = robot.tf_listener.watch(wake)
 
     def poll(self) -> Push | None:
-        world = self.robot.world
-        states = world.buffer.states()[:_MAX_FRAMES]
+        tf_listener = self.robot.tf_listener
+        states = tf_listener.buffer.states()[:_MAX_FRAMES]
         parents = {state.name: state.parent or "" for state in states}
         roots = find_roots(parents)
         sizes = Counter(roots.values())
         fixed = self._fixed_frame or roots.get(self._robot) or max(sizes, key=sizes.__getitem__, default=_DEFAULT_FRAME)
         names, unplaced, numbers = [], [], array("d")
         for name in parents:
-            pose = world.pose(fixed, name)
+            pose = tf_listener.pose(fixed, name)
             if pose is None:
                 unplaced.append(name)
             else:

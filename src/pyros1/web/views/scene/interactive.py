@@ -38,7 +38,7 @@ class SceneInteractiveView(View):
         self._base_topic = string_arg(args, "topic").removesuffix("/update")
         self._lock = threading.Lock()
         self._markers = InteractiveMarkers()
-        self._seen_version = -1
+        self._sent_version = -1
         self._problem = ""
         self._missed_updates = False
         self._resubscribed_at = monotonic()
@@ -59,16 +59,16 @@ class SceneInteractiveView(View):
             raise RequestError(self._problem)
         with self._lock:
             self._markers.remove_expired(now)
-            previous_version = self._seen_version
-            self._seen_version, new, moved_markers, removed = self._markers.changes(max(0, previous_version))
-        if self._seen_version == previous_version:
+            previous_version = self._sent_version
+            self._sent_version, new, moved_markers, removed = self._markers.changes(max(0, previous_version))
+        if self._sent_version == previous_version:
             return None
         is_first = previous_version < 0
         return Push({"kind": "interactive", "all": is_first, "new": new, "moved": moved_markers, "gone": removed})
 
     def change(self, args: Mapping[str, Any]) -> None:
         """Send all markers again."""
-        self._seen_version = -1
+        self._sent_version = -1
 
     def close(self) -> None:
         self._unsubscribe()

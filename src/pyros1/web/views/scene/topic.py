@@ -14,7 +14,7 @@ from pyros1.web.scene.grids import UPDATES_SUFFIX, Grid
 from pyros1.web.scene.markers import Markers
 from pyros1.web.scene.shape import MAX_MAGNITUDE, Shape, ShapeError
 from pyros1.web.scene.shapes import CLOUD_FUNCTIONS, POSELESS_TYPES, SHAPE_FUNCTIONS
-from pyros1.web.scene.world import IDENTITY_POSE
+from pyros1.web.scene.tf_listener import IDENTITY_POSE
 from pyros1.web.server.wire import Push, RequestError
 from pyros1.web.views.view import View, number_arg, string_arg
 
@@ -59,10 +59,10 @@ class SceneTopicView(View):
         self._grid: Grid | None = None
         self._grid_lock = threading.Lock()
         self._update_error: Error | None = None  # the problem with the last update, which has yet to be reported
-        self._seen_version = 0
+        self._sent_version = 0
         self._problem = ""
         self._unsubscribe_updates: Callable[[], None] | None = None
-        self._unwatch = robot.world.watch(lambda: None)
+        self._unwatch = robot.tf_listener.watch(lambda: None)
         try:
             self._unsubscribe = robot.listen(self._topic, self._on_message)
         except BaseException:
@@ -111,7 +111,7 @@ class SceneTopicView(View):
     def change(self, args: Mapping[str, Any]) -> None:
         self._read_args(args)
         self._last_pushed = None
-        self._seen_version = 0
+        self._sent_version = 0
 
     def close(self) -> None:
         self._unsubscribe()
@@ -129,7 +129,7 @@ class SceneTopicView(View):
     def _pose(self, type_name: str, header: Any) -> list[float] | None:
         if type_name in POSELESS_TYPES:
             return IDENTITY_POSE
-        return self.robot.world.pose(self._fixed_frame, header.frame_id, header.stamp)
+        return self.robot.tf_listener.pose(self._fixed_frame, header.frame_id, header.stamp)
 
     def _shape(self, type_name: str, message: Any, is_new: bool) -> Shape | None:
         if not is_new and not self._pose_unknown:
@@ -170,18 +170,19 @@ class SceneTopicView(View):
                     self._update_error = error
 
     def _poll_markers(self, markers: Markers) -> Push | None:
-        if any(self.robot.world.pose(self._fixed_frame, frame) for frame in self._unplaced_frames):
-            self._seen_version = 0  # the page could not draw the markers in these frames before
+        tf_listener = self.robot.tf_listener
+        if any(tf_listener.pose(self._fixed_frame, frame) for frame in self._unplaced_frames):
+            self._sent_version = 0  # the page could not draw the markers in these frames before
         with self._lock:
             if markers is not self._markers:
                 return None
-            previous_version = self._seen_version
-            self._seen_version, new, removed = markers.changes(self._seen_version, self.robot.node.now().to_sec())
+            previous_version = self._sent_version
+            self._sent_version, new, removed = markers.changes(self._sent_version, self.robot.node.now().to_sec())
             unplaced = self._unplaced_frames & markers.frames() if self._unplaced_frames and previous_version else set()
-        if self._seen_version == previous_version:
+        if self._sent_version == previous_version:
             return None
         frames = {marker["frame"] for marker in new}
-        poses = {frame: self.robot.world.pose(self._fixed_frame, frame) for frame in frames} | dict.fromkeys(unplaced)
+        poses = {frame: tf_listener.pose(self._fixed_frame, frame) for frame in frames} | dict.fromkeys(unplaced)
         self._unplaced_frames = {frame for frame, pose in poses.items() if pose is None}
         return Push(
             {
@@ -200,7 +201,7 @@ class SceneTopicView(View):
                 message: Any = arrival.checked_message
                 with self._lock:
                     if self._markers is None:
-                        self._markers, self._seen_version = Markers(), 0
+                        self._markers, self._sent_version = Markers(), 0
                     self._markers.add([message] if type_name == MARKER_TYPE else message.markers, arrival.time)
                 self._problem = ""
             except MessageError as error:

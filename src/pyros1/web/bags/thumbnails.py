@@ -7,7 +7,7 @@ from typing import Any
 
 from pyros1.bag.export.extras import import_extra
 from pyros1.ground.errors import Error, MessageError
-from pyros1.web.transforms.picture_size import MAX_PIXELS
+from pyros1.web.transforms.image_size import MAX_PIXELS
 
 _JPEG_QUALITY = 80
 

@@ -21,7 +21,7 @@ _PACKAGES_MAX_AGE = 5.0
 _MAX_LEARNED_CLASSES = 1_000
 
 
-class Types:
+class MessageTypes:
     """Finds message classes, and keeps those learned from publishers.
 
     Args:

@@ -12,7 +12,7 @@ MAX_CONCURRENT_CALLS = 16
 """Maximum number of concurrent service calls per connection."""
 
 
-class ServiceExchanges:
+class ServiceCalls:
     """The running service calls of one page or client."""
 
     def __init__(self) -> None:

@@ -1,4 +1,4 @@
-"""Converts frames to and from PNG pictures, which some networks and browsers handle faster than text (pure).
+"""Packs frames into PNG images, which some networks and browsers handle faster than text, and unpacks them (pure).
 
 A frame's bytes become the red, green and blue values of the pixels, row by row; the remaining values are filled with
 newlines, which JSON ignores.
@@ -20,7 +20,7 @@ _COMPRESSION_LEVEL = 1
 
 
 def pack(text: str) -> str:
-    """Return a picture that contains an ASCII string; the picture is encoded in base64.
+    """Return a PNG image that contains an ASCII string; the image is encoded in base64.
 
     Raises:
         BridgeError: Pillow is not installed.
@@ -30,27 +30,27 @@ def pack(text: str) -> str:
     width = math.isqrt(pixels)
     height = math.ceil(pixels / width)
     file = io.BytesIO()
-    picture = _pillow().frombytes("RGB", (width, height), data.ljust(width * height * 3, b"\n"))
-    picture.save(file, "PNG", compress_level=_COMPRESSION_LEVEL)
+    image = _pillow().frombytes("RGB", (width, height), data.ljust(width * height * 3, b"\n"))
+    image.save(file, "PNG", compress_level=_COMPRESSION_LEVEL)
     return base64.b64encode(file.getvalue()).decode("ascii")
 
 
 def unpack(data: str, limit: int) -> bytes:
-    """Return the UTF-8 string that a picture contains.
+    """Return the UTF-8 string that a PNG image contains.
 
     Args:
-        data: the picture, in base64.
-        limit: maximum size of the string in bytes. A picture whose header announces more is not decoded.
+        data: the image, in base64.
+        limit: maximum size of the string in bytes. An image whose header announces more is not decoded.
 
     Raises:
-        BridgeError: the data is not a picture of this form, or Pillow is not installed.
+        BridgeError: the data is not an image of this form, or Pillow is not installed.
     """
     pillow = _pillow()
     try:
-        with pillow.open(io.BytesIO(base64.b64decode(data, validate=True)), formats=["PNG"]) as picture:
-            if picture.width * picture.height * 4 > limit * 4 // 3 or picture.mode not in ("RGB", "RGBA"):
-                raise BridgeError(f"a picture must be RGB and contain at most {limit} bytes")
-            text: bytes = picture.convert("RGB").tobytes()
+        with pillow.open(io.BytesIO(base64.b64decode(data, validate=True)), formats=["PNG"]) as image:
+            if image.width * image.height * 4 > limit * 4 // 3 or image.mode not in ("RGB", "RGBA"):
+                raise BridgeError(f"a PNG image must be RGB and contain at most {limit} bytes")
+            text: bytes = image.convert("RGB").tobytes()
             return text
     except (binascii.Error, OSError, ValueError, SyntaxError, pillow.DecompressionBombError) as error:
         raise BridgeError(f"the image cannot be read: {error}") from None

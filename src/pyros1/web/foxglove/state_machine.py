@@ -87,7 +87,7 @@ Result = tuple[list[Action], list[Frame]]
 """The actions to perform, and the frames to send."""
 
 
-class Machine:
+class StateMachine:
     """The protocol's state machine for one viewer.
 
     Args:
@@ -124,7 +124,7 @@ class Machine:
 
     # Events -----------------------------------------------------------------------------------------------------------
 
-    def offer(self, offers: Offers) -> Result:
+    def update_offers(self, offers: Offers) -> Result:
         """Process the current offers; return the actions to perform and the frames to send."""
         self._offers = offers
         actions: list[Action] = []
@@ -143,7 +143,7 @@ class Machine:
             response += self._offer_services({item.id: item for item in offers.services.values()})
         if self._sent_graph is not None:
             response += self._graph_update()
-        return actions, [*response, *self.problems(offers.problems)]
+        return actions, [*response, *self.update_problems(offers.problems)]
 
     def _offer_services(self, services: dict[int, Service]) -> list[Frame]:
         stale = [service_id for service_id in self._services if service_id not in services]
@@ -157,7 +157,7 @@ class Machine:
         self._sent_graph = self._offers.nodes
         return [] if frame is None else [frame]
 
-    def problems(self, problems: Mapping[str, str]) -> list[Frame]:
+    def update_problems(self, problems: Mapping[str, str]) -> list[Frame]:
         """Process the current problems, by id; return frames that report new problems and remove resolved ones."""
         current = dict(islice(problems.items(), _MAX_PROBLEMS))
         resolved = [name for name in self._sent_problems if name not in current]
@@ -174,7 +174,7 @@ class Machine:
         """Whether the viewer watches parameters."""
         return bool(self._watched_values)
 
-    def parameters(self, values: ParameterValues) -> list[Frame]:
+    def update_parameters(self, values: ParameterValues) -> list[Frame]:
         """Process the current parameters; return frames with the watched parameters that have changed."""
         changed: dict[str, Any] = {}
         for name, old in self._watched_values.items():
@@ -233,7 +233,7 @@ class Machine:
                 channel = self._client_channels.get(number)
                 if channel is None:
                     raise FrameError(
-                        _READ_ONLY_MESSAGE if self._read_only else f"you have not advertised a channel {number}"
+                        _READ_ONLY_MESSAGE if self._read_only else f"you have not advertised channel {number}"
                     )
                 return [Publish(channel, payload)], []
             case requests.CallService():
@@ -245,8 +245,8 @@ class Machine:
                 return [Unadvertise(channel) for channel in removed if channel is not None], []
             case requests.SetParameters() if self._read_only:
                 names = tuple(each.name for each in request.parameters)
-                read_again: list[Action] = [requests.GetParameters(names, request.id)] if names else []
-                return read_again, [frames.status(Level.ERROR, _READ_ONLY_MESSAGE)]
+                get_current_values: list[Action] = [requests.GetParameters(names, request.id)] if names else []
+                return get_current_values, [frames.status(Level.ERROR, _READ_ONLY_MESSAGE)]
             case requests.UnwatchParameters(watched):
                 for name in watched or tuple(self._watched_values):
                     self._watched_values.pop(name, None)
@@ -266,7 +266,7 @@ class Machine:
         for subscription, channel_id in pairs:
             channel = self._channels.get(channel_id)
             if subscription in self._subscriptions:
-                problems.append(f"you already have a subscription {subscription}")
+                problems.append(f"subscription {subscription} already exists")
             elif channel is None:
                 problems.append(f"there is no channel {channel_id}")
             elif channel_id in subscribed:
@@ -291,7 +291,7 @@ class Machine:
                 problems.append(f"{channel.topic}: {error}")
                 continue
             if channel.id in self._client_channels:
-                problems.append(f"you already have a channel {channel.id}")
+                problems.append(f"channel {channel.id} already exists")
             elif len(self._client_channels) >= MAX_CLIENT_CHANNELS:
                 problems.append(f"a viewer can have at most {MAX_CLIENT_CHANNELS} channels")
             else:

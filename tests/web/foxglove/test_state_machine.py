@@ -10,11 +10,11 @@ from typing import Any
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pyros1.web.foxglove import machine, requests
+from pyros1.web.foxglove import requests, state_machine
 from pyros1.web.foxglove.frames import Frame
-from pyros1.web.foxglove.machine import Machine
 from pyros1.web.foxglove.offers import Channel, Nodes, Offers, Service
 from pyros1.web.foxglove.parameters import ParameterValues
+from pyros1.web.foxglove.state_machine import StateMachine
 
 A = Channel(1, "/a", "std_msgs/Float64", "float64 data\n", "1")
 B = Channel(2, "/b", "std_msgs/String", "string data\n", "2")
@@ -35,27 +35,27 @@ def read(found: list[Frame]) -> list[dict[str, Any]]:
     return [json.loads(frame) for frame in found]
 
 
-def viewer(**options: Any) -> Machine:
-    found = Machine(**options)
-    found.offer(offers(A, B, services=(ADD,)))
+def viewer(**options: Any) -> StateMachine:
+    found = StateMachine(**options)
+    found.update_offers(offers(A, B, services=(ADD,)))
     return found
 
 
 def test_the_greeting() -> None:
-    info, advertise = read(Machine().hello("name", "s1", False))
+    info, advertise = read(StateMachine().hello("name", "s1", False))
     assert (info["op"], info["name"], info["sessionId"]) == ("serverInfo", "name", "s1")
     wanted = {"clientPublish", "parameters", "parametersSubscribe", "services", "connectionGraph", "assets"}
     assert {*info["capabilities"]} == wanted
     assert info["supportedEncodings"] == ["ros1", "json"]
     assert advertise == {"op": "advertise", "channels": []}
-    assert "time" in read(Machine().hello("name", "s1", True))[0]["capabilities"]
-    read_only = read(Machine(read_only=True).hello("name", "s1", False))[0]["capabilities"]
+    assert "time" in read(StateMachine().hello("name", "s1", True))[0]["capabilities"]
+    read_only = read(StateMachine(read_only=True).hello("name", "s1", False))[0]["capabilities"]
     assert {"clientPublish", "services"}.isdisjoint(read_only)
 
 
 def test_channels_and_services_come_and_go() -> None:
-    one = Machine()
-    actions, found = one.offer(offers(A, services=(ADD,)))
+    one = StateMachine()
+    actions, found = one.update_offers(offers(A, services=(ADD,)))
     channels, services = read(found)
     assert not actions
     assert channels["channels"] == [
@@ -76,31 +76,34 @@ def test_channels_and_services_come_and_go() -> None:
         "schemaEncoding": "ros1msg",
         "schema": "int64 sum\n",
     }
-    assert one.offer(offers(A, services=(ADD,))) == ([], [])
-    assert read(one.offer(offers(A, B))[1])[0]["channels"][0]["topic"] == "/b"
-    assert read(one.offer(offers(B))[1]) == [{"op": "unadvertise", "channelIds": [1]}]
+    assert one.update_offers(offers(A, services=(ADD,))) == ([], [])
+    assert read(one.update_offers(offers(A, B))[1])[0]["channels"][0]["topic"] == "/b"
+    assert read(one.update_offers(offers(B))[1]) == [{"op": "unadvertise", "channelIds": [1]}]
 
 
 def test_many_channels_come_in_several_frames() -> None:
     many = [Channel(number, f"/{number}", "t", "s", "m") for number in range(450)]
-    found = read(Machine().offer(offers(*many))[1])
+    found = read(StateMachine().update_offers(offers(*many))[1])
     assert [len(frame["channels"]) for frame in found] == [200, 200, 50]
 
 
 def test_subscriptions() -> None:
     one = viewer()
     pairs = [{"id": 5, "channelId": 1}, {"id": 6, "channelId": 2}]
-    assert one.handle(text("subscribe", subscriptions=pairs)) == ([machine.Listen(5, A), machine.Listen(6, B)], [])
+    assert one.handle(text("subscribe", subscriptions=pairs)) == (
+        [state_machine.Listen(5, A), state_machine.Listen(6, B)],
+        [],
+    )
     wrong = [{"id": 5, "channelId": 2}, {"id": 7, "channelId": 1}, {"id": 8, "channelId": 99}]
     actions, found = one.handle(text("subscribe", subscriptions=wrong))
     assert not actions
-    assert read(found)[0]["message"] == "you already have a subscription 5 (and 2 more such problems)"
-    assert one.handle(text("unsubscribe", subscriptionIds=[5, 5, 77])) == ([machine.StopListening(5)], [])
-    assert one.offer(offers(A, services=(ADD,)))[0] == [machine.StopListening(6)]  # its channel has gone
+    assert read(found)[0]["message"] == "subscription 5 already exists (and 2 more such problems)"
+    assert one.handle(text("unsubscribe", subscriptionIds=[5, 5, 77])) == ([state_machine.StopListening(5)], [])
+    assert one.update_offers(offers(A, services=(ADD,)))[0] == [state_machine.StopListening(6)]  # its channel has gone
     again = text("subscribe", subscriptions=[{"id": 6, "channelId": 1}])
-    assert one.handle(again)[0] == [machine.Listen(6, A)]
+    assert one.handle(again)[0] == [state_machine.Listen(6, A)]
     one.remove_subscription(6)
-    assert one.handle(again)[0] == [machine.Listen(6, A)]
+    assert one.handle(again)[0] == [state_machine.Listen(6, A)]
 
 
 def advertisement(number: int, encoding: str = "ros1") -> dict[str, Any]:
@@ -112,14 +115,14 @@ def test_publishing() -> None:
     channel = requests.ClientChannel(3, "/cmd", "ros1", "std_msgs/Float64", "")
     frame = text("advertise", channels=[advertisement(3), advertisement(4, "cdr"), advertisement(3)])
     actions, found = one.handle(frame)
-    assert actions == [machine.Advertise(channel)]
+    assert actions == [state_machine.Advertise(channel)]
     assert "not as 'cdr' (and 1 more" in read(found)[0]["message"]
     message = b"\x01" + struct.pack("<I", 3) + b"12345678"
-    assert one.handle(message) == ([machine.Publish(channel, b"12345678")], [])
-    assert one.handle(text("unadvertise", channelIds=[3, 3, 4])) == ([machine.Unadvertise(channel)], [])
+    assert one.handle(message) == ([state_machine.Publish(channel, b"12345678")], [])
+    assert one.handle(text("unadvertise", channelIds=[3, 3, 4])) == ([state_machine.Unadvertise(channel)], [])
     actions, found = one.handle(message)
     assert not actions
-    assert read(found) == [{"op": "status", "level": 2, "message": "you have not advertised a channel 3"}]
+    assert read(found) == [{"op": "status", "level": 2, "message": "you have not advertised channel 3"}]
 
 
 def test_a_type_that_the_topic_does_not_have_is_told() -> None:
@@ -133,9 +136,9 @@ def test_a_type_that_the_topic_does_not_have_is_told() -> None:
 
 def test_the_number_of_channels_of_a_viewer_is_bounded() -> None:
     one = viewer()
-    many = [advertisement(number) for number in range(machine.MAX_CLIENT_CHANNELS + 5)]
+    many = [advertisement(number) for number in range(state_machine.MAX_CLIENT_CHANNELS + 5)]
     actions, found = one.handle(text("advertise", channels=many))
-    assert len(actions) == machine.MAX_CLIENT_CHANNELS
+    assert len(actions) == state_machine.MAX_CLIENT_CHANNELS
     assert "(and 4 more" in read(found)[0]["message"]
 
 
@@ -145,7 +148,7 @@ def call(service: int, encoding: bytes = b"ros1") -> bytes:
 
 def test_services() -> None:
     one = viewer()
-    assert one.handle(call(9)) == ([machine.Call(ADD, 4, "ros1", b"payload")], [])
+    assert one.handle(call(9)) == ([state_machine.Call(ADD, 4, "ros1", b"payload")], [])
     for frame, reason in ((call(8), "no service 8"), (call(9, b"cdr"), "not as 'cdr'")):
         actions, found = one.handle(frame)
         assert not actions
@@ -178,8 +181,10 @@ def test_changes_of_parameters() -> None:
         {"name": "/b", "value": {"c": 2.0, "d": "x"}},
         {"name": "/later"},
     ]
-    assert one.parameters(values) == []
-    changed = read(one.parameters(ParameterValues({"a": True, "b": {"c": 2.0}, "later": [1, 2]})))[0]["parameters"]
+    assert one.update_parameters(values) == []
+    changed = read(one.update_parameters(ParameterValues({"a": True, "b": {"c": 2.0}, "later": [1, 2]})))[0][
+        "parameters"
+    ]
     assert changed == [
         {"name": "/a", "value": True},
         {"name": "/b/d"},
@@ -188,18 +193,18 @@ def test_changes_of_parameters() -> None:
     ]
     assert one.watches_parameters
     one.handle(text("unsubscribeParameterUpdates", parameterNames=["/a"]))
-    assert one.parameters(ParameterValues({"a": 1, "b": {"c": 2.0}, "later": [1, 2]})) == []
+    assert one.update_parameters(ParameterValues({"a": 1, "b": {"c": 2.0}, "later": [1, 2]})) == []
     one.handle(text("unsubscribeParameterUpdates", parameterNames=[]))
     assert not one.watches_parameters
 
 
 def test_parameters_that_are_equal_but_not_the_same() -> None:
-    one = Machine()
+    one = StateMachine()
     first = {"a": [1, 2], "b": math.nan, "c": [math.nan], "d": {}, "e": 1}
     one.watch(tuple(f"/{name}" for name in first), ParameterValues(first))
-    assert one.parameters(ParameterValues(first)) == []  # told once, although NaN is not equal to itself
+    assert one.update_parameters(ParameterValues(first)) == []  # told once, although NaN is not equal to itself
     second = {"a": [1.0, 2.0], "b": math.nan, "c": [math.nan], "d": {}, "e": True}
-    changed = read(one.parameters(ParameterValues(second)))[0]["parameters"]
+    changed = read(one.update_parameters(ParameterValues(second)))[0]["parameters"]
     assert changed == [
         {"name": "/a", "value": [1.0, 2.0], "type": "float64_array"},
         {"name": "/e", "value": True},
@@ -208,15 +213,15 @@ def test_parameters_that_are_equal_but_not_the_same() -> None:
 
 def test_the_number_of_watched_parameters_is_bounded() -> None:
     one = viewer()
-    names = [f"/p{number}" for number in range(machine.MAX_WATCHED_PARAMETERS + 5)]
+    names = [f"/p{number}" for number in range(state_machine.MAX_WATCHED_PARAMETERS + 5)]
     told, warning = read(one.watch(names, ParameterValues({})))
-    assert len(told["parameters"]) == machine.MAX_WATCHED_PARAMETERS
+    assert len(told["parameters"]) == state_machine.MAX_WATCHED_PARAMETERS
     assert "at most" in warning["message"]
 
 
 def test_the_graph() -> None:
-    one = Machine()
-    one.offer(offers(A, nodes=Nodes({"/a": ["/n1"]}, {"/a": ["/n2"], "/b": ["/n2"]}, {"/add": ["/n1"]})))
+    one = StateMachine()
+    one.update_offers(offers(A, nodes=Nodes({"/a": ["/n1"]}, {"/a": ["/n2"], "/b": ["/n2"]}, {"/add": ["/n1"]})))
     first = read(one.handle(text("subscribeConnectionGraph"))[1])[0]
     assert first["publishedTopics"] == [{"name": "/a", "publisherIds": ["/n1"]}]
     assert first["subscribedTopics"] == [
@@ -224,21 +229,21 @@ def test_the_graph() -> None:
         {"name": "/b", "subscriberIds": ["/n2"]},
     ]
     assert first["advertisedServices"] == [{"name": "/add", "providerIds": ["/n1"]}]
-    change = read(one.offer(offers(A, nodes=Nodes({}, {"/a": ["/n2", "/n3"]}, {})))[1])[0]
+    change = read(one.update_offers(offers(A, nodes=Nodes({}, {"/a": ["/n2", "/n3"]}, {})))[1])[0]
     assert change["publishedTopics"] == [{"name": "/a", "publisherIds": []}]
     assert change["subscribedTopics"] == [{"name": "/a", "subscriberIds": ["/n2", "/n3"]}]
     assert (change["removedTopics"], change["removedServices"]) == (["/b"], ["/add"])
     assert one.handle(text("subscribeConnectionGraph")) == ([], [])
     one.handle(text("unsubscribeConnectionGraph"))
-    assert one.offer(offers(A, nodes=Nodes({}, {}, {}))) == ([], [])
+    assert one.update_offers(offers(A, nodes=Nodes({}, {}, {}))) == ([], [])
 
 
 def test_problems_are_told_once_and_taken_back() -> None:
     one = viewer()
     told = [{"op": "status", "level": 1, "message": "gone", "id": "master"}]
-    assert read(one.problems({"master": "gone"})) == told
-    assert one.problems({"master": "gone"}) == []
-    assert read(one.problems({"/a": "?"}))[0] == {"op": "removeStatus", "statusIds": ["master"]}
+    assert read(one.update_problems({"master": "gone"})) == told
+    assert one.update_problems({"master": "gone"}) == []
+    assert read(one.update_problems({"/a": "?"}))[0] == {"op": "removeStatus", "statusIds": ["master"]}
 
 
 @given(st.binary(max_size=60) | st.text(max_size=60))

@@ -1,19 +1,19 @@
-"""Reads the size that a picture file claims to have: a small file may decode to more than fits in memory (pure)."""
+"""Reads an image's size from the file's header, since a small file may decode to more than fits in memory (pure)."""
 
 from __future__ import annotations
 
 import struct
 
 MAX_PIXELS = 60_000_000
-"""Maximum number of pixels in a picture that is decoded, by the server or by a page."""
+"""Maximum number of pixels of an image that the server or a page decodes."""
 _MAX_SEGMENTS = 1_000
 _STANDALONE_MARKERS = {0x01, *range(0xD0, 0xD9)}
 """JPEG markers that are not followed by a segment."""
 _SIZE_MARKERS = {*range(0xC0, 0xD0)} - {0xC4, 0xC8, 0xCC}
-"""JPEG markers whose segments contain the picture's size."""
+"""JPEG markers whose segments contain the image's size."""
 
 
-def picture_size(data: bytes) -> tuple[int, int] | None:
+def image_size(data: bytes) -> tuple[int, int] | None:
     """Return the claimed width and height of a PNG, JPEG, WebP, GIF or BMP file; None for other files."""
     try:
         if data[:8] == b"\x89PNG\r\n\x1a\n":

@@ -1,4 +1,4 @@
-"""Keeps the coordinate frames over time, in one buffer for the scenes of all pages, while a page displays a scene."""
+"""Keeps the frames over time in one tf buffer for the scenes of all pages, as long as a page displays a scene."""
 
 from __future__ import annotations
 
@@ -25,8 +25,8 @@ _MAX_CLOCK_STEP_BACK = 0.1
 IDENTITY_POSE: Pose = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]
 
 
-class World:
-    """The robot's frames, in a buffer that is filled as long as there are listeners.
+class TfListener:
+    """Receives the robot's transforms into a buffer as long as something watches them.
 
     Args:
         listen: see `pyros1.web.robot.Robot.listen`.

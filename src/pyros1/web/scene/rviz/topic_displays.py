@@ -110,18 +110,19 @@ def _arrow_array_options(values: Mapping[Any, Any]) -> Options:
 
 def _covariance_options(values: Mapping[Any, Any]) -> Options:
     covariance = mapping_or_empty(values.get("Covariance"))
-    place, turn = mapping_or_empty(covariance.get("Position")), mapping_or_empty(covariance.get("Orientation"))
+    position = mapping_or_empty(covariance.get("Position"))
+    orientation = mapping_or_empty(covariance.get("Orientation"))
     return {
         **_arrow_options(values),
         **drop_none(
             covariance=boolean(covariance, "Value"),
-            place=boolean(place, "Value"),
-            placeTint=colour(place),
-            placeAlpha=number(place, "Alpha", 0, 1),
-            placeScale=number(place, "Scale", 0, 1000),
-            turn=boolean(turn, "Value"),
-            turnTint=colour(turn),
-            turnAlpha=number(turn, "Alpha", 0, 1),
+            place=boolean(position, "Value"),
+            placeTint=colour(position),
+            placeAlpha=number(position, "Alpha", 0, 1),
+            placeScale=number(position, "Scale", 0, 1000),
+            turn=boolean(orientation, "Value"),
+            turnTint=colour(orientation),
+            turnAlpha=number(orientation, "Alpha", 0, 1),
         ),
     }
 
@@ -235,8 +236,8 @@ def _no_options(values: Mapping[Any, Any]) -> Options:
     return {}
 
 
-class Kind(NamedTuple):
-    """How a class of rviz's topic displays is converted.
+class TopicDisplay(NamedTuple):
+    """How displays of one rviz class are converted.
 
     Attributes:
         options: converts a display's properties to the panel's options.
@@ -253,35 +254,35 @@ class Kind(NamedTuple):
 
 _IMAGE_TOPIC_KEYS = ("Image Topic", "Topic")
 _MARKER_TOPIC_KEYS = ("Marker Topic", "Topic")
-KINDS: Mapping[str, Kind] = {
-    "AccelStamped": Kind(_arrow_pair_options),
-    "Camera": Kind(_camera_options, _IMAGE_TOPIC_KEYS, "camera:", shows_images=True),
-    "DepthCloud": Kind(_point_options, ("Depth Map Topic",), "depth:"),
-    "Effort": Kind(_effort_options),
-    "FluidPressure": Kind(),
-    "GridCells": Kind(_colour_options),
-    "Illuminance": Kind(),
-    "Image": Kind(_no_options, _IMAGE_TOPIC_KEYS, shows_images=True),
-    "Imu": Kind(_box_options),
-    "InteractiveMarkers": Kind(_interactive_marker_options, ("Update Topic",)),
-    "LaserScan": Kind(_point_options),
-    "Map": Kind(_map_options),
-    "Marker": Kind(_namespace_options, _MARKER_TOPIC_KEYS),
-    "MarkerArray": Kind(_namespace_options, _MARKER_TOPIC_KEYS),
-    "Odometry": Kind(_odometry_options),
-    "Path": Kind(_path_options),
-    "PointCloud": Kind(_point_options),
-    "PointCloud2": Kind(_point_options),
-    "PointStamped": Kind(_point_stamped_options),
-    "Polygon": Kind(_colour_options),
-    "Pose": Kind(_arrow_options),
-    "PoseArray": Kind(_arrow_array_options),
-    "PoseWithCovariance": Kind(_covariance_options),
-    "Range": Kind(_history_options),
-    "RelativeHumidity": Kind(),
-    "Temperature": Kind(),
-    "TwistStamped": Kind(_arrow_pair_options),
-    "Wrench": Kind(_arrow_pair_options),
-    "WrenchStamped": Kind(_arrow_pair_options),
+TOPIC_DISPLAYS: Mapping[str, TopicDisplay] = {
+    "AccelStamped": TopicDisplay(_arrow_pair_options),
+    "Camera": TopicDisplay(_camera_options, _IMAGE_TOPIC_KEYS, "camera:", shows_images=True),
+    "DepthCloud": TopicDisplay(_point_options, ("Depth Map Topic",), "depth:"),
+    "Effort": TopicDisplay(_effort_options),
+    "FluidPressure": TopicDisplay(),
+    "GridCells": TopicDisplay(_colour_options),
+    "Illuminance": TopicDisplay(),
+    "Image": TopicDisplay(_no_options, _IMAGE_TOPIC_KEYS, shows_images=True),
+    "Imu": TopicDisplay(_box_options),
+    "InteractiveMarkers": TopicDisplay(_interactive_marker_options, ("Update Topic",)),
+    "LaserScan": TopicDisplay(_point_options),
+    "Map": TopicDisplay(_map_options),
+    "Marker": TopicDisplay(_namespace_options, _MARKER_TOPIC_KEYS),
+    "MarkerArray": TopicDisplay(_namespace_options, _MARKER_TOPIC_KEYS),
+    "Odometry": TopicDisplay(_odometry_options),
+    "Path": TopicDisplay(_path_options),
+    "PointCloud": TopicDisplay(_point_options),
+    "PointCloud2": TopicDisplay(_point_options),
+    "PointStamped": TopicDisplay(_point_stamped_options),
+    "Polygon": TopicDisplay(_colour_options),
+    "Pose": TopicDisplay(_arrow_options),
+    "PoseArray": TopicDisplay(_arrow_array_options),
+    "PoseWithCovariance": TopicDisplay(_covariance_options),
+    "Range": TopicDisplay(_history_options),
+    "RelativeHumidity": TopicDisplay(),
+    "Temperature": TopicDisplay(),
+    "TwistStamped": TopicDisplay(_arrow_pair_options),
+    "Wrench": TopicDisplay(_arrow_pair_options),
+    "WrenchStamped": TopicDisplay(_arrow_pair_options),
 }
 """Last part of the class of an rviz topic display -> how the display is converted."""

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from PIL import Image
 
-from pyros1.web.transforms.picture_size import MAX_PIXELS, picture_size
+from pyros1.web.transforms.image_size import MAX_PIXELS, image_size
 
 _BEGINS = [b"", b"\x89PNG\r\n\x1a\n", b"\xff\xd8", b"\xff\xd8\xff\xe0", b"GIF89a", b"BM", b"RIFF....WEBP"]
 
@@ -30,8 +30,8 @@ _BEGINS = [b"", b"\x89PNG\r\n\x1a\n", b"\xff\xd8", b"\xff\xd8\xff\xe0", b"GIF89a
 def test_sizes_of_files(kind: str, options: dict[str, object]) -> None:
     file = BytesIO()
     Image.new("RGB", (123, 45)).save(file, kind, **options)
-    assert picture_size(file.getvalue()) == (123, 45)
-    assert picture_size(file.getvalue()[:8]) is None
+    assert image_size(file.getvalue()) == (123, 45)
+    assert image_size(file.getvalue()[:8]) is None
 
 
 def bomb(width: int, height: int) -> bytes:
@@ -40,18 +40,18 @@ def bomb(width: int, height: int) -> bytes:
 
 
 def test_bombs() -> None:
-    assert picture_size(bomb(100_000, 100_000)) == (100_000, 100_000)
+    assert image_size(bomb(100_000, 100_000)) == (100_000, 100_000)
     jpeg = b"\xff\xd8\xff\xe0\x00\x10" + bytes(14) + b"\xff\xff\xc2\x00\x11\x08" + struct.pack(">HH", 65_535, 65_535)
-    assert picture_size(jpeg) == (65_535, 65_535)
+    assert image_size(jpeg) == (65_535, 65_535)
     assert MAX_PIXELS < 65_535**2
 
 
 @given(st.sampled_from(_BEGINS), st.binary(max_size=200))
 def test_any_bytes(begin: bytes, rest: bytes) -> None:
-    size = picture_size(begin + rest)
+    size = image_size(begin + rest)
     assert size is None or (len(size) == 2 and min(size) >= 0)
 
 
 def test_many_segments_are_not_read() -> None:
-    assert picture_size(b"\xff\xd8" + b"\xff\xe0\x00\x02" * 100_000) is None
-    assert picture_size(b"\xff\xd8" + b"\xff" * 1_000_000) is None
+    assert image_size(b"\xff\xd8" + b"\xff\xe0\x00\x02" * 100_000) is None
+    assert image_size(b"\xff\xd8" + b"\xff" * 1_000_000) is None

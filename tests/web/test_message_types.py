@@ -13,7 +13,7 @@ from pyros1.msgs import AnyMsg, from_definition
 from pyros1.msgs.std_msgs.msg import Float64
 from pyros1.observe.decoder import Decoder
 from pyros1.web.hub import Arrival
-from pyros1.web.types import Types
+from pyros1.web.message_types import MessageTypes
 
 NAME = "nowhere_msgs/Thing"
 
@@ -47,15 +47,15 @@ def publisher() -> Publisher:
 
 
 @pytest.fixture
-def types(publisher: Publisher) -> Types:
-    return Types(publisher.listen, timeout=0.01)
+def types(publisher: Publisher) -> MessageTypes:
+    return MessageTypes(publisher.listen, timeout=0.01)
 
 
 def fields(cls: Any) -> list[str]:
     return list(cls.__slots__)
 
 
-def test_a_type_is_learned_anew_when_its_publisher_is_replaced(types: Types, publisher: Publisher) -> None:
+def test_a_type_is_learned_anew_when_its_publisher_is_replaced(types: MessageTypes, publisher: Publisher) -> None:
     with pytest.raises(UnknownTypeError, match="no message"):
         types.find_on("/a", NAME)
     publisher.definition = "int32 one"
@@ -67,6 +67,6 @@ def test_a_type_is_learned_anew_when_its_publisher_is_replaced(types: Types, pub
     assert publisher.listeners == 0
 
 
-def test_a_type_that_is_installed_is_not_learned(types: Types, publisher: Publisher) -> None:
+def test_a_type_that_is_installed_is_not_learned(types: MessageTypes, publisher: Publisher) -> None:
     publisher.definition = "int32 other"
     assert types.find_on("/a", "std_msgs/Float64") is Float64
