@@ -22,7 +22,7 @@ def checkout(tmp_path: Path) -> Path:
     [
         ([], []),
         (["src/pyros1/node/publishing/tcp_link.py"], ["tests/node/publishing"]),
-        (["src/pyros1/node/services/call.py"], ["tests/node"]),  # a folder without tests of its own
+        (["src/pyros1/node/services/provider_connection.py"], ["tests/node"]),  # a folder without tests of its own
         (["src/pyros1/wire/http.py", "src/pyros1/node/clock.py"], ["tests/node", "tests/wire"]),
         (["src/pyros1/node/clock.py", "src/pyros1/node/publishing/tcp_link.py"], ["tests/node"]),
         (["tests/node/test_clock.py"], ["tests/node/test_clock.py"]),

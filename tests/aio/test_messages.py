@@ -32,7 +32,7 @@ class Handle:
         self.released = 0
         self.unregistered = 0
 
-    def message(self, source: Any, item: Any) -> Any:
+    def decode_for_stream(self, source: Any, item: Any) -> Any:
         return None if item == 13 else item
 
     def resume_publishers(self) -> None:

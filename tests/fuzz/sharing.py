@@ -9,7 +9,7 @@ import struct
 from typing import Any
 
 from pyros1.ground.errors import ProtocolError
-from pyros1.node.publishing.pool import Block
+from pyros1.node.publishing.block_pool import Block
 from pyros1.node.subscribing.shared_source import SharedSource
 from pyros1.wire import local
 

@@ -9,12 +9,12 @@ import sys
 import pytest
 
 from pyros1.net import keepalive
-from pyros1.net.keepalive import is_peer_dead, keep_alive
+from pyros1.net.keepalive import enable_keepalive, is_peer_dead
 
 
 def test_the_times_are_those_of_stock_t37() -> None:
     with socket.socket() as sock:
-        keep_alive(sock)
+        enable_keepalive(sock)
         assert sock.getsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE)
         if sys.platform == "linux":
             options = (socket.TCP_KEEPIDLE, socket.TCP_KEEPINTVL, socket.TCP_KEEPCNT)
@@ -24,7 +24,7 @@ def test_the_times_are_those_of_stock_t37() -> None:
 def test_a_closed_socket_is_no_error() -> None:
     sock = socket.socket()
     sock.close()
-    keep_alive(sock)
+    enable_keepalive(sock)
     with pytest.raises(OSError):
         sock.getsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE)
 

@@ -165,13 +165,13 @@ def test_a_large_request_over_a_slow_link(loop: Loop, clock: Clock) -> None:
         limits=limits,
     )
     arrived = threading.Semaphore(0)
-    account_buffered = server.account_buffered
+    record_buffered = server.record_buffered
 
     def watched(connection: Any, buffered: int) -> bool:
         arrived.release()
-        return account_buffered(connection, buffered)
+        return record_buffered(connection, buffered)
 
-    server.account_buffered = watched  # type: ignore[method-assign]
+    server.record_buffered = watched  # type: ignore[method-assign]
     request = build_request("localhost", "/", dumps_call("m", ["x" * 50_000]))
     with socket.create_connection(("127.0.0.1", server.port), timeout=10) as sock:
         for start in range(0, len(request), 10_000):

@@ -276,7 +276,7 @@ def test_a_header_that_comes_without_its_descriptor_leaves_tcp(
     node, got = make_node("listener"), collect()
     log = watch_log(node)
     subscriber = node.subscribe("/t", Image, got)
-    log.saw("lost /t", "are too many files open?")
+    log.saw("lost the connection to the publisher of /t", "are too many files open?")
     assert subscriber.wait_for_publishers(1, PATIENCE) and publisher.wait_for_subscribers(1, PATIENCE)
     publisher.publish(image(3))
     assert got.wait()[0].height == 3 and [link.transport for link in subscriber.links] == ["TCPROS"]

@@ -67,7 +67,7 @@ def test_both_ends_of_a_link_notice_that_a_machine_is_gone_t37(
 ) -> None:
     monkeypatch.setattr("pyros1.node.subscribing.connector.find_local_context", lambda uri: None)
     watched = collect()
-    for place in ("publishing.publisher_links.keep_alive", "subscribing.connector.set_nodelay_and_keepalive"):
+    for place in ("publishing.publisher_links.enable_keepalive", "subscribing.connector.set_nodelay_and_keepalive"):
         monkeypatch.setattr(f"pyros1.node.{place}", watched)
     publisher = make_node("talker").advertise("t", Float64)
     make_node("listener").subscribe("t", Float64, print)

@@ -32,7 +32,7 @@ class Messages(Generic[_M]):
         loop: the asyncio loop in which the iteration runs.
         limit: maximum number of queued messages of each publisher; older ones are dropped. With None, nothing is
             dropped, and publishers are held back instead.
-        urgent: whether other subscribers must not hold back the message that is awaited here.
+        urgent: whether other subscribers must not hold back the message for which this iteration waits.
     """
 
     def __init__(self, loop: asyncio.AbstractEventLoop, limit: int | None, urgent: bool = False) -> None:
@@ -47,7 +47,7 @@ class Messages(Generic[_M]):
         self._ended = False
         self._abandoned = False
         self._full_inboxes: set[Inbox] = set()  # the inboxes whose publishers are held back
-        self._cleanup_at = 1  # number of inboxes at which the empty ones of disconnected publishers are removed
+        self._cleanup_at = 1  # number of inboxes at which empty inboxes of disconnected publishers are removed
         self._subscriber: Subscriber[_M] | None = None
 
     # For the subscription ---------------------------------------------------------------------------------------------
@@ -92,7 +92,7 @@ class Messages(Generic[_M]):
 
     @property
     def urgent(self) -> bool:
-        """Whether a message is awaited that other subscribers must not hold back."""
+        """Whether this iteration is waiting for a message that other subscribers must not hold back."""
         return self._urgent and not self._ended and not self._inbox_set.ready
 
     def _wake(self) -> None:
@@ -168,7 +168,7 @@ class Messages(Generic[_M]):
                 self._subscriber.resume_publishers()
         if item is None or self._subscriber is None:
             return None
-        return self._subscriber.message(inbox.source, item)
+        return self._subscriber.decode_for_stream(inbox.source, item)
 
     async def aclose(self) -> None:
         """End the iteration, unsubscribe, and wait until the subscription has ended."""

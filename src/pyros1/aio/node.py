@@ -66,7 +66,7 @@ def _no_callback(message: object) -> None:
     """Do nothing. This is the callback of subscribers whose messages a stream receives."""
 
 
-class _Node(SyncNode):
+class _UnderlyingNode(SyncNode):
     """The underlying node, which can be shut down even before it has contacted its master.
 
     Args:
@@ -117,13 +117,15 @@ class Node:
     def __init__(self, name: str, *, handle_signals: bool = True, **options: Any) -> None:
         if "callbacks" in options:
             raise TypeError("pyros1.aio.Node does not accept callbacks=: receive messages with async for")
-        self._create_node: Callable[[], _Node] = lambda: _Node(self._on_created, name, handle_signals=False, **options)
+        self._create_node: Callable[[], _UnderlyingNode] = lambda: _UnderlyingNode(
+            self._on_created, name, handle_signals=False, **options
+        )
         self._signals = _Signals(self._on_signal) if handle_signals else None
         self._cancel_timer: asyncio.TimerHandle | None = None  # cancels the body of ``async with``
         self._signal_timer: asyncio.TimerHandle | None = None
         self._is_body_cancelled = False
         self._starting_node: SyncNode | None = None
-        self._node: _Node | None = None
+        self._node: _UnderlyingNode | None = None
         self._loop: asyncio.AbstractEventLoop | None = None
         self._message_streams: WeakSet[Messages[Any]] = WeakSet()
         self._sightings: WeakSet[Sightings] = WeakSet()
@@ -275,7 +277,7 @@ class Node:
         check_name(topic, "subscribe(topic, type)")
         check_queue_size(queue_size, 1)
         node, loop = self.sync, self._loop
-        assert isinstance(node, _Node) and loop is not None
+        assert isinstance(node, _UnderlyingNode) and loop is not None
         stream: Messages[_M] = Messages(loop, queue_size, urgent)
         self._message_streams.add(stream)
         # Tasks may keep the loop busy, and messages that it does not receive meanwhile cannot replace older ones.
@@ -321,7 +323,7 @@ class Node:
     def watch(self, name: str, *, period: float = 0.5, limit: float = 1.0) -> Sightings:
         """Watch another node: ``async for sighting in node.watch("controller")``; see :meth:`pyros1.Node.watch`."""
         node, loop = self.sync, self._loop
-        assert isinstance(node, _Node) and loop is not None
+        assert isinstance(node, _UnderlyingNode) and loop is not None
         sightings = Sightings(loop, lambda notify: node.begin_watch(name, period, limit, notify))
         self._sightings.add(sightings)
         return sightings

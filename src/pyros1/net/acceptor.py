@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from pyros1.net.loop import Loop
 
 RETRY_DELAY: Final = 0.2
-"""Seconds to wait after a failed attempt, since the system would report the waiting peer again immediately."""
+"""Seconds to wait after a failure to accept; otherwise the system would report the waiting peer again immediately."""
 REPORT_INTERVAL: Final = 60.0
 """Seconds without a failure after which the next failure is reported again."""
 _MAX_CONNECTIONS_PER_TURN: Final = 64  # after these, the loop serves its other sockets

@@ -19,7 +19,7 @@ MIN_UNANSWERED: Final = 3
 _TCP_INFO = struct.Struct("@2x2B52xI")  # from struct tcp_info: retransmits, probes, last_ack_recv in ms
 
 
-def keep_alive(sock: socket.socket) -> None:
+def enable_keepalive(sock: socket.socket) -> None:
     """Enable keep-alive probes, so that a socket notices within a few minutes that the other machine is gone (T37)."""
     with contextlib.suppress(OSError):
         sock.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
@@ -35,7 +35,7 @@ def keep_alive(sock: socket.socket) -> None:
 def set_nodelay_and_keepalive(sock: socket.socket) -> None:
     """Let a TCP socket send data without delay, and enable keep-alive probes; other sockets need neither."""
     if sock.family in (socket.AF_INET, socket.AF_INET6):
-        keep_alive(sock)
+        enable_keepalive(sock)
         # Some systems report here that the peer is gone; the next read will report that as well.
         with contextlib.suppress(OSError):
             sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)

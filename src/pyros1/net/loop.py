@@ -57,7 +57,7 @@ class _PortableSelector:
 
 
 class _EpollSelector:
-    """A selector for Linux that creates no object per event, since this is the busiest code of the loop."""
+    """A selector for Linux. Unlike Python's, it creates no object per event, since this is the loop's busiest code."""
 
     def __init__(self) -> None:
         self._epoll = select.epoll()
@@ -188,7 +188,7 @@ class Loop:
 
     @property
     def running(self) -> bool:
-        """Whether the thread is running and was not asked to stop."""
+        """Whether the thread is running and has not been told to stop."""
         return self.thread.is_alive() and not self._stopping
 
     def in_loop(self) -> bool:

@@ -25,8 +25,6 @@ POSITIVE_TTL_S: Final = 30.0
 NEGATIVE_TTL_S: Final = 2.0
 """Seconds for which the error of a failed look-up is cached."""
 
-Address = tuple[int, tuple[str, int]]
-"""Address family, and ``(host, port)``."""
 OnResolved = Callable[[list[str], "OSError | None"], object]
 
 
@@ -138,7 +136,7 @@ class Resolver:
             threading.Thread(target=self._resolve_queued, name=f"{self._loop.name} resolver", daemon=True).start()
 
     def close(self) -> None:
-        """Stop starting look-ups; those in progress continue."""
+        """Start no more look-ups; those in progress continue."""
         self._closed = True
         self._queue.clear()
 

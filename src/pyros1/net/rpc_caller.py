@@ -37,7 +37,7 @@ class _Job(NamedTuple):
 
 
 class _Peer:
-    """The calls to one URI that are queued or in progress, and the connection to it."""
+    """The connection to one URI, and the calls to it that are queued or in progress."""
 
     def __init__(self, caller: RpcCaller, uri: str, host: str, port: int) -> None:
         self.caller = caller
@@ -86,7 +86,7 @@ class _Peer:
             if self.sock is None:
                 self.caller.forget(self)
             else:
-                self.idle_timer = self.loop.call_later(_IDLE_TIMEOUT_S, self.drop_idle)
+                self.idle_timer = self.loop.call_later(_IDLE_TIMEOUT_S, self.close_if_idle)
             return
         job = self.current_job = self.queue.popleft()
         self.transfer_deadline = TransferDeadline(job.timeout_s)
@@ -112,7 +112,7 @@ class _Peer:
         self.pending_connect = None
         if sock is None and is_out_of_files(error):  # try again until the call's deadline
             self.connect_error = error
-            self.caller.drop_idle()
+            self.caller.close_idle_connections()
             self.pending_connect = self.loop.call_later(RETRY_DELAY, self._connect)
             return
         if sock is None and is_immediate:  # called later to prevent recursion: the next call may fail immediately too
@@ -245,7 +245,7 @@ class _Peer:
             if self.current_job is None:
                 self._start_next()
 
-    def drop_idle(self) -> None:
+    def close_if_idle(self) -> None:
         """Close the connection, unless a call is in progress."""
         if self.current_job is None:
             self._disconnect()
@@ -277,8 +277,8 @@ class RpcCaller:
         on_disconnect: called on the loop with the URI when the peer closes an idle connection.
 
     Attributes:
-        make_room: called when this process has too many open files; closes files that others on the loop can do
-            without.
+        make_room: called when this process has too many open files and this object has no idle connection to close;
+            closes another connection that is not needed.
     """
 
     def __init__(
@@ -321,11 +321,11 @@ class RpcCaller:
         """Cancel all calls (with an UnreachableError) and close all connections. Thread-safe."""
         self.loop.run(self._close)
 
-    def drop_idle(self) -> None:
+    def close_idle_connections(self) -> None:
         """Close the idle connections; if there are none, call `make_room`. Called by `_Peer` objects."""
         idle_peers = [peer for peer in self._peers.values() if peer.idle_timer is not None]
         for peer in idle_peers:
-            peer.drop_idle()
+            peer.close_if_idle()
         if not idle_peers:
             self.make_room()
 

@@ -11,7 +11,7 @@ from math import inf
 from time import monotonic
 
 POLL_INTERVAL = 0.2
-"""Maximum number of seconds until a signal is noticed."""
+"""Maximum number of seconds until the handler of a signal runs."""
 
 
 class Condition:

@@ -13,15 +13,15 @@ from typing import Final, TypeVar
 ResultT = TypeVar("ResultT")
 
 SPIN_TIME: Final = 150e-6
-"""Seconds to poll for data before sleeping; a shorter wait is considered short."""
+"""Seconds to poll for data before sleeping. In `SpinWait`, a wait that takes less than this counts as short."""
 MAX_SERIES_GAP: Final = 1e-3
 """Maximum number of seconds between two waits of the same series."""
 
 PREEMPTION_GAP: Final = 250e-6
-"""If more seconds than this pass between two polls, another program has used the processor."""
+"""If more than this many seconds pass between two polls, another program has used the processor."""
 MIN_PAUSE: Final = 0.01
 MAX_PAUSE: Final = 1.0
-"""Limits of the seconds without polling after an interruption by another program."""
+"""Minimum and maximum duration in seconds of the pause in polling after an interruption by another program."""
 
 DONTWAIT: Final = getattr(socket, "MSG_DONTWAIT", 0)
 """Flag for receiving without blocking; 0 if the system has none."""
@@ -48,7 +48,7 @@ class PollGuard:
         self._pause = 0.0
 
     def is_interrupted(self, previous: float, now: float) -> bool:
-        """Return whether another program ran between two consecutive polls, at these times in seconds."""
+        """Return whether another program ran between two consecutive polls at these times; if so, begin a pause."""
         if now - previous <= PREEMPTION_GAP:
             return False
         is_frequent = now - self._interrupted_at < 3 * self._pause
@@ -61,8 +61,8 @@ class PollGuard:
 class SpinWait:
     """Waits for the other side in a series of calls.
 
-    After a short wait, the next wait of the series polls for data for up to SPIN_TIME seconds before it sleeps. After
-    a wait that polled in vain, further waits sleep immediately until one is short again. So calls that are slow or
+    After a short wait, the next wait of the series polls for data for up to SPIN_TIME seconds before it sleeps. If no
+    data arrive during that time, further waits sleep immediately until one is short again. So calls that are slow or
     infrequent do not waste processor time. On a busy machine, waits always sleep, see `PollGuard`.
     """
 

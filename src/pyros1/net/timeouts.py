@@ -32,7 +32,7 @@ class TransferDeadline:
     and then.
 
     Args:
-        seconds: maximum pause, and the time at the beginning during which the transfer may be slower.
+        seconds: maximum time without any progress; also the time by which the transfer may lag behind the minimum rate.
     """
 
     __slots__ = ("_last_progress_at", "_num_bytes", "_seconds", "_started_at")

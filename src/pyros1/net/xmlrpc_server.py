@@ -164,7 +164,7 @@ class _Connection:
         except HttpError as error:
             self.closes_after_response = True
             self._write(self.server.error_response(error.status, str(error), keep_alive=False))
-        if not self.server.account_buffered(self, self.parser.num_buffered):
+        if not self.server.record_buffered(self, self.parser.num_buffered):
             self.close()
 
     def _write(self, data: bytes) -> None:
@@ -332,7 +332,7 @@ class XmlRpcServer:
         """Record that a connection has received or sent bytes."""
         self._connections.move_to_end(connection)
 
-    def account_buffered(self, connection: _Connection, num_buffered: int) -> bool:
+    def record_buffered(self, connection: _Connection, num_buffered: int) -> bool:
         """Record the size of a connection's incomplete request; return False if all connections together have buffered
         too many bytes.
         """

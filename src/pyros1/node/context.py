@@ -82,7 +82,7 @@ class Context:
         uri: URI of the node's slave API; empty until it is listening.
         address: the addresses to listen on and to advertise; None until they are known.
         allowlist: decides which hosts may connect; None admits all.
-        local_key: a key that all programs have that can share memory with the node; empty if none can.
+        local_key: the common key of the programs that can share memory with the node; empty if none can.
         local_socket_name: returns the name of the Unix socket for these programs, or an empty string if there is none.
         local_room: maximum bytes of messages queued within the process beyond the publisher's ``queue_size``.
         stopping: set when the node starts to shut down, which ends every wait.
@@ -156,7 +156,7 @@ class Context:
         )
 
     def log_system_error(self, text: str) -> None:
-        """Log an error that the system has reported. The log counts repetitions instead of showing them."""
+        """Log an error reported by the operating system. Repetitions are only counted."""
         self.log.peer_event(ERROR, "%s", text)
 
     def pause(self, seconds: float) -> None:

@@ -139,7 +139,9 @@ class Node(TopicMethods, ServiceMethods, TimeMethods):
         self._shutdown = Shutdown(self._context, self._clock, self._close)
         notify, remappings = self._notifiers.make("changes of parameters").notify, self.arguments.remappings
         self.params = Parameters(self.master, self.resolve, lambda: self.uri, remappings, loop.call_soon, notify)
-        self._registrar = Registrar(self._context, self.master_uri, self._topics.publishers_found, self.params.refetch)
+        self._registrar = Registrar(
+            self._context, self.master_uri, self._topics.on_publishers_found, self.params.refetch
+        )
         self._slave: XmlRpcServer | None = None
         self._tcpros: TcprosServer | None = None
         loop.start()
@@ -253,7 +255,7 @@ class Node(TopicMethods, ServiceMethods, TimeMethods):
         checks.check_name(name, "watch(name)")
         return self._watches.start(self.resolve(name), on_lost, on_found, period, limit)
 
-    # Life -------------------------------------------------------------------------------------------------------------
+    # Lifecycle --------------------------------------------------------------------------------------------------------
 
     def ok(self) -> bool:
         """Return whether the node is running: False as soon as it starts to shut down."""

@@ -27,7 +27,7 @@ class SignalHandlers:
         self._on_signal = on_signal
         self._previous_handlers: dict[int, Any] = {}
         self._interrupts = InterruptCounter()
-        self._restores_on_next = False
+        self._restores_on_next_signal = False
 
     @property
     def count(self) -> int:
@@ -51,7 +51,7 @@ class SignalHandlers:
             return
         if self.count:
             # Keep the handlers for now: the second of two signals in quick succession must not abort the shutdown.
-            self._restores_on_next = True
+            self._restores_on_next_signal = True
             return
         for number, previous_handler in self._previous_handlers.items():
             if signal.getsignal(number) == self._handle:
@@ -61,7 +61,7 @@ class SignalHandlers:
     def _handle(self, number: int, frame: FrameType | None) -> None:
         is_counted = self._interrupts.count_signal()
         previous_handler = self._previous_handlers.get(number)
-        if self._restores_on_next:
+        if self._restores_on_next_signal:
             if is_counted:
                 signal.signal(number, signal.SIG_DFL if previous_handler is None else previous_handler)
                 os.kill(os.getpid(), number)

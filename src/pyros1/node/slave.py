@@ -204,7 +204,7 @@ class SlaveApi:
                 return None
             link = publication.accept_datagrams(*requested)
         except (Refusal, Error) as refusal:
-            self._context.log.peer_event(WARN, "refused datagrams for %s: %s", topic, refusal)
+            self._context.log.peer_event(WARN, "refused a UDP subscriber of %s: %s", topic, refusal)
             return [0, str(refusal), 0]
         return [1, "", link.topic_response(self._get_tcpros_address()[0])]
 

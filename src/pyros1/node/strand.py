@@ -1,18 +1,18 @@
 """A strand: runs jobs one at a time, in the order in which they were added, without making any thread wait.
 
-A thread that adds a job to a free strand does the job. If the strand is busy, the thread leaves the job there and
-continues; the thread that works in the strand does the job before it stops. So all links of a topic see one order,
-whichever thread publishes; and a signal handler may run at any moment, even if it interrupts a function that works
-here: the handler's jobs are done when that function continues.
+A thread that adds a job to a free strand runs the job. If the strand is busy, the thread leaves the job in its queue
+and continues; the thread that is running the strand's jobs, the *worker*, runs that job as well before it stops. So all
+links of a topic see one order, whichever thread publishes. A signal handler may add jobs at any moment, even if it has
+interrupted the worker: the handler's jobs are run when the interrupted function continues.
 
 Nothing can hang: no thread waits for a strand, and jobs do not wait, so each strand becomes free again. No job is
-lost: a worker looks for jobs again after it has freed the strand, and a thread that has left a job checks
+lost: a worker looks for jobs again after it has freed the strand, and a thread that has queued a job checks
 afterwards whether the strand is free.
 
-The strand is free while its list is not empty: ``del strand.free[0]`` takes it, for one thread only, and raises
-IndexError for the others. Unlike a call of ``Lock.acquire``, no signal handler can run between that instruction and the
-next ``try``: a handler that raises (KeyboardInterrupt) cannot leave the strand locked. The instruction also takes only
-a tenth of the time of that call.
+The strand is free while the list ``free`` has an item: ``del strand.free[0]`` takes the strand, for one thread only,
+and raises IndexError for the others. Unlike a call of ``Lock.acquire``, no signal handler can run between that
+instruction and the next ``try``: a handler that raises (KeyboardInterrupt) cannot leave the strand locked. The
+instruction also takes only a tenth of the time of that call.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from threading import get_ident
 from typing import Any
 
 MAX_JOBS_PER_TURN = 64
-"""Maximum number of jobs done in one turn; the rest is left to a later turn, which ``schedule`` starts."""
+"""Maximum number of jobs run in one turn; the others are run in a later turn, which ``schedule`` starts."""
 JOBS_BEFORE_DELAY = 1000
 """Number of waiting jobs above which `Strand.post` delays each thread that adds another job."""
 POLL_DELAY = 0.001
@@ -42,8 +42,8 @@ class Strand:
             of the job.
 
     Attributes:
-        free: holds an item while no thread works here; see the module's docstring.
-        worker: id of the thread that works here, or worked here last.
+        free: has an item while no thread is running jobs; see the module's docstring.
+        worker: id of the thread that is running jobs, or was the last to do so.
         jobs: the jobs that are waiting.
     """
 
@@ -59,30 +59,30 @@ class Strand:
         self._recover = recover
 
     @property
-    def is_mine(self) -> bool:
-        """Whether the calling thread works here already: the call is then made by a job, or by a signal handler."""
+    def runs_in_this_thread(self) -> bool:
+        """Whether the calling thread is already running jobs: the caller is then a job, or a signal handler."""
         return not self.free and self.worker == get_ident()
 
     def do(self, job: Callable[..., object], *args: Any) -> None:
-        """Do a job after all earlier ones, or leave it to the thread that works here. Never waits."""
+        """Run a job after all earlier ones, or leave it to the thread that is running jobs. Never waits."""
         self.jobs.append((job, args))
         self.work()
 
     def post(self, job: Callable[..., object], *args: Any) -> None:
-        """Leave a job for the thread that works here; if too many wait, delay the caller for a moment."""
+        """Leave a job to the thread that is running jobs; if too many are queued, delay the caller for a moment."""
         self.do(job, *args)
-        if len(self.jobs) > JOBS_BEFORE_DELAY and not self.is_mine:
+        if len(self.jobs) > JOBS_BEFORE_DELAY and not self.runs_in_this_thread:
             time.sleep(POLL_DELAY)
 
     def spin_wait(self) -> None:
-        """Wait up to about two milliseconds until no thread works here, so that the caller can do the job itself."""
+        """Wait at most about two milliseconds until no thread is running jobs, so that the caller can run its own."""
         for attempt in range(40):
-            if self.free or self.is_mine:
+            if self.free or self.runs_in_this_thread:
                 return
             time.sleep(0 if attempt < 20 else POLL_DELAY / 20)
 
     def work(self) -> None:
-        """Do the waiting jobs, at most `MAX_JOBS_PER_TURN`, unless another thread works here."""
+        """Run the waiting jobs, at most `MAX_JOBS_PER_TURN`, unless another thread is running them."""
         thread_id = get_ident()
         while self.jobs:
             try:
@@ -104,7 +104,7 @@ class Strand:
                 return
 
     def run_pending(self) -> bool:
-        """Do the waiting jobs, at most `MAX_JOBS_PER_TURN`; return whether none remain. Called by the worker."""
+        """Run the waiting jobs, at most `MAX_JOBS_PER_TURN`; return whether none remain. Called by the worker."""
         jobs = self.jobs
         for _ in range(MAX_JOBS_PER_TURN):
             if not jobs:

@@ -219,7 +219,7 @@ class Topics:
                 self._drop_subscription(subscription)
                 self._undo_registration(error, "registerSubscriber", name, subscription.type.name, context.uri)
                 raise
-            self.publishers_found(name, uris)
+            self.on_publishers_found(name, uris)
         if deadline is not None:
             deadline.begin(subscription)
         return subscriber
@@ -228,7 +228,7 @@ class Topics:
         self.subscriptions = subscriptions
         self._context.subscriptions = {**subscriptions}
 
-    def publishers_found(self, topic: str, uris: Any) -> None:
+    def on_publishers_found(self, topic: str, uris: Any) -> None:
         """Process the list of publishers that the master returned for a registration."""
         valid_uris = [uri for uri in uris if isinstance(uri, str)] if isinstance(uris, list) else []
         if valid_uris != uris:

@@ -25,7 +25,7 @@ def test_an_invalidated_copy_is_fetched_again() -> None:
 def test_a_value_that_is_fetched_meanwhile_is_in_doubt() -> None:
     cache = cache_of()
     fetch, other = cache.begin_fetch("/a"), cache.begin_fetch("/other")
-    assert cache.knows("/a/b") and not cache.knows("/b")
+    assert cache.is_affected_by("/a/b") and not cache.is_affected_by("/b")
     cache.invalidate("/a/b")
     cache.invalidate("/b")
     cache.complete_fetch(fetch, 1)
@@ -57,7 +57,7 @@ def test_too_many_changes_are_not_kept() -> None:
 def test_a_fetch_that_failed_leaves_nothing() -> None:
     cache = cache_of()
     cache.abort_fetch(cache.begin_fetch("/a"))
-    assert not cache.knows("/a") and cache.get("/a") is MISSING and cache.names() == []
+    assert not cache.is_affected_by("/a") and cache.get("/a") is MISSING and cache.names() == []
 
 
 def test_a_dropped_copy_is_forgotten() -> None:

@@ -174,7 +174,7 @@ def test_the_last_messages_for_a_stuck_subscriber_do_not_stop_the_loop(
     locked: list[bool] = []
 
     def wait(_: Any) -> None:
-        locked.append(strand.is_mine)
+        locked.append(strand.runs_in_this_thread)
         done = threading.Event()
         context_of(talker).loop.call_soon(strand.do, done.set)
         assert done.wait(5)

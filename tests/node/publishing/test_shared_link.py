@@ -22,7 +22,7 @@ from pyros1.node.strand import Strand
 if not host_key():
     pytest.skip("no shared memory on this system", allow_module_level=True)
 
-from pyros1.node.publishing.pool import Placement, Pool
+from pyros1.node.publishing.block_pool import BlockPool, Placement
 from pyros1.node.publishing.shared_link import MAX_REFERENCES, SharedLink, WaitingSharedLink
 from pyros1.node.publishing.tcp_link import TcpLink
 from pyros1.node.subscribing.shared_source import SharedSource
@@ -57,7 +57,7 @@ class Ends:
         near, far = socket.socketpair()
         far.settimeout(PATIENCE)
         self.loop = loop
-        self.pool = Pool()
+        self.pool = BlockPool()
         self.ended = threading.Event()
         self.strand = Strand(loop.call_soon, lambda: None)
         args = {"callerid": "/talker", "topic": "/t"}

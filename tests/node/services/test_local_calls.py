@@ -35,7 +35,7 @@ def refuse(*args: Any) -> Any:
 
 @pytest.fixture
 def no_tcp(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("pyros1.node.services.call.blocking_connect", refuse)
+    monkeypatch.setattr("pyros1.node.services.provider_connection.blocking_connect", refuse)
 
 
 @pytest.mark.usefixtures("no_tcp")
@@ -96,7 +96,7 @@ def test_a_setting_leaves_tcp(make_node: Any, environ: dict[str, str]) -> None:
     environ["PYROS1_TRANSPORTS"] = "tcp"
     caller = make_node("caller")
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("pyros1.node.services.call.blocking_connect", refuse)
+        patch.setattr("pyros1.node.services.provider_connection.blocking_connect", refuse)
         with pytest.raises(ServiceError, match="cannot be reached"):
             caller.service("s", SetBool)(True)
     assert caller.service("s", SetBool)(True).success

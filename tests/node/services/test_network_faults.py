@@ -21,7 +21,7 @@ def test_both_ends_notice_that_a_machine_is_gone_t37(
 ) -> None:
     watched = collect()
     monkeypatch.setattr("pyros1.node.same_host.is_local_enabled", lambda setting: False)
-    for place in ("call", "server"):
+    for place in ("provider_connection", "server"):
         monkeypatch.setattr(
             f"pyros1.node.services.{place}.set_nodelay_and_keepalive", lambda sock: watched(sock.getsockname())
         )
@@ -37,7 +37,7 @@ def test_a_call_ends_when_the_providers_machine_is_gone(
 ) -> None:
     """A call without a time limit, whatever it waits for; see `is_gone`."""
     gone = threading.Event()
-    monkeypatch.setattr("pyros1.node.services.call.is_peer_dead", lambda sock: gone.is_set())
+    monkeypatch.setattr("pyros1.node.services.provider_connection.is_peer_dead", lambda sock: gone.is_set())
     fake = fake_node("/fake")
     fake.master.register_service("/s", f"rosrpc://localhost:{fake.port}", fake.uri)
     call = in_thread(make_node("caller").service("s", Empty))
@@ -67,7 +67,7 @@ def test_a_large_request_over_a_slow_link(make_node: Any, monkeypatch: pytest.Mo
     """It may take longer than a pause in it, while it moves."""
     now = [100.0]
     monkeypatch.setattr(timeouts, "monotonic", lambda: now[0])  # no time passes for the request ...
-    monkeypatch.setattr("pyros1.node.services.connection.REQUEST_TIMEOUT", 0.05)
+    monkeypatch.setattr("pyros1.node.services.client_connection.REQUEST_TIMEOUT", 0.05)
     server = make_node("server")
     server.advertise_service("s", SetBool, lambda request: (True, "whole"))
     with socket.create_connection(("localhost", tcpros_port(server)), timeout=10) as peer:

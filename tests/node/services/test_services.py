@@ -28,7 +28,7 @@ from pyros1.msgs.rospy_tutorials.srv import AddTwoInts, AddTwoIntsRequest, AddTw
 from pyros1.msgs.std_srvs.srv import Empty, SetBool, SetBoolResponse, Trigger, TriggerResponse
 from pyros1.net.spin_wait import SpinWait
 from pyros1.node.same_host import host_key
-from pyros1.node.services.call import ProviderConnection
+from pyros1.node.services.provider_connection import ProviderConnection
 from pyros1.wire.header import encode_header
 
 from ...bodies import encode_frame
@@ -583,7 +583,7 @@ def test_idle_and_slow_clients_cost_no_threads_and_hinder_nobody(
     server: Any, caller: Any, raw_peer: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("pyros1.node.services.server.MAX_CALLS", 20)
-    monkeypatch.setattr("pyros1.node.services.connection.LINGER_TIME", 0.001)
+    monkeypatch.setattr("pyros1.node.services.client_connection.LINGER_TIME", 0.001)
     server.advertise_service("popular", SetBool, lambda request: (request.data, ""))
     server.advertise_service("other", Empty, lambda request: {})
     peers = [raw_peer(server).greet(service="/popular", md5sum="*", callerid="/p", persistent="1") for _ in range(40)]
@@ -623,7 +623,7 @@ def test_calls_of_one_service_leave_room_for_the_others(
 def test_requests_that_come_together_are_all_answered(
     server: Any, raw_peer: Any, monkeypatch: pytest.MonkeyPatch, linger: float
 ) -> None:
-    monkeypatch.setattr("pyros1.node.services.connection.LINGER_TIME", linger)
+    monkeypatch.setattr("pyros1.node.services.client_connection.LINGER_TIME", linger)
     server.advertise_service("s", SetBool, lambda request: (request.data, ""))
     peer = raw_peer(server)
     header = {"service": "/s", "md5sum": "*", "callerid": "/raw", "persistent": "1"}
@@ -732,7 +732,7 @@ def test_types_by_name(server: Any, caller: Any) -> None:
 
 def test_a_request_that_trickles_in_is_given_up(make_node: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     """A client that sends byte after byte keeps no thread for longer than REQUEST_TIMEOUT."""
-    monkeypatch.setattr("pyros1.node.services.connection.REQUEST_TIMEOUT", 0.2)
+    monkeypatch.setattr("pyros1.node.services.client_connection.REQUEST_TIMEOUT", 0.2)
     server = make_node("server")
     server.advertise_service("s", SetBool, lambda request: (True, ""))
     header = {"callerid": "/slow", "service": "/s", "md5sum": "*", "persistent": "1"}
@@ -757,7 +757,7 @@ def test_a_client_that_does_not_take_its_response_is_given_up(
     make_node: Any, watch_log: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """And the log says so."""
-    monkeypatch.setattr("pyros1.node.services.connection.REQUEST_TIMEOUT", 0.05)
+    monkeypatch.setattr("pyros1.node.services.client_connection.REQUEST_TIMEOUT", 0.05)
     server = make_node("server")
     log = watch_log(server)
     server.advertise_service("s", Trigger, lambda request: (True, "x" * 20_000_000))
@@ -787,7 +787,7 @@ def test_a_program_that_echoes_is_no_service(caller: Any) -> None:
 
 def test_a_provider_that_does_not_greet_is_named(caller: Any, watch_log: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     """Its node is stopped, or a web server has its port, which waits for a line of text."""
-    monkeypatch.setattr("pyros1.node.services.call.SILENCE_TIMEOUT", 0.0)
+    monkeypatch.setattr("pyros1.node.services.provider_connection.SILENCE_TIMEOUT", 0.0)
     log = watch_log(caller)
     with socket.create_server(("127.0.0.1", 0)) as listener:
         place = f"rosrpc://127.0.0.1:{listener.getsockname()[1]}"
@@ -894,7 +894,7 @@ def test_calls_with_connections_of_their_own_wait_as_one_series(
     made: list[int] = []
     server.advertise_service("add", AddTwoInts, add)
     client = caller.service("add", AddTwoInts)
-    monkeypatch.setattr("pyros1.node.services.call.SpinWait", lambda: made.append(1) or SpinWait())
+    monkeypatch.setattr("pyros1.node.services.provider_connection.SpinWait", lambda: made.append(1) or SpinWait())
     assert [client(number, 1).sum for number in range(3)] == [1, 2, 3]
     assert not made
 

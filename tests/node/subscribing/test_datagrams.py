@@ -135,7 +135,7 @@ def test_another_type_is_refused(make_node: Any, watch_log: Any) -> None:
     there, here = watch_log(talker), watch_log(listener)
     talker.advertise("t", String)
     listener.subscribe("t", Float64, print, **UDP)
-    there.saw("refused datagrams for /t", "topic types do not match")
+    there.saw("refused a UDP subscriber of /t", "topic types do not match")
     here.saw("/t", "topic types do not match: [std_msgs/Float64] vs. [std_msgs/String]")
 
 

@@ -27,7 +27,7 @@ def make(**options: Any) -> Dialogue:
 
 def test_the_way_to_a_publisher() -> None:
     talk = make()
-    assert talk.on_publisher_listed() == [do.Drop(), do.RequestTopic(report_silence=True)]
+    assert talk.on_publisher_listed() == [do.EndAttempt(), do.RequestTopic(report_silence=True)]
     assert talk.on_topic_response([1, "ready", ["TCPROS", "talker", 5000]]) == [do.Connect("talker", 5000)]
     assert talk.on_connected(SENT) == [do.SendHeader(SENT)]
     data = encode_header(GOOD)
@@ -35,7 +35,7 @@ def test_the_way_to_a_publisher() -> None:
     assert talk.on_received(data[-1:] + b"first") == [do.Link(GOOD, b"first")]
     assert talk.state is State.LINKED
     assert talk.on_publisher_unlisted() == [], "its last messages are not lost"
-    assert talk.on_link_lost(None) == [do.Drop(), do.Forget()]
+    assert talk.on_link_lost(None) == [do.EndAttempt(), do.Forget()]
 
 
 def test_datagrams() -> None:
@@ -45,13 +45,13 @@ def test_datagrams() -> None:
     talk.on_publisher_listed()
     assert talk.on_topic_response(answer)[-1] == do.Backoff(MIN_BACKOFF), "none were offered"
     talk.on_backoff_over()
-    assert talk.on_topic_response(answer, offered=True) == [do.LinkDatagrams(GOOD, ("talker", 6000), 7)]
+    assert talk.on_topic_response(answer, datagrams_offered=True) == [do.LinkDatagrams(GOOD, ("talker", 6000), 7)]
     assert talk.on_publisher_unlisted() == [do.EndDatagrams()], "no datagram says so"
-    assert talk.on_link_lost(None) == [do.Drop(), do.Forget()]
+    assert talk.on_link_lost(None) == [do.EndAttempt(), do.Forget()]
     talk = make(accepts_tcp=False)
     talk.on_publisher_listed()
-    told, dropped = talk.on_topic_response([0, "no", 0], offered=True)
-    assert "does not send /t over UDP: no" in told.args[0] and dropped == do.Drop()  # type: ignore[union-attr]
+    told, dropped = talk.on_topic_response([0, "no", 0], datagrams_offered=True)
+    assert "does not send /t over UDP: no" in told.args[0] and dropped == do.EndAttempt()  # type: ignore[union-attr]
     assert talk.state is State.REFUSED
 
 
@@ -111,9 +111,9 @@ def test_another_programs_answer_is_told_once_until_there_is_a_link_or_news() ->
         told, *rest = talk.on_attempt_failed(ProtocolError("http://talker:1/ answered with HTTP status 404"))
         assert isinstance(told, do.LogMessage) and told.args[:2] == ("/t", URI)
         assert told.args[2].endswith("HTTP status 404") and "another program taken the port" in told.args[3]
-        assert rest == [do.Drop(), do.Backoff(MIN_BACKOFF)]
+        assert rest == [do.EndAttempt(), do.Backoff(MIN_BACKOFF)]
         talk.on_backoff_over()
-        assert talk.on_attempt_failed(XmlRpcFault(1, "no such method"))[0] == do.Drop()
+        assert talk.on_attempt_failed(XmlRpcFault(1, "no such method"))[0] == do.EndAttempt()
     talk.on_backoff_over()
     talk.on_linked()
     talk.on_link_lost(None)
@@ -151,7 +151,7 @@ def test_one_who_sends_back_our_header_is_refused() -> None:
     talk.on_connected(SENT)
     told, dropped = talk.on_received(encode_header(SENT))
     assert isinstance(told, do.LogMessage) and "only sends back what it receives" in told.args[0]
-    assert dropped == do.Drop()
+    assert dropped == do.EndAttempt()
     assert talk.state is State.REFUSED
 
 
@@ -163,7 +163,7 @@ def test_a_refusal_is_told_once_until_the_master_announces(answer: dict[str, str
         talk.on_topic_response([1, "", ["TCPROS", "talker", 5000]])
         talk.on_connected(SENT)
         told, dropped = talk.on_received(encode_header(answer))
-        assert isinstance(told, do.LogMessage) and told.is_error and dropped == do.Drop()
+        assert isinstance(told, do.LogMessage) and told.is_error and dropped == do.EndAttempt()
         assert talk.state is State.REFUSED
 
 
@@ -184,7 +184,7 @@ def test_a_broken_header_is_told_with_publisher_and_topic(data: bytes) -> None:
     talk.on_topic_response([1, "", ["TCPROS", "talker", 5000]])
     talk.on_connected(SENT)
     told, dropped = talk.on_received(data)
-    assert isinstance(told, do.LogMessage) and dropped == do.Drop()
+    assert isinstance(told, do.LogMessage) and dropped == do.EndAttempt()
     assert told.args[0].startswith(f"publisher {URI} of /t: connection header")
 
 
@@ -203,7 +203,7 @@ class Dialogues(RuleBasedStateMachine):
     def take(self, actions: list[do.Action]) -> None:
         for action in actions:
             match action:
-                case do.Drop():
+                case do.EndAttempt():
                     self.resting = self.watching = False
                 case do.Backoff(seconds):
                     assert MIN_BACKOFF <= seconds <= MAX_BACKOFF and not self.resting
@@ -247,7 +247,7 @@ class Dialogues(RuleBasedStateMachine):
     def backoff_over(self) -> None:
         self.resting = False
         self.take(self.talk.on_backoff_over())
-        assert self.talk.state is State.ASKING
+        assert self.talk.state is State.REQUESTING
 
     @precondition(lambda self: self.watching)
     @rule()
@@ -257,7 +257,7 @@ class Dialogues(RuleBasedStateMachine):
         assert self.silences == 1, "named once, until there is a link or news"
         self.take(self.talk.on_publisher_silent())
 
-    @precondition(lambda self: self.talk.state is State.ASKING)
+    @precondition(lambda self: self.talk.state is State.REQUESTING)
     @rule(
         answer=st.sampled_from(
             [
@@ -271,13 +271,13 @@ class Dialogues(RuleBasedStateMachine):
                 [],
             ]
         ),
-        offered=st.booleans(),
+        datagrams_offered=st.booleans(),
     )
-    def topic_answered(self, answer: Any, offered: bool) -> None:
-        self.take(self.talk.on_topic_response(answer, offered=offered))
+    def topic_answered(self, answer: Any, datagrams_offered: bool) -> None:
+        self.take(self.talk.on_topic_response(answer, datagrams_offered=datagrams_offered))
         self.linked_now()
 
-    @precondition(lambda self: self.talk.state is State.ASKING)
+    @precondition(lambda self: self.talk.state is State.REQUESTING)
     @rule(publisher_refused=st.booleans())
     def in_this_process(self, publisher_refused: bool) -> None:
         self.take(self.talk.on_publisher_refused("another type") if publisher_refused else self.talk.on_linked())
@@ -289,7 +289,7 @@ class Dialogues(RuleBasedStateMachine):
     def connected(self) -> None:
         self.take(self.talk.on_connected(SENT))
 
-    @precondition(lambda self: self.talk.state is State.GREETING)
+    @precondition(lambda self: self.talk.state is State.HANDSHAKE)
     @rule(data=st.sampled_from([encode_header(GOOD), encode_header({"error": "no"}), b"", b"\x10\0", b"\xff" * 8]))
     def received(self, data: bytes) -> None:
         self.take(self.talk.on_received(data))

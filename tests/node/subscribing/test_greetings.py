@@ -85,7 +85,7 @@ def test_a_listener_that_can_open_no_socket_for_datagrams_says_so(
     publisher, listener = make_node("talker").advertise("t", Float64), make_node("listener")
     log = watch_log(listener)
     listener.subscribe("t", Float64, print, transports=("udp", "tcp"))
-    log.saw("no socket for datagrams of /t: Too many open files")
+    log.saw("cannot open a UDP socket for /t: Too many open files")
     assert publisher.wait_for_subscribers(timeout=5), "over TCP"
 
 

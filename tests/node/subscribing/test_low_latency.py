@@ -64,7 +64,7 @@ def test_round_trips_by_callbacks(make_node: Any, transport: str, looks: list[in
 
 def test_other_topics_go_on(make_node: Any, collect: Any, transport: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """A thread that looks, here for long, holds up no other topic, no new subscriber and not the node's end."""
-    monkeypatch.setattr(tcp_source, "SPIN_TIME", 0.3)
+    monkeypatch.setattr(tcp_source, "BUSY_POLL_TIME", 0.3)
     talker, listener = make_node("talker"), make_node("listener")
     spins, other, late = collect(), collect(), collect()
     first, second = (talker.advertise(name, Float64, queue_size=10) for name in ("/eager", "/other"))

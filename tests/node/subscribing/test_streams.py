@@ -47,7 +47,7 @@ def stream(collect: Any) -> Callable[..., Any]:
 
 
 def messages(subscriber: Any, got: Any) -> list[Any]:
-    return [subscriber.message(source, item) for source, item in got.items]
+    return [subscriber.decode_for_stream(source, item) for source, item in got.items]
 
 
 @pytest.mark.parametrize("size", [10, MIN_LARGE_FRAME, 3 * MIN_LARGE_FRAME])

@@ -16,9 +16,9 @@ from pyros1.msgs.large_arrays import SplitBody, decode_split, find_layout
 from pyros1.net.spin_wait import DONTWAIT, MIN_PAUSE, PREEMPTION_GAP
 from pyros1.node.subscribing import tcp_source
 from pyros1.node.subscribing.tcp_source import (
+    BUSY_POLL_TIME,
     MIN_FLOOD_STREAK,
     MIN_LARGE_FRAME,
-    SPIN_TIME,
     FloodDetector,
     TcpSource,
 )
@@ -208,8 +208,8 @@ def test_polling_ends_while_others_need_the_processor(
     sender, link = pair
     clock = Clock(monkeypatch)
     assert clock.polls_of(link) == 0, "it was not asked to poll"
-    link.spins = True
-    assert clock.polls_of(link) == pytest.approx(SPIN_TIME / clock.step, rel=0.01)
+    link.low_latency = True
+    assert clock.polls_of(link) == pytest.approx(BUSY_POLL_TIME / clock.step, rel=0.01)
     clock.step = 2 * PREEMPTION_GAP
     assert clock.polls_of(link) == 1
     clock.step = 1e-6
@@ -217,4 +217,4 @@ def test_polling_ends_while_others_need_the_processor(
     sender.sendall(frame(image(1, 10)))
     assert receive(link, 1)[0] == [image(1, 10)], "messages come all the same"
     clock.now += MIN_PAUSE
-    assert clock.polls_of(link) == pytest.approx(SPIN_TIME / clock.step, rel=0.01)
+    assert clock.polls_of(link) == pytest.approx(BUSY_POLL_TIME / clock.step, rel=0.01)

@@ -66,7 +66,7 @@ def test_another_place_or_process_is_a_replacement() -> None:
     lost, back = watched.on_response(9, 12.0)
     assert not lost.alive and lost.pid == 7 and "another process" in lost.reason
     assert back.alive and back.pid == 9
-    assert watched.is_new(10) and not watched.is_new(9)
+    assert watched.is_new_process(10) and not watched.is_new_process(9)
 
 
 def test_losses_and_finds_take_turns_whatever_happens() -> None:

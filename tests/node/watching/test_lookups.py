@@ -29,7 +29,7 @@ class Bench:
 
     def ask(self, *names: str) -> None:
         for name in names:
-            self.lookups.ask(name, lambda uri, name=name: self.told.append((name, uri)))  # type: ignore[misc]
+            self.lookups.look_up(name, lambda uri, name=name: self.told.append((name, uri)))  # type: ignore[misc]
         while self.soon:
             self.soon.popleft()()
 

@@ -140,7 +140,7 @@ def test_after_standing_still_a_node_that_has_just_failed_gets_the_whole_limit(m
 
     monkeypatch.setattr("pyros1.node.watching.watch.monotonic", lambda: now[0])
     loop: Any = SimpleNamespace(call_later=lambda _delay, function: retries.append(function))
-    lookups: Any = SimpleNamespace(ask=lambda _name, done: done("http://x:1/"))
+    lookups: Any = SimpleNamespace(look_up=lambda _name, done: done("http://x:1/"))
     rpc: Any = SimpleNamespace(call=call)
     watch = Watch(loop, rpc, lookups, "/me", "/x", 60.0, limit, sightings.append, print)
     watch.poll()

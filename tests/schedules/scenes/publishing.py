@@ -19,7 +19,7 @@ LIMITS = (
     ("pyros1.node.strand", "JOBS_BEFORE_DELAY", 2),
     ("pyros1.node.publishing.tcp_link", "MIN_STREAK", 1),
     ("pyros1.node.publishing.tcp_link", "MAX_BATCH", 3),
-    ("pyros1.node.publishing.tcp_link", "HOT_GAP", 1e-3),
+    ("pyros1.node.publishing.tcp_link", "MAX_STREAK_GAP", 1e-3),
     ("pyros1.node.publishing.tcp_link", "BATCH_TIME", 100e-6),
     ("pyros1.node.publishing.tcp_link", "MAX_BYTES_PER_TURN", 64),
 )

@@ -12,7 +12,7 @@ import struct
 from typing import Any
 
 from pyros1.msgs.std_msgs.msg import UInt8MultiArray
-from pyros1.node.publishing import pool as pools
+from pyros1.node.publishing import block_pool as pools
 from pyros1.node.publishing import shared_link
 from pyros1.node.publishing.publication import Publication
 from pyros1.node.subscribing.queues import Batch
@@ -126,15 +126,15 @@ class Sharing(Scenario):
     modules = (
         *PUBLISHING,
         "pyros1.node.publishing.shared_link",
-        "pyros1.node.publishing.pool",
+        "pyros1.node.publishing.block_pool",
         "pyros1.node.subscribing.shared_source",
     )
     limits = (
         ("pyros1.node.strand", "MAX_JOBS_PER_TURN", 2),
         ("pyros1.node.publishing.publication", "MIN_SHARED_SIZE", 64),
         ("pyros1.node.publishing.shared_link", "MAX_REFERENCES", 2),
-        ("pyros1.node.publishing.pool", "MAX_FREE_BLOCKS", 1),
-        ("pyros1.node.publishing.pool", "MAX_BLOCKS", 5),
+        ("pyros1.node.publishing.block_pool", "MAX_FREE_BLOCKS", 1),
+        ("pyros1.node.publishing.block_pool", "MAX_BLOCKS", 5),
     )
     room = 4000
     queue_size: int | None = 0

@@ -150,12 +150,12 @@ class Serving(Scenario):
     modules = (
         *DATA,
         "pyros1.node.services.server",
-        "pyros1.node.services.connection",
+        "pyros1.node.services.client_connection",
         "pyros1.node.services.workers",
         "pyros1.wire.framing",
     )
     limits = (
-        ("pyros1.node.services.connection", "LINGER_TIME", 1e-3),
+        ("pyros1.node.services.client_connection", "LINGER_TIME", 1e-3),
         ("pyros1.node.services.workers", "IDLE_TIMEOUT", 1e-3),
     )
 

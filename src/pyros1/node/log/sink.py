@@ -248,8 +248,8 @@ class LogSink:
         self.repeats.close()
         self._terminal_writer.close()
         self._file_writer.close()
-        # If a signal handler that has interrupted a write of this thread calls this, waiting for the lock would be in
-        # vain.
+        # A signal handler that has interrupted a write in this thread must not wait for the lock, which is
+        # released only when that write continues.
         if not self._lock.acquire(timeout=0.0 if self._thread_state.is_writing else 1.0):
             return  # another thread is waiting for the disk
         try:

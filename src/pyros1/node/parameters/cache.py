@@ -60,7 +60,7 @@ class ParameterCache:
         """Return how often each value has changed so far; see the argument ``versions_before`` of `set_locally`."""
         return self._versions.copy()
 
-    def knows(self, key: str) -> bool:
+    def is_affected_by(self, key: str) -> bool:
         """Return whether a change of ``key`` affects a copy or a value that is being fetched."""
         return any(_are_related(name, key) for name in self.names() + [fetch.key for fetch in list(self._fetches)])
 

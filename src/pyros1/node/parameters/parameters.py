@@ -172,13 +172,13 @@ class Parameters:
 
     def update(self, key: str, value: Any) -> bool:
         """Apply a change reported by the master (S09); return whether there is a copy of that parameter."""
-        is_known = self._cache.knows(key)
-        if is_known:
+        is_cached = self._cache.is_affected_by(key)
+        if is_cached:
             self._strand.do(self._cache.set_remotely, key, value)
             name = key.rstrip("/") or "/"  # masters append a slash
             for listener in self._listeners:
                 self._strand.do(self._notify, partial(listener, name), value)
-        return is_known
+        return is_cached
 
     def on_update(self, callback: Callable[[str, Any], object]) -> None:
         """Call a function whenever a parameter that has a local copy changes.

@@ -54,7 +54,7 @@ class PeerWatch:
         self._publication = publication
         self._on_joined = joined
         self._on_left = left
-        self._known_links: tuple[Link, ...] = ()
+        self._previous_links: tuple[Link, ...] = ()
         self._notifier = Notifier(f"subscribers of {publication.topic}", log, max_pending=None)
         publication.change_listeners.append(self._update)
         publication.context.loop.call_soon(self._update)  # for those already connected
@@ -66,9 +66,9 @@ class PeerWatch:
 
     def _update(self) -> None:
         """Report links that were added or removed since the last call. Called on the loop."""
-        links, known = self._publication.links, self._known_links
-        self._known_links = links
-        new = [(self._on_joined, link) for link in links if link not in known]
-        departed = [(self._on_left, link) for link in known if link not in links]
-        for callback, link in departed + new:
+        links, previous_links = self._publication.links, self._previous_links
+        self._previous_links = links
+        joined = [(self._on_joined, link) for link in links if link not in previous_links]
+        left = [(self._on_left, link) for link in previous_links if link not in links]
+        for callback, link in left + joined:
             self._notifier.notify(callback, Peer(self._publication, link, sum(other is not link for other in links)))

@@ -32,8 +32,8 @@ CLOSE_TIMEOUT = 1.0
 POLL_DELAY = 0.0001
 """Seconds between checks while waiting for another thread."""
 MAX_STRAND_WAIT = 1.0
-"""Maximum number of seconds that a publisher without a queue waits for the thread that works in the strand: a signal
-handler may delay that thread."""
+"""Maximum number of seconds that a publisher without a queue waits for the thread that is running the strand's jobs: a
+signal handler may delay that thread."""
 
 
 class Publication(PublisherLinks):
@@ -58,7 +58,7 @@ class Publication(PublisherLinks):
         self.publish: Callable[[Any], None] = self._publish
         """Send a message to all links; see Publisher.publish."""
 
-    # This enters the strand without `Strand.do`, which saves a call for every message.
+    # Takes the strand itself instead of calling `Strand.do`, which saves a call for every message.
 
     def _publish(self, message: Any) -> None:  # noqa: PLR0912 - a call would take as long as ten lines
         if not (self.links or self.latch):
@@ -171,17 +171,17 @@ class Publication(PublisherLinks):
         """Wait until all links have sent the published messages, like a rospy publisher without a queue size."""
         strand, deadline = self.strand, perf_counter() + MAX_STRAND_WAIT
         while strand.jobs and perf_counter() < deadline:  # this thread's message may be among them
-            if strand.is_mine:
+            if strand.runs_in_this_thread:
                 return  # in a signal handler: the interrupted function sends them when it continues
             strand.work()
             if not strand.free:
                 time.sleep(POLL_DELAY)
-        if not strand.is_mine:
+        if not strand.runs_in_this_thread:
             for link in self.links:
                 link.wait()
 
     def _warn_after_shutdown(self, message: Any) -> None:
-        """Warn that the node has shut down. Like rospy, raise no exception: a loop may have called `ok` just before.
+        """Warn that the node has shut down. As in rospy, this is not an error: `ok` may have returned True just before.
 
         The warning is logged only once, and not at all if the node was shut down by a signal.
         """
@@ -227,7 +227,7 @@ class Publication(PublisherLinks):
         if deadline is None:
             deadline = perf_counter() + CLOSE_TIMEOUT
         self.strand.do(self._refuse_links)
-        while not (self._closed or self.strand.is_mine) and perf_counter() < deadline:
+        while not (self._closed or self.strand.runs_in_this_thread) and perf_counter() < deadline:
             time.sleep(POLL_DELAY)  # another thread is running the strand's jobs
         if self._closed:
             self._finish(deadline)

@@ -8,7 +8,7 @@ import socket
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any, Protocol
 
-from pyros1.net.keepalive import keep_alive
+from pyros1.net.keepalive import enable_keepalive
 from pyros1.node.publishing.local_link import LocalLink
 from pyros1.node.publishing.tcp_link import TcpLink, WaitingLink
 from pyros1.node.strand import Strand
@@ -19,7 +19,7 @@ from pyros1.wire.outqueue import Frame
 
 if TYPE_CHECKING:
     from pyros1.node.context import Context
-    from pyros1.node.publishing.pool import Pool
+    from pyros1.node.publishing.block_pool import BlockPool
     from pyros1.node.publishing.shared_link import SharedLink
     from pyros1.node.publishing.udp_link import UdpLink
     from pyros1.node.subscribing.delivery_loop import DeliveryLoop
@@ -85,7 +85,7 @@ class PublisherLinks:
         self._remote: tuple[Link, ...] = ()  # links that accept encoded messages
         self._local: tuple[LocalLink, ...] = ()  # links that accept message objects
         self._shared: tuple[SharedLink, ...] = ()  # those of `_remote` that share memory
-        self._pool: Pool | None = None
+        self._pool: BlockPool | None = None
         self.change_listeners: list[Callable[[], None]] = []
         self._connection_numbers = itertools.count(1)  # for UDP
         self._latched: dict[object, Frame] = {}  # the last message of each source, like in roscpp
@@ -109,21 +109,21 @@ class PublisherLinks:
         if sock.family == getattr(socket, "AF_UNIX", None):
             self._add_shared_link(sock, header, response)
             return
-        keep_alive(sock)
+        enable_keepalive(sock)
         if is_true(header.get("tcp_nodelay")):
             sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        greeting = encode_header(response)
+        encoded_header = encode_header(response)
         link_class: Any = WaitingLink if self.queue_size is None else TcpLink
-        link = link_class(self.context.loop, self.strand, sock, header, greeting, self.queue_size, self._remove)
+        link = link_class(self.context.loop, self.strand, sock, header, encoded_header, self.queue_size, self._remove)
         self.strand.do(self._add, link)
 
     def _add_shared_link(self, sock: socket.socket, header: dict[str, str], response: dict[str, str]) -> None:
         """Add a link to a subscriber on this machine that shares memory with this process. Called on the loop."""
         from pyros1.node.publishing import shared_link  # noqa: PLC0415 - needs modules that only Linux has
-        from pyros1.node.publishing.pool import Pool  # noqa: PLC0415
+        from pyros1.node.publishing.block_pool import BlockPool  # noqa: PLC0415
 
         if self._pool is None:
-            self._pool = Pool()
+            self._pool = BlockPool()
         link_class = shared_link.WaitingSharedLink if self.queue_size is None else shared_link.SharedLink
         loop, token = self.context.loop, os.urandom(TOKEN_SIZE)
         link = link_class(loop, self.strand, sock, header, response, self.queue_size, self._remove, self._pool, token)

@@ -16,7 +16,7 @@ from collections.abc import Callable
 from itertools import count, islice
 
 from pyros1.net.loop import Loop
-from pyros1.node.publishing.pool import Placement, Pool
+from pyros1.node.publishing.block_pool import BlockPool, Placement
 from pyros1.node.publishing.tcp_link import POLL_DELAY, TcpLink, WaitingLink
 from pyros1.node.strand import Strand
 from pyros1.wire.header import encode_header
@@ -47,7 +47,7 @@ class _ReferenceFrame(bytes):
 
 
 class _ReferenceQueue(OutQueue):
-    """A queue that holds back references while the subscriber has `MAX_REFERENCES` of them.
+    """A queue that does not send further references while the subscriber holds `MAX_REFERENCES` of them.
 
     Args:
         limit: as for OutQueue.
@@ -121,21 +121,21 @@ class SharedLink(TcpLink):
         response: dict[str, str],
         queue_size: int | None,
         on_closed: Callable[[TcpLink], None],
-        pool: Pool,
+        pool: BlockPool,
         token: bytes,
     ) -> None:
         assert len(token) == TOKEN_SIZE
         self._control_socket, self._peer_control_socket = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         self._control_socket.setblocking(False)
-        greeting = encode_header({**response, "token": token.hex()})
-        super().__init__(loop, strand, sock, header, greeting, queue_size, on_closed)
+        encoded_header = encode_header({**response, "token": token.hex()})
+        super().__init__(loop, strand, sock, header, encoded_header, queue_size, on_closed)
         self.outstanding: dict[int, int] = {}  # number of a reference that was sent or is queued -> number of its block
         self._reference_queue = _ReferenceQueue(queue_size, self.outstanding)
         self._queue = self._reference_queue
         self._pool = pool
         self._token = token
         self._reference_numbers = count(1)
-        self._known_blocks: set[int] = set()  # numbers of the blocks that the subscriber has received
+        self._sent_blocks: set[int] = set()  # numbers of the blocks that the subscriber has received
         self._watches_control_socket = False
         self._has_waiting_references = False  # whether references wait until the subscriber releases others
         self._reference_in_progress: tuple[int, int] | None = (
@@ -144,17 +144,17 @@ class SharedLink(TcpLink):
 
     def start(self) -> None:
         """Send the connection header and the subscriber's end of the control socket."""
-        greeting, control_socket = self._greeting, self._peer_control_socket
+        encoded_header, control_socket = self._encoded_header, self._peer_control_socket
         try:
-            sent = socket.send_fds(self._sock, [greeting], [control_socket.fileno()])
+            sent = socket.send_fds(self._sock, [encoded_header], [control_socket.fileno()])
         except OSError:
             self._fail()
             return
         finally:
             control_socket.close()
-        if sent < len(greeting):
+        if sent < len(encoded_header):
             self._is_idle = False
-            self._queue.push_partial(greeting, sent)
+            self._queue.push_partial(encoded_header, sent)
             self._block()
 
     def send_reference(self, placement: Placement) -> bool:
@@ -218,15 +218,15 @@ class SharedLink(TcpLink):
     def _announce_block(self, placement: Placement) -> bool:
         """Send a block to the subscriber, unless it already has the block; return False if that is not possible."""
         try:
-            for number in self._known_blocks - self._pool.blocks.keys() - set(self.outstanding.values()):
+            for number in self._sent_blocks - self._pool.blocks.keys() - set(self.outstanding.values()):
                 self._control_socket.send(encode_block(number, 0))
-                self._known_blocks.discard(number)
+                self._sent_blocks.discard(number)
             block = placement.block
             if block.fd < 0:
                 return False  # a subscriber has just disconnected while using the block
-            if block.number not in self._known_blocks:
+            if block.number not in self._sent_blocks:
                 socket.send_fds(self._control_socket, [encode_block(block.number, block.size)], [block.fd])
-                self._known_blocks.add(block.number)
+                self._sent_blocks.add(block.number)
         except OSError:
             return False
         return True
@@ -301,4 +301,4 @@ class WaitingSharedLink(SharedLink, WaitingLink):
     def start(self) -> None:
         """Send the connection header; the loop sends the remaining part, and the latched messages that follow."""
         super().start()
-        self._loop.call_soon(self._strand.do, self._leave_to_loop)
+        self._loop.call_soon(self._strand.do, self._let_loop_send)

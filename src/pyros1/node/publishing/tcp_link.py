@@ -3,7 +3,7 @@
 A link is used only in the strand of its topic (``strand.py``), so it needs no lock. States of a link:
 
 * *idle*: the queue is empty. A message is sent immediately, by the thread that runs the strand's jobs.
-* *coalescing*: more than MIN_STREAK messages in a row were published less than HOT_GAP seconds apart. They are
+* *coalescing*: more than MIN_STREAK messages in a row were published less than MAX_STREAK_GAP seconds apart. They are
   collected in the queue and sent together: by the publishing thread after MAX_BATCH messages or BATCH_TIME seconds, or
   by the loop's timer if the publisher pauses. A single message is never delayed.
 * *blocked*: the socket is full. Messages are collected in the queue (the oldest are dropped as a whole). The loop sends
@@ -31,7 +31,7 @@ from pyros1.net.socket_close import shutdown_and_close
 from pyros1.node.strand import Strand
 from pyros1.wire.outqueue import Frame, OutQueue, frame_size
 
-HOT_GAP = 30e-6
+MAX_STREAK_GAP = 30e-6
 """Maximum number of seconds between messages of a streak; see the module's docstring."""
 MIN_STREAK = 100
 MAX_BATCH = 128
@@ -56,7 +56,7 @@ class TcpLink:
         strand: the topic's strand. `start`, `send` and `recover` are called in it; the other methods are thread-safe.
         sock: connected socket, after the handshake; the link takes it over and closes it.
         header: the subscriber's connection header.
-        greeting: the publisher's connection header, encoded; it is sent first, see `start`.
+        encoded_header: the publisher's connection header, which `start` sends.
         queue_size: maximum number of queued messages; 0 or None for no limit.
         on_closed: called once when the link is closed.
 
@@ -72,7 +72,7 @@ class TcpLink:
         strand: Strand,
         sock: socket.socket,
         header: dict[str, str],
-        greeting: bytes,
+        encoded_header: bytes,
         queue_size: int | None,
         on_closed: Callable[[TcpLink], None],
     ) -> None:
@@ -101,7 +101,7 @@ class TcpLink:
         self._sent_bytes = 0  # number of bytes of this frame that were sent
         sock.setblocking(False)
         self.address = _address_text(sock)
-        self._greeting = greeting
+        self._encoded_header = encoded_header
         self._peer_check_timer: TimerHandle | None = None
         loop.call_soon(self._watch)
 
@@ -111,7 +111,7 @@ class TcpLink:
         A subscriber that has received the header expects all messages from then on, so the link is added to the topic
         first.
         """
-        self._send_now(self._greeting)
+        self._send_now(self._encoded_header)
         self.bytes_sent = 0
 
     @property
@@ -136,7 +136,7 @@ class TcpLink:
         self.messages += 1
         now = perf_counter()
         if self._is_idle:
-            if self._batch_size > 1 and now - self._last_send_at < HOT_GAP:
+            if self._batch_size > 1 and now - self._last_send_at < MAX_STREAK_GAP:
                 self._streak += 1
                 if self._streak > MIN_STREAK and frame.__class__ is bytes and len(frame) < SMALL_FRAME_BYTES:
                     self._is_idle = False
@@ -224,7 +224,7 @@ class TcpLink:
             self._queue_unsent()
         self._frame_in_flight = None
         self._queue.discard_sent()
-        self._is_timer_set = self._is_blocked = False  # the loop may not have been asked yet
+        self._is_timer_set = self._is_blocked = False  # the interruption may have prevented the call to the loop
         self._flush()
 
     def _set_timer(self) -> None:
@@ -305,7 +305,7 @@ class TcpLink:
 
     def close(self) -> None:
         """Close the link; queued messages are lost. Thread-safe."""
-        if not self._strand.is_mine:
+        if not self._strand.runs_in_this_thread:
             with contextlib.suppress(OSError):  # so that nothing more is sent
                 self._sock.shutdown(socket.SHUT_RDWR)
         self._strand.do(self._fail)
@@ -316,17 +316,17 @@ class TcpLink:
         Args:
             deadline: the deadline in `perf_counter` time; after that, the remaining messages are dropped.
         """
-        while not self._strand.is_mine:
+        while not self._strand.runs_in_this_thread:
             if perf_counter() > deadline:
                 self.close()
                 return
-            # In the strand, as another thread may be sending a frame there.
+            # In the strand, where another thread may be sending a frame.
             self._strand.do(self._close_if_sent)
             if self._closed:
                 return
             self._wait_and_send()
         # This is a signal handler that has interrupted a function that is sending. That function continues afterwards.
-        self._strand.do(self._flush_open)
+        self._strand.do(self._flush_if_open)
         self._strand.do(self._fail)
 
     def _close_if_sent(self) -> None:
@@ -340,11 +340,11 @@ class TcpLink:
         """Wait a moment until the socket accepts more, and send."""
         wait_writable(self._sock)
         if self._strand.free:
-            self._strand.do(self._flush_open)
+            self._strand.do(self._flush_if_open)
         else:
             time.sleep(POLL_DELAY)  # the thread that runs the strand's jobs sends
 
-    def _flush_open(self) -> None:
+    def _flush_if_open(self) -> None:
         if not self._closed:
             self._flush()
 
@@ -369,26 +369,26 @@ class WaitingLink(TcpLink):
             while not self._closed and self._num_sent < num_messages:
                 self._wait_and_send()
         finally:
-            if self._queue:  # the loop sends messages of other threads, and all if this thread was interrupted
-                self._strand.do(self._leave_to_loop)
+            if self._queue:  # messages of other threads, or any messages if this wait was interrupted
+                self._strand.do(self._let_loop_send)
 
     @property
     def _num_sent(self) -> int:
         return self.messages - len(self._queue)
 
-    def _leave_to_loop(self) -> None:
+    def _let_loop_send(self) -> None:
         if self._queue and not self._closed:
             super()._block()
 
     def start(self) -> None:
         """Send the connection header; the loop sends the remaining part, and the latched messages that follow."""
         super().start()
-        self._loop.call_soon(self._strand.do, self._leave_to_loop)
+        self._loop.call_soon(self._strand.do, self._let_loop_send)
 
     def recover(self) -> None:
         """Recover like `TcpLink`; the loop sends the rest, since the thread that was waiting was interrupted."""
         super().recover()
-        self._leave_to_loop()
+        self._let_loop_send()
 
     def _block(self) -> None:
         """Do not wake the loop, since a publisher is waiting for the socket."""

@@ -26,7 +26,7 @@ from pyros1.msgs import Message, Service
 from pyros1.net.spin_wait import SpinWait
 from pyros1.node.checks import check_timeout
 from pyros1.node.log.levels import WARN
-from pyros1.node.services.call import ProviderConnection
+from pyros1.node.services.provider_connection import ProviderConnection
 from pyros1.node.services.server import service_type
 from pyros1.wire.handshake import check_service_response, make_service_client_header, make_service_response
 from pyros1.wire.header import HeaderReader, encode_header

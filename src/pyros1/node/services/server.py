@@ -14,7 +14,7 @@ from pyros1.ground.errors import LengthError, MessageError, NodeError, ServiceRe
 from pyros1.msgs import Message, Service
 from pyros1.net.keepalive import set_nodelay_and_keepalive
 from pyros1.node.log.levels import WARN
-from pyros1.node.services.connection import ServiceLink
+from pyros1.node.services.client_connection import ClientConnection
 from pyros1.wire.handshake import ServiceType, is_true, make_service_response
 from pyros1.wire.header import encode_header
 from pyros1.wire.service import encode_failure, encode_success
@@ -71,7 +71,7 @@ class ServiceServer:
         self._wire_type = service_type(service_class)
         self._handler = handler
         self._unregister: Callable[[ServiceServer], None] | None = unregister
-        self._links: set[ServiceLink] = set()
+        self._connections: set[ClientConnection] = set()
         self._num_calls = 0
         self._lock = threading.RLock()
         self._closed = False
@@ -88,7 +88,7 @@ class ServiceServer:
             sock.send(response_header)
             sock.close()
             return
-        link = ServiceLink(
+        connection = ClientConnection(
             self._context.loop,
             sock,
             header,
@@ -96,13 +96,13 @@ class ServiceServer:
             self._respond,
             self._submit,
             self._may_linger,
-            self._on_link_closed,
+            self._on_connection_closed,
         )
         with self._lock:
-            self._links.add(link)
+            self._connections.add(connection)
             if self._closed:
-                link.end()
-        link.begin(response_header)
+                connection.end()
+        connection.begin(response_header)
 
     def _submit(self, job: Callable[[], None]) -> str | None:
         """Run a job in a thread and return None, or return the reason why that is not possible."""
@@ -129,11 +129,11 @@ class ServiceServer:
         # Few threads wait for clients that have only connected, so that such clients cannot occupy all threads.
         return self._num_calls < (MAX_CALLS // 2 if num_answered else MAX_EARLY_CALLS) and not self._closed
 
-    def _on_link_closed(self, link: ServiceLink, error: Exception | None) -> None:
+    def _on_connection_closed(self, connection: ClientConnection, error: Exception | None) -> None:
         with self._lock:
-            self._links.discard(link)
+            self._connections.discard(connection)
         if error is not None and not self._closed and not isinstance(error, ConnectionError):
-            client = link.header.get("callerid", "?")
+            client = connection.header.get("callerid", "?")
             self._context.log.peer_event(WARN, "a call to %s by %s failed: %s", self.name, client, error)
 
     def call_local(self, frame: bytes, header: dict[str, str]) -> bytes:
@@ -234,9 +234,9 @@ class ServiceServer:
         """Abort all calls; the clients receive an error."""
         with self._lock:
             self._closed = True
-            links = list(self._links)
-        for link in links:
-            link.end()
+            connections = list(self._connections)
+        for connection in connections:
+            connection.end()
 
     def shutdown(self, reason: str = "") -> None:
         """Stop providing the service.

@@ -97,8 +97,8 @@ class Connector:
     def _execute(self, actions: Sequence[Action]) -> None:  # noqa: PLR0912 - one line or two for each
         for action in actions:
             match action:
-                case dialogue_actions.Drop():
-                    self._drop()
+                case dialogue_actions.EndAttempt():
+                    self._end_attempt()
                 case dialogue_actions.RequestTopic(report_silence):
                     self._request_topic(report_silence)
                 case dialogue_actions.Connect(host, port):
@@ -109,8 +109,8 @@ class Connector:
                     self._connect_local(name)
                 case dialogue_actions.SendHeader(header):
                     self._send_header(header)
-                case dialogue_actions.Link(header, rest):
-                    self._link(header, rest)
+                case dialogue_actions.Link(header, initial_bytes):
+                    self._link(header, initial_bytes)
                 case dialogue_actions.LinkDatagrams(header, peer_address, number):
                     self._link_datagrams(header, peer_address, number)
                 case dialogue_actions.EndDatagrams():
@@ -123,7 +123,7 @@ class Connector:
                         self._context.log.peer_event(ERROR, text, *args)
                     else:  # many warnings often have one cause, such as a killed launch
                         self._context.log.peer_event(WARN, text, *args, max_texts=MAX_REPORTS)
-                case dialogue_actions.LogHostMessage(error):
+                case dialogue_actions.LogUnknownHost(error):
                     self._context.warn_unknown_host(self._subscription.topic, self.uri, error)
                 case dialogue_actions.Forget():
                     self._subscription.forget(self.uri)
@@ -142,7 +142,7 @@ class Connector:
 
         return call_if_current
 
-    def _drop(self) -> None:
+    def _end_attempt(self) -> None:
         self._attempt_number += 1
         self._stop_timers()
         self._unsent_header = b""
@@ -169,7 +169,7 @@ class Connector:
         self._timer = None
         self._execute(self.dialogue.on_backoff_over())
 
-    # Asking -----------------------------------------------------------------------------------------------------------
+    # Requesting -------------------------------------------------------------------------------------------------------
 
     def _request_topic(self, report_silence: bool) -> None:
         context, topic = self._context, self._subscription.topic
@@ -208,7 +208,7 @@ class Connector:
                     self._offered_source = self._subscription.offer_datagrams(self.uri)
                 except OSError as error:
                     self._context.log.error(
-                        "no socket for datagrams of %s: %s", self._subscription.topic, error.strerror or error
+                        "cannot open a UDP socket for %s: %s", self._subscription.topic, error.strerror or error
                     )
                 else:
                     protocols.append(self._offered_source.offer())
@@ -221,7 +221,7 @@ class Connector:
         if error is not None:
             self._on_failure(error)
         else:
-            self._execute(self.dialogue.on_topic_response(value, offered=self._offered_source is not None))
+            self._execute(self.dialogue.on_topic_response(value, datagrams_offered=self._offered_source is not None))
 
     def _on_failure(self, error: Exception | None) -> None:
         if is_out_of_files(error):
@@ -232,7 +232,7 @@ class Connector:
         self._silence_timer = None
         self._execute(self.dialogue.on_publisher_silent())
 
-    # Connecting and greeting ------------------------------------------------------------------------------------------
+    # Connecting and handshake -----------------------------------------------------------------------------------------
 
     def _connect_local(self, name: str) -> None:
         if not self._context.local_key:  # this node has not offered the local transport
@@ -301,7 +301,7 @@ class Connector:
         if control_socket is not None:
             control_socket.close()
 
-    def _link(self, header: dict[str, str], rest: bytes) -> None:
+    def _link(self, header: dict[str, str], initial_bytes: bytes) -> None:
         control_socket, self._control_socket = self._control_socket, None
         sock, self._sock = self._sock, None
         assert sock is not None
@@ -313,12 +313,12 @@ class Connector:
                 reason = "no descriptor came with the publisher's header: are too many files open?"
                 self._execute(self.dialogue.on_link_lost(reason))
                 return
-            self._subscription.link(TcpSource(sock, self.uri, header, rest))
+            self._subscription.link(TcpSource(sock, self.uri, header, initial_bytes))
             return
         from pyros1.node.subscribing.shared_source import SharedSource  # noqa: PLC0415 - few need it, and only on Linux
 
         try:
-            source = SharedSource(sock, self.uri, header, rest, control_socket)
+            source = SharedSource(sock, self.uri, header, initial_bytes, control_socket)
         except ProtocolError as error:
             sock.close()
             control_socket.close()

@@ -134,7 +134,7 @@ class Deadline:
         receives /clock.
         """
         now, last_arrival_at = self._now(), self._last_arrival_at
-        if not last_arrival_at or now < last_arrival_at:  # simulated time has only begun, or jumped back
+        if not last_arrival_at or now < last_arrival_at:  # simulated time has just begun, or jumped back
             self._last_arrival_at = now
             return self._seconds
         silent = now - last_arrival_at

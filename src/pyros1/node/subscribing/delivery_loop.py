@@ -1,20 +1,21 @@
 """The delivery loop of a subscription: it receives from all links and delivers the messages to callbacks.
 
-The subscriptions of a node share a set of threads. At any time at most one of them, the *owner*, runs this loop. A
-thread with new work appends it to a queue and becomes the owner; if there is an owner already, that one checks the
-queues before it stops. The threads belong to a driver: the node's threads, or an asyncio loop, which regains control
-after each round of turns.
+The subscriptions of a node share a set of threads. At any time at most one of these threads, the *owner*, runs the loop
+of a subscription. A thread with new work for the loop appends it to a queue and becomes the owner; if there is an owner
+already, that owner checks the queues before it stops. A driver provides the threads: it is either the node's
+`DeliveryThreads`, or an asyncio loop, to which this loop returns after each round of turns.
 
 * Sources take turns: a turn is one receive, or MAX_TURN_TIME seconds of callbacks if other sources wait. New links and
   other jobs are handled between turns, so a source that never pauses does not starve the others.
-* With a limit, callbacks that fall more than MAX_CALLBACK_TIME seconds behind get fresh data: the sockets are drained,
-  and only the newest `limit` messages of each publisher are decoded and delivered.
-* Without a limit nothing is dropped here: TCP holds the publisher back, so the publisher's queue size decides.
-* While messages flow on a subscription's only link, the owner waits in its receive, which delays other work.
-* While a subscriber with its own queue (`Stream`) has too many messages, nothing is received: TCP holds all publishers
-  back.
-* If all subscribers request it (`in_publisher`), a message of this process is delivered in its publisher's thread,
-  which becomes the owner meanwhile, unless there is an owner or earlier messages are waiting.
+* With a limit on waiting messages, callbacks that fall more than MAX_CALLBACK_TIME seconds behind get fresh data: the
+  sockets are drained, and only the newest `limit` messages of each publisher are decoded and delivered.
+* Without a limit, this loop drops nothing: while callbacks are slow, it does not read, and the socket fills up. The
+  publisher then queues messages, and drops the oldest ones beyond its own queue size.
+* While messages flow on a subscription's only link, the owner waits for the next one in `TcpSource.receive` instead of
+  the poller. This saves a system call, but delays other work of this loop by up to RECEIVE_TIMEOUT seconds.
+* While the queue of a subscriber that has one (`Stream`) is full, nothing is received, so all publishers are held back.
+* If all subscribers request it (`in_publisher`), a message from a publisher in this process is delivered in the
+  publisher's thread, which becomes the owner meanwhile, unless there is an owner or earlier messages are waiting.
 """
 
 from __future__ import annotations
@@ -34,8 +35,8 @@ if TYPE_CHECKING:
     from pyros1.node.subscribing.threads import Driver
 
 MAX_FLOW_GAP = 0.02
-"""Messages are said to flow if they arrive less than this many seconds apart: a thread of their own then delivers them
-sooner."""
+"""Messages are said to flow if they arrive less than this many seconds apart. If they do, a thread stays with the link,
+which delivers them sooner."""
 MAX_CALLBACK_TIME = 0.001
 """Seconds that callbacks may take for the messages of one receive; if they take longer, they are too slow."""
 MAX_TURN_TIME = 0.002
@@ -82,10 +83,10 @@ class DeliveryLoop:
         self._new_links: list[TcpSource] = []
         self._readable: list[int] = []
         self._jobs: list[Callable[[], None]] = []
-        self._unfinished: list[Batch] = []
+        self._undelivered: list[Batch] = []
         self._ready_inboxes = self.inboxes.ready
         work_queues = (
-            (self._unfinished, self._resume),
+            (self._undelivered, self._resume),
             (self._readable, self._receive_from),
             (self._ready_inboxes, self._deliver_from_inbox),
         )
@@ -157,7 +158,7 @@ class DeliveryLoop:
             self.wake()
 
     def deliver_now(self, source: Source, item: Item) -> bool:
-        """Deliver a message in the publisher's thread, which calls this; return False if another must deliver it."""
+        """Deliver a message in the publisher's thread, which calls this; return False if another thread must do so."""
         is_acquired = False
         try:
             # No signal handler can run between `acquire` and the assignment.
@@ -176,9 +177,9 @@ class DeliveryLoop:
                 self._release_ownership()
                 # New work has woken no thread, so check for it here. (`_has_work` would take as long as the rest.)
                 if self._closed:
-                    if not self._is_disposed:  # the driver's threads may have ended, if the node has
+                    if not self._is_disposed:  # the driver's threads may have ended with the node
                         self.close(wait=False)
-                elif self._ready_inboxes or self._readable or self._new_links or self._jobs or self._unfinished:
+                elif self._ready_inboxes or self._readable or self._new_links or self._jobs or self._undelivered:
                     self.driver.wake(self)
 
     def _drain_inboxes(self) -> None:
@@ -281,7 +282,7 @@ class DeliveryLoop:
         return (
             self._new_links
             or self._jobs
-            or ((self._readable or self._ready_inboxes or self._unfinished) and not self._dispatcher.is_held_back)
+            or ((self._readable or self._ready_inboxes or self._undelivered) and not self._dispatcher.is_held_back)
         )
 
     def _run_jobs(self) -> None:
@@ -305,29 +306,29 @@ class DeliveryLoop:
         while self._new_links:
             self._new_links.pop(0).close()
         self._jobs.clear()
-        self._unfinished.clear()
+        self._undelivered.clear()
         self.inboxes.notify_all()
 
     # Turns of TCP links -----------------------------------------------------------------------------------------------
 
     def _receive_from(self, fd: int) -> None:
         link = self.links.get(fd)
-        if link is None or self._is_unfinished(link):
+        if link is None or self._has_undelivered(link):
             return
         now = perf_counter()
         is_flowing = now - link.last_readable_at < MAX_FLOW_GAP
         link.last_readable_at = now
         try:
             self._receive(link)
-            if (is_flowing or link.spins) and link.can_wait and len(self.links) == 1 and not self.inboxes.inboxes:
+            if (is_flowing or link.low_latency) and link.can_wait and len(self.links) == 1 and not self.inboxes.inboxes:
                 self._receive_while_flowing(link)
         finally:
             self._rearm(link)
 
     def _receive_while_flowing(self, link: TcpSource) -> None:
-        """While messages flow on the only link, wait in its receive, which saves a system call for each message."""
+        """While messages flow on the only link, wait in `TcpSource.receive`, which saves a system call per message."""
         flood_detector = FloodDetector(link)
-        while not (self._closed or self._has_work or self._unfinished) and self.driver.has_waiting_thread:
+        while not (self._closed or self._has_work or self._undelivered) and self.driver.has_waiting_thread:
             if not self._receive(link, wait=True):
                 break
             flood_detector.pause()
@@ -349,15 +350,13 @@ class DeliveryLoop:
             self._rearm(batch.link)
 
     def _rearm(self, link: TcpSource) -> None:
-        """Wait for a link's socket again, unless the link has unfinished messages: `_resume` then does this. Without
-        either, the link would never receive again.
-        """
-        if not self._is_unfinished(link):
+        """Wait for a link's socket again, unless the link has undelivered messages: `_resume` then does this later."""
+        if not self._has_undelivered(link):
             self.links.rearm(link)
 
-    def _is_unfinished(self, link: TcpSource) -> bool:
+    def _has_undelivered(self, link: TcpSource) -> bool:
         """Return whether a link has received messages that it must deliver before it receives more."""
-        return any(batch.link is link for batch in self._unfinished)
+        return any(batch.link is link for batch in self._undelivered)
 
     def _deliver(self, batch: Batch) -> None:
         """Deliver the messages that a link has just received, or queue them for `spin`."""
@@ -376,7 +375,7 @@ class DeliveryLoop:
             now = perf_counter()
             is_turn_over = now > start + MAX_TURN_TIME and (self._has_work or self.driver.cooperative)
             if is_turn_over or self._dispatcher.is_held_back:
-                self._unfinished.append(batch)
+                self._undelivered.append(batch)
                 return
             if now < start + BATCH_GROWTH_TIME:
                 count = min(2 * count, MAX_BATCH)
@@ -387,8 +386,8 @@ class DeliveryLoop:
         """Deliver the newest messages of each publisher in turn, while messages arrive faster than callbacks run."""
         backlog = Backlog(limit)
         backlog.put_batch(batch)
-        while self._unfinished:  # from before there was a limit
-            backlog.put_batch(earlier_batch := self._unfinished.pop(0))
+        while self._undelivered:  # from before there was a limit
+            backlog.put_batch(earlier_batch := self._undelivered.pop(0))
             self._rearm(earlier_batch.link)
         while not self._closed:
             self._drain_all(backlog)

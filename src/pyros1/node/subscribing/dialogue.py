@@ -2,22 +2,23 @@
 
 States::
 
-                announced
+              listed by the master
                     v
-    BACKING_OFF ───> ASKING ───────> CONNECTING ───────> GREETING ───────> LINKED
+    BACKING_OFF ───> REQUESTING ───> CONNECTING ──────> HANDSHAKE ──────> LINKED
        ^ pause over │ requestTopic     │ TCP connect     │ headers         │
        └────────────┴──────────────────┴─────────────────┴─────────────────┘
-          failed, silent too long, or lost: pause, longer after each failure
+          failed, timed out, or link lost: pause, longer after each failure
 
 * REFUSED: the publisher responded with an error, or its type differs. Another attempt would get the same response, so
-  nothing is done until the master announces the publishers again.
-* A publisher in the same process, and one that sends datagrams (UDPROS), are LINKED right after ASKING.
-* A publisher that the master no longer lists is not tried again. An attempt in progress continues: the node may have
-  accepted the connection already, for a new publisher that is not announced yet. An open link stays until the publisher
-  closes it, so that its last messages are not lost. GONE: the publisher is not listed, there is no link and no attempt.
+  nothing is done until the master lists the publisher again.
+* A publisher in the same process, and one that sends datagrams (UDPROS), are LINKED right after REQUESTING.
+* If the master no longer lists the publisher, no further attempts are made. An attempt in progress continues: the node
+  may have accepted the connection already, for a new publisher that the master does not list yet. An open link stays
+  until the publisher closes it, so that its last messages are not lost.
+* GONE: the publisher is not listed, and there is neither a link nor an attempt.
 
-Each event is a method that returns the actions to take, in order. The driver (`connector`) executes them, and
-ignores events of an attempt that `Drop` has ended.
+Each event is a method that returns the actions to take, in order. The connector (`connector.py`) executes them. After
+the action `EndAttempt` it ignores further events of that attempt.
 """
 
 from __future__ import annotations
@@ -46,15 +47,15 @@ class State(Enum):
     """State of a dialogue; see the module's docstring."""
 
     BACKING_OFF = "backing off"
-    ASKING = "asking"
+    REQUESTING = "requesting"
     CONNECTING = "connecting"
-    GREETING = "greeting"
+    HANDSHAKE = "handshake"
     LINKED = "linked"
     REFUSED = "refused"
     GONE = "gone"
 
 
-IN_PROGRESS = frozenset({State.ASKING, State.CONNECTING, State.GREETING})
+IN_PROGRESS = frozenset({State.REQUESTING, State.CONNECTING, State.HANDSHAKE})
 
 
 class RequestTopic(NamedTuple):
@@ -91,11 +92,11 @@ class Link(NamedTuple):
 
     Attributes:
         header: the publisher's connection header.
-        rest: bytes received after the header.
+        initial_bytes: bytes that were received after the header.
     """
 
     header: dict[str, str]
-    rest: bytes
+    initial_bytes: bytes
 
 
 class LinkDatagrams(NamedTuple):
@@ -118,7 +119,7 @@ class Backoff(NamedTuple):
     seconds: float
 
 
-class Drop(NamedTuple):
+class EndAttempt(NamedTuple):
     """End the attempt: close its sockets, stop its timers, and ignore responses to it."""
 
 
@@ -143,7 +144,7 @@ class LogMessage(NamedTuple):
     args: tuple[str, ...]
 
 
-class LogHostMessage(NamedTuple):
+class LogUnknownHost(NamedTuple):
     """Log that the publisher's host name cannot be resolved here."""
 
     error: UnknownHostError
@@ -157,15 +158,16 @@ Action = (
     | Link
     | LinkDatagrams
     | Backoff
-    | Drop
+    | EndAttempt
     | EndDatagrams
     | Forget
     | LogMessage
-    | LogHostMessage
+    | LogUnknownHost
 )
 
 _SILENT = "no messages of %s from the publisher at %s yet: %s does not answer. Is it stopped? Otherwise: %s"
 _UNREACHABLE = "no messages of %s from the publisher at %s: %s. %s"
+_LOST = "lost the connection to the publisher of %s at %s: %s"
 _PORT_TAKEN = "Has another program taken the port of a node that has exited?"
 
 
@@ -204,7 +206,7 @@ class Dialogue:
         self._own_host = own_host
         self._accepts_tcp = accepts_tcp
         self._is_udp_link = False
-        self._announced_again = False  # whether during an attempt, whose response may be from the old publisher
+        self._listed_again = False  # during the current attempt, whose response may be from the old publisher
         self._reported_refusal = ""  # the publisher's reason that was logged last
         self._peer_address: tuple[str, int] | None = None
         self._is_outage_logged = False  # whether the log says that there is no link
@@ -216,8 +218,8 @@ class Dialogue:
 
     def on_publisher_listed(self) -> list[Action]:
         """Return the actions to take when the master lists the publisher, again or for the first time."""
-        # The updates for a publisher that left and for a new one may have been merged.
-        self._announced_again = self.state in IN_PROGRESS
+        # This may be a new publisher at the URI of one that has left: the master may have merged the two updates.
+        self._listed_again = self.state in IN_PROGRESS
         self.is_listed = True
         if self.state in IN_PROGRESS or self.state is State.LINKED:
             return []
@@ -235,15 +237,15 @@ class Dialogue:
         if self.state is State.LINKED:  # no datagram signals that the publisher is gone
             return [EndDatagrams()] if self._is_udp_link else []
         self.state = State.GONE
-        return [Drop(), Forget()]
+        return [EndAttempt(), Forget()]
 
     def stop(self) -> list[Action]:
         """Return the actions to take when the subscription has ended. An open link remains."""
         self.is_listed = False
         self.state = State.GONE
-        return [Drop()]
+        return [EndAttempt()]
 
-    # From the driver --------------------------------------------------------------------------------------------------
+    # From the connector -----------------------------------------------------------------------------------------------
 
     def on_backoff_over(self) -> list[Action]:
         """Return the actions to take when the pause is over."""
@@ -254,16 +256,16 @@ class Dialogue:
         self._succeed()
         return []
 
-    def on_topic_response(self, value: Any, *, offered: bool = False) -> list[Action]:
+    def on_topic_response(self, value: Any, *, datagrams_offered: bool = False) -> list[Action]:
         """Return the actions to take when the publisher's node has responded to ``requestTopic``.
 
         Args:
             value: the response.
-            offered: whether a socket for datagrams was offered.
+            datagrams_offered: whether a socket for datagrams was offered.
         """
         match value:
-            case [1, str(), ["UDPROS", *_] as answer] if offered:
-                return self._link_datagrams(answer)
+            case [1, str(), ["UDPROS", *_] as udpros_response] if datagrams_offered:
+                return self._link_datagrams(udpros_response)
             case [0, str(reason), _] if not self._accepts_tcp:
                 return self.on_publisher_refused(f"{self._uri} does not send {self._topic} over UDP: {reason}")
             case [1, str(), [local_wire.LOCAL_PROTOCOL, str(name), *_]] if self.offers_local:
@@ -275,11 +277,11 @@ class Dialogue:
                 self._peer_address = (host, port)
                 return [Connect(host, port)]
             case [int(), str(reason), *_]:  # the node is not a publisher yet, or no longer
-                return self._no_publisher(f"it answers: {reason}")
-        return self._no_publisher("it does not answer like a node")
+                return self._on_not_publisher(f"it answers: {reason}")
+        return self._on_not_publisher("it does not answer like a node")
 
     def on_local_connect_failed(self) -> list[Action]:
-        """Return the actions to take when the Unix socket cannot be used: try again, with TCP."""
+        """Return the actions to take when the Unix socket cannot be used: try again over TCP."""
         self.offers_local = False
         return self._request_topic()
 
@@ -289,7 +291,7 @@ class Dialogue:
         Args:
             header: the subscription's connection header.
         """
-        self.state = State.GREETING
+        self.state = State.HANDSHAKE
         self._sent_header = header
         self._header_reader = HeaderReader()
         return [SendHeader(header)]
@@ -317,7 +319,7 @@ class Dialogue:
     def on_attempt_failed(self, error: Exception | None = None) -> list[Action]:
         """Return the actions to take when the publisher was not reached or did not respond in time: try again later."""
         if isinstance(error, UnknownHostError) and self.is_listed:
-            return [LogHostMessage(error), *self._retry()]
+            return [LogUnknownHost(error), *self._retry()]
         if isinstance(error, (ProtocolError, XmlRpcFault)):
             return self._fail(str(error), _PORT_TAKEN)
         if error is not None and self._backoff >= REPORTED_BACKOFF:
@@ -330,10 +332,10 @@ class Dialogue:
         if self.is_listed and reason != self._reported_refusal:
             self._reported_refusal = reason
             report = [LogMessage(True, "%s", (reason,))]
-        if self._announced_again or not self.is_listed:
+        if self._listed_again or not self.is_listed:
             return report + self._retry()
         self.state = State.REFUSED
-        return [*report, Drop()]
+        return [*report, EndAttempt()]
 
     def on_publisher_silent(self) -> list[Action]:
         """Return the actions to take when there is still no link after a while: log this, once per outage.
@@ -346,8 +348,8 @@ class Dialogue:
         return [LogMessage(False, _SILENT, (self._topic, self._uri, f"{host}:{port}", hint))]
 
     def _current_address(self) -> tuple[str, int | str]:
-        """Return the publisher's host and port that the attempt uses: those of its slave API, or of its topics."""
-        if self.state is not State.ASKING and self._peer_address is not None:
+        """Return the publisher's host and port that the attempt is using: those of its slave API, or of TCPROS."""
+        if self.state is not State.REQUESTING and self._peer_address is not None:
             return self._peer_address
         try:
             return parse_uri(self._uri)
@@ -360,14 +362,14 @@ class Dialogue:
         if reason is None:
             return self._retry()
         self.offers_local = self.offers_local and not self._uses_local
-        return [LogMessage(False, "lost %s from %s: %s", (self._topic, self._uri, reason)), *self._retry()]
+        return [LogMessage(False, _LOST, (self._topic, self._uri, reason)), *self._retry()]
 
     # ------------------------------------------------------------------------------------------------------------------
 
     def _request_topic(self) -> list[Action]:
-        self._announced_again = self._uses_local = False
-        self.state = State.ASKING
-        return [Drop(), RequestTopic(report_silence=not self._is_outage_logged)]
+        self._listed_again = self._uses_local = False
+        self.state = State.REQUESTING
+        return [EndAttempt(), RequestTopic(report_silence=not self._is_outage_logged)]
 
     def _link_datagrams(self, udpros_response: list[Any]) -> list[Action]:
         from pyros1.wire.datagram import parse_udpros_response  # noqa: PLC0415 - few nodes need it
@@ -388,7 +390,7 @@ class Dialogue:
         self._is_outage_logged = False
         self._backoff = MIN_BACKOFF
 
-    def _no_publisher(self, answer: str) -> list[Action]:
+    def _on_not_publisher(self, answer: str) -> list[Action]:
         """Pause; log the response if attempts keep failing."""
         return self._fail(answer, _PORT_TAKEN) if self._backoff >= REPORTED_BACKOFF else self._retry()
 
@@ -402,10 +404,10 @@ class Dialogue:
     def _retry(self) -> list[Action]:
         if not self.is_listed:
             self.state = State.GONE
-            return [Drop(), Forget()]
+            return [EndAttempt(), Forget()]
         self.state = State.BACKING_OFF
         seconds, self._backoff = self._backoff, min(2 * self._backoff, MAX_BACKOFF)
-        return [Drop(), Backoff(seconds)]
+        return [EndAttempt(), Backoff(seconds)]
 
 
 def _warning(text: str) -> list[Action]:

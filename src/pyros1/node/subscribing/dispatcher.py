@@ -37,9 +37,7 @@ class Stream(Protocol):
 
     @property
     def urgent(self) -> bool:
-        """Whether the consumer waits for a message, so that full queues of other streams must not hold publishers
-        back.
-        """
+        """Whether the consumer is waiting for a message, so that other streams must not hold publishers back."""
 
     def put(self, source: Source, item: Item) -> None:
         """Add a message to the queue. Called by one thread at a time."""
@@ -134,10 +132,10 @@ class Dispatcher:
             self._latched.pop(source, None)
             self._latched_on_arrival.pop(source, None)
 
-    # Messages, on the reader thread or the one that spins -------------------------------------------------------------
+    # Messages, in the delivery loop or the thread that spins ----------------------------------------------------------
 
     def deliver_direct(self, source: Source, item: Item) -> bool:
-        """Call the subscribers that do not wait for `spin`, in a node that spins; return whether others wait."""
+        """Call the subscribers that do not wait for `spin`, in a node that spins; return whether others do."""
         if source.header.get("latching") == "1":
             self._latched_on_arrival[source] = item
         if self._active_direct:

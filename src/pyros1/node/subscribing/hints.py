@@ -14,7 +14,7 @@ class Hints(NamedTuple):
         tcp_nodelay: whether to ask publishers to send small messages without delay.
         transports: "local", "tcp" and "udp", in order of preference; "local" requires "tcp".
         max_datagram_size: maximum size of a datagram in bytes, for "udp".
-        low_latency: whether to poll for the next message for a while before sleeping; see `TcpSource.spins`.
+        low_latency: whether to poll for the next message for a while before sleeping; see `TcpSource.low_latency`.
     """
 
     tcp_nodelay: bool = True

@@ -68,7 +68,7 @@ class Inbox:
         source: the source of the messages.
 
     Attributes:
-        lost: number of messages lost before they arrived here, as counted by the source.
+        lost: number of messages lost before they reached this node, as counted by the source.
         is_ready: whether the inbox is in `InboxSet.ready`.
     """
 
@@ -115,7 +115,7 @@ class Inbox:
         """Remove the oldest message and return it; None if there is none."""
         while True:
             queue = self._queues[0]
-            is_newest = queue is self._newest  # checked first: only queues before the last one stay empty once they are
+            is_newest = queue is self._newest  # checked first: nothing is put into older queues, but into this one
             self._num_taken += 1  # first: a message that is being taken does not count as lost
             try:
                 return queue.popleft()

@@ -64,6 +64,10 @@ class Subscriber(Generic[_M]):
         queue_size: maximum number of messages waiting for the callback; None for no limit.
         decode: creates a message from part of a buffer.
         stream: receives the messages undecoded, instead of the callback; None if there is a callback.
+        direct: whether the callback runs in the receiving thread even in a node that spins.
+        in_publisher: whether the callback may run in the thread of a publisher in this process.
+        native_class: class of the message objects that the callback can receive as they are; None if their arrays must
+            be converted first.
     """
 
     def __init__(
@@ -137,7 +141,7 @@ class Subscriber(Generic[_M]):
                 text = f"bad callback: {self._deadline or self._callback!r} of {self.name}"
                 self._subscription.context.log.exception(text, error=error)
 
-    def message(self, source: Source, item: Item) -> _M | None:
+    def decode_for_stream(self, source: Source, item: Item) -> _M | None:
         """Decode an item that the stream has received; log it and return None if it cannot be decoded."""
         message: _M | None = self._subscription.dispatcher.decode_for_stream(self, source, item)
         return message

@@ -162,7 +162,7 @@ class Subscription:
         if self._closed:
             link.close()
             return
-        link.spins = self.hints.low_latency
+        link.low_latency = self.hints.low_latency
         with self._lock:
             self._tcp_links = (*self._tcp_links, link)
         self.delivery.add(link)

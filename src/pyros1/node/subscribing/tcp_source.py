@@ -24,15 +24,15 @@ if TYPE_CHECKING:
     from pyros1.node.subscribing.threads import Driver
 
 MIN_LARGE_FRAME = 1 << 17
-"""Minimum size in bytes of a frame that is received in pieces, with its array directly in the final object."""
+"""Minimum size in bytes of a frame that is received in pieces, so that its array need not be copied."""
 MAX_RESERVED = 16 << 20
 """Maximum size in bytes of an array whose memory is reserved in advance, unless an array at least half as large was
 received before."""
 
 RECEIVE_TIMEOUT = 0.02
-"""Maximum number of seconds that `TcpSource.receive` waits, if asked to wait."""
-SPIN_TIME = 0.002
-"""Seconds for which a link whose ``spins`` is True polls for the next message."""
+"""Maximum number of seconds that `TcpSource.receive` waits if its argument ``wait`` is True."""
+BUSY_POLL_TIME = 0.002
+"""Seconds for which a link whose ``low_latency`` is True polls for the next message."""
 _MSG_WAITALL = getattr(socket, "MSG_WAITALL", 0)
 _unpack_u32 = struct.Struct("<I").unpack_from
 DRAIN_TIME = 0.02
@@ -46,7 +46,7 @@ less than MAX_FLOOD_GAP seconds apart.
 """
 MIN_FLOOD_STREAK = 100
 GATHER_TIME = 200e-6
-"""Seconds of a pause during which messages accumulate."""
+"""Duration in seconds of the pause that lets messages accumulate during a flood."""
 
 
 class ArrayLayout(NamedTuple):
@@ -77,7 +77,7 @@ class TcpSource:
         last_readable_at: time at which the socket was last readable, in `perf_counter` seconds.
         expected_layout: the layout of the last large frame, which the next is likely to have; None if all frames go
             through the buffer.
-        spins: whether a `receive` that waits polls for SPIN_TIME seconds before it sleeps. The system needs
+        low_latency: whether a `receive` that waits polls for BUSY_POLL_TIME seconds before it sleeps. The system needs
             25 to 50 us to wake a sleeping thread; a polling thread occupies a processor meanwhile. On a busy machine,
             the thread sleeps, see `PollGuard`.
     """
@@ -96,7 +96,7 @@ class TcpSource:
         self.can_wait = _set_receive_timeout(sock)
         self.last_readable_at = 0.0
         self.expected_layout: ArrayLayout | None = None
-        self.spins = False
+        self.low_latency = False
         self._poll_guard = PollGuard()
         if sock.family == getattr(socket, "AF_UNIX", None):
             self.address = f"LOCAL connection on port 0 to [127.0.0.1:0 on socket {self.fd}]"
@@ -126,19 +126,19 @@ class TcpSource:
         flags = 0 if wait else DONTWAIT
         if self.expected_layout is not None and not self.buffer.has_partial_frame:
             return self._receive_large(self.expected_layout, flags)
-        count = self._spin_receive() if wait and self.spins else None
+        count = self._poll_and_receive() if wait and self.low_latency else None
         if count is None:
             count = self.sock.recv_into(self.buffer.writable(), 0, flags)
         return self.take_received(count) if count else None
 
-    def _spin_receive(self) -> int | None:
+    def _poll_and_receive(self) -> int | None:
         """Poll for bytes; return how many arrived, 0 at the end of the stream, or None if the caller must sleep: after
-        SPIN_TIME seconds without any, or on a busy machine.
+        BUSY_POLL_TIME seconds without any, or on a busy machine.
         """
         now = perf_counter()
         if now < self._poll_guard.paused_until:
             return None
-        free_space, receive, deadline = self.buffer.writable(), self.sock.recv_into, now + SPIN_TIME
+        free_space, receive, deadline = self.buffer.writable(), self.sock.recv_into, now + BUSY_POLL_TIME
         while now < deadline:
             try:
                 return receive(free_space, 0, DONTWAIT)

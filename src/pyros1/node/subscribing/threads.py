@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 MIN_WAITING_THREADS = 2
 """Number of waiting threads that do not exit when idle."""
 IDLE_TIMEOUT = 5.0
-"""Seconds after which any further waiting thread exits if nothing wakes it."""
+"""Seconds after which each further waiting thread exits if nothing wakes it."""
 
 
 class Driver(Protocol):
@@ -183,7 +183,7 @@ class DeliveryThreads:
 
     @property
     def has_waiting_thread(self) -> bool:
-        """Whether a thread is waiting for the next message; then a busy thread need not return immediately."""
+        """Whether a thread is waiting for the next message, so that the calling thread may wait for a single link."""
         return self._num_waiting > 0
 
     def _remove_thread(self, thread: threading.Thread) -> None:

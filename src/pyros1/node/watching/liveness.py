@@ -75,8 +75,8 @@ class WatchedNode:
             return self._limit
         return max(0.0, self._failing_since + self._limit - now)
 
-    def is_new(self, pid: int | None) -> bool:
-        """Return whether a response with process id ``pid`` is from another process than the one that was found."""
+    def is_new_process(self, pid: int | None) -> bool:
+        """Return whether process ``pid``, which has responded, is another process than the one that was found."""
         return self.state is State.UNSEEN or pid != self._pid
 
     def on_address(self, uri: str, now: float) -> list[Sighting]:
@@ -102,17 +102,17 @@ class WatchedNode:
             changes.append(self._sighting("it answers again" if is_same_process else "it answers", 0.0))
         return changes
 
-    def on_failure(self, reason: str, asked_at: float, now: float, is_port_closed: bool = False) -> list[Sighting]:
+    def on_failure(self, reason: str, requested_at: float, now: float, is_port_closed: bool = False) -> list[Sighting]:
         """Process a failed request to the node at `uri`; return the resulting changes.
 
         Args:
             reason: a text that says why the request failed.
-            asked_at: when the request was sent.
+            requested_at: when the request was sent.
             now: the current time.
             is_port_closed: whether the node's machine reports that the port is closed.
         """
         if self._failing_since is None:
-            self._failing_since = asked_at
+            self._failing_since = requested_at
         if is_port_closed:
             return self._mark_lost(f"its port is closed: it has exited ({reason})", now)
         # A timer may fire a few microseconds early.

@@ -36,14 +36,14 @@ class Lookups:
         self._is_call_pending = False
         self._lacks_multicall = False  # whether the master has no system.multicall
 
-    def ask(self, name: str, callback: LookupCallback) -> None:
+    def look_up(self, name: str, callback: LookupCallback) -> None:
         """Look up a node, and call ``callback(uri)`` with its address; if the master does not return an address, the
         callback is not called.
         """
         self._requests.setdefault(name, set()).add(callback)
         if not self._is_call_pending:
             self._is_call_pending = True
-            self._loop.call_soon(self._send)  # after all watches that poll now
+            self._loop.call_soon(self._send)  # after the other watches that poll now have made their requests
 
     def _send(self) -> None:
         self._is_call_pending = bool(self._requests)

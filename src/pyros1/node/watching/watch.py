@@ -61,8 +61,8 @@ class Watch:
         self._node = WatchedNode(name, limit)
         self._notify = notify
         self._on_close = on_close
-        self._is_asking = False
-        self._asked_early = False  # whether a request was sent before the end of the current period
+        self._is_request_pending = False
+        self._has_requested_early = False  # whether `on_disconnected` has sent a request in this period
         self._was_stall_ignored = False  # whether a missing response was ignored since the last response
 
     # For the program --------------------------------------------------------------------------------------------------
@@ -100,15 +100,15 @@ class Watch:
         """Ask the master for the node's address, and the node for its process id; called once per period."""
         if self.closed:
             return
-        self._asked_early = False
-        self._lookups.ask(self.name, self._on_address)
-        self._ask()
+        self._has_requested_early = False
+        self._lookups.look_up(self.name, self._on_address)
+        self._request_pid()
 
-    def disconnected(self, uri: str) -> None:
+    def on_disconnected(self, uri: str) -> None:
         """Send a request immediately, since the node has closed a connection and may have exited."""
-        if uri == self._node.uri and not self._asked_early:
-            self._asked_early = True
-            self._ask()
+        if uri == self._node.uri and not self._has_requested_early:
+            self._has_requested_early = True
+            self._request_pid()
 
     def _on_address(self, uri: str) -> None:
         if self.closed:
@@ -116,72 +116,72 @@ class Watch:
         previous_uri = self._node.uri
         self._report(self._node.on_address(uri, monotonic()))
         if uri != previous_uri:
-            self._is_asking = False  # a response from the old address is ignored
-            self._ask()
+            self._is_request_pending = False  # a response from the old address is ignored
+            self._request_pid()
 
-    def _ask(self) -> None:
+    def _request_pid(self) -> None:
         now = monotonic()
         uri, remaining_time = self._node.uri, self._node.remaining_time(now)
-        if self.closed or self._is_asking or not uri:
+        if self.closed or self._is_request_pending or not uri:
             return
-        self._is_asking = True
+        self._is_request_pending = True
         on_reply = partial(self._on_pid, uri, now, remaining_time)
         self._rpc.call(uri, "getPid", (self._caller_id,), on_reply, max(0.001, remaining_time))
 
-    def _on_pid(self, uri: str, asked_at: float, remaining_time: float, reply: Any, error: Error | None) -> None:
+    def _on_pid(self, uri: str, requested_at: float, remaining_time: float, reply: Any, error: Error | None) -> None:
         if self.closed or uri != self._node.uri:
             return
         if error is None or isinstance(error, XmlRpcFault):  # a node that does not have getPid is running as well
-            self._handle_alive(uri, asked_at, _parse_pid(reply))
+            self._handle_alive(uri, requested_at, _parse_pid(reply))
         else:
-            self._is_asking = False
-            self._handle_failure(error, asked_at, remaining_time)
+            self._is_request_pending = False
+            self._handle_failure(error, requested_at, remaining_time)
 
-    def _handle_alive(self, uri: str, asked_at: float, pid: int | None) -> None:
-        if not self._node.is_new(pid):
-            self._is_asking = False
+    def _handle_alive(self, uri: str, requested_at: float, pid: int | None) -> None:
+        if not self._node.is_new_process(pid):
+            self._is_request_pending = False
             self._was_stall_ignored = False
             self._report(self._node.on_response(pid, monotonic()))
             return
         # If the node has exited, another node may be using its port.
-        on_reply = partial(self._on_name, uri, asked_at, pid)
+        on_reply = partial(self._on_name, uri, requested_at, pid)
         self._rpc.call(uri, "getName", (self._caller_id,), on_reply, max(0.001, self._node.remaining_time(monotonic())))
 
-    def _on_name(self, uri: str, asked_at: float, pid: int | None, reply: Any, error: Error | None) -> None:
+    def _on_name(self, uri: str, requested_at: float, pid: int | None, reply: Any, error: Error | None) -> None:
         if self.closed or uri != self._node.uri:
             return
-        self._is_asking = False
+        self._is_request_pending = False
         name = reply[2] if isinstance(reply, list) and len(reply) == 3 and reply[0] == 1 else None
         now = monotonic()
         if isinstance(name, str) and name != self.name:
             reason = f"{terminal_text.one_line(name)} answers in its place"
-            self._report(self._node.on_failure(reason, asked_at, now, is_port_closed=True))
+            self._report(self._node.on_failure(reason, requested_at, now, is_port_closed=True))
         elif error is None or isinstance(error, XmlRpcFault):  # stock roscpp does not report its name
             self._was_stall_ignored = False
             self._report(self._node.on_response(pid, now))
         else:
-            self._handle_failure(error, asked_at, self._node.remaining_time(asked_at))
+            self._handle_failure(error, requested_at, self._node.remaining_time(requested_at))
 
-    def _handle_failure(self, error: Error, asked_at: float, remaining_time: float) -> None:
+    def _handle_failure(self, error: Error, requested_at: float, remaining_time: float) -> None:
         now = monotonic()
         if (
             isinstance(error, DeadlineError)
-            and now > asked_at + remaining_time + MIN_STALL
+            and now > requested_at + remaining_time + MIN_STALL
             and not self._was_stall_ignored
         ):
             self._was_stall_ignored = True
             self._node.ignore_failure()
-            self._ask()
+            self._request_pid()
             return
-        self._report(self._node.on_failure(str(error), asked_at, now, _is_port_closed(error)))
+        self._report(self._node.on_failure(str(error), requested_at, now, _is_port_closed(error)))
         if self.alive and not isinstance(error, DeadlineError):
-            self._loop.call_later(RETRY_DELAY, self._ask)
+            self._loop.call_later(RETRY_DELAY, self._request_pid)
 
     def _report(self, changes: list[Sighting]) -> None:
         for sighting in changes:
             self.last = sighting
             if not sighting.alive:
-                self._lookups.ask(self.name, self._on_address)  # another node of this name may be running already
+                self._lookups.look_up(self.name, self._on_address)  # another node of this name may be running already
             self._notify(sighting)
 
 

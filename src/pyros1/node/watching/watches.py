@@ -139,7 +139,7 @@ class Watches:
     def _on_disconnected(self, uri: str) -> None:
         for watches in list(self._watches_by_period.values()):
             for watch in watches:
-                watch.disconnected(uri)
+                watch.on_disconnected(uri)
 
     def _forget(self, watch: Watch) -> None:
         if watch.period in self._watches_by_period:  # `_poll` removes the entry if no watch remains

@@ -1,12 +1,12 @@
-"""A client's connection to a service that this node provides.
+"""The connection of a client to a service that this node provides.
 
 States::
 
     waiting ──────────────> answering ──────────────> closed
-      ^   a whole request       │   not persistent
+      ^   complete request      │   not persistent
       └─────────────────────────┘   persistent
 
-* *waiting*: on the loop, for a whole request. A client that sends nothing, or one byte at a time, does not occupy a
+* *waiting*: on the loop, for a complete request. A client that sends nothing, or one byte at a time, does not occupy a
   thread. A request that has started must be transferred at a minimum rate, see `TransferDeadline`; a client that is not
   persistent must start a request in time.
 * *answering*: in a worker's thread, until the response is sent. The worker also waits briefly for the first
@@ -41,8 +41,8 @@ FrameRanges = list[tuple[int, int]]
 """(start, end) of each request's body in the buffer."""
 
 
-class ServiceLink:
-    """The connection to one client.
+class ClientConnection:
+    """The connection of one client.
 
     Args:
         loop: the node's loop.
@@ -53,7 +53,7 @@ class ServiceLink:
         submit: ``submit(job)`` runs a job in a worker and returns None, or returns the reason why that is not possible.
         may_linger: ``may_linger(count)`` returns whether a worker may wait for more requests after it has answered
             ``count`` of them.
-        on_closed: called once, with the link and the error that closed it, or None.
+        on_closed: called once, with this object and the error that closed it, or None.
     """
 
     def __init__(
@@ -65,7 +65,7 @@ class ServiceLink:
         respond: Callable[[bytes, int, int, dict[str, str]], bytes],
         submit: Callable[[Callable[[], None]], str | None],
         may_linger: Callable[[int], bool],
-        on_closed: Callable[[ServiceLink, Exception | None], None],
+        on_closed: Callable[[ClientConnection, Exception | None], None],
     ) -> None:
         self.header = header
         self._loop = loop
@@ -81,10 +81,10 @@ class ServiceLink:
         self._is_ending = False
         self._spin_wait = SpinWait()
 
-    def begin(self, greeting: bytes) -> None:
-        """Send the provider's header and wait for a request. Called on the loop."""
+    def begin(self, encoded_header: bytes) -> None:
+        """Send the provider's header, encoded, and wait for a request. Called on the loop."""
         try:
-            if self._sock.send(greeting) < len(greeting):
+            if self._sock.send(encoded_header) < len(encoded_header):
                 raise ProtocolError("the client does not read its data")
             frames = self._buffer.received(0)
         except (OSError, ProtocolError) as error:
@@ -193,7 +193,7 @@ class ServiceLink:
         """Wait a moment for more requests; return their ranges in the buffer, or [] if none is complete by then.
 
         Raises:
-            OSError: the client has disconnected, or the link is being closed.
+            OSError: the client has disconnected, or the connection is being closed.
             ProtocolError: a request is too large.
         """
         try:

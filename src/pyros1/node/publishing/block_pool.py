@@ -79,7 +79,7 @@ class Placement(NamedTuple):
     array_size: int
 
 
-class Pool:
+class BlockPool:
     """The blocks of a topic. All methods are called in the topic's strand.
 
     Attributes:
@@ -93,7 +93,7 @@ class Pool:
 
     @property
     def is_own(self) -> bool:
-        """Whether this process created the pool. A forked process must not use it: blocks and numbers would clash."""
+        """Whether this process created the pool. A forked process must not: both would write to the same blocks."""
         return os.getpid() == self._pid
 
     def place(self, frame: Frame, in_use: Set[int]) -> Placement | None:

@@ -16,8 +16,8 @@ from pyros1.node.same_host import host_key
 if not host_key():
     pytest.skip("no shared memory on this system", allow_module_level=True)
 
-from pyros1.node.publishing import pool as module
-from pyros1.node.publishing.pool import MAX_BLOCKS, MAX_FREE_BLOCKS, Block, Placement, Pool
+from pyros1.node.publishing import block_pool as module
+from pyros1.node.publishing.block_pool import MAX_BLOCKS, MAX_FREE_BLOCKS, Block, BlockPool, Placement
 
 
 def frame(body: bytes) -> bytes:
@@ -30,12 +30,12 @@ def content(place: Placement) -> bytes:
 
 @pytest.fixture
 def pool() -> Any:
-    made = Pool()
+    made = BlockPool()
     yield made
     made.close()
 
 
-def test_a_message_is_written_and_its_array_told(pool: Pool) -> None:
+def test_a_message_is_written_and_its_array_told(pool: BlockPool) -> None:
     array = bytes(range(256)) * 400
     head = b"head" + len(array).to_bytes(4, "little")
     parts: list[Any] = [(len(head) + len(array) + 2).to_bytes(4, "little") + head, array, b"tl"]
@@ -47,7 +47,7 @@ def test_a_message_is_written_and_its_array_told(pool: Pool) -> None:
     assert whole is not None and content(whole) == array and (whole.array_begin, whole.array_size) == (0, 0)
 
 
-def test_memory_that_its_owner_may_change_is_copied(pool: Pool) -> None:
+def test_memory_that_its_owner_may_change_is_copied(pool: BlockPool) -> None:
     array = bytearray(b"a" * 100_000)
     place = pool.place([b"\0" * 8, memoryview(array).cast("H")], set())
     array[:] = b"b" * 100_000
@@ -56,7 +56,7 @@ def test_memory_that_its_owner_may_change_is_copied(pool: Pool) -> None:
 
 @given(st.lists(st.tuples(st.integers(1, 1 << 20), st.sets(st.integers(1, 40), max_size=4)), max_size=60))
 def test_blocks_that_are_in_use_are_not_written(steps: list[tuple[int, set[int]]]) -> None:
-    pool = Pool()
+    pool = BlockPool()
     seen: dict[int, bytes] = {}
     for number, (size, wanted) in enumerate(steps):
         in_use = wanted & pool.blocks.keys()
@@ -73,7 +73,7 @@ def test_blocks_that_are_in_use_are_not_written(steps: list[tuple[int, set[int]]
     pool.close()
 
 
-def test_there_is_an_end_to_it(pool: Pool, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_there_is_an_end_to_it(pool: BlockPool, monkeypatch: pytest.MonkeyPatch) -> None:
     in_use: set[int] = set()
     while place := pool.place(frame(b"x" * 100_000), in_use):
         in_use.add(place.block.number)
@@ -85,13 +85,13 @@ def test_there_is_an_end_to_it(pool: Pool, monkeypatch: pytest.MonkeyPatch) -> N
     assert pool.place(frame(bytes(11 << 20)), set()) is None
 
 
-def test_messages_that_grow_leave_no_small_blocks_behind(pool: Pool) -> None:
+def test_messages_that_grow_leave_no_small_blocks_behind(pool: BlockPool) -> None:
     for size in range(100_000, 10_000_000, 300_000):
         assert pool.place(frame(bytes(size)), set()) is not None
     assert len(pool.blocks) <= MAX_FREE_BLOCKS + 1
 
 
-def test_no_descriptors(pool: Pool, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_no_descriptors(pool: BlockPool, monkeypatch: pytest.MonkeyPatch) -> None:
     def fail(*_: Any) -> int:
         raise OSError(errno.EMFILE, "Too many open files")
 
@@ -136,10 +136,10 @@ def test_a_subscriber_cannot_write() -> None:
     block.close()
 
 
-def test_nothing_is_left_open(pool: Pool) -> None:
+def test_nothing_is_left_open(pool: BlockPool) -> None:
     before = os.listdir("/proc/self/fd")
     for _ in range(3):
-        other = Pool()
+        other = BlockPool()
         other.place(frame(bytes(100_000)), set())
         other.close()
     assert os.listdir("/proc/self/fd") == before

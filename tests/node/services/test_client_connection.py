@@ -1,4 +1,4 @@
-"""ServiceLink without a node: clients that leave or do not read."""
+"""ClientConnection without a node: clients that leave or do not read."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from pyros1.ground.errors import ProtocolError
-from pyros1.node.services.connection import ServiceLink
+from pyros1.node.services.client_connection import ClientConnection
 
 
 class Timer:
@@ -44,7 +44,7 @@ class Ends:
         self.sock.setblocking(False)
         self.loop = ManualLoop()
         self.closed: list[Exception | None] = []
-        self.link = ServiceLink(
+        self.link = ClientConnection(
             self.loop,  # type: ignore[arg-type]
             self.sock,
             {"persistent": "1"},
