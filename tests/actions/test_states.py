@@ -10,7 +10,7 @@ from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule
 
-from pyros1.actions.goal_id import GoalNames, matches
+from pyros1.actions.goal_id import GoalNames, cancel_request_matches
 from pyros1.actions.goal_table import GoalTable, Tracked
 from pyros1.actions.progress import Progress
 from pyros1.actions.states import Stage, Status, Transition, stages_after, status_after
@@ -160,7 +160,7 @@ def test_a_result_without_an_end_is_odd() -> None:
 )
 def test_which_goals_a_request_means(request_id: Any, matching: str) -> None:
     goals = [goal_id(name, number) for number, name in enumerate("abc", 1)]
-    assert "".join(goal.id for goal in goals if matches(request_id, goal)) == matching
+    assert "".join(goal.id for goal in goals if cancel_request_matches(request_id, goal)) == matching
 
 
 def test_the_table_forgets_goals_some_time_after_their_end() -> None:

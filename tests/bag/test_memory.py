@@ -39,9 +39,9 @@ import pyros1.bag.export.mcap_writer, pyros1.msgs.yamltext, pyros1.msgs.json_for
 import pyros1.bag.format.files, pyros1.bag.edit.editing, pyros1.bag.edit.reindex, pyros1.bag.info
 from pyros1.bag import api
 from pyros1.bag.format import encryption
-from pyros1.bag.play import source as play_source
+from pyros1.bag.play import read_ahead
 from pyros1.cli import help, registry
-import pyros1.bag.export.tables, pyros1.bag.export.topic_names
+import pyros1.bag.export.tables, pyros1.bag.export.file_names
 import pyros1.cli.shared.forms, pyros1.cli.shared.buffered_output
 from pyros1.cli.running import run_command
 
@@ -57,7 +57,7 @@ def read(path, raw):
         return 0 if sum(1 for message in opened.messages(raw=raw)) == 2 else 1
 
 def ahead(path):
-    with play_source.Bags([path]) as bags, play_source.ReadAhead(bags.messages(0, 2**62)) as source:
+    with read_ahead.BagSet([path]) as bags, read_ahead.ReadAhead(bags.messages(0, 2**62)) as source:
         count = 0
         while (batch := source.take(10)) is not None:
             count += len(batch)

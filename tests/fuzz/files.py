@@ -77,7 +77,7 @@ def _mcap() -> list[bytes]:
 
     schema = mcap.pack_schema(mcap.Schema(1, "std_msgs/String", "ros1msg", b"string data\n"))
     channel = mcap.pack_channel(mcap.Channel(1, 1, "/a", "ros1", {"callerid": "/n"}))
-    message = put(mcap.OP_MESSAGE, mcap.MESSAGE_HEAD.pack(1, 1, 5, 5), b"\1\0\0\0a")
+    message = put(mcap.OP_MESSAGE, mcap.MESSAGE_HEADER.pack(1, 1, 5, 5), b"\1\0\0\0a")
     records = schema + channel + message
     end = put(mcap.OP_DATA_END, bytes(4)) + put(mcap.OP_FOOTER, bytes(20)) + mcap.MAGIC
     found = [records]

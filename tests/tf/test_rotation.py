@@ -11,7 +11,16 @@ import numpy as np
 import pytest
 
 from pyros1.tf import transformations as tr
-from pyros1.tf.rotation import IDENTITY, Transform, chain, chain_normalized, from_angles, invert, product, to_angles
+from pyros1.tf.rotation import (
+    IDENTITY,
+    Transform,
+    from_angles,
+    invert,
+    multiply,
+    multiply_normalized,
+    product,
+    to_angles,
+)
 
 RNG = random.Random(1)
 NAMES = [kind + "".join(axes) for kind in "sr" for axes in combinations("xyz", repeat=3)]
@@ -68,13 +77,13 @@ def euler(name: str, angles: list[float]) -> Any:
 @pytest.mark.parametrize("_", range(10))
 def test_transforms_are_multiplied_as_matrices(_: int) -> None:
     first, second, third = transform(), transform(), transform()
-    assert matrix(chain(first, second)) == pytest.approx(matrix(first) @ matrix(second))
-    assert matrix(chain_normalized(first, second)) == pytest.approx(matrix(first) @ matrix(second))
-    assert product([third, second, first]) == chain(first, chain(second, third))
+    assert matrix(multiply(first, second)) == pytest.approx(matrix(first) @ matrix(second))
+    assert matrix(multiply_normalized(first, second)) == pytest.approx(matrix(first) @ matrix(second))
+    assert product([third, second, first]) == multiply(first, multiply(second, third))
     assert product([first]) == first
     assert matrix(product([third, second, first])) == pytest.approx(matrix(first) @ matrix(second) @ matrix(third))
     assert matrix(invert(first)) == pytest.approx(np.linalg.inv(matrix(first)))
-    assert chain(first, invert(first)) == pytest.approx(IDENTITY) and chain(IDENTITY, first) == first
+    assert multiply(first, invert(first)) == pytest.approx(IDENTITY) and multiply(IDENTITY, first) == first
 
 
 @pytest.mark.parametrize("_", range(20))
@@ -82,11 +91,11 @@ def test_a_normalized_product_has_the_sign_that_a_matrix_gives(_: int) -> None:
     first, second = transform(), transform()
     factor = RNG.choice((-3.0, 0.5))
     scaled: Any = (*second[:3], *(factor * part for part in second[3:]))
-    found = chain_normalized(first, scaled)
-    assert found[3:] == pytest.approx(tr.quaternion_from_matrix(matrix(chain(first, second))))
+    found = multiply_normalized(first, scaled)
+    assert found[3:] == pytest.approx(tr.quaternion_from_matrix(matrix(multiply(first, second))))
     half_turns = [(1.0, 0.0, 0.0, 0.0), (0.0, -1.0, 0.0, 0.0), (0.0, 0.0, -1.0, 0.0), (0.6, -0.8, 0.0, 0.0)]
     expected = [(1.0, 0.0, 0.0, 0.0), (0.0, 1.0, 0.0, 0.0), (0.0, 0.0, 1.0, 0.0), (-0.6, 0.8, 0.0, 0.0)]
-    assert [chain_normalized(IDENTITY, (0.0, 0.0, 0.0, *half))[3:] for half in half_turns] == expected
+    assert [multiply_normalized(IDENTITY, (0.0, 0.0, 0.0, *half))[3:] for half in half_turns] == expected
 
 
 @pytest.mark.parametrize("_", range(10))
@@ -130,7 +139,7 @@ def test_all_conventions_of_angles(name: str) -> None:
 def test_quaternions(_: int) -> None:
     one, other = unit(numbers(4)), unit(numbers(4))
     assert rotation(tr.quaternion_multiply(one, other)) == pytest.approx(rotation(one) @ rotation(other))
-    assert chain((0.0, 0.0, 0.0, *one), (0.0, 0.0, 0.0, *other))[3:] == pytest.approx(  # type: ignore[arg-type]
+    assert multiply((0.0, 0.0, 0.0, *one), (0.0, 0.0, 0.0, *other))[3:] == pytest.approx(  # type: ignore[arg-type]
         tr.quaternion_multiply(one, other)
     )
     scaled = [3.0 * part for part in one]

@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 
-from pyros1.bag.record.names import Selection
+from pyros1.bag.record.topic_selection import TopicSelection
 from pyros1.bag.record.topics import TopicSearch
 from pyros1.graph import Graph
 from pyros1.msgs import AnyMsg
@@ -51,7 +51,7 @@ def robot(node: Node, environ: dict[str, str]) -> Iterator[Robot]:
 
 
 def record(node: Node, robot: Robot, name: str) -> None:
-    (topic,) = TopicSearch(node, Selection([name])).new_topics()
+    (topic,) = TopicSearch(node, TopicSelection([name])).new_topics()
     assert topic == "/a"  # its name in the bag, as in stock (O30)
     node.subscribe(topic, AnyMsg, print)
 

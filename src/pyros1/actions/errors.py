@@ -22,7 +22,7 @@ class GoalError(ActionError):
     """
 
     def __init__(self, name: str, status: Status, text: str, result: Any) -> None:
-        super().__init__(f"goal {name} was not reached: {status.name}" + (f" ({text})" if text else ""))
+        super().__init__(f"goal {name} did not succeed: {status.name}" + (f" ({text})" if text else ""))
         self.status = status
         self.text = text
         self.result = result

@@ -24,7 +24,7 @@ class GoalNames:
         return f"{self._node_name}-{next(self._counter)}-{now.secs}.{now.nsecs // 1_000_000:03}"
 
 
-def matches(request: Any, goal_id: Any) -> bool:
+def cancel_request_matches(request: Any, goal_id: Any) -> bool:
     """Return whether a cancel request matches a goal.
 
     Args:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any, Generic, TypeVar
 
-from pyros1.actions.goal_id import matches
+from pyros1.actions.goal_id import cancel_request_matches
 from pyros1.actions.states import Status, Transition, status_after
 from pyros1.ground.timing import Duration, Time
 from pyros1.msgs import load_message
@@ -70,14 +70,14 @@ class GoalTable(Generic[_T]):
         Returns:
             The known goal, or None; and whether it was marked as recalled, in which case the client needs a result now.
         """
-        known = self.find(name) if name else None
-        if known is None:
+        known_goal = self.find(name) if name else None
+        if known_goal is None:
             return None, False
-        is_recalled = known.status.status == Status.RECALLING and known.goal is None
+        is_recalled = known_goal.status.status == Status.RECALLING and known_goal.goal is None
         if is_recalled:
-            known.status.status = int(Status.RECALLED)
-            known.ended_at = now
-        return known, is_recalled
+            known_goal.status.status = int(Status.RECALLED)
+            known_goal.ended_at = now
+        return known_goal, is_recalled
 
     def is_too_old(self, goal_id: Any) -> bool:
         """Return whether a new goal is covered by an earlier request to cancel all goals up to some time."""
@@ -86,7 +86,7 @@ class GoalTable(Generic[_T]):
     def match_cancel(self, request: Any) -> list[_T]:
         """Return the goals that a cancel request matches, and remember the time in the request."""
         self.last_cancel = max(self.last_cancel, request.stamp)
-        return [goal for goal in self.goals if matches(request, goal.status.goal_id)]
+        return [goal for goal in self.goals if cancel_request_matches(request, goal.status.goal_id)]
 
     def forget(self, now: Time) -> list[_T]:
         """Remove and return the goals that ended more than ``keep_duration`` ago.

@@ -1,4 +1,6 @@
-"""A goal as its client sees it, without communication: derives stages from the server's messages in any order."""
+"""A goal as its client sees it, without communication: derives stages from the server's messages, in whatever order
+they arrive.
+"""
 
 from __future__ import annotations
 

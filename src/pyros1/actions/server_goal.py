@@ -57,7 +57,7 @@ class ServerGoal:
         self._end(Transition.REJECT, result, text)
 
     def succeed(self, result: Any = None, text: str = "") -> None:
-        """End the goal because it was reached.
+        """End the goal because it was achieved.
 
         Args:
             result: the action's result message, such as FibonacciResult; None for one with default values.
@@ -70,7 +70,7 @@ class ServerGoal:
         self._end(Transition.SUCCEED, result, text)
 
     def abort(self, result: Any = None, text: str = "") -> None:
-        """End the goal because it could not be reached."""
+        """End the goal because it could not be achieved."""
         self._end(Transition.ABORT, result, text)
 
     def cancel(self, result: Any = None, text: str = "") -> None:

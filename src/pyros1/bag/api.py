@@ -125,9 +125,9 @@ class Bag:
         """Yield messages in time order. Only chunks that overlap the given time range are read.
 
         Args:
-            topics: one topic or several; None means all. A leading ``/`` matters only if the bag has both names. Topics
-                that are not in the bag yield nothing, as with rosbag.Bag.read_messages; the attribute of the same name
-                lists the bag's topics.
+            topics: one topic or several; None means all. A leading ``/`` is ignored unless the bag has topics with and
+                without it. Topics that are not in the bag yield nothing, as with rosbag.Bag.read_messages; the
+                attribute `topics` lists the bag's topics.
             start: earliest time.
             end: latest time.
             raw: whether to yield `AnyMsg` instead of decoded messages.
@@ -315,11 +315,11 @@ class Bag:
     def _connection_ids(self, topics: str | Collection[str] | None) -> set[int] | None:
         if topics is None:
             return None
-        return self.reader.ids([topics] if isinstance(topics, str) else topics)
+        return self.reader.connection_ids([topics] if isinstance(topics, str) else topics)
 
     def _topic_class(self, topic: str) -> type[Message]:
         """Return the class of a topic's messages; raises BagError if the topic or its definition is missing."""
-        ids = self.reader.ids([topic])
+        ids = self.reader.connection_ids([topic])
         if not ids:
             known_topics = self.topics
             hint = did_you_mean(f"/{topic.lstrip('/')}", known_topics) or (

@@ -154,7 +154,7 @@ class Combined:
         self.tasks = list(tasks)
 
     def run(self, status: Status) -> None:
-        """Fill in a status with what was observed since the last run. Pass this method to the updater as the task."""
+        """Run all tasks, and fill in a status with their results. Pass this method to the updater as the task."""
         initial_summary = status.level, status.message
         merged = Status()
         for task in self.tasks:

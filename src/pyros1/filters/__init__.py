@@ -18,8 +18,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from pyros1.filters.asyncio_synchronizer import synchronized
     from pyros1.filters.chain import Cache, Filter, Subscriber, Synchronizer
-    from pyros1.filters.streams import synchronized
     from pyros1.filters.synchronizers import ApproximateTime, ExactTime, Recent
 
 __all__ = [
@@ -41,7 +41,7 @@ _EXPORTS = {
     "Recent": "pyros1.filters.synchronizers",
     "Subscriber": "pyros1.filters.chain",
     "Synchronizer": "pyros1.filters.chain",
-    "synchronized": "pyros1.filters.streams",
+    "synchronized": "pyros1.filters.asyncio_synchronizer",
 }
 
 

@@ -100,15 +100,17 @@ class ApproximateTime(ExactTime):
         return [other_stamp for _, _, other_stamp in nearby]
 
     def _find_combination(self, candidates: list[list[Time]], low: Time, high: Time) -> list[Time] | None:
-        """Return the first combination of stamps, one per topic, that fits the range from ``low`` to ``high``."""
+        """Return the first combination of stamps, one per topic, that is less than ``slop`` apart, including the stamps
+        ``low`` and ``high``; None if there is none.
+        """
         if not candidates:
             return []
         for stamp in candidates[0]:
             minimum, maximum = min(low, stamp), max(high, stamp)
             if maximum - minimum < self.slop:
-                rest = self._find_combination(candidates[1:], minimum, maximum)
-                if rest is not None:
-                    return [stamp, *rest]
+                other_stamps = self._find_combination(candidates[1:], minimum, maximum)
+                if other_stamps is not None:
+                    return [stamp, *other_stamps]
         return None
 
 

@@ -10,7 +10,8 @@
         TransformListener(node, buffer)
         pose = buffer.lookup_transform("map", "base_link", timeout=5.0)
 
-The rules, messages and exceptions are those of tf2, in pure Python. `pyros1.tf.transformations` calculates with numpy.
+The rules, messages and exceptions are those of tf2, in pure Python. `pyros1.tf.transformations` has functions for
+rotations and matrices, which use numpy.
 """
 
 from __future__ import annotations

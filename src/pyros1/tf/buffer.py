@@ -12,12 +12,12 @@ from pyros1.ground.errors import NodeShutdownError
 from pyros1.ground.terminal_text import one_line
 from pyros1.ground.timing import Time
 from pyros1.msgs import load_message
-from pyros1.tf.description import as_dot, as_string, as_yaml
 from pyros1.tf.errors import ConnectivityException, ExtrapolationException, LookupException
 from pyros1.tf.fast_decoder import Row
 from pyros1.tf.frame import to_sec
 from pyros1.tf.rotation import Transform
 from pyros1.tf.tree import Tree
+from pyros1.tf.tree_formats import as_dot, as_string, as_yaml
 
 _T = TypeVar("_T")
 _NS = 1_000_000_000

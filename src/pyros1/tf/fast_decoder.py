@@ -17,7 +17,7 @@ Row = tuple[str, str, int, Transform]
 """(parent, child, time in ns, pose of the child in the parent)."""
 
 _unpack_count = Struct("<I").unpack_from
-_unpack_head = Struct("<4I").unpack_from  # sequence number, seconds, nanoseconds, length of the parent's name
+_unpack_header = Struct("<4I").unpack_from  # sequence number, seconds, nanoseconds, length of the parent's name
 _unpack_numbers = Struct("<7d").unpack_from
 _NS = 1_000_000_000
 MAX_CACHED_NAMES = 10_000
@@ -63,7 +63,7 @@ def make_decoder(decode_message: Callable[..., Any]) -> Callable[..., Any]:
             (count,) = _unpack_count(buffer, start)
             position = start + 4
             for _ in range(count):
-                _, secs, nsecs, length = _unpack_head(buffer, position)
+                _, secs, nsecs, length = _unpack_header(buffer, position)
                 begin = position + 16
                 position = begin + length
                 parent = buffer[begin:position]

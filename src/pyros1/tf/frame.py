@@ -22,10 +22,10 @@ class Frame:
         static: whether its transform is valid at all times; None while the frame is only known as a parent. As in tf2,
             this is determined by the first transform.
         authority: name of the node that sent the last transform.
-        stamps, entries: times and transforms, oldest first; items before the index `_head` are outdated.
+        stamps, entries: times and transforms, oldest first; items before the index `_oldest_index` are outdated.
     """
 
-    __slots__ = ("_cached_entry", "_cached_time", "_head", "authority", "entries", "name", "stamps", "static")
+    __slots__ = ("_cached_entry", "_cached_time", "_oldest_index", "authority", "entries", "name", "stamps", "static")
 
     def __init__(self, name: str) -> None:
         self.name = name
@@ -33,7 +33,7 @@ class Frame:
         self.authority = "no recorded authority"
         self.stamps: list[int] = []
         self.entries: list[Entry] = []
-        self._head = 0  # index of the oldest current item; earlier items are removed in batches
+        self._oldest_index = 0  # index of the oldest current item; earlier items are removed in batches
         # Time and result of the last interpolation: programs often look up the same time again, for several frames or
         # after can_transform.
         self._cached_time: int | None = None
@@ -64,8 +64,8 @@ class Frame:
                 "TF_OLD_DATA ignoring data from the past (Possible reasons are listed at "
                 "http://wiki.ros.org/tf/Errors%20explained)"
             )
-        index = bisect_right(stamps, time, self._head)
-        if index > self._head and stamps[index - 1] == time:
+        index = bisect_right(stamps, time, self._oldest_index)
+        if index > self._oldest_index and stamps[index - 1] == time:
             return "TF_REPEATED_DATA ignoring data with redundant timestamp"
         stamps.insert(index, time)
         self.entries.insert(index, entry)
@@ -77,14 +77,14 @@ class Frame:
         stamps = self.stamps
         stamps.append(time)
         self.entries.append(entry)
-        head = self._head
-        if stamps[head] < oldest:
-            while stamps[head] < oldest:
-                head += 1
-            if head > _MAX_OUTDATED_ITEMS:
-                del stamps[:head], self.entries[:head]
-                head = 0
-            self._head = head
+        oldest_index = self._oldest_index
+        if stamps[oldest_index] < oldest:
+            while stamps[oldest_index] < oldest:
+                oldest_index += 1
+            if oldest_index > _MAX_OUTDATED_ITEMS:
+                del stamps[:oldest_index], self.entries[:oldest_index]
+                oldest_index = 0
+            self._oldest_index = oldest_index
 
     def entry_at(self, time: int) -> Entry | None:  # noqa: PLR0911 - called for each frame of each lookup, so it must be fast
         """Return the entry at a time (0 for the newest), or None if there is none; `why_not` then returns the reason.
@@ -99,8 +99,8 @@ class Frame:
         stamps = self.stamps
         if not stamps or time >= stamps[-1]:
             return entries[-1] if stamps and time == stamps[-1] else None
-        index = bisect_right(stamps, time, self._head) - 1
-        if index < self._head:
+        index = bisect_right(stamps, time, self._oldest_index) - 1
+        if index < self._oldest_index:
             return None
         older_stamp = stamps[index]
         older = entries[index]
@@ -147,8 +147,8 @@ class Frame:
         stamps = self.stamps
         if not stamps or time >= stamps[-1]:
             return entries[-1] if stamps and time == stamps[-1] else None
-        index = bisect_right(stamps, time, self._head) - 1
-        return entries[index] if index >= self._head else None
+        index = bisect_right(stamps, time, self._oldest_index) - 1
+        return entries[index] if index >= self._oldest_index else None
 
     def why_not(self, time: int) -> str:
         """Return the reason why there is no transform at a time, in tf2's words."""
@@ -175,7 +175,7 @@ class Frame:
         if not self.static:
             self.stamps = []
             self.entries = []
-            self._head = 0
+            self._oldest_index = 0
             self._cached_time = None
 
     @property
@@ -186,7 +186,7 @@ class Frame:
     @property
     def oldest(self) -> int:
         """Stamp of the oldest transform; 0 if there is none, or if it is static."""
-        return self.stamps[self._head] if self.stamps else 0
+        return self.stamps[self._oldest_index] if self.stamps else 0
 
     @property
     def parent(self) -> Frame | None:
@@ -194,7 +194,7 @@ class Frame:
         return self.entries[-1][0] if self.entries else None
 
     def __len__(self) -> int:
-        return len(self.stamps) - self._head
+        return len(self.stamps) - self._oldest_index
 
     def __bool__(self) -> bool:
         return True

@@ -44,7 +44,7 @@ def to_angles(rotation: Quaternion) -> Vector:
     return atan2(2.0 * (y * z + w * x), w * w - x * x - y * y + z * z), pitch, atan2(yx, xx)
 
 
-def chain(first: Transform, second: Transform) -> Transform:
+def multiply(first: Transform, second: Transform) -> Transform:
     """Return the product of two transforms: ``first`` (parent <- child) times ``second`` (child <- grandchild)."""
     tx, ty, tz, ax, ay, az, aw = first
     x, y, z, bx, by, bz, bw = second
@@ -65,9 +65,9 @@ def chain(first: Transform, second: Transform) -> Transform:
 
 
 def product(steps: Sequence[Transform]) -> Transform:
-    """Return the product (see `chain`) of one or more transforms: the last one times ... times the first one."""
+    """Return the product (see `multiply`) of one or more transforms: the last one times ... times the first one."""
     x, y, z, bx, by, bz, bw = steps[0]
-    for tx, ty, tz, ax, ay, az, aw in steps[1:]:  # inlined from `chain`, since calls would take most of the time
+    for tx, ty, tz, ax, ay, az, aw in steps[1:]:  # inlined from `multiply`, since calls would take most of the time
         px = aw * x + ay * z - az * y
         py = aw * y + az * x - ax * z
         pz = aw * z + ax * y - ay * x
@@ -86,15 +86,15 @@ def product(steps: Sequence[Transform]) -> Transform:
 def invert(transform: Transform) -> Transform:
     """Return the inverse of a transform."""
     x, y, z, qx, qy, qz, qw = transform
-    inverted = chain((0.0, 0.0, 0.0, -qx, -qy, -qz, qw), (-x, -y, -z, 0.0, 0.0, 0.0, 1.0))
+    inverted = multiply((0.0, 0.0, 0.0, -qx, -qy, -qz, qw), (-x, -y, -z, 0.0, 0.0, 0.0, 1.0))
     return (inverted[0], inverted[1], inverted[2], -qx, -qy, -qz, qw)
 
 
-def chain_normalized(first: Transform, second: Transform) -> Transform:
-    """Return the result of `chain`, but with a normalised quaternion that has the same sign as after conversion to a
+def multiply_normalized(first: Transform, second: Transform) -> Transform:
+    """Return the result of `multiply`, but with a normalised quaternion that has the same sign as after conversion to a
     matrix and back.
     """
-    x, y, z, *rotation = chain(_normalized(first), _normalized(second))
+    x, y, z, *rotation = multiply(_normalized(first), _normalized(second))
     # Conversion from a matrix gives a positive w or, if w is small, a positive largest component.
     largest = 3 if rotation[3] * rotation[3] > 0.25 else max(range(3), key=lambda i: abs(rotation[i]))
     qx, qy, qz, qw = rotation if rotation[largest] >= 0 else [-part for part in rotation]

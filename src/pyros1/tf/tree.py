@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from math import isnan
 
-from pyros1.tf.description import as_string
 from pyros1.tf.errors import (
     ConnectivityException,
     ExtrapolationException,
@@ -15,7 +14,8 @@ from pyros1.tf.errors import (
 )
 from pyros1.tf.fast_decoder import Row
 from pyros1.tf.frame import Entry, Frame, to_sec
-from pyros1.tf.rotation import IDENTITY, Transform, chain, chain_normalized, invert, product
+from pyros1.tf.rotation import IDENTITY, Transform, invert, multiply, multiply_normalized, product
+from pyros1.tf.tree_formats import as_string
 
 _MAX_DEPTH = 1000
 """Maximum number of frames on a path; a longer one must be a loop."""
@@ -145,7 +145,7 @@ class Tree:
         self._find_frame("lookupTransform argument fixed_frame", fixed)
         _, source_to_fixed = self.lookup(fixed, source, source_time)
         stamp, fixed_to_target = self.lookup(target, fixed, target_time)
-        return stamp, chain_normalized(fixed_to_target, source_to_fixed)
+        return stamp, multiply_normalized(fixed_to_target, source_to_fixed)
 
     def latest_common_time(self, target: str, source: str) -> int:
         """Return the latest time at which all transforms between two frames are known, or 0 if all are static.
@@ -188,7 +188,7 @@ class Tree:
         if not target_steps:
             return time, source_to_ancestor
         ancestor_to_target = invert(product(target_steps))
-        return time, chain(ancestor_to_target, source_to_ancestor) if source_steps else ancestor_to_target
+        return time, multiply(ancestor_to_target, source_to_ancestor) if source_steps else ancestor_to_target
 
     def _find_path(
         self, target: Frame, source: Frame, time: int, find_entry: Callable[[Frame, int], Entry | None]

@@ -7,7 +7,7 @@ from math import cos, sin
 from typing import NamedTuple
 
 from pyros1.ground.terminal_text import one_line
-from pyros1.tf.rotation import IDENTITY, Transform, chain_normalized
+from pyros1.tf.rotation import IDENTITY, Transform, multiply_normalized
 from pyros1.urdf.model import MOVING_TYPES, Joint, Robot, UrdfError
 
 FIXED_TYPES = frozenset({"fixed", "planar"})
@@ -46,7 +46,7 @@ class Kinematics:
         self.root = _find_root(robot)
         joints = robot.joints.values()
         self.fixed = [
-            (joint, chain_normalized(joint.origin, IDENTITY)) for joint in joints if joint.type in FIXED_TYPES
+            (joint, multiply_normalized(joint.origin, IDENTITY)) for joint in joints if joint.type in FIXED_TYPES
         ]
         self.moving = {
             joint.name: Edge(joint, make_pose_function(joint)) for joint in joints if joint.type in MOVING_TYPES
@@ -86,10 +86,10 @@ def make_pose_function(joint: Joint) -> Callable[[float], Transform]:
     Args:
         joint: a joint whose type is in `MOVING_TYPES`.
     """
-    x, y, z, qx, qy, qz, qw = chain_normalized(joint.origin, IDENTITY)
+    x, y, z, qx, qy, qz, qw = multiply_normalized(joint.origin, IDENTITY)
     ax, ay, az = joint.axis
     if joint.type == "prismatic":
-        dx, dy, dz, *_ = chain_normalized((0.0, 0.0, 0.0, qx, qy, qz, qw), (ax, ay, az, 0.0, 0.0, 0.0, 1.0))
+        dx, dy, dz, *_ = multiply_normalized((0.0, 0.0, 0.0, qx, qy, qz, qw), (ax, ay, az, 0.0, 0.0, 0.0, 1.0))
         return lambda position: (x + dx * position, y + dy * position, z + dz * position, qx, qy, qz, qw)
     if not (ax or ay or az):
         return lambda position: (x, y, z, qx, qy, qz, qw)

@@ -80,7 +80,7 @@ def channel(number: int, topic: str, encoding: str = "ros1", kind: int = 1, **me
 def message(number: int, index: int, data: bytes | None = None) -> bytes:
     time = START + index * 10**7
     body = text(f"m{index}") if data is None else data
-    return mcap.pack_record(mcap.OP_MESSAGE, mcap.MESSAGE_HEAD.pack(number, index, time, time - 5), body)
+    return mcap.pack_record(mcap.OP_MESSAGE, mcap.MESSAGE_HEADER.pack(number, index, time, time - 5), body)
 
 
 def chunk(records: bytes, compression: str = "", size: int | None = None, crc: int | None = None) -> bytes:
@@ -195,17 +195,17 @@ def test_the_index_leads_to_every_message(
         covered = 0
         while indexes:
             number, place = indexes.read_number(mcap.U16), indexes.read_number(U64)
-            op, length = mcap.RECORD_HEAD.unpack_from(data, place)
-            covered += mcap.RECORD_HEAD.size + length
-            inner = mcap.Cursor(data[place + mcap.RECORD_HEAD.size : place + mcap.RECORD_HEAD.size + length])
+            op, length = mcap.RECORD_HEADER.unpack_from(data, place)
+            covered += mcap.RECORD_HEADER.size + length
+            inner = mcap.Cursor(data[place + mcap.RECORD_HEADER.size : place + mcap.RECORD_HEADER.size + length])
             assert (op, inner.read_number(mcap.U16)) == (mcap.OP_MESSAGE_INDEX, number)
             entries = mcap.Cursor(inner.read_block())
             while entries:
                 time, offset = entries.read_number(U64), entries.read_number(U64)
                 op, body = next(mcap.iter_records(records[offset:]))
-                fields = mcap.MESSAGE_HEAD.unpack_from(body)
+                fields = mcap.MESSAGE_HEADER.unpack_from(body)
                 assert (op, fields[0], fields[2]) == (mcap.OP_MESSAGE, number, time) and first <= time <= last
-                found.append((topics[number], fields[1], time, bytes(body[mcap.MESSAGE_HEAD.size :])))
+                found.append((topics[number], fields[1], time, bytes(body[mcap.MESSAGE_HEADER.size :])))
         assert covered == index_length
     with BagReader(tmp_path / "x.bag") as bag:
         stored = [(m.connection.topic, i // 2, m.time, bytes(m.data)) for i, m in enumerate(bag.messages())]
@@ -294,10 +294,10 @@ FINE = KNOWN + message(1, 0)
     [
         (message(1, 0), "channel 1, which is not defined"),
         (KNOWN + mcap.pack_record(mcap.OP_MESSAGE, b"short"), "a message's record is too short"),
-        (KNOWN + channel(1, "/b"), "channel 1 is defined twice, and differently"),
-        (KNOWN + schema(name="std_msgs/Int8"), "type 1 is defined twice, and differently"),
+        (KNOWN + channel(1, "/b"), "channel 1 is defined twice, with different contents"),
+        (KNOWN + schema(name="std_msgs/Int8"), "type 1 is defined twice, with different contents"),
         (mcap.pack_record(mcap.OP_SCHEMA, b"\1\0" + U32.pack(1 << 30)), "runs past its end"),
-        (mcap.RECORD_HEAD.pack(mcap.OP_MESSAGE, 1 << 60), "cut off or damaged; `mcap recover`"),
+        (mcap.RECORD_HEADER.pack(mcap.OP_MESSAGE, 1 << 60), "cut off or damaged; `mcap recover`"),
         (bytes(100), "this is not a record: the file is cut off or damaged"),
         (chunk(chunk(FINE)), "a chunk contains another chunk"),
         (chunk(FINE, crc=5), "its checksum is wrong"),
@@ -309,7 +309,7 @@ FINE = KNOWN + message(1, 0)
         (chunk(FINE, "lz4").replace(b"\x04\x22\x4d\x18", b"abcd"), "the chunk's lz4 data are damaged"),
         (chunk(FINE[:-3]), "runs past its end"),
         (
-            FINE + mcap.pack_record(mcap.OP_MESSAGE, mcap.MESSAGE_HEAD.pack(1, 0, 1 << 63, 0)),
+            FINE + mcap.pack_record(mcap.OP_MESSAGE, mcap.MESSAGE_HEADER.pack(1, 0, 1 << 63, 0)),
             "bags can store 0 to 2^32 s",
         ),
     ],
@@ -342,7 +342,7 @@ SMALL, BIG = chunk(KNOWN), chunk(bytes(630_000))
         ([chunk(bytes(2 << 20))], [], "claims to hold 2097192 bytes"),
         ([chunk(bytes(2 << 20), "zstd", size=100, crc=0)], [], "does not hold the 100 bytes"),
         ([chunk(bytes(2 << 20), "lz4", size=100, crc=0)], [], "does not hold the 100 bytes"),
-        ([mcap.RECORD_HEAD.pack(mcap.OP_MESSAGE, 1 << 60)], [], "runs past the end"),
+        ([mcap.RECORD_HEADER.pack(mcap.OP_MESSAGE, 1 << 60)], [], "runs past the end"),
         ([SMALL], [entry(BEGIN, SMALL, size=1 << 40)], f"is wrong about the chunk at byte {BEGIN}"),
         ([SMALL], [entry(BEGIN, SMALL, stored_size=1 << 60)], "is wrong about"),
         ([SMALL], [entry(BEGIN, SMALL, compression="zstd")], "is wrong about"),
@@ -393,7 +393,7 @@ def test_no_damage_is_worse_than_an_error(tmp_path: Path, compression: str) -> N
     """A file cut off anywhere before the end of its data, and one with any byte changed."""
     path = write(tmp_path / "x.mcap", chunk(FINE, compression), FINE, end=b"")
     whole = path.read_bytes() + mcap.pack_record(mcap.OP_DATA_END, bytes(4))
-    for end in range(len(whole) - mcap.RECORD_HEAD.size - 4):
+    for end in range(len(whole) - mcap.RECORD_HEADER.size - 4):
         path.write_bytes(whole[:end])
         with pytest.raises(BagError), McapReader(path) as reader:
             list(reader.messages())

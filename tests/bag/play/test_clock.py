@@ -16,7 +16,7 @@ import pytest
 from pyros1.bag import BagWriter
 from pyros1.bag.play.control import Control
 from pyros1.bag.play.player import Player, PlayOptions
-from pyros1.bag.play.source import Bags
+from pyros1.bag.play.read_ahead import BagSet
 from pyros1.msgs import AnyMsg
 from pyros1.msgs.std_msgs.msg import Float64
 
@@ -104,7 +104,7 @@ def play(tmp_path: Path, stage: Stage, control: Control) -> Callable[..., int]:
             for time in times:
                 bag.write(conn, BEGIN + int(time * MS), struct.pack("<d", time))
         node: Any = stage
-        with Bags([str(path)]) as bags:
+        with BagSet([str(path)]) as bags:
             return Player(node, bags, PlayOptions(**settings), control).run()
 
     return run

@@ -21,7 +21,7 @@ from pyros1.bag.format.reader import BagReader
 from pyros1.bag.play.clock import Ticker, Timeline
 from pyros1.bag.play.control import Control
 from pyros1.bag.play.player import Player, PlayOptions, Status
-from pyros1.bag.play.source import Bags, PlayItem, ReadAhead
+from pyros1.bag.play.read_ahead import BagSet, PlayItem, ReadAhead
 from pyros1.msgs import AnyMsg
 from pyros1.msgs.rosgraph_msgs.msg import Clock
 from pyros1.msgs.std_msgs.msg import Float64, Header, String
@@ -97,7 +97,7 @@ def playing(make_node: Any, control: Control) -> Callable[..., Any]:
         prepare: Callable[[Player], object] = lambda player: None,
         **settings: Any,
     ) -> Iterator[Player]:
-        with Bags([str(path) for path in paths], topics) as bags:
+        with BagSet([str(path) for path in paths], topics) as bags:
             player = Player(make_node("play"), bags, PlayOptions(**settings), control, on_status)
             prepare(player)
             for subscriber in expect:
@@ -121,13 +121,13 @@ def playing(make_node: Any, control: Control) -> Callable[..., Any]:
 def test_timeline_flows_at_its_rate_and_stands_while_held() -> None:
     line = Timeline(2.0)
     line.set(BEGIN, 10.0)
-    assert line.bag_at(10.5) == BEGIN + 1000 * MS
-    assert line.wall_at(BEGIN + 4000 * MS) == pytest.approx(12.0)
+    assert line.bag_time_at(10.5) == BEGIN + 1000 * MS
+    assert line.wall_time_at(BEGIN + 4000 * MS) == pytest.approx(12.0)
     line.set_paused(11.0, True)
     line.set_paused(11.5, True)
-    assert line.bag_at(100.0) == BEGIN + 2000 * MS
+    assert line.bag_time_at(100.0) == BEGIN + 2000 * MS
     line.set_paused(20.0, False)
-    assert line.bag_at(20.5) == BEGIN + 3000 * MS
+    assert line.bag_time_at(20.5) == BEGIN + 3000 * MS
 
 
 def test_ticker_keeps_step_and_leaves_out_what_it_missed() -> None:
@@ -389,7 +389,7 @@ def test_only_the_index_is_read_before_the_first_message(tmp_path: Path, monkeyp
         return data
 
     monkeypatch.setattr(BagFile, "read", counting)
-    with Bags([str(path)]) as bags:
+    with BagSet([str(path)]) as bags:
         assert bags.end - bags.start == 399 * MS
         assert len(bags.latched_messages_before(BEGIN + 200 * MS)) == 1
         first = next(iter(bags.messages(BEGIN + 300 * MS, BEGIN + 400 * MS)))

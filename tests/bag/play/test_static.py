@@ -12,7 +12,7 @@ from typing import Any
 from pyros1.bag import BagWriter
 from pyros1.bag.play.control import Control
 from pyros1.bag.play.player import Player, PlayOptions
-from pyros1.bag.play.source import Bags
+from pyros1.bag.play.read_ahead import BagSet
 from pyros1.bag.play.static import StaticTransforms
 from pyros1.msgs import AnyMsg
 from pyros1.msgs.geometry_msgs.msg import TransformStamped
@@ -59,7 +59,7 @@ def heard_late(make_node: Any, paths: list[Path], **settings: Any) -> dict[str, 
         came.set()
 
     try:
-        with Bags([str(path) for path in paths]) as bags:
+        with BagSet([str(path) for path in paths]) as bags:
             Player(make_node("play"), bags, PlayOptions(immediate=True, **settings), control).run()
             make_node("late").subscribe("/tf_static", TFMessage, take)
             assert came.wait(PATIENCE)

@@ -12,7 +12,7 @@ import pytest
 from pyros1.bag import BagWriter
 from pyros1.bag.play.control import Control
 from pyros1.bag.play.player import Player, PlayOptions
-from pyros1.bag.play.source import Bags
+from pyros1.bag.play.read_ahead import BagSet
 from pyros1.ground.timing import Time
 from pyros1.msgs.rosgraph_msgs.msg import Clock, Log
 from pyros1.msgs.std_msgs.msg import Header, String
@@ -47,10 +47,10 @@ def node(make_node: Any) -> Any:
 @pytest.fixture
 def player(node: Any, control: Control) -> Iterator[Callable[..., Player]]:
     """Makes players of a bag, which is closed after the test."""
-    opened: list[Bags] = []
+    opened: list[BagSet] = []
 
     def make(path: Path, **settings: Any) -> Player:
-        opened.append(Bags([str(path)]))
+        opened.append(BagSet([str(path)]))
         return Player(node, opened[-1], PlayOptions(**settings), control)
 
     yield make

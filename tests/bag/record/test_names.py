@@ -9,8 +9,9 @@ from typing import Any
 
 import pytest
 
+from pyros1.bag.record.file_names import FileNames
 from pyros1.bag.record.model import Topic
-from pyros1.bag.record.names import FileNames, Selection
+from pyros1.bag.record.topic_selection import TopicSelection
 from pyros1.cli.commands.bag._running.live import RecordingStatus, StatusLine, format_size, recording_summary
 from pyros1.cli.commands.bag.record import VERB
 from pyros1.cli.invocation import Invocation
@@ -39,17 +40,17 @@ def test_names(names: FileNames, expected: str) -> None:
 
 def test_selection() -> None:
     """B15: expressions match whole names; what is excluded is so however it was found, but not if it was named."""
-    every = Selection(all_topics=True, exclude="/cam.*")
+    every = TopicSelection(all_topics=True, exclude="/cam.*")
     assert every.selects("/odom") and not every.selects("/cam1") and every.needs_polling
-    some = Selection(["/cam[0-9]", "/odom"], uses_regex=True, exclude=".*9")
+    some = TopicSelection(["/cam[0-9]", "/odom"], uses_regex=True, exclude=".*9")
     assert some.selects("/cam1") and not some.selects("/cam12") and not some.selects("/cam9")
     assert not some.selects("/my/odom") and some.fixed_topics() == []
-    node = Selection(node="/n")
+    node = TopicSelection(node="/n")
     assert node.selects("/a", ["/a"]) and not node.selects("/b", ["/a"]) and node.needs_polling
-    plain = Selection(["/a"], exclude="/a")
+    plain = TopicSelection(["/a"], exclude="/a")
     assert plain.fixed_topics() == ["/a"] and not plain.needs_polling
     with pytest.raises(Error, match=r"not a regular expression"):
-        Selection(exclude="(")
+        TopicSelection(exclude="(")
 
 
 @pytest.mark.parametrize("words", [["--split=5"], ["--split", "5"], ["--split", "--size", "5"]], ids=" ".join)

@@ -21,8 +21,8 @@ import pytest
 
 from pyros1.bag.errors import BagError
 from pyros1.bag.format.reader import BagReader
+from pyros1.bag.record.file_names import FileNames
 from pyros1.bag.record.model import RecordOptions
-from pyros1.bag.record.names import FileNames
 from pyros1.bag.record.recorder import Events, Recorder
 from pyros1.msgs import AnyMsg
 from pyros1.msgs.std_msgs.msg import Float64, Header, String
@@ -49,7 +49,7 @@ def options(folder: Path, **settings: Any) -> RecordOptions:
 def numbers(path: str | Path, topic: str = "/t") -> list[float]:
     """The values of the Float64 messages of a bag's topic."""
     with BagReader(path) as bag:
-        return [decode(Float64, m.data).data for m in bag.messages(bag.ids([topic]))]
+        return [decode(Float64, m.data).data for m in bag.messages(bag.connection_ids([topic]))]
 
 
 def topics_of(path: Path) -> set[str]:
@@ -85,7 +85,7 @@ def test_frames_and_headers_are_kept_as_they_came(tmp_path: Path, make_node: Any
         assert by_topic["/t"].definition == Float64._full_text and by_topic["/t"].md5sum == Float64._md5sum
         assert by_topic["/latched"].latching and not by_topic["/t"].latching
         assert by_topic["/odd"].definition == "uint8 x # grün\n" and by_topic["/odd"].type == "nowhere/Odd"
-        odd = next(bag.messages(bag.ids(["/odd"])))
+        odd = next(bag.messages(bag.connection_ids(["/odd"])))
         assert odd.data == b"\x07" and abs(odd.time / 1e9 - time.time()) < 3600
 
 
@@ -112,7 +112,7 @@ def test_splits_repeat_what_is_latched_and_forget_the_oldest(tmp_path: Path, mak
     assert files == [Path(name).name for name in recorder.report.files[-3:]], "two closed ones and the last"
     for name in files:
         with BagReader(tmp_path / name) as bag:
-            assert bag.count(bag.ids(["/latched"])) == 1
+            assert bag.count(bag.connection_ids(["/latched"])) == 1
             assert {bag.header(chunk).compression for chunk in bag.chunks} == {compression}
             assert bag.file.size < 130_000
 

@@ -14,8 +14,8 @@ from typing import Any
 import pytest
 
 from pyros1.bag.format.reader import BagReader
-from pyros1.bag.record.model import RecordOptions, Source, Topic
-from pyros1.bag.record.names import FileNames
+from pyros1.bag.record.file_names import FileNames
+from pyros1.bag.record.model import RecordedPublisher, RecordOptions, Topic
 from pyros1.bag.record.snapshot import MessageRing, SnapshotBuffer
 from pyros1.msgs.std_msgs.msg import Float64, String
 from pyros1.msgs.std_srvs.srv import SetBool, Trigger
@@ -25,14 +25,14 @@ DEADLINE = 20.0
 
 
 @pytest.fixture
-def sources() -> tuple[Source, Source]:
+def publishers() -> tuple[RecordedPublisher, RecordedPublisher]:
     """A publisher that does not latch, and one that does."""
     topic = Topic("/t")
-    return Source(topic, {}), Source(topic, {"latching": "1"}, latching=True)
+    return RecordedPublisher(topic, {}), RecordedPublisher(topic, {"latching": "1"}, latching=True)
 
 
-def test_ring_keeps_what_is_new_enough(sources: tuple[Source, Source]) -> None:
-    ring, plain = MessageRing(10 * S, 0), sources[0]
+def test_ring_keeps_what_is_new_enough(publishers: tuple[RecordedPublisher, RecordedPublisher]) -> None:
+    ring, plain = MessageRing(10 * S, 0), publishers[0]
     for second in range(30):
         ring.add(second * S, plain, b"x")
     assert [stamp // S for stamp, _, _ in ring.messages_at(29 * S)[1]] == list(range(19, 30))
@@ -41,8 +41,8 @@ def test_ring_keeps_what_is_new_enough(sources: tuple[Source, Source]) -> None:
     assert ring.bytes == 0
 
 
-def test_ring_keeps_what_is_small_enough(sources: tuple[Source, Source]) -> None:
-    ring, plain = MessageRing(0, 10_000), sources[0]
+def test_ring_keeps_what_is_small_enough(publishers: tuple[RecordedPublisher, RecordedPublisher]) -> None:
+    ring, plain = MessageRing(0, 10_000), publishers[0]
     for number in range(30):
         ring.add(number, plain, bytes(2000))
         assert ring.bytes <= 10_000
@@ -51,8 +51,8 @@ def test_ring_keeps_what_is_small_enough(sources: tuple[Source, Source]) -> None
     assert len(ring.messages_at(31)[1]) == 1, "one message is kept, however large"
 
 
-def test_ring_never_forgets_what_is_latched(sources: tuple[Source, Source]) -> None:
-    ring, (plain, latched) = MessageRing(10 * S, 0), sources
+def test_ring_never_forgets_what_is_latched(publishers: tuple[RecordedPublisher, RecordedPublisher]) -> None:
+    ring, (plain, latched) = MessageRing(10 * S, 0), publishers
     ring.add(0, latched, b"old")
     ring.add(1 * S, latched, b"map")
     for second in range(2, 60):
@@ -92,7 +92,7 @@ def test_a_snapshot_is_a_bag_by_time(tmp_path: Path, make_node: Any) -> None:
     publishers[0].publish(100.0)
     until(lambda: snapshots.topics["/a"].messages in (11, 12))
     with BagReader(snapshots.write()[0]) as bag:
-        assert bag.count(bag.ids(["/a"])) <= 2 and bag.count(bag.ids(["/map"])) == 1
+        assert bag.count(bag.connection_ids(["/a"])) <= 2 and bag.count(bag.connection_ids(["/map"])) == 1
 
 
 def test_services_trigger_and_pause(start: Any, make_node: Any, tmp_path: Path) -> None:

@@ -20,7 +20,7 @@ from pyros1.cli.shared.bag_files import check_bag
     [
         ("text", "FILE: this is not a bag file"),
         ("empty", "FILE: the file is empty: nothing was recorded"),
-        ("cut", "FILE: the file ends in its first line; nothing can be saved"),
+        ("cut", "FILE: the file ends in its first line; nothing can be recovered"),
         ("header", "FILE: at byte 13: the bag header cannot be read"),
         ("future", "FILE: bag version 3.0 is not supported; only 2.0 and 1.2 are"),
         ("folder", "FILE is a folder, not a bag"),

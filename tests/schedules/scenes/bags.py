@@ -16,8 +16,8 @@ from typing import Any
 
 from pyros1.bag.format.reader import BagReader
 from pyros1.bag.format.writer import EMPTY_BAG_SIZE
+from pyros1.bag.record.file_names import FileNames
 from pyros1.bag.record.model import RecordOptions
-from pyros1.bag.record.names import FileNames
 from pyros1.bag.record.queue import MESSAGE_OVERHEAD
 from pyros1.bag.record.recorder import Events, Recorder
 from pyros1.bag.record.snapshot import SnapshotBuffer

@@ -15,7 +15,7 @@ from rosbags.typesys.store import Typestore
 
 from pyros1.bag.errors import BagError
 from pyros1.bag.export.import_result import ImportResult
-from pyros1.bag.export.schemas import Convert, copy_types, empty_store, make_converter, parse_types, used_types
+from pyros1.bag.export.rosbags_types import Converter, copy_types, empty_store, make_converter, parse_types, used_types
 from pyros1.bag.format.records import RECORD_OVERHEAD
 from pyros1.bag.format.writer import BagWriter
 from pyros1.ground.errors import MessageError, UnknownTypeError
@@ -46,7 +46,7 @@ def import_ros2(
         raise BagError(str(path), f"rosbags cannot read it: {reason}") from error
     except MemoryError as error:
         raise BagError(str(path), "it claims to hold more data than fits into memory") from error
-    except Exception as error:  # rosbags lets the errors of SQLite, zstd, lz4, struct and dict through
+    except Exception as error:  # rosbags does not catch the errors of SQLite, zstd, lz4, struct and dict
         raise BagError(str(path), f"rosbags cannot read it: {type(error).__name__}: {error}") from error
 
 
@@ -54,11 +54,11 @@ class _Importer:
     def __init__(self, reader: AnyReader, writer: BagWriter) -> None:
         self._reader = reader
         self._writer = writer
-        self._types = _Types(reader.typestore)
+        self._types = _Ros1Types(reader.typestore)
 
     def run(self, is_selected: Callable[[str], bool], progress: Callable[[int], object] | None) -> ImportResult:
         result = ImportResult()
-        target_by_connection: dict[int, tuple[int, Convert]] = {}
+        target_by_connection: dict[int, tuple[int, Converter]] = {}
         selected_connections = []
         for connection in self._reader.connections:
             if not is_selected(connection.topic):
@@ -75,7 +75,7 @@ class _Importer:
             conn_id, convert = target_by_connection[connection.id]
             try:
                 ros1_data = convert(data)
-            except Exception as error:  # as above, rosbags raises errors of many types
+            except Exception as error:  # as in import_ros2, rosbags raises errors of many types
                 message_label = f"message on {connection.topic} at {time / 1e9:.6f} ({connection.msgtype})"
                 raise BagError(str(self._reader.paths[0]), f"{message_label} cannot be converted: {error}") from error
             self._writer.write(conn_id, time, ros1_data)
@@ -85,7 +85,7 @@ class _Importer:
                 progress(bytes_done)
         return result
 
-    def _add_connection(self, connection: Ros2Connection) -> tuple[int, Convert]:
+    def _add_connection(self, connection: Ros2Connection) -> tuple[int, Converter]:
         ros1_type = self._types.get(connection.msgtype)
         profiles = connection.ext.offered_qos_profiles if isinstance(connection.ext, ConnectionExtRosbag2) else []
         latched = any(profile.durability.value == _TRANSIENT_LOCAL for profile in profiles)
@@ -104,22 +104,22 @@ class _NotInRos1(Exception):
 
 
 @dataclass(frozen=True)
-class _Type:
+class _Ros1Type:
     name: str
     md5sum: str
     definition: str
-    convert: Convert
+    convert: Converter
 
 
-class _Types:
+class _Ros1Types:
     """The ROS 1 types that correspond to the source's ROS 2 types."""
 
     def __init__(self, source: Typestore) -> None:
         self._source = source
         self._target = empty_store()
-        self._types: dict[str, _Type] = {}
+        self._types: dict[str, _Ros1Type] = {}
 
-    def get(self, name: str) -> _Type:
+    def get(self, name: str) -> _Ros1Type:
         """Return the ROS 1 type for a ROS 2 type; raises _NotInRos1 if ROS 1 cannot represent it.
 
         Args:
@@ -129,39 +129,39 @@ class _Types:
             self._types[name] = self._convert_type(name)
         return self._types[name]
 
-    def _convert_type(self, name: str) -> _Type:
-        package, _, rest = name.partition("/")
-        folder, _, short_name = rest.partition("/")
+    def _convert_type(self, name: str) -> _Ros1Type:
+        package, _, folder_and_name = name.partition("/")
+        folder, _, short_name = folder_and_name.partition("/")
         if folder != "msg" or not short_name:
             raise _NotInRos1(f"{name} is not a message type")
         if name not in self._source.fielddefs:
             raise _NotInRos1(f"the definition of {name} is missing")
         ros1_name = f"{package}/{short_name}"
-        installed = self._register_known(name)
+        installed = self._register_installed(name)
         copy_types(self._target, self._source, name)
         convert = make_converter(self._source, self._target, name, name, to_ros2=False)
         if installed is not None:
-            return _Type(ros1_name, *installed, convert)
+            return _Ros1Type(ros1_name, *installed, convert)
         definition, _ = self._target.generate_msgdef(name, ros_version=1)
         try:
-            return _Type(ros1_name, from_definition(ros1_name, definition)._md5sum, definition, convert)
+            return _Ros1Type(ros1_name, from_definition(ros1_name, definition)._md5sum, definition, convert)
         except MessageError as error:
             raise _NotInRos1(f"{name} cannot be defined in ROS 1: {error}") from None
 
-    def _register_known(self, name: str, seen: Collection[str] = ()) -> tuple[str, str] | None:
+    def _register_installed(self, name: str, visited: Collection[str] = ()) -> tuple[str, str] | None:
         """Register the installed ROS 1 definitions of a type and of the types it uses; return its md5 sum and
         definition, or None if it is not installed.
         """
-        if name in seen or name not in self._source.fielddefs:
+        if name in visited or name not in self._source.fielddefs:
             return None
         package, _, short_name = name.split("/")
         try:
             cls = load_message(f"{package}/{short_name}")
         except UnknownTypeError:
             for used_type in used_types(self._source, name):
-                self._register_known(used_type, {*seen, name})
+                self._register_installed(used_type, {*visited, name})
             return None
-        known_store = empty_store()
-        known_store.register(parse_types(cls._type, cls._full_text))
-        copy_types(self._target, known_store, name)
+        installed_store = empty_store()
+        installed_store.register(parse_types(cls._type, cls._full_text))
+        copy_types(self._target, installed_store, name)
         return cls._md5sum, cls._full_text

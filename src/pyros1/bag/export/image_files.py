@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from pyros1.bag.export.extras import import_extra
+from pyros1.bag.export.file_names import TopicFileNames
 from pyros1.bag.export.images import Pixels, pixels
-from pyros1.bag.export.topic_names import FileNames
 from pyros1.ground.errors import MessageError
 from pyros1.ground.timing import Time
 from pyros1.observe import png16
@@ -30,7 +30,7 @@ _EXTENSION_BY_SIGNATURE = {
 }
 
 
-class PictureWriter:
+class ImageFileWriter:
     """Writes images to ``folder/<topic>/<stamp>.png``; the stamp is the one in the header, or the time in the bag if
     the stamp is 0.
 
@@ -49,7 +49,7 @@ class PictureWriter:
         self._pil_image = import_extra("PIL.Image", "images")
         self._folder = Path(folder)
         self._mosaic = mosaic
-        self._names = FileNames()
+        self._names = TopicFileNames()
         self._duplicates: dict[str, int] = {}
         self._folder.mkdir()
 

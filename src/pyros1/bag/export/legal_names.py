@@ -1,4 +1,4 @@
-"""Chooses legal names for types that a ROS 2 distribution does not know; ROS 2's readers refuse all others.
+"""Chooses legal names for types that a ROS 2 distribution does not know; ROS 2's readers reject illegal names.
 
 The rules are the same as for ROS 2's interface definitions
 (https://docs.ros.org/en/jazzy/Concepts/Basic/About-Interfaces.html): packages and fields are in lower case with single
@@ -25,21 +25,21 @@ class LegalNames:
     """Maps the names of types and fields to names that ROS 2 allows.
 
     Args:
-        known: names of the ROS 2 distribution's types, whose names and fields are not changed.
+        distribution_types: names of the ROS 2 distribution's types, whose names and fields are not changed.
 
     Attributes:
-        changed: old name, for example ``package Mocap`` or ``field a/b.timeStamp`` -> new name.
+        renamed: old name, for example ``package Mocap`` or ``field a/b.timeStamp`` -> new name.
     """
 
-    def __init__(self, known: Container[str]) -> None:
-        self.changed: dict[str, str] = {}
-        self._known = known
+    def __init__(self, distribution_types: Container[str]) -> None:
+        self.renamed: dict[str, str] = {}
+        self._distribution_types = distribution_types
         self._packages: dict[str, str] = {}
         self._types: dict[str, str] = {}
 
     def legal_type(self, name: str) -> str:
         """Return the new name of a type: ``mocap/msg/Frame`` for ``Mocap/msg/Frame``."""
-        if name in self._known:
+        if name in self._distribution_types:
             return name
         legal = self._types.get(name)
         if legal is None:
@@ -51,7 +51,7 @@ class LegalNames:
             legal = (
                 f"{package}/{folder}/{self._legal_name(package_types, short, _TYPE_NAME, _camel_case, f'type {name}')}"
             )
-            while legal in self._known:
+            while legal in self._distribution_types:
                 legal += "1"
             self._types[name] = legal
         return legal
@@ -62,7 +62,9 @@ class LegalNames:
         for name in sorted(types, key=lambda name: not _is_legal(name)):
             self.legal_type(name)
         return {
-            self.legal_type(name): definition if name in self._known else self._legal_definition(name, *definition)
+            self.legal_type(name): definition
+            if name in self._distribution_types
+            else self._legal_definition(name, *definition)
             for name, definition in types.items()
         }
 
@@ -107,7 +109,7 @@ class LegalNames:
                 legal, number = f"{base_name}{number}", number + 1
             names[name] = legal
             if legal != name:
-                self.changed[label] = legal
+                self.renamed[label] = legal
         return names[name]
 
 

@@ -32,10 +32,10 @@ ROS1_SCHEMA = "ros1msg"
 """Name of the ROS 1 definition encoding; the profile is called ``ros1`` like the message encoding."""
 
 U16 = struct.Struct("<H")
-RECORD_HEAD = struct.Struct("<BQ")
-"""The head of a record: op and length."""
-MESSAGE_HEAD = struct.Struct("<HIQQ")
-"""The head of a message's content: channel, sequence, time of recording, time of publishing."""
+RECORD_HEADER = struct.Struct("<BQ")
+"""The header of a record: op and length."""
+MESSAGE_HEADER = struct.Struct("<HIQQ")
+"""The header of a message's content: channel, sequence, time of recording, time of publishing."""
 
 Buffer = bytes | bytearray | memoryview
 
@@ -182,7 +182,7 @@ def make_chunk_index(content: Buffer, offset: int, size: int) -> ChunkIndex:
     start, end = cursor.read_number(U64), cursor.read_number(U64)
     cursor.read_bytes(12)
     return ChunkIndex(
-        start, end, offset, RECORD_HEAD.size + len(content), cursor.read_string(), cursor.read_number(U64), size
+        start, end, offset, RECORD_HEADER.size + len(content), cursor.read_string(), cursor.read_number(U64), size
     )
 
 
@@ -215,7 +215,7 @@ def iter_records(content: Buffer) -> Iterator[tuple[int, memoryview]]:
     """Yield the op and content of each record in a chunk's uncompressed content."""
     cursor = Cursor(content)
     while cursor:
-        op, size = RECORD_HEAD.unpack(cursor.read_bytes(RECORD_HEAD.size))
+        op, size = RECORD_HEADER.unpack(cursor.read_bytes(RECORD_HEADER.size))
         yield op, cursor.read_bytes(size)
 
 
@@ -236,7 +236,7 @@ def pack_map(packed_elements: Iterable[bytes]) -> bytes:
 
 def pack_record(op: int, *parts: bytes) -> bytes:
     """Return a record's bytes."""
-    return b"".join((RECORD_HEAD.pack(op, sum(map(len, parts))), *parts))
+    return b"".join((RECORD_HEADER.pack(op, sum(map(len, parts))), *parts))
 
 
 def pack_schema(schema: Schema) -> bytes:
@@ -258,6 +258,6 @@ def pack_header(profile: str, library: str) -> bytes:
     return pack_record(OP_HEADER, pack_string(profile), pack_string(library))
 
 
-def pack_offset(op: int, start: int, size: int) -> bytes:
-    """Return the record that says where the summary's records with a given op begin, and their total size."""
+def pack_summary_offset(op: int, start: int, size: int) -> bytes:
+    """Return a summary offset record: where the summary's records with a given op begin, and their total size."""
     return pack_record(OP_SUMMARY_OFFSET, bytes([op]), U64.pack(start), U64.pack(size))

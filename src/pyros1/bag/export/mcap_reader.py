@@ -12,7 +12,7 @@ from typing import Any
 from pyros1.bag.errors import BagError, NotABagError
 from pyros1.bag.export.mcap import (
     MAGIC,
-    MESSAGE_HEAD,
+    MESSAGE_HEADER,
     OP_CHANNEL,
     OP_CHUNK,
     OP_CHUNK_INDEX,
@@ -22,7 +22,7 @@ from pyros1.bag.export.mcap import (
     OP_MESSAGE,
     OP_MESSAGE_INDEX,
     OP_SCHEMA,
-    RECORD_HEAD,
+    RECORD_HEADER,
     Channel,
     ChunkIndex,
     Cursor,
@@ -38,7 +38,7 @@ from pyros1.bag.format.compression import check_size
 from pyros1.bag.format.records import U32, U64, RecordError
 from pyros1.bag.limits import chunk_limit
 
-_RECOVERY_HINT = "; `mcap recover` of the MCAP tools saves the intact part"
+_RECOVERY_HINT = "; `mcap recover` of the MCAP tools recovers the intact part"
 
 McapMessage = tuple[Channel, int, memoryview]
 """A message: (channel, time of recording in nanoseconds, bytes)."""
@@ -164,11 +164,11 @@ class McapReader:
     def _next_record(self) -> tuple[int, memoryview]:
         """Return the op and content of the next record; the content is empty if no caller needs it."""
         offset = self.position
-        head = self._file.read(RECORD_HEAD.size)
-        if len(head) < RECORD_HEAD.size:
+        header = self._file.read(RECORD_HEADER.size)
+        if len(header) < RECORD_HEADER.size:
             raise BagError(self.path, f"the file is cut off{_RECOVERY_HINT}", offset)
-        op, size = RECORD_HEAD.unpack(head)
-        next_position = offset + RECORD_HEAD.size + size
+        op, size = RECORD_HEADER.unpack(header)
+        next_position = offset + RECORD_HEADER.size + size
         if op == 0 or next_position > self._size:
             problem = "this is not a record" if op == 0 else "the record runs past the end of the file"
             raise BagError(self.path, f"{problem}: the file is cut off or damaged{_RECOVERY_HINT}", offset)
@@ -187,21 +187,21 @@ class McapReader:
 
     def _add_record(self, op: int, content: memoryview) -> McapMessage | None:
         if op == OP_MESSAGE:
-            if len(content) < MESSAGE_HEAD.size:
+            if len(content) < MESSAGE_HEADER.size:
                 raise RecordError("a message's record is too short")
-            channel_id, _, time, _ = MESSAGE_HEAD.unpack_from(content)
+            channel_id, _, time, _ = MESSAGE_HEADER.unpack_from(content)
             channel = self.channels.get(channel_id)
             if channel is None:
                 raise RecordError(f"a message refers to channel {channel_id}, which is not defined before it")
-            return channel, time, content[MESSAGE_HEAD.size :]
+            return channel, time, content[MESSAGE_HEADER.size :]
         if op == OP_SCHEMA:
             schema = parse_schema(content)
             if self.schemas.setdefault(schema.id, schema) != schema:
-                raise RecordError(f"type {schema.id} is defined twice, and differently")
+                raise RecordError(f"type {schema.id} is defined twice, with different contents")
         elif op == OP_CHANNEL:
             channel = parse_channel(content)
             if self.channels.setdefault(channel.id, channel) != channel:
-                raise RecordError(f"channel {channel.id} is defined twice, and differently")
+                raise RecordError(f"channel {channel.id} is defined twice, with different contents")
         return None
 
     def _decompressed_chunk(self, content: memoryview) -> memoryview:

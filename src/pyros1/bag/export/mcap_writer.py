@@ -10,7 +10,7 @@ import pyros1
 from pyros1.bag.errors import BagError
 from pyros1.bag.export.mcap import (
     MAGIC,
-    MESSAGE_HEAD,
+    MESSAGE_HEADER,
     OP_CHANNEL,
     OP_CHUNK,
     OP_CHUNK_INDEX,
@@ -20,7 +20,7 @@ from pyros1.bag.export.mcap import (
     OP_MESSAGE_INDEX,
     OP_SCHEMA,
     OP_STATISTICS,
-    RECORD_HEAD,
+    RECORD_HEADER,
     ROS1_ENCODING,
     ROS1_SCHEMA,
     U16,
@@ -29,10 +29,10 @@ from pyros1.bag.export.mcap import (
     pack_channel,
     pack_header,
     pack_map,
-    pack_offset,
     pack_record,
     pack_schema,
     pack_string,
+    pack_summary_offset,
 )
 from pyros1.bag.format.reader import RawMessage
 from pyros1.bag.format.records import U32, U64, Connection
@@ -45,7 +45,7 @@ MAX_ID = (1 << 16) - 1
 _PROFILE = "ros1"
 _LATCHING_VALUES = {"1": "true", "0": "false"}
 _FIELDS_NOT_IN_METADATA = ("type", "message_definition")
-_CHUNK_HEAD = struct.Struct("<QQQI")
+_CHUNK_HEADER = struct.Struct("<QQQI")
 _ID_AND_NUMBER = struct.Struct("<HQ")
 _STATISTICS = struct.Struct("<QHIIIIQQ")
 _INDEX_ENTRY = struct.Struct("<QQ")
@@ -104,8 +104,8 @@ class Ros1McapWriter:
             self._sources.append(connection)
         time, sequence, content = stored.time, self._message_counts[channel_id], self._content
         self._index.setdefault(channel_id, []).append((time, len(content)))
-        content += RECORD_HEAD.pack(OP_MESSAGE, MESSAGE_HEAD.size + len(stored.data))
-        content += MESSAGE_HEAD.pack(channel_id, sequence & 0xFFFFFFFF, time, time)
+        content += RECORD_HEADER.pack(OP_MESSAGE, MESSAGE_HEADER.size + len(stored.data))
+        content += MESSAGE_HEADER.pack(channel_id, sequence & 0xFFFFFFFF, time, time)
         content += stored.data
         self._message_counts[channel_id] = sequence + 1
         self._times.add(time)
@@ -164,8 +164,10 @@ class Ros1McapWriter:
             return
         self._content, self._index, self._chunk_times = bytearray(), {}, _TimeRange()
         start, size = self._position, len(content)
-        fields = _CHUNK_HEAD.pack(times.first, times.last, size, zlib.crc32(content)) + pack_string("") + U64.pack(size)
-        self._write(RECORD_HEAD.pack(OP_CHUNK, len(fields) + size) + fields)
+        fields = (
+            _CHUNK_HEADER.pack(times.first, times.last, size, zlib.crc32(content)) + pack_string("") + U64.pack(size)
+        )
+        self._write(RECORD_HEADER.pack(OP_CHUNK, len(fields) + size) + fields)
         self._write(content)
         end = self._position
         index_offsets = []
@@ -207,10 +209,10 @@ class Ros1McapWriter:
         summary, offsets = bytearray(), bytearray()
         for op, records in groups.items():
             if records:
-                offsets += pack_offset(op, self._position + len(summary), len(records))
+                offsets += pack_summary_offset(op, self._position + len(summary), len(records))
                 summary += records
         offsets_start = self._position + len(summary)
-        footer = RECORD_HEAD.pack(OP_FOOTER, 20) + U64.pack(self._position) + U64.pack(offsets_start)
+        footer = RECORD_HEADER.pack(OP_FOOTER, 20) + U64.pack(self._position) + U64.pack(offsets_start)
         summary += offsets + footer
         return bytes(summary) + U32.pack(zlib.crc32(summary)) + MAGIC
 

@@ -17,7 +17,7 @@ from rosbags.typesys import Stores, TypesysError, get_typestore
 
 from pyros1.bag.errors import BagError
 from pyros1.bag.export.legal_names import LegalNames
-from pyros1.bag.export.schemas import Convert, copy_types, empty_store, make_converter, parse_types, ros2_name
+from pyros1.bag.export.rosbags_types import Converter, copy_types, empty_store, make_converter, parse_types, ros2_name
 from pyros1.bag.format.reader import RawMessage
 from pyros1.bag.format.records import Connection
 from pyros1.ground.errors import MessageError
@@ -53,8 +53,8 @@ class Ros2Writer:
         self._typestore = get_typestore(Stores(f"ros2_{distribution}"))
         self.names = LegalNames(frozenset(self._typestore.fielddefs))
         self._classes = DefinitionCache()
-        self._converters: dict[tuple[str, str], Convert] = {}
-        self._connections: dict[int, tuple[Ros2Connection, Convert]] = {}
+        self._converters: dict[tuple[str, str], Converter] = {}
+        self._connections: dict[int, tuple[Ros2Connection, Converter]] = {}
         self._ros2_connections: dict[tuple[str, str, bool], Ros2Connection] = {}
         self._sources: list[Connection] = []  # keeps the connections alive, so that their id() values are not reused
         self._writer = Writer(self.path, version=_METADATA_VERSION, storage_plugin=STORAGE_PLUGINS[storage])
@@ -95,7 +95,7 @@ class Ros2Writer:
         """Close the files in their current state."""
         self._writer.abort()
 
-    def _add_connection(self, connection: Connection) -> tuple[Ros2Connection, Convert]:
+    def _add_connection(self, connection: Connection) -> tuple[Ros2Connection, Converter]:
         convert = self._converter_for(connection)
         name = self.names.legal_type(ros2_name(connection.type))
         key = (connection.topic, name, connection.latching)
@@ -109,7 +109,7 @@ class Ros2Writer:
             )
         return ros2_connection, convert
 
-    def _convert(self, convert: Convert, stored: RawMessage) -> memoryview:
+    def _convert(self, convert: Converter, stored: RawMessage) -> memoryview:
         try:
             return convert(stored.data)
         except SerdeError:
@@ -124,7 +124,7 @@ class Ros2Writer:
                 raise
             return convert(data)
 
-    def _converter_for(self, connection: Connection) -> Convert:
+    def _converter_for(self, connection: Connection) -> Converter:
         key = (connection.type, connection.md5sum)
         if key not in self._converters:
             source = empty_store()

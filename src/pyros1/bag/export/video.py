@@ -1,4 +1,4 @@
-"""Writes videos from sensor_msgs/Image and CompressedImage messages; each frame is shown as long as in the bag."""
+"""Writes videos from sensor_msgs/Image and CompressedImage messages; the frames keep the timing of the bag."""
 
 from __future__ import annotations
 

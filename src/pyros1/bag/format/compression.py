@@ -44,7 +44,8 @@ def compress(compression: str, parts: Sequence[Buffer]) -> Sequence[Buffer]:
         compressor = bz2.BZ2Compressor(_BZ2_MAX_LEVEL)
         return [*map(compressor.compress, _split_into_pieces(parts)), compressor.flush()]
     if compression == "lz4":
-        # Stock's readers reject frames with a size, without a checksum, or with blocks that depend on earlier blocks.
+        # Stock's readers reject frames that state their content's size, have no checksum, or have blocks that depend on
+        # earlier blocks.
         frame = _import_lz4().LZ4FrameCompressor(
             block_size=_LZ4_BLOCK_SIZE_1_MB, block_linked=False, content_checksum=True
         )

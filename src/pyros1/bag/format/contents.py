@@ -74,7 +74,7 @@ class Messages:
         mask = bytearray(map(is_wanted, self.conns, self.times))
         return self if all(mask) else self._transform(lambda column: compress(column, mask))
 
-    def by_time(self, ranks: Mapping[int, int] | None = None) -> Messages:
+    def sorted_by_time(self, ranks: Mapping[int, int] | None = None) -> Messages:
         """Return the messages in time order; messages with the same time keep their order.
 
         Args:

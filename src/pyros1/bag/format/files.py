@@ -35,8 +35,8 @@ from pyros1.bag.limits import chunk_limit
 
 _CONN_AND_COUNT = struct.Struct("<II")
 
-_HEAD_SIZE = 512
-"""Number of bytes that are read first for a record's header; enough for most."""
+_HEADER_READ_SIZE = 512
+"""Number of bytes that are read first for a record's header; enough for most headers."""
 
 TRUSTED_SIZE = 64 << 20
 """Size in bytes above which a chunk's two lengths are compared, since a damaged length must not exhaust memory."""
@@ -237,7 +237,7 @@ class BagFile:
             os.posix_fadvise(descriptor, 0, 0, os.POSIX_FADV_RANDOM)
             for position in positions:
                 if position < self.size:
-                    os.posix_fadvise(descriptor, position, _HEAD_SIZE, os.POSIX_FADV_WILLNEED)
+                    os.posix_fadvise(descriptor, position, _HEADER_READ_SIZE, os.POSIX_FADV_WILLNEED)
             os.posix_fadvise(descriptor, 0, 0, os.POSIX_FADV_NORMAL)
 
     def record(self, position: int) -> tuple[Fields, int, int]:
@@ -247,21 +247,21 @@ class BagFile:
         Raises:
             RecordError: there is no record at the offset, or its header is cut off.
         """
-        head = self.read(position, _HEAD_SIZE)
-        if len(head) < 8:
+        data = self.read(position, _HEADER_READ_SIZE)
+        if len(data) < 8:
             raise RecordError("the record is cut off")
-        (size,) = U32.unpack_from(head)
+        (size,) = U32.unpack_from(data)
         if size > MAX_HEADER_SIZE:
             raise RecordError(f"there is no record here: its header would have {size} bytes")
         if position + 8 + size > self.size:
             raise RecordError("the record's header runs past the end of the file")
-        if len(head) < size + 8:
-            head = self.read(position, size + 8)
-            if len(head) < size + 8:
+        if len(data) < size + 8:
+            data = self.read(position, size + 8)
+            if len(data) < size + 8:
                 raise RecordError("the file became shorter while it was read")
-        fields = parse_fields(head[4 : 4 + size])
+        fields = parse_fields(data[4 : 4 + size])
         op_of(fields)
-        (length,) = U32.unpack_from(head, 4 + size)
+        (length,) = U32.unpack_from(data, 4 + size)
         return fields, position + 8 + size, length
 
     def chunk_header(self, position: int) -> ChunkHeader:
@@ -281,8 +281,8 @@ class BagFile:
         Raises:
             RecordError: there is no connection at the offset, or it is damaged.
         """
-        head, position = self._read_block(position)
-        fields = parse_fields(head)
+        header, position = self._read_block(position)
+        fields = parse_fields(header)
         if op_of(fields) != OP_CONNECTION:
             raise RecordError("this is not the expected kind of record")
         data, position = self._read_block(position)
@@ -303,10 +303,10 @@ class BagFile:
 
     def _read_block(self, position: int) -> tuple[bytes, int]:
         """Return the decrypted bytes of a block that is preceded by its length, and the offset after the block."""
-        head = self.read(position, U32.size)
-        size = U32.unpack(head)[0] if len(head) == U32.size else 0
+        packed_size = self.read(position, U32.size)
+        size = U32.unpack(packed_size)[0] if len(packed_size) == U32.size else 0
         start = position + U32.size
-        if len(head) < U32.size or start + size > self.size:
+        if len(packed_size) < U32.size or start + size > self.size:
             raise RecordError("the record is cut off")
         if size > MAX_HEADER_SIZE:
             raise RecordError(f"the record's length, {size} bytes, is too large")
@@ -324,7 +324,7 @@ class BagFile:
                 return 100 * major + minor, match.end()
             raise NotABagError(self.path, f"bag version {major}.{minor} is not supported; only 2.0 and 1.2 are")
         if len(line) == self.size and line.startswith(b"#ROS"):
-            raise NotABagError(self.path, "the file ends in its first line; nothing can be saved")
+            raise NotABagError(self.path, "the file ends in its first line; nothing can be recovered")
         raise NotABagError(self.path, f"this is not a bag file{_describe_format(line)}")
 
     def _read_bag_header(self, begin: int) -> tuple[Fields, int]:
@@ -335,7 +335,7 @@ class BagFile:
         except RecordError as error:
             if self.version == 200 and self.size <= begin + BAG_HEADER_SIZE:
                 raise BagError(
-                    self.path, f"the bag header cannot be read ({error}); nothing can be saved", begin
+                    self.path, f"the bag header cannot be read ({error}); nothing can be recovered", begin
                 ) from None
         return {}, begin  # chunks may follow a damaged header, and version 1.2 without an index has none
 

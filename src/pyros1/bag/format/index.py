@@ -60,10 +60,12 @@ def check_version_1_2(file: BagFile, damaged_places: Iterable[Damage]) -> None:
     if file.header and file.index_pos == 0:
         raise UnindexedError(file.path, _NOT_CLOSED)
     if file.index_pos > file.size:
-        raise UnindexedError(file.path, "the file is cut off; `pyros1 bag reindex` saves everything that can be read")
+        raise UnindexedError(
+            file.path, "the file is cut off; `pyros1 bag reindex` recovers everything that can be read"
+        )
     for damage in damaged_places:
         raise UnindexedError(
-            file.path, f"{damage.reason}; `pyros1 bag reindex` saves everything that can be read", damage.offset
+            file.path, f"{damage.reason}; `pyros1 bag reindex` recovers everything that can be read", damage.offset
         )
 
 

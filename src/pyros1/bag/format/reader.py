@@ -161,8 +161,8 @@ class BagReader:
         counts = (item for chunk in self.chunks for item in chunk.counts.items())
         return sum(message_count for conn, message_count in counts if connections is None or conn in connections)
 
-    def ids(self, topics: Collection[str]) -> set[int]:
-        """Return the ids of the connections on these topics; a leading ``/`` matters only if the bag has both names."""
+    def connection_ids(self, topics: Collection[str]) -> set[int]:
+        """Return the ids of the connections on the topics; a leading ``/`` is ignored unless the bag has both names."""
         recorded_names = {connection.topic for connection in self.connections.values()}
         exact_names = recorded_names.intersection(topics)
         other_names = {topic.lstrip("/") for topic in topics if topic not in exact_names}
@@ -217,17 +217,17 @@ class BagReader:
         chunks = [chunk for chunk in self.chunks if chunk.end >= first and chunk.start <= last]
         if connections is not None:
             chunks = [chunk for chunk in chunks if not chunk.counts.keys().isdisjoint(connections)]
-        known = self.connections
+        all_conns = self.connections
         pending = deque(sorted(chunks, key=lambda chunk: (chunk.start, chunk.pos)))
 
-        ids = known.keys() if connections is None else known.keys() & set(connections)
+        wanted_ids = all_conns.keys() if connections is None else all_conns.keys() & set(connections)
 
         def select(messages: Messages) -> Messages:
             if start is not None or end is not None:
-                messages = messages.where(lambda conn, time: conn in ids and first <= time <= last)
-            elif not ids >= set(messages.conns):
-                messages = messages.where(lambda conn, time: conn in ids)
-            return messages.by_time(ranks)
+                messages = messages.where(lambda conn, time: conn in wanted_ids and first <= time <= last)
+            elif not wanted_ids >= set(messages.conns):
+                messages = messages.where(lambda conn, time: conn in wanted_ids)
+            return messages.sorted_by_time(ranks)
 
         def sort_key(selected: Messages, index: int) -> tuple[int, int]:
             return selected.times[index], 0 if ranks is None else ranks[selected.conns[index]]
@@ -253,14 +253,14 @@ class BagReader:
             if last_index > index and is_located:
                 for positions in selected.iter_range(index, last_index):
                     conn, time, begin, stop = positions[:4]
-                    yield LocatedMessage(known[conn], time, content[begin:stop], (pos, selected.offsets[index]))
+                    yield LocatedMessage(all_conns[conn], time, content[begin:stop], (pos, selected.offsets[index]))
                     index += 1
             elif last_index > index:
                 for conn, time, begin, stop in selected.iter_range(index, last_index):
-                    yield RawMessage(known[conn], time, content[begin:stop])
+                    yield RawMessage(all_conns[conn], time, content[begin:stop])
             ((conn, time, begin, stop),) = selected.iter_range(last_index, next_index)
             location = ((pos, selected.offsets[last_index]),) if is_located else ()
-            message = message_type(known[conn], time, content[begin:stop], *location)
+            message = message_type(all_conns[conn], time, content[begin:stop], *location)
             if next_index < len(selected):
                 heapq.heappush(heap, (sort_key(selected, next_index), pos, next_index, chunk))
             else:
@@ -354,9 +354,11 @@ class BagReader:
             if chunk.loose_size:
                 return stored, self._read_loose(stored)
             if chunk.is_complete and len(stored) < header.stored_size:
-                is_cut = header.data_offset + header.stored_size > file.size
+                is_cut_off = header.data_offset + header.stored_size > file.size
                 raise RecordError(
-                    "the chunk runs past the end of the file" if is_cut else "the chunk's lengths contradict each other"
+                    "the chunk runs past the end of the file"
+                    if is_cut_off
+                    else "the chunk's lengths contradict each other"
                 )
             partial = not chunk.is_complete
             stored = file.decrypt(stored, partial=partial)
@@ -392,7 +394,7 @@ class BagReader:
         return read_content(stored, partial=True)[0]
 
     def _damage_error(self, chunk: Chunk, reason: str) -> BagError:
-        return BagError(self.path, f"{reason}; `pyros1 bag reindex` saves everything that can be read", chunk.pos)
+        return BagError(self.path, f"{reason}; `pyros1 bag reindex` recovers everything that can be read", chunk.pos)
 
     def _set_index(self, connections: dict[int, Connection], chunks: list[Chunk]) -> None:
         self.connections, self.chunks = connections, chunks

@@ -41,7 +41,7 @@ MESSAGE_HEADER_PARTS = (b"\x04\0\0\0op=\x02\x09\0\0\0conn=", b"\x0d\0\0\0time=")
 """Bytes before and after the connection id in the message headers that pyros1 writes."""
 
 MAX_CONNECTIONS = 1 << 16
-"""Maximum number of connections. Each can take a thousand times as much memory as space in a compressed chunk."""
+"""Maximum number of connections. In memory, each can take a thousand times its size in a compressed chunk."""
 
 _MAX_FIELDS = 4096
 """Maximum number of fields in a header. Small fields take twenty times their size in memory."""
@@ -261,7 +261,7 @@ def parse_connection(fields: Fields, data: bytes) -> Connection:
     return Connection(u32_field(fields, "conn"), topic, header)
 
 
-def message_head(conn: int) -> bytes:
+def message_record_prefix(conn: int) -> bytes:
     """Return the beginning of a message's record, up to and not including the time."""
     return U32.pack(38) + MESSAGE_HEADER_PARTS[0] + U32.pack(conn) + MESSAGE_HEADER_PARTS[1]
 

@@ -190,8 +190,8 @@ class Scanner:
         next_position = header.data_offset + len(stored)
         reason = ""
         if len(stored) < header.stored_size:
-            is_cut = header.data_offset + header.stored_size > file.size
-            reason = "the chunk is cut off" if is_cut else "the chunk's lengths contradict each other"
+            is_cut_off = header.data_offset + header.stored_size > file.size
+            reason = "the chunk is cut off" if is_cut_off else "the chunk's lengths contradict each other"
         content, messages = b"", Messages()
         defined_connections: dict[int, Connection] = {}
         try:
@@ -205,7 +205,7 @@ class Scanner:
             self.damaged_places.append(Damage(position, reason))
             del content, messages
             content, messages, defined_connections = self._salvage_chunk(header, stored, header.size)
-            next_position = self._continue_after(position, next_position, is_cut=len(stored) < header.stored_size)
+            next_position = self._continue_after(position, next_position, is_cut_off=len(stored) < header.stored_size)
         chunk = _make_chunk(position, messages)
         chunk.is_complete = not reason
         return ScannedChunk(chunk, header, content, messages, defined_connections), next_position
@@ -237,11 +237,11 @@ class Scanner:
             return b"", Messages(), {}
         return content, *read_content(content, partial=True)
 
-    def _continue_after(self, position: int, end: int, *, is_cut: bool) -> int:
+    def _continue_after(self, position: int, end: int, *, is_cut_off: bool) -> int:
         """Return the offset at which to continue after a damaged chunk: its end if a record is there, or the next
         chunk.
         """
-        if not is_cut:
+        if not is_cut_off:
             try:
                 self._file.record(end)
                 return end

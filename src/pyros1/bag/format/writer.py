@@ -29,7 +29,7 @@ from pyros1.bag.format.records import (
     make_bag_header,
     make_connection_record,
     make_record,
-    message_head,
+    message_record_prefix,
     pack_time,
 )
 
@@ -107,7 +107,7 @@ class BagWriter:
         self.compression = compression
         self.chunk_threshold = chunk_threshold
         self.connections: dict[int, Connection] = {} if existing is None else dict(existing.connections)
-        self._message_heads = {conn_id: message_head(conn_id) for conn_id in self.connections}
+        self._record_prefixes = {conn_id: message_record_prefix(conn_id) for conn_id in self.connections}
         self._next_id = max(self.connections, default=-1) + 1
         self._chunks: list[Chunk] = [] if existing is None else list(existing.chunks)
         self.messages = sum(sum(chunk.counts.values()) for chunk in self._chunks)
@@ -182,7 +182,7 @@ class BagWriter:
         self._next_id = max(self._next_id, conn_id + 1)
         connection = Connection(conn_id, topic, header)
         self.connections[conn_id] = connection
-        self._message_heads[conn_id] = message_head(conn_id)
+        self._record_prefixes[conn_id] = message_record_prefix(conn_id)
         if in_chunk:
             self._content += make_connection_record(connection)
         return conn_id
@@ -211,7 +211,7 @@ class BagWriter:
         secs, nsecs = divmod(time, NS)
         try:
             index.setdefault(conn, []).append((time, len(content)))
-            content += self._message_heads[conn]
+            content += self._record_prefixes[conn]
             content += _TIME_AND_SIZE.pack(secs, nsecs, len(data))
             self.messages += 1
             if len(content) + len(data) > self.chunk_threshold or (
@@ -387,7 +387,7 @@ def _entry_time(entries: bytes | bytearray, position: int) -> int:
 def _index_entries(messages: Messages) -> Entries:
     """Return the index entries of a chunk's messages. There may be millions of them."""
     entries: dict[int, bytearray] = {}
-    ordered = messages.by_time()
+    ordered = messages.sorted_by_time()
     pack = _INDEX_ENTRY.pack
     for conn, time, offset in zip(ordered.conns, ordered.times, ordered.offsets, strict=True):
         packed = entries.get(conn)

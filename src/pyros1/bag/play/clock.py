@@ -31,20 +31,20 @@ class Timeline:
         """
         self._bag_origin, self._wall_origin = bag_time, wall_time
 
-    def bag_at(self, wall_time: float) -> int:
+    def bag_time_at(self, wall_time: float) -> int:
         """Return the bag time, in nanoseconds, at a wall time in seconds."""
         if self.is_paused:
             return self._bag_origin
         return self._bag_origin + round((wall_time - self._wall_origin) * self._rate * NS)
 
-    def wall_at(self, bag_time: int) -> float:
+    def wall_time_at(self, bag_time: int) -> float:
         """Return the wall time, in seconds, at which a bag time, in nanoseconds, is reached unless playback pauses."""
         return self._wall_origin + (bag_time - self._bag_origin) / (self._rate * NS)
 
     def set_paused(self, wall_time: float, is_paused: bool) -> None:
         """Pause bag time, or let it continue, as of `wall_time` in seconds."""
         if is_paused != self.is_paused:
-            bag_time = self.bag_at(wall_time)
+            bag_time = self.bag_time_at(wall_time)
             self.is_paused = is_paused
             self.set(bag_time, wall_time)
 

@@ -19,14 +19,14 @@ class Control:
         is_paused: whether playback is paused.
         steps: number of messages still to play while paused.
         pause_on_topics: whether to pause before messages of certain topics.
-        has_ended: whether playback should end.
+        end_requested: whether playback should end.
     """
 
     def __init__(self, paused: bool = False) -> None:
         self.is_paused = paused
         self.steps = 0
         self.pause_on_topics = True
-        self.has_ended = False
+        self.end_requested = False
         self._lock = threading.Lock()
         # Unlike locks, sockets can be used in signal handlers; unlike pipes, select() supports them on Windows.
         self._wake_receiver, self._wake_sender = socket.socketpair()
@@ -63,7 +63,7 @@ class Control:
 
     def end(self) -> None:
         """Request the end of playback. Safe in signal handlers: acquires no lock."""
-        self.has_ended = True
+        self.end_requested = True
         self.wake()
 
     def wake(self) -> None:

@@ -14,7 +14,7 @@ from typing import Any
 from pyros1.bag.format.records import MAX_TIME, Connection
 from pyros1.bag.play.clock import NS, Ticker, Timeline
 from pyros1.bag.play.control import Control
-from pyros1.bag.play.source import Bags, PlayItem, ReadAhead
+from pyros1.bag.play.read_ahead import BagSet, PlayItem, ReadAhead
 from pyros1.bag.play.static import StaticTransforms, is_static_transforms
 from pyros1.ground.errors import Error
 from pyros1.ground.timing import Time
@@ -68,13 +68,13 @@ class Status:
     Attributes:
         state: RUNNING, PAUSED or DELAYED.
         time: bag time, in seconds since the epoch.
-        passed: seconds of bag time since the beginning of the bag.
+        elapsed: seconds of bag time since the beginning of the bag.
         length: length of the bag in seconds.
     """
 
     state: str
     time: float
-    passed: float
+    elapsed: float
     length: float
 
 
@@ -96,7 +96,7 @@ class Player:
     def __init__(
         self,
         node: Node,
-        bags: Bags,
+        bags: BagSet,
         options: PlayOptions,
         control: Control,
         on_status: Callable[[Status], object] | None = None,
@@ -149,14 +149,14 @@ class Player:
 
     def wait_for_subscribers(self) -> None:
         """Wait until every topic has a subscriber, or the user ends playback."""
-        while not self._control.has_ended and not all(
+        while not self._control.end_requested and not all(
             publisher.num_connections for publisher in self._publishers.values()
         ):
             self._control.wait(_POLL_PERIOD)
 
     def now(self) -> int:
         """Return the bag time in nanoseconds."""
-        return self._timeline.bag_at(perf_counter())
+        return self._timeline.bag_time_at(perf_counter())
 
     def set_rate_stamp(self, stamp: int) -> None:
         """Set the newest stamp, in nanoseconds, on the topic that controls the pace. Thread-safe."""
@@ -177,7 +177,7 @@ class Player:
         fewest_waiting, deadline = inf, perf_counter() + _DRAIN_TIMEOUT
         while True:
             waiting = sum({publisher.name: publisher.waiting for publisher in self._publishers.values()}.values())
-            if not waiting or self._control.has_ended or perf_counter() > deadline:
+            if not waiting or self._control.end_requested or perf_counter() > deadline:
                 return not waiting
             if waiting < fewest_waiting:
                 fewest_waiting, deadline = waiting, perf_counter() + _DRAIN_TIMEOUT
@@ -220,7 +220,7 @@ class Player:
         if self._read_ahead is None:
             self.read_ahead()
         try:
-            while not self._control.has_ended:
+            while not self._control.end_requested:
                 for item in self._latched_messages:
                     self._publish(item)
                 count = self._play()
@@ -238,7 +238,7 @@ class Player:
         self._last_time = None
         read_ahead, self._read_ahead = self._read_ahead, None
         with read_ahead or ReadAhead(self._messages()) as source:
-            while not control.has_ended:
+            while not control.end_requested:
                 batch = source.take(_POLL_PERIOD)
                 if batch is None:
                     break
@@ -271,8 +271,8 @@ class Player:
         ):
             control.set_paused(True)
         self._last_time = time
-        while not control.has_ended:
-            must_wait = control.is_paused or self._is_delayed(timeline.bag_at(now))
+        while not control.end_requested:
+            must_wait = control.is_paused or self._is_delayed(timeline.bag_time_at(now))
             if must_wait or timeline.is_paused:
                 timeline.set_paused(now, must_wait)
             if control.is_paused and control.steps:
@@ -280,9 +280,9 @@ class Player:
                 return self._step(time, now)
             if not must_wait and options.immediate:
                 return self._step(time, now)
-            due_at = inf if must_wait else timeline.wall_at(time)
+            due_at = inf if must_wait else timeline.wall_time_at(time)
             if now >= self._clock_ticker.due_at or now >= self._status_ticker.due_at:
-                self._report(min(timeline.bag_at(now), time), now)
+                self._report(min(timeline.bag_time_at(now), time), now)
             if due_at <= now:
                 return True
             control.wait(min(due_at, self._clock_ticker.due_at, self._status_ticker.due_at) - now)
@@ -305,7 +305,7 @@ class Player:
         if now >= self._status_ticker.due_at:
             self._control.wait(0)
             self._report(time, now)
-        return not self._control.has_ended
+        return not self._control.end_requested
 
     def _jump_to(self, time: int, now: float) -> None:
         """Set the bag time to the time of the next message, and publish it on /clock."""

@@ -1,4 +1,4 @@
-"""Static transforms in bags: each publisher latched its own; the player publishes those of all publishers together.
+"""Merges the static transforms that several publishers latched, since the player publishes all of them together.
 Does no I/O.
 """
 

@@ -124,7 +124,8 @@ class RecordFile(Generic[_K]):
         chunk_threshold: size in bytes above which a chunk is closed.
 
     Attributes:
-        moved_to: the new path of a file that a killed recording had left behind under the same name; usually empty.
+        leftover_path: the new path of a file that a killed recording had left behind under this name; empty if there
+            was none.
 
     Raises:
         BagError: another recording is writing to the file.
@@ -137,7 +138,7 @@ class RecordFile(Generic[_K]):
             raise IsADirectoryError(
                 errno.EISDIR, os.strerror(errno.EISDIR), path
             )  # reported now rather than after the recording
-        self.moved_to = set_aside_leftover(path + ACTIVE_SUFFIX)
+        self.leftover_path = set_aside_leftover(path + ACTIVE_SUFFIX)
         self._writer = RecordWriter(path + ACTIVE_SUFFIX, compression, chunk_threshold)
         self._keys: dict[int, _K] = {}
         self._conn_ids: dict[_K, int] = {}
@@ -183,7 +184,7 @@ class RecordFile(Generic[_K]):
             self._keys[conn] = key
         self._writer.write(conn, stamp, data)
 
-    def tick(self) -> None:
+    def flush_if_due(self) -> None:
         """Flush data, and request a sync to disk, about once a second; must be called often.
 
         Raises:

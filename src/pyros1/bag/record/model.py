@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
-from pyros1.bag.record.names import FileNames
+from pyros1.bag.record.file_names import FileNames
 from pyros1.node import Node
 
 
@@ -70,7 +70,7 @@ class Topic:
 
 
 @dataclass(eq=False)
-class Source:
+class RecordedPublisher:
     """A publisher on a recorded topic.
 
     Attributes:
@@ -86,15 +86,15 @@ class Source:
     latched: bytes | None = None
 
 
-class Sources:
+class RecordedPublishers:
     """The publishers of one topic. After a reconnection, a publisher is recognised by its header."""
 
     def __init__(self, topic: Topic) -> None:
         self._topic = topic
-        self._by_header_id: dict[int, tuple[dict[str, str], Source]] = {}
-        self._by_content: dict[frozenset[tuple[str, str]], Source] = {}
+        self._by_header_id: dict[int, tuple[dict[str, str], RecordedPublisher]] = {}
+        self._by_content: dict[frozenset[tuple[str, str]], RecordedPublisher] = {}
 
-    def get(self, header: dict[str, str]) -> Source:
+    def get(self, header: dict[str, str]) -> RecordedPublisher:
         """Return the publisher with the given connection header; a new one is added."""
         entry = self._by_header_id.get(id(header))
         if entry is not None:
@@ -102,11 +102,11 @@ class Sources:
         if len(self._by_header_id) > 1000:
             self._by_header_id.clear()  # otherwise entries of closed connections would accumulate
         key = frozenset(header.items())
-        source = self._by_content.get(key)
-        if source is None:
-            source = self._by_content[key] = Source(self._topic, header, header.get("latching") == "1")
-        self._by_header_id[id(header)] = (header, source)  # keeps the header alive, so that its id is not reused
-        return source
+        publisher = self._by_content.get(key)
+        if publisher is None:
+            publisher = self._by_content[key] = RecordedPublisher(self._topic, header, header.get("latching") == "1")
+        self._by_header_id[id(header)] = (header, publisher)  # keeps the header alive, so that its id is not reused
+        return publisher
 
 
 def make_clock(node: Node) -> Callable[[], int]:

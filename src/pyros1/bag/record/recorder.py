@@ -18,7 +18,7 @@ from itertools import chain
 from pyros1.bag.errors import BagError
 from pyros1.bag.record.disk_space import SpaceGuard
 from pyros1.bag.record.file import RecordFile
-from pyros1.bag.record.model import RecordOptions, Source, Sources, Topic, make_clock
+from pyros1.bag.record.model import RecordedPublisher, RecordedPublishers, RecordOptions, Topic, make_clock
 from pyros1.bag.record.queue import RecordQueue
 from pyros1.msgs import AnyMsg
 from pyros1.node import Node
@@ -87,21 +87,25 @@ class Recorder:
         self._options = options
         self._events = events or Events()
         self._now = make_clock(node)
-        self._queue: RecordQueue[Source] = RecordQueue(options.buffer_size, self._count_received, self._count_dropped)
-        self._latching_sources: dict[Source, None] = {}
+        self._queue: RecordQueue[RecordedPublisher] = RecordQueue(
+            options.buffer_size, self._count_received, self._count_dropped
+        )
+        self._latching_publishers: dict[RecordedPublisher, None] = {}
         self._finished_paths: deque[str] = deque()
         self._file_number = 0
         self._file_started_at = self._now()
         self._retry_split_at = 0.0  # monotonic time at which to retry starting the next file
         self._warned_at: dict[str, float] = {}
         self._stop_event = threading.Event()
-        self._unwritten_messages: list[tuple[Source, int, bytes]] = []  # the remainder of an unfinished batch
+        self._unwritten_messages: list[
+            tuple[RecordedPublisher, int, bytes]
+        ] = []  # the remainder of an unfinished batch
         self._has_reached_limit = False  # whether a topic has reached the limit of messages
         self._has_dropped = False  # whether messages were dropped since the last warning
         folder = os.path.dirname(options.names.name(0, time.time())) or "."
         self._space = SpaceGuard(folder, options.min_space, self._events.on_warning)
         self._space.check()
-        self._file: RecordFile[Source] | None = self._open(0)
+        self._file: RecordFile[RecordedPublisher] | None = self._open(0)
         self._events.on_opened(self._file.path)
         self._thread = threading.Thread(target=self._run, name="bag:writer", daemon=True)
         self._thread.start()
@@ -115,14 +119,19 @@ class Recorder:
 
     def _make_callback(self, topic: Topic) -> Callable[[AnyMsg], None]:
         """Return the callback for a topic's messages; its calls never overlap."""
-        source_of, now, enqueue, limit = Sources(topic).get, self._now, self._queue.put, self._options.limit
+        publisher_of, now, enqueue, limit = (
+            RecordedPublishers(topic).get,
+            self._now,
+            self._queue.put,
+            self._options.limit,
+        )
 
         def on_message(message: AnyMsg) -> None:
             stamp, data = now(), message._buff
-            source = source_of(message._connection_header or {})
+            publisher = publisher_of(message._connection_header or {})
             if limit and topic.messages >= limit:
                 return
-            if enqueue(source, stamp, data) and topic.messages == limit:
+            if enqueue(publisher, stamp, data) and topic.messages == limit:
                 self._has_reached_limit = True
 
         return on_message
@@ -141,17 +150,17 @@ class Recorder:
         return all(topic.subscriber is None for topic in self.topics.values())
 
     @staticmethod
-    def _count_received(source: Source, size: int) -> None:
-        source.topic.messages += 1
-        source.topic.bytes += size
+    def _count_received(publisher: RecordedPublisher, size: int) -> None:
+        publisher.topic.messages += 1
+        publisher.topic.bytes += size
 
-    def _count_dropped(self, source: Source) -> None:
-        source.topic.dropped += 1
+    def _count_dropped(self, publisher: RecordedPublisher) -> None:
+        publisher.topic.dropped += 1
         self._has_dropped = True  # reported by the writing thread, so as not to delay this receiving thread
 
     def _warn(self, text: str) -> None:
-        """Report a warning that every message could cause: warnings that begin with the same text are reported at most
-        once in five seconds.
+        """Report a warning that each message could cause; warnings that begin with the same text are reported at most
+        every five seconds.
         """
         now, warning_key = time.monotonic(), text[:20]
         if now - self._warned_at.get(warning_key, -_WARN_PERIOD) >= _WARN_PERIOD:
@@ -185,11 +194,11 @@ class Recorder:
             self._write_all()
         except Exception as error:  # noqa: BLE001 - the file must be closed after any error
             self.error = error
-        for source, _, _ in chain(self._unwritten_messages, self._queue.close()):
+        for publisher, _, _ in chain(self._unwritten_messages, self._queue.close()):
             if self.error is None:
-                source.topic.received_after_end += 1
+                publisher.topic.received_after_end += 1
             else:
-                source.topic.dropped += 1
+                publisher.topic.dropped += 1
         try:
             self._close_file()
         except OSError as error:
@@ -210,32 +219,32 @@ class Recorder:
                 self._has_dropped = False
                 self._warn("rosbag record buffer exceeded.  Dropping oldest queued message.")
             if self._file is not None:
-                self._file.tick()
+                self._file.flush_if_due()
             self._space.check()
 
-    def _write_batch(self, batch: list[tuple[Source, int, bytes]]) -> bool:
+    def _write_batch(self, batch: list[tuple[RecordedPublisher, int, bytes]]) -> bool:
         """Write messages; return False if the recording has reached a limit and ends."""
         taken_count = 0
         try:
-            for source, stamp, data in batch:
+            for publisher, stamp, data in batch:
                 if not self._split_if_due(stamp):
                     return False
                 taken_count += 1  # a message that cannot be written is counted as lost by the file
-                self._write(source, stamp, data)
+                self._write(publisher, stamp, data)
         finally:
             self._unwritten_messages = batch[taken_count:]
         return True
 
-    def _write(self, source: Source, stamp: int, data: bytes) -> None:
+    def _write(self, publisher: RecordedPublisher, stamp: int, data: bytes) -> None:
         assert self._file is not None
         try:
-            self._file.write(source, source.topic.name, source.header, stamp, data)
+            self._file.write(publisher, publisher.topic.name, publisher.header, stamp, data)
         except BagError as error:
-            source.topic.dropped += 1
+            publisher.topic.dropped += 1
             self._warn(str(error))
-        if source.latching:
-            source.latched = data
-            self._latching_sources[source] = None
+        if publisher.latching:
+            publisher.latched = data
+            self._latching_publishers[publisher] = None
 
     def _split_if_due(self, stamp: int) -> bool:
         """Start a new file if this one has reached a limit; return False if the recording ends instead."""
@@ -279,18 +288,18 @@ class Recorder:
         self._events.on_opened(next_file.path)
         if self._options.repeat_latched:
             now = self._now()
-            for source in self._latching_sources:
-                if source.latched is not None:
-                    next_file.write(source, source.topic.name, source.header, now, source.latched)
+            for publisher in self._latching_publishers:
+                if publisher.latched is not None:
+                    next_file.write(publisher, publisher.topic.name, publisher.header, now, publisher.latched)
         return True
 
-    def _open(self, file_number: int) -> RecordFile[Source]:
+    def _open(self, file_number: int) -> RecordFile[RecordedPublisher]:
         options = self._options
         path = options.names.name(file_number, time.time())
-        file = RecordFile[Source](path, options.compression, options.chunk_size)
-        if file.moved_to:
+        file = RecordFile[RecordedPublisher](path, options.compression, options.chunk_size)
+        if file.leftover_path:
             self._events.on_warning(
-                f"{path}.active of a recording that was not closed was renamed to {file.moved_to}; "
+                f"{path}.active of a recording that was not closed was renamed to {file.leftover_path}; "
                 "`pyros1 bag reindex` can repair it"
             )
         return file
@@ -303,8 +312,8 @@ class Recorder:
         try:
             file.close()
         finally:
-            for source, count in file.lost.items():
-                source.topic.dropped += count
+            for publisher, count in file.lost.items():
+                publisher.topic.dropped += count
         with contextlib.suppress(OSError):
             self.report.bytes += os.path.getsize(file.path)
         self.report.files.append(file.path)

@@ -11,12 +11,12 @@ from operator import itemgetter
 
 from pyros1.bag.record.disk_space import SpaceGuard
 from pyros1.bag.record.file import RecordFile
-from pyros1.bag.record.model import RecordOptions, Source, Sources, Topic, make_clock
+from pyros1.bag.record.model import RecordedPublisher, RecordedPublishers, RecordOptions, Topic, make_clock
 from pyros1.bag.record.queue import MESSAGE_OVERHEAD
 from pyros1.msgs import AnyMsg
 from pyros1.node import Node
 
-Entry = tuple[int, Source, bytes]
+Entry = tuple[int, RecordedPublisher, bytes]
 """A message: (receive time in nanoseconds, publisher, bytes)."""
 
 
@@ -35,16 +35,16 @@ class MessageRing:
         self._duration = duration
         self._max_size = size
         self._entries: deque[Entry] = deque()
-        self._latched: dict[Source, Entry] = {}
+        self._latched: dict[RecordedPublisher, Entry] = {}
         self._lock = threading.Lock()
         self.bytes = 0
 
-    def add(self, stamp: int, source: Source, data: bytes) -> None:
+    def add(self, stamp: int, publisher: RecordedPublisher, data: bytes) -> None:
         """Add a message."""
-        entry = (stamp, source, data)
+        entry = (stamp, publisher, data)
         with self._lock:
-            if source.latching:
-                self._latched[source] = entry
+            if publisher.latching:
+                self._latched[publisher] = entry
             self._entries.append(entry)
             self.bytes += len(data) + MESSAGE_OVERHEAD
             self._trim(stamp)
@@ -117,13 +117,13 @@ class SnapshotBuffer:
         """Start keeping a topic's messages."""
         topic = self.topics[name] = Topic(name)
         ring = self._rings[name] = MessageRing(self._duration, self._max_size)
-        source_of, now = Sources(topic).get, self._now
+        publisher_of, now = RecordedPublishers(topic).get, self._now
 
         def on_message(message: AnyMsg) -> None:
             if self.enabled:
                 topic.messages += 1
                 topic.bytes += len(message._buff)
-                ring.add(now(), source_of(message._connection_header or {}), message._buff)
+                ring.add(now(), publisher_of(message._connection_header or {}), message._buff)
 
         topic.subscriber = self._node.subscribe(name, AnyMsg, on_message)
 
@@ -162,13 +162,13 @@ class SnapshotBuffer:
             self._space.check()
             options = self._options
             path = _unused_path(options.names.name(self._file_number, time.time()))
-            file = RecordFile[Source](path, options.compression, options.chunk_size)
+            file = RecordFile[RecordedPublisher](path, options.compression, options.chunk_size)
             self._file_number += 1
             try:
-                for _, source, data in latched_entries:
-                    file.write(source, source.topic.name, source.header, begin, data)
-                for stamp, source, data in entries:
-                    file.write(source, source.topic.name, source.header, stamp, data)
+                for _, publisher, data in latched_entries:
+                    file.write(publisher, publisher.topic.name, publisher.header, begin, data)
+                for stamp, publisher, data in entries:
+                    file.write(publisher, publisher.topic.name, publisher.header, stamp, data)
             finally:
                 file.close()
             return file.path, file.messages

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 
-from pyros1.bag.record.names import Selection
+from pyros1.bag.record.topic_selection import TopicSelection
 from pyros1.graph import Graph
 from pyros1.ground.errors import Error
 from pyros1.node import Node
@@ -21,7 +21,7 @@ class TopicSearch:
         selection: what to record.
     """
 
-    def __init__(self, node: Node, selection: Selection) -> None:
+    def __init__(self, node: Node, selection: TopicSelection) -> None:
         self._node = node
         self._graph = Graph(node.master)
         self._selection = selection

@@ -148,7 +148,7 @@ def _eigenvector(matrix: Array, eigenvalue: float) -> Array:
     differences = abs(eigenvalues - eigenvalue)[::-1]
     nearest = differences.argmin()
     if not differences[nearest] < _TOLERANCE:
-        raise ValueError(f"the matrix has no eigenvalue {eigenvalue:g}, so it is of another kind")
+        raise ValueError(f"the matrix has no eigenvalue {eigenvalue:g}, so it is not of the expected kind")
     return unit_vector(vectors[:, 2 - nearest].real)
 
 

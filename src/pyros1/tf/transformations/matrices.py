@@ -195,7 +195,7 @@ def superimposition_matrix(v0: ArrayLike, v1: ArrayLike, scaling: bool = False, 
     """
     start, end = float_array(v0, 3), float_array(v1, 3)
     if start.shape != end.shape or min(start.shape) < 3:
-        raise ValueError("the points must be three rows each, of equal lengths of at least 3")
+        raise ValueError("v0 and v1 must have the same shape, with at least three rows and three points")
     center0, center1 = start.mean(1), end.mean(1)
     start, end = start - center0[:, None], end - center1[:, None]
     left, _, right = np.linalg.svd(end @ start.T)  # W. Kabsch, 1976

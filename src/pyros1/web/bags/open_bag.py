@@ -193,7 +193,7 @@ class OpenBag:
             forward: whether to search for the next message instead of the previous one.
         """
         nanoseconds = self.nanoseconds(time)
-        ids = self.bag.reader.ids(topics)
+        ids = self.bag.reader.connection_ids(topics)
         if forward:
             return next(
                 (self.seconds(message.time) for message in self.bag.reader.messages(ids, nanoseconds + 1)), None

@@ -10,7 +10,7 @@ from typing import Any
 
 from pyros1.bag.play.control import Control
 from pyros1.bag.play.player import Player, PlayOptions, Status
-from pyros1.bag.play.source import Bags
+from pyros1.bag.play.read_ahead import BagSet
 from pyros1.ground.errors import Error
 from pyros1.ground.terminal_text import untrusted
 from pyros1.node import Node
@@ -160,7 +160,7 @@ class Playback:
                 control.end()
             self._state = "paused" if settings.paused else "running"
         options = PlayOptions(rate=settings.rate, start=start, clock_rate=CLOCK_RATE if settings.clock else 0.0)
-        with Bags([self._bag.bag.reader], settings.topics) as bags:
+        with BagSet([self._bag.bag.reader], settings.topics) as bags:
             try:
                 player = Player(self._node, bags, options, control, self._on_status)
             finally:
@@ -186,11 +186,11 @@ class Playback:
     @staticmethod
     def _wait_for_subscribers(control: Control) -> None:
         deadline = monotonic() + _CONNECT_TIMEOUT
-        while not control.has_ended and (remaining := deadline - monotonic()) > 0:
+        while not control.end_requested and (remaining := deadline - monotonic()) > 0:
             control.wait(remaining)
 
     def _on_status(self, status: Status) -> None:
         with self._lock:
             if not self._restart_requested:
-                self._time, self._state = max(0.0, status.passed), status.state.lower()
+                self._time, self._state = max(0.0, status.elapsed), status.state.lower()
         self._on_change()

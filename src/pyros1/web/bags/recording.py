@@ -11,9 +11,10 @@ from time import monotonic
 from typing import Any
 
 from pyros1.bag.errors import BagError
+from pyros1.bag.record.file_names import FileNames
 from pyros1.bag.record.model import RecordOptions
-from pyros1.bag.record.names import FileNames, Selection
 from pyros1.bag.record.recorder import Events, Recorder
+from pyros1.bag.record.topic_selection import TopicSelection
 from pyros1.bag.record.topics import TopicSearch
 from pyros1.ground import names
 from pyros1.ground.errors import Error, NodeShutdownError
@@ -72,7 +73,7 @@ class Recording:
         self._topic_rows: list[dict[str, Any]] = []
         self._lock = threading.Lock()
         self._stop_event = threading.Event()
-        self._topic_search = TopicSearch(node, Selection(topics or (), all_topics=topics is None))
+        self._topic_search = TopicSearch(node, TopicSelection(topics or (), all_topics=topics is None))
         options = RecordOptions(names=_FileNamesInFolder(prefix, folder=folder), compression=compression)
         events = Events(on_opened=self._on_opened, on_warning=self._on_warning, on_ended=self._stop_event.set)
         try:

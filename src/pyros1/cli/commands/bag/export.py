@@ -149,7 +149,7 @@ VERB = Verb(
 
 def _renaming_notes(writer: Any) -> Iterator[str]:
     """Yield notes about names that were changed because ROS 2 does not allow them."""
-    new_names = writer.names.changed if hasattr(writer, "names") else {}
+    new_names = writer.names.renamed if hasattr(writer, "names") else {}
     for old_name, new_name in list(new_names.items())[:_MAX_NAMES_SHOWN]:
         yield f"NOTE: {old_name} was renamed to {new_name}: ROS 2 does not allow the old name"
     if len(new_names) > _MAX_NAMES_SHOWN:
@@ -184,9 +184,9 @@ def _make_writer(format_name: str, temporary_path: str, topics: list[str], optio
             CsvWriter(temporary_path, topics, options) if format_name == "csv" else JsonWriter(temporary_path, options)
         )
     if format_name == "images":
-        from pyros1.bag.export.image_files import PictureWriter  # noqa: PLC0415
+        from pyros1.bag.export.image_files import ImageFileWriter  # noqa: PLC0415
 
-        return PictureWriter(temporary_path, mosaic=bool(options.mosaic))
+        return ImageFileWriter(temporary_path, mosaic=bool(options.mosaic))
     if format_name == "video":
         from pyros1.bag.export.video import VideoWriter  # noqa: PLC0415
 
@@ -196,7 +196,7 @@ def _make_writer(format_name: str, temporary_path: str, topics: list[str], optio
 
         return Ros1McapWriter(temporary_path)
     from pyros1.bag.export.ros2 import McapWriter, Ros2Writer  # noqa: PLC0415
-    from pyros1.bag.export.schemas import distributions  # noqa: PLC0415
+    from pyros1.bag.export.rosbags_types import distributions  # noqa: PLC0415
 
     if options.distro not in distributions():
         hint = did_you_mean(options.distro, distributions())
@@ -209,7 +209,7 @@ def _make_writer(format_name: str, temporary_path: str, topics: list[str], optio
 
 
 def _make_video_path(temporary_path: str, topics: list[str]) -> Callable[[str], str]:
-    from pyros1.bag.export.topic_names import FileNames  # noqa: PLC0415
+    from pyros1.bag.export.file_names import TopicFileNames  # noqa: PLC0415
 
     if _extension(temporary_path) in _FORMATS_BY_EXTENSION:
         if len(topics) > 1:
@@ -219,7 +219,7 @@ def _make_video_path(temporary_path: str, topics: list[str]) -> Callable[[str], 
             )
         return lambda topic: temporary_path
     os.mkdir(temporary_path)
-    file_names = FileNames()
+    file_names = TopicFileNames()
     return lambda topic: os.path.join(temporary_path, f"{file_names[topic]}.mp4")
 
 

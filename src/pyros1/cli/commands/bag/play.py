@@ -21,7 +21,7 @@ from pyros1.ground.terminal_text import one_line
 if TYPE_CHECKING:
     from pyros1.bag.play.control import Control
     from pyros1.bag.play.player import Player, PlayOptions, Status
-    from pyros1.bag.play.source import Bags
+    from pyros1.bag.play.read_ahead import BagSet
     from pyros1.msgs import AnyMsg
     from pyros1.node import Node
 
@@ -42,11 +42,11 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
         raise UsageError("You must specify at least 1 bag file to play back.")
     _check_options(options)
     from pyros1.bag.play.control import Control  # noqa: PLC0415 - not needed for help
-    from pyros1.bag.play.source import Bags  # noqa: PLC0415
+    from pyros1.bag.play.read_ahead import BagSet  # noqa: PLC0415
     from pyros1.node import Node  # noqa: PLC0415
 
     sys.setswitchinterval(_SWITCH_INTERVAL)
-    with Bags(paths, options.topics) as bags:
+    with BagSet(paths, options.topics) as bags:
         _check_content(bags, options)
         gc.freeze()  # the index of a bag can be large, and is needed until the end
         gc.set_threshold(_COLLECTION_THRESHOLD)
@@ -162,7 +162,7 @@ def _reduce_timer_slack() -> None:
         slack_file.write("1")
 
 
-def _play(node: Node, bags: Bags, options: Any, control: Control) -> int:
+def _play(node: Node, bags: BagSet, options: Any, control: Control) -> int:
     from pyros1.bag.play.keyboard import Keyboard  # noqa: PLC0415
     from pyros1.bag.play.player import Player  # noqa: PLC0415
     from pyros1.cli.commands.bag._running.live import StatusLine  # noqa: PLC0415
@@ -171,7 +171,7 @@ def _play(node: Node, bags: Bags, options: Any, control: Control) -> int:
 
     def show_status(status: Status) -> None:
         status_line.show(
-            f" [{status.state}]  Bag Time: {status.time:13.6f}   Duration: {status.passed:.6f} / {status.length:.6f}"
+            f" [{status.state}]  Bag Time: {status.time:13.6f}   Duration: {status.elapsed:.6f} / {status.length:.6f}"
         )
 
     for reader in bags.readers:
@@ -190,18 +190,18 @@ def _play(node: Node, bags: Bags, options: Any, control: Control) -> int:
         _print_status(options, f"\nWaiting {options.delay:g} seconds after advertising topics...", end="")
         _wait_until_ended(control, options.delay)
         _print_status(options, " done.")
-    if options.wait_for_subscribers and not control.has_ended:
+    if options.wait_for_subscribers and not control.end_requested:
         status_line.print_message("Waiting for subscribers.")
         player.wait_for_subscribers()
     with Keyboard(control) as keyboard:
         if keyboard.is_available:
             _print_status(options, "\nHit space to toggle paused, or 's' to step.")
         player.run()
-        if not control.has_ended and options.keep_alive:
+        if not control.end_requested and options.keep_alive:
             status_line.print_message(
                 "All messages were played; still running for the latched topics. Press Ctrl-C to stop."
             )
-            while not control.has_ended:
+            while not control.end_requested:
                 control.wait(1.0)
     status_line.clear()
     if not player.wait_until_sent():
@@ -209,7 +209,7 @@ def _play(node: Node, bags: Bags, options: Any, control: Control) -> int:
     dropped_count = player.dropped()
     if dropped_count:
         node.log.warn("%d messages were dropped because subscribers were too slow; see --queue", dropped_count)
-    if not control.has_ended:
+    if not control.end_requested:
         _print_status(options, "\nDone.")
     return 0
 
@@ -223,7 +223,7 @@ def _print_status(options: Any, text: str, end: str = "\n") -> None:
 
 def _wait_until_ended(control: Control, seconds: float) -> None:
     deadline = monotonic() + seconds
-    while not control.has_ended and monotonic() < deadline:
+    while not control.end_requested and monotonic() < deadline:
         control.wait(deadline - monotonic())
 
 
@@ -255,7 +255,7 @@ def _control_rate(node: Node, player: Player, topic: str) -> None:
     node.subscribe(topic, AnyMsg, on_message)
 
 
-def _check_content(bags: Bags, options: Any) -> None:
+def _check_content(bags: BagSet, options: Any) -> None:
     """Warn about options that have no effect on these bags.
 
     Raises:

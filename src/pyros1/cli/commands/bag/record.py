@@ -16,9 +16,9 @@ from pyros1.ground.errors import Error
 from pyros1.ground.terminal_text import one_line
 
 if TYPE_CHECKING:
-    from pyros1.bag.record.follow import StopSignal
+    from pyros1.bag.record.main_loop import StopSignal
     from pyros1.bag.record.model import RecordOptions
-    from pyros1.bag.record.names import Selection
+    from pyros1.bag.record.topic_selection import TopicSelection
     from pyros1.node import Node
 
 _SIZE_UNITS = {"": 1, "k": 1 << 10, "m": 1 << 20, "g": 1 << 30, "t": 1 << 40}
@@ -29,7 +29,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
     """Record topics to bags. Return 1 if an error stopped the recording, otherwise 0."""
     selection = _make_selection(options, [*args, *(options.topics or ())])
     settings = _make_settings(options)
-    from pyros1.bag.record.follow import StopSignal  # noqa: PLC0415 - not needed for help
+    from pyros1.bag.record.main_loop import StopSignal  # noqa: PLC0415 - not needed for help
     from pyros1.node import Node  # noqa: PLC0415
 
     try:
@@ -173,9 +173,11 @@ VERB = Verb(
 )
 
 
-def _record(node: Node, selection: Selection, settings: RecordOptions, options: Any, stop_signal: StopSignal) -> int:
+def _record(
+    node: Node, selection: TopicSelection, settings: RecordOptions, options: Any, stop_signal: StopSignal
+) -> int:
     from pyros1.bag.errors import BagError  # noqa: PLC0415
-    from pyros1.bag.record.follow import follow, wait_for_time  # noqa: PLC0415
+    from pyros1.bag.record.main_loop import subscribe_until_stopped, wait_for_time  # noqa: PLC0415
     from pyros1.bag.record.recorder import Events, Recorder  # noqa: PLC0415
     from pyros1.bag.record.topics import TopicSearch  # noqa: PLC0415
     from pyros1.cli.commands.bag._running.live import RecordingStatus, StatusLine, recording_summary  # noqa: PLC0415
@@ -211,7 +213,7 @@ def _record(node: Node, selection: Selection, settings: RecordOptions, options: 
 
     with recorder:
         recording_status = RecordingStatus(recorder)
-        follow(
+        subscribe_until_stopped(
             topic_search,
             stop_signal,
             subscribe,
@@ -242,7 +244,7 @@ def _failure_text(error: Exception) -> str:
     return str(error)
 
 
-def _make_selection(options: Any, topics: list[str]) -> Selection:
+def _make_selection(options: Any, topics: list[str]) -> TopicSelection:
     records_all = options.all
     if options.exclude and not (records_all or options.regex or options.node or topics):
         print("only -x is given: recording all topics except those excluded", file=sys.stderr)
@@ -254,10 +256,10 @@ def _make_selection(options: Any, topics: list[str]) -> Selection:
             raise CommandError(f"{name!r} is not a legal topic name")
     if options.limit and (records_all or options.regex or options.node):
         raise CommandError("--limit works only with named topics, not with -a, -e, -x or --node")
-    from pyros1.bag.record.names import Selection  # noqa: PLC0415
+    from pyros1.bag.record.topic_selection import TopicSelection  # noqa: PLC0415
 
     try:
-        return Selection(topics, options.regex, records_all, options.exclude, options.node)
+        return TopicSelection(topics, options.regex, records_all, options.exclude, options.node)
     except Error as error:
         raise CommandError(str(error)) from None
 
@@ -273,8 +275,8 @@ def _make_settings(options: Any) -> RecordOptions:
             raise UsageError(f"--{name.replace('_', '-')} must be a non-negative number")
     if options.bz2 and options.lz4:
         raise UsageError("use only one of --bz2 and --lz4")
+    from pyros1.bag.record.file_names import FileNames  # noqa: PLC0415
     from pyros1.bag.record.model import RecordOptions  # noqa: PLC0415
-    from pyros1.bag.record.names import FileNames  # noqa: PLC0415
 
     name = options.output_name
     return RecordOptions(

@@ -150,7 +150,7 @@ class _ReadJob:
         bag, reader = self._bag, self._bag.bag.reader
         first, last = bag.nanoseconds(self._begin), bag.nanoseconds(self._end)
         span = max(1, min(last, bag.end) - max(first, bag.begin))
-        messages = reader.messages(reader.ids(list(self._curves)), max(0, first), last)
+        messages = reader.messages(reader.connection_ids(list(self._curves)), max(0, first), last)
         for count, stored_message in enumerate(messages, 1):
             if self._stop_requested.is_set():
                 return

@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 from pyros1.bag.errors import BagError
-from pyros1.bag.record.follow import StopSignal, follow, wait_for_time
+from pyros1.bag.record.main_loop import StopSignal, subscribe_until_stopped, wait_for_time
 from pyros1.bag.record.model import RecordOptions
-from pyros1.bag.record.names import Selection
 from pyros1.bag.record.snapshot import SnapshotBuffer
+from pyros1.bag.record.topic_selection import TopicSelection
 from pyros1.bag.record.topics import TopicSearch
 from pyros1.cli.commands.bag._running.live import StatusLine, format_size
 from pyros1.ground.terminal_text import one_line
@@ -16,7 +16,7 @@ from pyros1.node import Node
 
 
 def run_snapshots(
-    node: Node, selection: Selection, settings: RecordOptions, options: Any, stop_signal: StopSignal
+    node: Node, selection: TopicSelection, settings: RecordOptions, options: Any, stop_signal: StopSignal
 ) -> int:
     """Keep messages and serve ``~snapshot`` (std_srvs/Trigger) and ``~enable`` (std_srvs/SetBool) until shutdown.
 
@@ -59,7 +59,7 @@ def run_snapshots(
     status_line.print_message(
         f"Keeping the latest messages; write them to a bag with: rosservice call {snapshot_service}"
     )
-    follow(
+    subscribe_until_stopped(
         topic_search,
         stop_signal,
         subscribe,

@@ -7,8 +7,8 @@ import os
 from contextlib import ExitStack
 from typing import Any, TextIO
 
+from pyros1.bag.export.file_names import TopicFileNames
 from pyros1.bag.export.tables import Table
-from pyros1.bag.export.topic_names import FileNames
 from pyros1.cli.clean_output import data_stream
 from pyros1.cli.failures import CommandError
 from pyros1.cli.shared.buffered_output import BufferedOutput
@@ -42,7 +42,7 @@ class CsvWriter:
                 "or give a folder as output"
             )
         self._table = Table(omits_strings=bool(options.nostr), omits_arrays=bool(options.noarr))
-        self._names = FileNames()
+        self._names = TopicFileNames()
         self._files: dict[str, TextIO] = {}
         self._exit_stack = ExitStack()
 

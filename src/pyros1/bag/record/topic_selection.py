@@ -1,47 +1,17 @@
-"""File names of recordings, and the selection of topics to record. Does no I/O."""
+"""Which topics to record. Does no I/O."""
 
 from __future__ import annotations
 
 import re
-import time
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field
 
 from pyros1.ground.errors import Error
 
 
-@dataclass(frozen=True)
-class FileNames:
-    """The file names of a recording (B17).
-
-    Attributes:
-        prefix: the beginning of the names; may contain a folder, and the suffix ``.bag``.
-        has_date: whether the date is appended.
-        has_number: whether a number is appended, starting at 0.
-    """
-
-    prefix: str = ""
-    has_date: bool = True
-    has_number: bool = False
-
-    def name(self, file_number: int, start_time: float) -> str:
-        """Return a file's name.
-
-        Args:
-            file_number: number of the file.
-            start_time: time at which the file begins, in seconds since the epoch.
-        """
-        parts = [self.prefix.removesuffix(".bag")] if self.prefix else []
-        if self.has_date:
-            parts.append(time.strftime("%Y-%m-%d-%H-%M-%S", time.localtime(start_time)))
-        if self.has_number:
-            parts.append(str(file_number))
-        return "_".join(parts) + ".bag"
-
-
 @dataclass
-class Selection:
-    """Selection of the topics to record (B15).
+class TopicSelection:
+    """The topics to record (B15).
 
     Attributes:
         topics: full names, or regular expressions.

@@ -1,4 +1,4 @@
-"""The loop shared by recordings and snapshots: subscribes to new topics until a signal ends the command."""
+"""The main loop of recordings and snapshots: subscribes to new topics until a signal ends the command."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class StopSignal:
         return True
 
 
-def follow(
+def subscribe_until_stopped(
     search: TopicSearch,
     stop_signal: StopSignal,
     subscribe: Callable[[str], object],

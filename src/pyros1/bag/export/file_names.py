@@ -7,7 +7,7 @@ import re
 _ILLEGAL_CHARACTER_PATTERN = re.compile(r"[^\w.~-]", re.ASCII)
 
 
-class FileNames:
+class TopicFileNames:
     """Unique file names for topics: ``robot1-odom`` for ``/robot1/odom``."""
 
     def __init__(self) -> None:

@@ -37,7 +37,7 @@ class PlayItem(NamedTuple):
     message: RawMessage
 
 
-class Bags:
+class BagSet:
     """A set of open bags. A context manager that closes the bags on exit.
 
     Args:
@@ -62,7 +62,7 @@ class Bags:
             self.close()
             raise
         for reader in self.readers:
-            self._selected_ids.append(None if topics is None else reader.ids(topics))
+            self._selected_ids.append(None if topics is None else reader.connection_ids(topics))
 
     @property
     def start(self) -> int:
@@ -129,7 +129,7 @@ class Bags:
         for reader in self._opened:
             reader.close()
 
-    def __enter__(self) -> Bags:
+    def __enter__(self) -> BagSet:
         return self
 
     def __exit__(self, *_: object) -> None:

@@ -1,4 +1,4 @@
-"""Describes all frames of a tree like tf2: as plain text, as YAML, and in Graphviz's dot language."""
+"""Formats all frames of a tree as tf2 does: as plain text, as YAML, and in Graphviz's dot language."""
 
 from __future__ import annotations
 

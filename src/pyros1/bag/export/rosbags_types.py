@@ -15,7 +15,8 @@ from rosbags.typesys.store import Typestore
 
 _CONSTANT_PATTERN = re.compile(r"^[ \t]*\w+[ \t]+\w+[ \t]*=.*$", re.MULTILINE)
 
-Convert = Callable[[bytes], memoryview]
+Converter = Callable[[bytes], memoryview]
+"""A function that converts an encoded message."""
 
 
 def ros2_name(type_name: str) -> str:
@@ -79,7 +80,7 @@ def used_types(store: Typestore, name: str) -> Iterator[str]:
             yield str(element_type[1])
 
 
-def make_converter(source: Typestore, target: Typestore, name: str, target_name: str, *, to_ros2: bool) -> Convert:
+def make_converter(source: Typestore, target: Typestore, name: str, target_name: str, *, to_ros2: bool) -> Converter:
     """Return the function that converts messages of a type between ROS 1 and ROS 2.
 
     If the fields on both sides have the same types in the same order, the bytes are rearranged. Otherwise fields are
