@@ -22,6 +22,7 @@ PATIENCE = 20.0
 _OPTIONS = """
 --headless=new --no-sandbox --disable-gpu --disable-quic --no-first-run --disable-background-networking
 --disable-component-update --disable-sync --disable-dev-shm-usage --window-size=1280,800 --hide-scrollbars
+--disable-features=BackForwardCache --disable-gpu-rasterization
 """.split()  # noqa: SIM905  shorter as text
 
 

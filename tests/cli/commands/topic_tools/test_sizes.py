@@ -16,6 +16,8 @@ from pyros1.ground.expressions import ExpressionError
 from pyros1.ground.timing import Time
 from pyros1.observe.expression import FUNCTIONS
 
+pytestmark = pytest.mark.once
+
 MODULES = load_modules(["tf", "random", "rospy", "std_msgs"], Time)
 MOST = 200_000_000
 """Bytes."""
