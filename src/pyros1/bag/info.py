@@ -11,7 +11,7 @@ from itertools import islice, pairwise
 from typing import Any
 
 from pyros1.bag.format.reader import BagReader
-from pyros1.bag.format.records import NS
+from pyros1.bag.format.records import NS_PER_S
 from pyros1.ground.terminal_text import untrusted
 
 _MAX_STAMPS = 10_000_000
@@ -127,8 +127,8 @@ def summarize(bag: BagReader, *, frequencies: bool = False) -> Summary:
         path=bag.path,
         version=version if is_indexed else f"{version} (unindexed)",
         size=bag.file.size,
-        start=start / NS,
-        end=end / NS,
+        start=start / NS_PER_S,
+        end=end / NS_PER_S,
         messages=bag.count(),
         storage={} if is_old else _storage_by_compression(bag),
         types={untrusted(name): untrusted(md5sum) for name, md5sum in sorted(types.items())},
@@ -180,7 +180,7 @@ def _compute_frequencies(bag: BagReader, ids_by_topic: Mapping[str, list[int]]) 
     times: dict[int, array[float]] = {conn_id: array("d") for conn_ids in ids_by_topic.values() for conn_id in conn_ids}
     for conn_id, stamp in islice(bag.times(), _MAX_STAMPS):
         if conn_id in times:
-            times[conn_id].append(stamp / NS)
+            times[conn_id].append(stamp / NS_PER_S)
     frequency_by_topic = {}
     for name, conn_ids in ids_by_topic.items():
         stamps = heapq.merge(*(times[conn_id] for conn_id in conn_ids))  # as in stock, out of order if chunks overlap

@@ -9,8 +9,8 @@ from types import TracebackType
 from typing import IO, Any
 
 from pyros1.bag.errors import BagError
-from pyros1.bag.format.appending import append
-from pyros1.bag.format.records import NS
+from pyros1.bag.format.appending import open_for_append
+from pyros1.bag.format.records import NS_PER_S
 from pyros1.bag.format.writer import CHUNK_THRESHOLD, BagWriter
 from pyros1.bag.serialized import SerializedOperations
 from pyros1.ground.timing import Time
@@ -48,7 +48,7 @@ class BagOutput:
         chunk_threshold: int = CHUNK_THRESHOLD,
     ) -> None:
         is_new = not more or (isinstance(target, (str, os.PathLike)) and not os.path.exists(target))
-        self.writer = (BagWriter if is_new else append)(target, compression, chunk_threshold)
+        self.writer = (BagWriter if is_new else open_for_append)(target, compression, chunk_threshold)
         self._conn_ids: dict[Any, int] = {}
         self._operations = SerializedOperations()
 
@@ -158,4 +158,4 @@ class BagOutput:
 def _to_nanoseconds(stamp: Time | float | None) -> int:
     if stamp is None:
         return time.time_ns()
-    return stamp.to_nsec() if isinstance(stamp, Time) else round(stamp * NS)
+    return stamp.to_nsec() if isinstance(stamp, Time) else round(stamp * NS_PER_S)

@@ -312,7 +312,11 @@ class Decoder(FunctionBuilder):
     def _emit_loop(
         self, loop: Decoder, count: str, target: str, body: list[str], *iterables_by_name: tuple[str, str]
     ) -> None:
-        """Emit a loop over new objects and further iterables, each given as (name of the variable, expression)."""
+        """Emit a loop that creates ``count`` objects, runs ``body`` for each, and assigns their list to ``target``.
+
+        Args:
+            iterables_by_name: further iterables to loop over in parallel: (loop variable, expression).
+        """
         assert loop.created is not None
         sources = [(name, self._objects_expression(cls, count)) for name, cls in loop.created]
         items = self.assign("items", f"list({sources[0][1]})")

@@ -141,28 +141,28 @@ class Parameters(Group):
         """All groups and parameters; see `pyros1.reconfigure.encoding`."""
         return self.as_dict()
 
-    def _field_by_name(self, field: str) -> dict[str, Any]:
+    def _field_of_each_parameter(self, field: str) -> dict[str, Any]:
         return {parameter["name"]: parameter[field] for group in self.all_groups() for parameter in group.parameters}
 
     @property
     def defaults(self) -> dict[str, Any]:
         """The default values by parameter."""
-        return self._field_by_name("default")
+        return self._field_of_each_parameter("default")
 
     @property
     def min(self) -> dict[str, Any]:
         """The minimums by parameter."""
-        return self._field_by_name("min")
+        return self._field_of_each_parameter("min")
 
     @property
     def max(self) -> dict[str, Any]:
         """The maximums by parameter."""
-        return self._field_by_name("max")
+        return self._field_of_each_parameter("max")
 
     @property
     def level(self) -> dict[str, int]:
         """The level bits by parameter."""
-        return self._field_by_name("level")
+        return self._field_of_each_parameter("level")
 
     @property
     def all_level(self) -> int:

@@ -20,7 +20,7 @@ from pyros1.tf.tree import Tree
 from pyros1.tf.tree_formats import as_dot, as_string, as_yaml
 
 _T = TypeVar("_T")
-_NS = 1_000_000_000
+_NS_PER_S = 1_000_000_000
 _new_object = object.__new__
 _RETRYABLE_ERRORS = (LookupException, ConnectivityException, ExtrapolationException)
 """Errors that may be resolved when further transforms arrive."""
@@ -78,7 +78,7 @@ class Buffer:
         self.cache_time = _to_seconds(cache_time)
         self.warn = warn
         self._time_class = time_class
-        self._tree = Tree(round(self.cache_time * _NS))
+        self._tree = Tree(round(self.cache_time * _NS_PER_S))
         self._lock = threading.RLock()  # a signal handler may do a lookup while it interrupts a method of this object
         self._changed = threading.Condition(self._lock)
         self._num_waiting = 0
@@ -119,7 +119,9 @@ class Buffer:
             q = transform.rotation
             # Results contain floats, as in tf2, whatever numbers a program has set.
             numbers = (float(v.x), float(v.y), float(v.z), float(q.x), float(q.y), float(q.z), float(q.w))
-            rows.append((header.frame_id, stamped_transform.child_frame_id, stamp.secs * _NS + stamp.nsecs, numbers))
+            rows.append(
+                (header.frame_id, stamped_transform.child_frame_id, stamp.secs * _NS_PER_S + stamp.nsecs, numbers)
+            )
         self.set_rows(rows, authority, static=static)
 
     def set_rows(self, rows: Iterable[Row], authority: str, *, static: bool = False) -> None:
@@ -275,7 +277,7 @@ class Buffer:
         """
         with self._changed:
             stamp = self._tree.latest_common_time(target_frame, source_frame)
-        return self._time_class(stamp // _NS, stamp % _NS)
+        return self._time_class(stamp // _NS_PER_S, stamp % _NS_PER_S)
 
     def chain(
         self, target_frame: str, source_frame: str, time: When = None, fixed_frame: str | None = None
@@ -351,7 +353,7 @@ class Buffer:
         # The constructors are bypassed, since they would take as long as the lookup.
         message = _new_object(self._transform_stamped_class)
         message.header = header = _new_object(self._header_class)
-        header.seq, header.stamp, header.frame_id = 0, self._time_class(stamp // _NS, stamp % _NS), target
+        header.seq, header.stamp, header.frame_id = 0, self._time_class(stamp // _NS_PER_S, stamp % _NS_PER_S), target
         message.child_frame_id = source
         message.transform = pose = _new_object(self._transform_class)
         pose.translation = v = _new_object(self._vector_class)
@@ -426,7 +428,7 @@ def _to_nanoseconds(time: When) -> int:
         time = Time.from_sec(time)
     elif not hasattr(time, "secs"):
         raise TypeError(f"time must be a Time or a number of seconds, not {time!r:.80}")
-    return int(time.secs * _NS + time.nsecs)
+    return int(time.secs * _NS_PER_S + time.nsecs)
 
 
 def _to_seconds(span: Span) -> float:

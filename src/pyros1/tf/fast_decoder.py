@@ -19,7 +19,7 @@ Row = tuple[str, str, int, Transform]
 _unpack_count = Struct("<I").unpack_from
 _unpack_header = Struct("<4I").unpack_from  # sequence number, seconds, nanoseconds, length of the parent's name
 _unpack_numbers = Struct("<7d").unpack_from
-_NS = 1_000_000_000
+_NS_PER_S = 1_000_000_000
 MAX_CACHED_NAMES = 10_000
 """Maximum number of cached names: a sender that keeps inventing new ones must not exhaust memory."""
 
@@ -76,7 +76,7 @@ def make_decoder(decode_message: Callable[..., Any]) -> Callable[..., Any]:
                 if position > end:
                     break
                 try:
-                    rows.append((names[parent], names[child], secs * _NS + nsecs, numbers))
+                    rows.append((names[parent], names[child], secs * _NS_PER_S + nsecs, numbers))
                 except KeyError:
                     if len(names) >= MAX_CACHED_NAMES:
                         names.clear()
@@ -84,7 +84,7 @@ def make_decoder(decode_message: Callable[..., Any]) -> Callable[..., Any]:
                     # already be gone.
                     names[parent] = parent_name = parent.decode()
                     names[child] = child_name = child.decode()
-                    rows.append((parent_name, child_name, secs * _NS + nsecs, numbers))
+                    rows.append((parent_name, child_name, secs * _NS_PER_S + nsecs, numbers))
         except (StructError, UnicodeDecodeError):
             return decode_message(buffer, start, end, exact)
         return (

@@ -78,10 +78,11 @@ class Arrival:
 
     @property
     def checked_message(self) -> Message:
-        """The decoded message, checked to have all fields of the type installed here, with the same types.
+        """The decoded message, after a check that it has all fields of the type that is installed here.
 
         Raises:
-            MessageError: see `message`; or the publisher's type differs from the installed one, or is not installed.
+            MessageError: see `message`; or a field of the installed type is missing or has another type; or
+                the type is not installed.
         """
         self._check_fields()
         return self.message

@@ -4,8 +4,8 @@ A FrameBuffer owns the memory that a link receives into. The caller gets memory 
 reports with `received()` how much arrived, and gets the positions of the complete frames in `data`. Frames larger than
 the buffer make it grow, but only as bytes actually arrive, so a length claimed by a peer costs no memory. The buffer
 shrinks again when no large frames have arrived for a while, and immediately after a frame of more than 16 MiB, so
-that twice the memory is needed only while that frame is copied out. Nothing is received together with the end of a
-large frame, so that the next frame can be received elsewhere.
+that the buffer and the copy of such a frame exist together only while it is being copied. Nothing is received together
+with the end of a large frame, so that the next frame can be received elsewhere.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ class FrameBuffer:
         "_is_filled",
         "_large_frame_size",
         "_limit",
-        "_spare_receives",
+        "_small_receives",
         "_trusted_size",
         "data",
         "view",
@@ -62,7 +62,7 @@ class FrameBuffer:
         self._begin = 0  # first byte of the first incomplete frame
         self._end = len(initial_bytes)
         self._is_filled = False
-        self._spare_receives = 0  # receives since a large buffer was last needed
+        self._small_receives = 0  # receives since a large buffer was last needed
         self._large_frame_size = 0  # size of an incomplete large frame, including its length field, or 0
         self._trusted_size = _TRUSTED_GROWTH  # size to which memory may grow before the bytes arrive
 
@@ -75,8 +75,8 @@ class FrameBuffer:
         """Return the memory to receive into, which is never empty. Positions returned earlier become invalid."""
         begin, end = self._begin, self._end
         if len(self.data) > self._capacity:
-            self._spare_receives = self._spare_receives + 1 if end <= self._capacity else 0
-            if self._spare_receives > _RECEIVES_BEFORE_SHRINKING and begin == end:
+            self._small_receives = self._small_receives + 1 if end <= self._capacity else 0
+            if self._small_receives > _RECEIVES_BEFORE_SHRINKING and begin == end:
                 self.shrink()
                 begin = end = 0
         if begin:
@@ -98,7 +98,7 @@ class FrameBuffer:
     def shrink(self) -> None:
         """Free the memory that only large frames need, if the buffer is empty."""
         if self._begin == self._end and len(self.data) > self._capacity:
-            self._begin = self._end = self._spare_receives = 0
+            self._begin = self._end = self._small_receives = 0
             self._grow(self._capacity)
 
     def _grow(self, size: int) -> None:

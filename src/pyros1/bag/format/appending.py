@@ -10,7 +10,7 @@ from pyros1.bag.format.reader import BagReader
 from pyros1.bag.format.writer import CHUNK_THRESHOLD, BagWriter, ExistingBag
 
 
-def append(
+def open_for_append(
     target: str | os.PathLike[str] | IO[bytes], compression: str = "none", chunk_threshold: int = CHUNK_THRESHOLD
 ) -> BagWriter:
     """Return a writer that appends chunks to a bag. An encrypted bag stays encrypted.

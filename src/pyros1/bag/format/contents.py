@@ -16,7 +16,7 @@ from operator import eq, le
 from pyros1.bag.format.records import (
     MAX_CONNECTIONS,
     MESSAGE_HEADER_PARTS,
-    NS,
+    NS_PER_S,
     OP_CONNECTION,
     OP_MESSAGE,
     U32,
@@ -151,7 +151,7 @@ def read_content(data: bytes, *, partial: bool = False) -> tuple[Messages, dict[
                     position = _find_next_message(data, position + 1)
                     continue
                 add_conn(conn)
-                add_time(secs * NS + nsecs)
+                add_time(secs * NS_PER_S + nsecs)
                 add_offset(position)
                 add_start(start)
                 add_end(stop)

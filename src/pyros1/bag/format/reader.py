@@ -17,7 +17,7 @@ from pyros1.bag.format.files import BagFile, Chunk, ChunkHeader
 from pyros1.bag.format.index import INDEX_ENTRY, check_version_1_2, entry_ranges, read_index
 from pyros1.bag.format.records import (
     MAX_TIME,
-    NS,
+    NS_PER_S,
     Connection,
     LimitError,
     RecordError,
@@ -300,7 +300,7 @@ class BagReader:
                 continue
             for conn, start, size in ranges:
                 for secs, nsecs, offset in INDEX_ENTRY.iter_unpack(self.file.read(start, size)):
-                    yield Entry(conn, secs * NS + nsecs, (chunk.pos, offset))
+                    yield Entry(conn, secs * NS_PER_S + nsecs, (chunk.pos, offset))
 
     def times(self) -> Iterator[tuple[int, int]]:
         """Return (connection id, time in nanoseconds) of every message, in no particular order.

@@ -46,9 +46,9 @@ MAX_CONNECTIONS = 1 << 16
 _MAX_FIELDS = 4096
 """Maximum number of fields in a header. Small fields take twenty times their size in memory."""
 
-NS = 1_000_000_000
+NS_PER_S = 1_000_000_000
 """Nanoseconds per second."""
-MAX_TIME = (1 << 32) * NS - 1
+MAX_TIME = (1 << 32) * NS_PER_S - 1
 """Latest time that can be stored in a record, in nanoseconds."""
 
 Fields = dict[str, bytes]
@@ -196,12 +196,12 @@ def time_of(fields: Mapping[str, bytes], name: str = "time") -> int:
     if len(value) != 8:
         raise RecordError(f"the record has no field {name} of 8 bytes")
     secs, nsecs = _TIME.unpack(value)
-    return int(secs) * NS + int(nsecs)
+    return int(secs) * NS_PER_S + int(nsecs)
 
 
 def pack_time(time: int) -> bytes:
     """Return the bytes of a time in nanoseconds."""
-    return _TIME.pack(*divmod(time, NS))
+    return _TIME.pack(*divmod(time, NS_PER_S))
 
 
 def _unpack_field(fields: Mapping[str, bytes], name: str, number_format: struct.Struct) -> int:

@@ -14,7 +14,7 @@ from collections.abc import Iterator
 from pyros1.bag.format.contents import Messages
 from pyros1.bag.format.records import (
     MAX_CONNECTIONS,
-    NS,
+    NS_PER_S,
     OP_DEFINITION,
     OP_MESSAGE,
     Connection,
@@ -90,7 +90,7 @@ def read_old_messages(content: bytes, connections: OldConnections) -> tuple[Mess
             if op == OP_DEFINITION:
                 connections.add_definition(fields)
             elif op == OP_MESSAGE:
-                time = u32_field(fields, "sec") * NS + u32_field(fields, "nsec")
+                time = u32_field(fields, "sec") * NS_PER_S + u32_field(fields, "nsec")
                 messages.add(connections.connection_id(fields), time, position, start, stop)
             else:
                 break

@@ -19,7 +19,7 @@ from pyros1.bag.format.records import (
     BAG_HEADER_SIZE,
     MAGIC_20,
     MAX_TIME,
-    NS,
+    NS_PER_S,
     OP_CHUNK,
     OP_CHUNK_INFO,
     OP_INDEX,
@@ -203,12 +203,12 @@ class BagWriter:
         if self._closed:
             raise ValueError("I/O operation on closed bag")
         if not 0 <= time <= MAX_TIME:
-            raise BagError(self.path, f"the time {time / NS:.3f} s cannot be stored: bags can store 0 to 2^32 s")
+            raise BagError(self.path, f"the time {time / NS_PER_S:.3f} s cannot be stored: bags can store 0 to 2^32 s")
         if len(self._content) + len(data) > MAX_CHUNK_SIZE and self._content:
             self.flush()
         state_before = self._rollback_state()
         content, index = state_before[0], state_before[3]
-        secs, nsecs = divmod(time, NS)
+        secs, nsecs = divmod(time, NS_PER_S)
         try:
             index.setdefault(conn, []).append((time, len(content)))
             content += self._record_prefixes[conn]
@@ -283,7 +283,7 @@ class BagWriter:
         index, self._index = self._index, {}
         pack = _INDEX_ENTRY.pack
         return {
-            conn: b"".join(pack(*divmod(time, NS), offset) for time, offset in sorted(positions))
+            conn: b"".join(pack(*divmod(time, NS_PER_S), offset) for time, offset in sorted(positions))
             for conn, positions in index.items()
         }
 
@@ -381,7 +381,7 @@ def entry_count(entries: bytes | bytearray) -> int:
 
 def _entry_time(entries: bytes | bytearray, position: int) -> int:
     secs, nsecs, _ = _INDEX_ENTRY.unpack_from(entries, position)
-    return int(secs) * NS + int(nsecs)
+    return int(secs) * NS_PER_S + int(nsecs)
 
 
 def _index_entries(messages: Messages) -> Entries:
@@ -393,7 +393,7 @@ def _index_entries(messages: Messages) -> Entries:
         packed = entries.get(conn)
         if packed is None:
             packed = entries[conn] = bytearray()
-        packed += pack(*divmod(time, NS), offset)
+        packed += pack(*divmod(time, NS_PER_S), offset)
     return dict(entries)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-NS = 1_000_000_000
+NS_PER_S = 1_000_000_000
 """Nanoseconds per second."""
 
 
@@ -35,11 +35,11 @@ class Timeline:
         """Return the bag time, in nanoseconds, at a wall time in seconds."""
         if self.is_paused:
             return self._bag_origin
-        return self._bag_origin + round((wall_time - self._wall_origin) * self._rate * NS)
+        return self._bag_origin + round((wall_time - self._wall_origin) * self._rate * NS_PER_S)
 
     def wall_time_at(self, bag_time: int) -> float:
         """Return the wall time, in seconds, at which a bag time, in nanoseconds, is reached unless playback pauses."""
-        return self._wall_origin + (bag_time - self._bag_origin) / (self._rate * NS)
+        return self._wall_origin + (bag_time - self._bag_origin) / (self._rate * NS_PER_S)
 
     def set_paused(self, wall_time: float, is_paused: bool) -> None:
         """Pause bag time, or let it continue, as of `wall_time` in seconds."""

@@ -12,7 +12,7 @@ from time import perf_counter
 from typing import Any
 
 from pyros1.bag.format.records import MAX_TIME, Connection
-from pyros1.bag.play.clock import NS, Ticker, Timeline
+from pyros1.bag.play.clock import NS_PER_S, Ticker, Timeline
 from pyros1.bag.play.control import Control
 from pyros1.bag.play.read_ahead import BagSet, PlayItem, ReadAhead
 from pyros1.bag.play.static import StaticTransforms, is_static_transforms
@@ -198,13 +198,15 @@ class Player:
             OSError: a file cannot be read.
         """
         if self._options.start > 0:  # before ReadAhead starts, since only one thread may read a file
-            self._latched_messages = self._bags.latched_messages_before(self._start + int(self._options.start * NS))
+            self._latched_messages = self._bags.latched_messages_before(
+                self._start + int(self._options.start * NS_PER_S)
+            )
         self._read_ahead = ReadAhead(self._messages())
 
     def _messages(self) -> Iterator[PlayItem]:
-        start = self._start + int(self._options.start * NS)
+        start = self._start + int(self._options.start * NS_PER_S)
         duration = self._options.duration
-        return self._bags.messages(start, MAX_TIME if duration is None else start + int(duration * NS))
+        return self._bags.messages(start, MAX_TIME if duration is None else start + int(duration * NS_PER_S))
 
     def run(self) -> int:
         """Play to the end, or until the user ends playback.
@@ -262,7 +264,7 @@ class Player:
         now = perf_counter()
         if self._last_time is None:
             self._start_clock(time, now)
-        elif options.skip_empty is not None and time - self._last_time > options.skip_empty * NS:
+        elif options.skip_empty is not None and time - self._last_time > options.skip_empty * NS_PER_S:
             self._jump_to(time, now)
         if (
             self._pause_topics
@@ -297,7 +299,7 @@ class Player:
             self.rate_stamp = time
 
     def _is_delayed(self, time: int) -> bool:
-        return self.rate_stamp is not None and time - self.rate_stamp > self._options.max_delay * NS
+        return self.rate_stamp is not None and time - self.rate_stamp > self._options.max_delay * NS_PER_S
 
     def _step(self, time: int, now: float) -> bool:
         """Jump to a message's time; return False if the user has ended playback."""
@@ -324,8 +326,10 @@ class Player:
             self._control.wait(0)  # to read keys even if messages follow each other so fast that there is no other wait
             if self._on_status is not None:
                 state = "PAUSED" if self._control.is_paused else "DELAYED" if self._timeline.is_paused else "RUNNING"
-                self._on_status(Status(state, time / NS, (time - self._start) / NS, self._length / NS))
+                self._on_status(
+                    Status(state, time / NS_PER_S, (time - self._start) / NS_PER_S, self._length / NS_PER_S)
+                )
 
     def _publish_clock(self, time: int) -> None:
         if self._options.clock_rate:
-            self._clock.publish(self._clock_class(Time(*divmod(time, NS))))
+            self._clock.publish(self._clock_class(Time(*divmod(time, NS_PER_S))))

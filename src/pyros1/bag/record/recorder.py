@@ -23,7 +23,7 @@ from pyros1.bag.record.queue import RecordQueue
 from pyros1.msgs import AnyMsg
 from pyros1.node import Node
 
-_NS = 1_000_000_000
+_NS_PER_S = 1_000_000_000
 _POLL_PERIOD = 0.05
 _WARN_PERIOD = 5.0
 _SPLIT_RETRY_DELAY = 1.0
@@ -251,7 +251,7 @@ class Recorder:
         options, file = self._options, self._file
         assert file is not None
         is_split_due = bool(options.max_size and file.size > options.max_size)
-        max_duration = int(options.max_duration * _NS)
+        max_duration = int(options.max_duration * _NS_PER_S)
         self._file_started_at = min(self._file_started_at, stamp)  # simulated time may restart
         file_started_at = self._file_started_at
         if max_duration and stamp - file_started_at > max_duration:

@@ -265,7 +265,7 @@ def _bytearray(limit: int, value: Any = b"") -> bytearray:
 
 
 def extra_functions(limit: int) -> dict[str, Any]:
-    """Return builtins that are not available in launch files, by name; see `builtin_functions`."""
+    """Return, by name, the builtins that expressions on messages can call in addition to `builtin_functions`."""
     limited: dict[str, Callable[..., Any]] = {"bytearray": _bytearray, "bytes": _bytes, "pow": _pow}
     return {"next": _next, **{name: functools.partial(function, limit) for name, function in limited.items()}}
 

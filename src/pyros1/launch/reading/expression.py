@@ -54,7 +54,7 @@ class _Eval(Interpreter):
 
 
 def _is_valid_argument(value: str) -> bool:
-    """Return whether a string may be a file name or an argument; strings from the environment always may."""
+    """Return whether a string can be passed to a process or name a file: it has no NUL, and UTF-8 can encode it."""
     try:
         return b"\0" not in value.encode("utf-8", "surrogateescape")
     except UnicodeEncodeError:

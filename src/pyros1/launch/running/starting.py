@@ -207,7 +207,8 @@ class Starter:
         """Return the description of a node's process on this machine.
 
         Raises:
-            LaunchError: the executable does not exist or cannot be started, or its folder cannot be created.
+            LaunchError: the executable does not exist or cannot be started, or the folder that
+                nodes run in (ROS_HOME) cannot be created.
         """
         executable = locate(node.package, node.type, self.packages)
         check_prefix(node, self.environ)

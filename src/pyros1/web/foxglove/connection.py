@@ -82,8 +82,8 @@ class Viewer:
         self._publishers = viewer_actions.Publishers(context)
         self._jobs: set[asyncio.Task[None]] = set()
         self._job_slots = asyncio.Semaphore(_MAX_CONCURRENT_JOBS)
-        self._may_resume = asyncio.Event()
-        self._pending_subscriptions = PendingOperations(lambda: self._call_soon(self._may_resume.set))
+        self._subscriptions_settled = asyncio.Event()
+        self._pending_subscriptions = PendingOperations(lambda: self._call_soon(self._subscriptions_settled.set))
         self._messages_available = asyncio.Event()
         self._wake_scheduled = False
         self._offers_may_have_changed = asyncio.Event()
@@ -209,7 +209,7 @@ class Viewer:
     async def _perform_all(self, actions: list[Action], response: list[Frame]) -> None:
         for action in actions:
             if self._pending_subscriptions and not isinstance(action, state_machine.Listen):
-                await wait_until_done(self._pending_subscriptions, self._may_resume, MAX_PENDING_SECONDS)
+                await wait_until_done(self._pending_subscriptions, self._subscriptions_settled, MAX_PENDING_SECONDS)
             try:
                 await self._send(await self._perform(action))
             except Error as error:

@@ -60,7 +60,7 @@ class ParameterValues:
 
 
 def entry(name: str, value: Any) -> dict[str, Any]:
-    """Return a parameter in the form used in frames.
+    """Return a parameter as an entry of the protocol's message parameterValues.
 
     Args:
         name: the parameter's full name.

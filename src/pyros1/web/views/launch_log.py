@@ -25,7 +25,7 @@ class LaunchLogView(View):
         process: the process's label.
 
     Pushes ``{"files": [{"path", "size", "text"}, ...], "base": TEXT, "folder": TEXT}`` after each change. The files are
-    those in the log folder whose paths start with the base.
+    those of the process in the log folder; ``base`` is their path without suffixes such as ``.log``.
     """
 
     period = 1.0

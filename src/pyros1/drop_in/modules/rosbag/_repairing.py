@@ -6,7 +6,7 @@ import os
 import tempfile
 
 from pyros1.bag.edit.reindex import reindex
-from pyros1.bag.format.appending import append
+from pyros1.bag.format.appending import open_for_append
 from pyros1.bag.format.writer import BagWriter
 from rosbag._parts import ROSBagException
 
@@ -30,4 +30,4 @@ def rebuild_index(path: str | None, writer: BagWriter | None, compression: str, 
         new_path = os.path.join(folder, "part.bag")
         reindex(path, new_path)
         os.replace(new_path, path)
-    return append(path, compression, threshold)
+    return open_for_append(path, compression, threshold)

@@ -12,7 +12,7 @@ from typing import Any
 from rospy.rostime import Time
 
 from pyros1.bag.errors import UnindexedError
-from pyros1.bag.format.appending import append
+from pyros1.bag.format.appending import open_for_append
 from pyros1.bag.format.reader import BagReader
 from pyros1.bag.format.writer import BagWriter
 from pyros1.bag.info import frequency_text as _human_readable_frequency
@@ -120,7 +120,7 @@ class Bag(Writing, Facts):
             raise ROSBagException(f"unknown bag version {self._version}")
         try:
             if self._mode == "a":
-                self._writer = append(self._target, self._compression, self._chunk_threshold)
+                self._writer = open_for_append(self._target, self._compression, self._chunk_threshold)
             else:
                 self._cached_reader = -1, BagReader(self._target)
         except UnindexedError:

@@ -41,24 +41,24 @@ def view_settings(view: Mapping[Any, Any], height: float) -> tuple[dict[str, Any
         eye = [value + distance * part for value, part in zip(focus, (forward, sideways, up), strict=True)]
         is_off_centre = target and any(abs(value) > 0.01 for value in focus)
         note = "the view looks at the origin of its frame, not at another point in it" if is_off_centre else ""
-        return {"view": _place(_ORBIT_VIEWS[class_name], eye, focus), **target}, note
+        return {"view": _viewpoint(_ORBIT_VIEWS[class_name], eye, focus), **target}, note
     if class_name == "FPS":
         eye = point(view.get("Position"))
         looks_at = [value + part for value, part in zip(eye, (forward, sideways, -up), strict=True)]
-        return {"view": _place("walk", eye, looks_at), **target}, ""
+        return {"view": _viewpoint("walk", eye, looks_at), **target}, ""
     if class_name == "TopDownOrtho":
         x, y = (number(view, key, -1e6, 1e6) or 0.0 for key in "XY")
         angle = number(view, "Angle", -1e3, 1e3) or 0.0
         scale = abs(number(view, "Scale", -1e5, 1e5) or 0.0) or _DEFAULT_SCALE  # pixels per metre
-        place = _place(
+        viewpoint = _viewpoint(
             "flat", [x + _EYE_OFFSET * math.sin(angle), y - _EYE_OFFSET * math.cos(angle), _FLAT_DISTANCE], [x, y, 0.0]
         )
-        return {"view": {**place, "zoom": round(scale * _FLAT_HEIGHT / height, 4)}, **target}, ""
+        return {"view": {**viewpoint, "zoom": round(scale * _FLAT_HEIGHT / height, 4)}, **target}, ""
     note = f"unsupported view {one_line(text(view, 'Class')) or 'without a class'}: the default view is used"
     return dict(target), note if view else ""
 
 
-def _place(name: str, eye: Sequence[float], target: Sequence[float]) -> dict[str, Any]:
+def _viewpoint(name: str, eye: Sequence[float], target: Sequence[float]) -> dict[str, Any]:
     return {
         "name": name,
         "position": [round(value, 3) for value in eye],
