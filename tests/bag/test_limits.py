@@ -25,7 +25,7 @@ from pyros1.bag.format.reader import BagReader
 from pyros1.bag.format.records import (
     MAGIC_20,
     MAX_CONNECTIONS,
-    NS,
+    NS_PER_S,
     U32,
     U64,
     Connection,
@@ -104,7 +104,7 @@ def packed(path: Path, compression: str, stored: bytes, size: int, count: int) -
     chunk = make_record({"op": b"\5", "compression": compression.encode(), "size": U32.pack(size)}, stored)
     begin = len(MAGIC_20) + 8 + 4096
     info = {"op": b"\6", "ver": U32.pack(1), "chunk_pos": U64.pack(begin), "count": U32.pack(1)}
-    info |= {"start_time": pack_time(NS), "end_time": pack_time(9 * NS)}
+    info |= {"start_time": pack_time(NS_PER_S), "end_time": pack_time(9 * NS_PER_S)}
     end = make_connection_record(CONNECTION) + make_record(info, struct.pack("<II", 0, count))
     path.write_bytes(MAGIC_20 + make_bag_header(begin + len(chunk), 1, 1) + chunk + end)
     return path
@@ -130,7 +130,7 @@ def bombs(tmp_path_factory: pytest.TempPathFactory) -> Path:
     packed(folder / "bz2.bag", "bz2", BZ2, BZ2_CONTENT, 1)
     packed(folder / "lies.bag", "bz2", BZ2, 10 * MIB, 1)
     head = BZ2_CONTENT.to_bytes(4, "little")
-    message = make_record({"op": b"\2", "conn": U32.pack(0), "time": pack_time(NS)})[:-4] + head
+    message = make_record({"op": b"\2", "conn": U32.pack(0), "time": pack_time(NS_PER_S)})[:-4] + head
     packed(
         folder / "lz4.bag",
         "lz4",
@@ -183,7 +183,7 @@ def test_play_too(bombs: Path, tmp_path: Path, master: Master) -> None:
 
 @pytest.mark.parametrize("command", ["api", "bag reindex --output-dir .", "bag info --freq"])
 def test_many_small_messages_cost_four_times_the_content(tmp_path: Path, command: str) -> None:
-    message = make_record({"op": b"\2", "conn": U32.pack(0), "time": pack_time(NS)}, bytes(4))
+    message = make_record({"op": b"\2", "conn": U32.pack(0), "time": pack_time(NS_PER_S)}, bytes(4))
     count = 8 * MIB // len(message)
     content = make_connection_record(CONNECTION) + message * count
     path = packed(tmp_path / "x.bag", "lz4", b"".join(compress("lz4", [content])), len(content), count)
@@ -198,11 +198,11 @@ def test_chunks_that_overlap_are_dropped_and_read_again(tmp_path: Path, monkeypa
     with pyros1.bag.BagWriter(tmp_path / "x.bag", chunk_threshold=500) as writer:
         conn = writer.add_connection("/a", CONNECTION.header)
         for i in range(300):
-            writer.write(conn, (i * 37 % 300) * NS, struct.pack("<I", i * 37 % 300))
+            writer.write(conn, (i * 37 % 300) * NS_PER_S, struct.pack("<I", i * 37 % 300))
     monkeypatch.setattr("pyros1.bag.format.reader.MAX_OPEN_BYTES", 2000)
     with BagReader(tmp_path / "x.bag") as bag:
         assert len(bag.chunks) > 20
-        assert [message.time // NS for message in bag.messages()] == list(range(300))
+        assert [message.time // NS_PER_S for message in bag.messages()] == list(range(300))
 
 
 def test_the_limit_is_raised_by_option_variable_and_argument(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -233,7 +233,7 @@ def test_limits_are_numbers(tmp_path: Path) -> None:
 
 def test_messages_outside_of_chunks_have_the_same_limit(tmp_path: Path) -> None:
     path = tmp_path / "old.bag"
-    path.write_bytes(old_bag([text("/a", NS, "x" * 2 * MIB), text("/a", 2 * NS, "y")]))
+    path.write_bytes(old_bag([text("/a", NS_PER_S, "x" * 2 * MIB), text("/a", 2 * NS_PER_S, "y")]))
     with BagReader(path, unindexed=True, chunk_limit=MIB) as bag:
         assert "--chunk-limit" in bag.damaged_places[0].reason
         assert [message.data[4:] for message in bag.messages()] == [b"y"]

@@ -15,7 +15,7 @@ from pyros1.bag.format.contents import read_content
 from pyros1.bag.format.files import BagFile
 from pyros1.bag.format.reader import BagReader
 from pyros1.bag.format.records import (
-    NS,
+    NS_PER_S,
     Connection,
     RecordError,
     make_bag_header,
@@ -189,7 +189,7 @@ def test_messages_outside_of_chunks_up_to_the_end_of_the_file(more: bytes, damag
 
 
 def test_a_message_of_an_old_bag_without_a_time_costs_only_itself() -> None:
-    whole = old_bag([old_number("/a", i * NS, i) for i in range(3)], indexed=False)
+    whole = old_bag([old_number("/a", i * NS_PER_S, i) for i in range(3)], indexed=False)
     place = whole.index(b"sec=", whole.index(b"sec=", whole.index(b"nsec=") + 5) + 4)
     place = whole.index(b"\x08\0\0\0sec=", place) + 4
     count, found = scan(whole[:place] + b"xxx=" + whole[place + 4 :])

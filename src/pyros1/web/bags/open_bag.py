@@ -17,7 +17,7 @@ from pyros1.bag.format.contents import Messages
 from pyros1.bag.format.files import Chunk
 from pyros1.bag.format.index import INDEX_ENTRY, entry_ranges
 from pyros1.bag.format.reader import BagReader
-from pyros1.bag.format.records import NS
+from pyros1.bag.format.records import NS_PER_S
 from pyros1.bag.info import summarize
 from pyros1.ground.terminal_text import untrusted
 from pyros1.ground.timing import Time
@@ -102,15 +102,15 @@ class OpenBag:
     @property
     def length(self) -> float:
         """Seconds between the first and the last message."""
-        return (self.end - self.begin) / NS
+        return (self.end - self.begin) / NS_PER_S
 
     def nanoseconds(self, seconds: float) -> int:
         """Convert a time in seconds since the bag's start to an absolute time in nanoseconds."""
-        return self.begin + round(seconds * NS)
+        return self.begin + round(seconds * NS_PER_S)
 
     def seconds(self, time: int) -> float:
         """Convert an absolute time in nanoseconds to seconds since the bag's start."""
-        return (time - self.begin) / NS
+        return (time - self.begin) / NS_PER_S
 
     def describe(self) -> dict[str, Any]:
         """Return a description of the bag's contents, for a page."""
@@ -144,7 +144,7 @@ class OpenBag:
             "version": version,
             "encryption": encryption,
             "storage": storage,
-            "start": self.begin / NS,
+            "start": self.begin / NS_PER_S,
             "length": self.length,
             "messages": sum(topic.count for topic in self.topics.values()),
             "topics": [
@@ -260,7 +260,7 @@ class OpenBag:
         for conn, start, size in index_ranges:
             data = reader.file.read(start, size)
             entries = np.frombuffer(data[: len(data) // INDEX_ENTRY.size * INDEX_ENTRY.size], "<u4").reshape(-1, 3)
-            by_row.append((self._row_by_conn.get(conn, -1), entries[:, 0].astype(np.int64) * NS + entries[:, 1]))
+            by_row.append((self._row_by_conn.get(conn, -1), entries[:, 0].astype(np.int64) * NS_PER_S + entries[:, 1]))
         return by_row
 
 

@@ -10,7 +10,7 @@ from typing import Any
 
 from pyros1.bag.edit.editing import MessageSelection
 from pyros1.bag.format.reader import BagReader
-from pyros1.bag.format.records import NS
+from pyros1.bag.format.records import NS_PER_S
 from pyros1.cli.failures import CommandError, did_you_mean
 from pyros1.cli.records import Flag, Option
 
@@ -108,9 +108,9 @@ def parse_time(text: str, bag: BagReader | None, option_name: str) -> int:
     """
     try:
         if text.startswith("@"):
-            return int(Decimal(text[1:]) * NS)
+            return int(Decimal(text[1:]) * NS_PER_S)
         try:
-            offset = int(Decimal(text) * NS)
+            offset = int(Decimal(text) * NS_PER_S)
         except InvalidOperation:
             return round(datetime.fromisoformat(text).timestamp() * 1e6) * 1000
     except (InvalidOperation, ValueError, OverflowError):

@@ -10,7 +10,7 @@ from typing import Any
 
 from pyros1.bag.edit import editing as edit
 from pyros1.bag.format.reader import BagReader
-from pyros1.bag.format.records import NS
+from pyros1.bag.format.records import NS_PER_S
 from pyros1.cli.commands.bag._options import (
     SELECTION_OPTIONS,
     compression_options,
@@ -50,7 +50,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
                 selection.messages(bag),
                 lambda number: f"{stem}_{number}{extension}",
                 size=None if options.size is None else int(options.size * (1 << 20)),
-                duration=None if duration is None else int(duration * NS),
+                duration=None if duration is None else int(duration * NS_PER_S),
                 count=options.count,
                 compression=options.compression,
                 cipher=bag.file.cipher,

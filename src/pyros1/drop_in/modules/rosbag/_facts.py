@@ -12,7 +12,7 @@ from typing import Any
 import yaml
 
 from pyros1.bag.format.reader import BagReader
-from pyros1.bag.format.records import NS
+from pyros1.bag.format.records import NS_PER_S
 from pyros1.bag.info import Summary, info_text, info_values, summarize, summarize_topics, yaml_text
 from pyros1.drop_in.missing import members
 from pyros1.ground.names import canonicalize_name
@@ -90,11 +90,11 @@ class Facts:
 
     def get_start_time(self) -> float:
         """Return the time of the first message in seconds; raise ROSBagException if there are no messages."""
-        return self._boundary_time(0) / NS
+        return self._boundary_time(0) / NS_PER_S
 
     def get_end_time(self) -> float:
         """Return the time of the last message in seconds; raise ROSBagException if there are no messages."""
-        return self._boundary_time(-1) / NS
+        return self._boundary_time(-1) / NS_PER_S
 
     def _boundary_time(self, index: int) -> int:
         chunks = self._reader.chunks

@@ -10,7 +10,7 @@ from typing import Any
 from pyros1.bag.errors import BagError
 from pyros1.bag.format.compression import COMPRESSIONS
 from pyros1.bag.format.encryption import ENCRYPTORS, NO_ENCRYPTOR, new_cipher
-from pyros1.bag.format.records import NS
+from pyros1.bag.format.records import NS_PER_S
 from pyros1.bag.format.writer import BagWriter
 from pyros1.bag.serialized import SerializedOperations
 from rosbag._messages import find_encoder, header_fields
@@ -117,7 +117,7 @@ class Writing:
             raise ValueError("topic is invalid")
         if not msg:
             raise ValueError("msg is invalid")
-        nanoseconds = time.time_ns() if t is None else t.secs * NS + t.nsecs
+        nanoseconds = time.time_ns() if t is None else t.secs * NS_PER_S + t.nsecs
         key: Any
         if not raw:
             cls = type(msg)
