@@ -15,7 +15,7 @@ from pathlib import Path
 
 import reference
 
-from pyros1.guide.text import HOWTO_FOLDER, STEPS_FOLDER, Block, GuidePage, GuideStep, pages, steps
+from pyros1.guide.documents import HOWTO_FOLDER, STEPS_FOLDER, Block, GuidePage, GuideStep, pages, steps
 from pyros1.web.server.assets import PAGE_FOLDER
 
 ROOT = Path(__file__).resolve().parents[1]

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 import yaml
 
-from pyros1.guide.text import pages, steps
+from pyros1.guide.documents import pages, steps
 
 ROOT = Path(__file__).resolve().parents[1]
 

@@ -16,7 +16,7 @@ import numpy
 import pytest
 from harness import SOURCE, until
 
-from pyros1.guide.catalogue import CATALOGUE, FACES
+from pyros1.guide.catalogue import APIS, CATALOGUE
 from pyros1.msgs.actionlib_msgs.msg import GoalStatus
 from pyros1.msgs.geometry_msgs.msg import Twist, Vector3
 from pyros1.reconfigure import Client
@@ -31,8 +31,8 @@ pytestmark = pytest.mark.ours_only
 def workspace(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with a package for each face, which has all examples of that face."""
     folder = tmp_path_factory.mktemp("workspace")
-    for face in FACES:
-        words = [word for each in CATALOGUE if face in each.faces for word in ("--example", each.name)]
+    for face in APIS:
+        words = [word for each in CATALOGUE if face in each.apis for word in ("--example", each.name)]
         command = [sys.executable, "-m", "pyros1", "pkg", "create", f"in_{face}", "--face", face, *words]
         environ = {**os.environ, "PYTHONPATH": str(SOURCE)}
         made = subprocess.run(
@@ -53,7 +53,7 @@ def shell(workspace: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(workspace)
 
 
-@pytest.fixture(params=FACES)
+@pytest.fixture(params=APIS)
 def package(request: pytest.FixtureRequest, shell: None) -> str:
     """The package of a face."""
     return f"in_{request.param}"

@@ -21,7 +21,7 @@ import pytest
 from browsing import Web
 
 from pyros1.ground.errors import ServiceRefusal
-from pyros1.guide.text import pages
+from pyros1.guide.documents import pages
 from pyros1.msgs.rospy_tutorials.srv import AddTwoInts
 from pyros1.msgs.sensor_msgs.msg import Image
 from pyros1.msgs.std_msgs.msg import Float64, Float64MultiArray, String

@@ -20,7 +20,7 @@ from PIL import Image
 
 import pyros1.bag
 from pyros1.ground.timing import Time
-from pyros1.guide.text import pages, steps
+from pyros1.guide.documents import pages, steps
 from pyros1.msgs import load_message
 from pyros1.msgs.geometry_msgs.msg import PoseStamped, TransformStamped
 from pyros1.msgs.nav_msgs.msg import OccupancyGrid

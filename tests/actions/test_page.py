@@ -10,7 +10,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from pyros1.guide.text import pages
+from pyros1.guide.documents import pages
 
 
 def programs() -> list[str]:

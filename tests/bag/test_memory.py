@@ -42,7 +42,7 @@ from pyros1.bag.format import encryption
 from pyros1.bag.play import read_ahead
 from pyros1.cli import help, registry
 import pyros1.bag.export.tables, pyros1.bag.export.file_names
-import pyros1.cli.shared.forms, pyros1.cli.shared.buffered_output
+import pyros1.cli.shared.output_formats, pyros1.cli.shared.buffered_output
 from pyros1.cli.running import run_command
 
 for name in ("bag", "topic"):

@@ -25,7 +25,7 @@ from pyros1.bag.edit.reindex import reindex
 from pyros1.bag.format import writer
 from pyros1.bag.format.writer import EMPTY_BAG_SIZE
 from pyros1.ground.errors import SerializationError
-from pyros1.guide.text import pages
+from pyros1.guide.documents import pages
 from pyros1.msgs import AnyMsg
 from pyros1.msgs.sensor_msgs.msg import Imu
 from pyros1.msgs.std_msgs.msg import Int32, String

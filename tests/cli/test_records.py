@@ -130,7 +130,7 @@ VERB = Verb(
     "say it loudly",
     Option("-s", "--strength", type="int", default=1, metavar="N", help="how loudly"),
     Flag("--unsure", help="ask", pyros1_only=True),
-    Argument("word", "throttle", repeatable=True),
+    Argument("word", "throttle_unit", repeatable=True),
     examples=[("-s 3 help", "very loudly")],
     aliases=["yell"],
     run=run,
@@ -139,7 +139,7 @@ VERB = Verb(
 MEGAPHONE = SHOUT.replace("VERB = Verb", "from pyros1.cli.records import Command\n\nSHOUT = Verb").replace(
     '"shout"', '""'
 )
-MEGAPHONE += 'COMMAND = Command("megaphone", "shout", SHOUT, group="look", stock="rosmegaphone")\n'
+MEGAPHONE += 'COMMAND = Command("megaphone", "shout", SHOUT, group="inspect", stock="rosmegaphone")\n'
 
 
 @pytest.fixture(scope="module")

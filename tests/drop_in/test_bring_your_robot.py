@@ -12,7 +12,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-from pyros1.guide.text import pages
+from pyros1.guide.documents import pages
 
 ROOT = Path(__file__).resolve().parents[2]
 

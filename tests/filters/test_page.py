@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 
 from pyros1.ground.timing import Time
-from pyros1.guide.text import pages
+from pyros1.guide.documents import pages
 from pyros1.msgs.diagnostic_msgs.msg import DiagnosticArray
 from pyros1.msgs.rosgraph_msgs.msg import Log
 from pyros1.msgs.sensor_msgs.msg import CameraInfo, Image

@@ -15,20 +15,20 @@ from pyros1.cli.main import entry
 from pyros1.finding.library import Library
 from pyros1.finding.manifest import read_manifest
 from pyros1.guide.catalogue import (
+    APIS,
     CATALOGUE,
     EXAMPLES_FOLDER,
-    FACES,
     PACKAGE_PLACEHOLDER,
     SHARED_FOLDER_NAME,
     collect_files,
     commands_to_try,
     find_example,
 )
-from pyros1.guide.text import steps
+from pyros1.guide.documents import steps
 
 pytestmark = pytest.mark.once
 
-COPIES = [(each.name, face) for each in CATALOGUE for face in each.faces]
+COPIES = [(each.name, face) for each in CATALOGUE for face in each.apis]
 NAME = "mine"
 
 
@@ -94,7 +94,7 @@ def test_what_is_to_be_tried_is_there() -> None:
                 assert named in files, text
 
 
-@pytest.mark.parametrize("face", FACES)
+@pytest.mark.parametrize("face", APIS)
 def test_examples_do_not_overwrite_each_other(face: str) -> None:
     seen: dict[str, str] = {}
     for each in CATALOGUE:
@@ -106,7 +106,7 @@ def test_all_folders_are_in_the_catalogue() -> None:
     assert {path.name for path in EXAMPLES_FOLDER.iterdir() if path.is_dir()} == {each.name for each in CATALOGUE}
     for each in CATALOGUE:
         parts = {path.name for path in (EXAMPLES_FOLDER / each.name).iterdir()}
-        assert each.faces and parts <= {*FACES, SHARED_FOLDER_NAME}
+        assert each.apis and parts <= {*APIS, SHARED_FOLDER_NAME}
 
 
 def test_the_steps_of_the_guide_name_examples_that_there_are() -> None:
@@ -116,13 +116,13 @@ def test_the_steps_of_the_guide_name_examples_that_there_are() -> None:
         assert find_example(name).name == name
 
 
-@pytest.mark.parametrize("face", FACES)
+@pytest.mark.parametrize("face", APIS)
 def test_launch_files_name_what_there_is(
     folder: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, face: str
 ) -> None:
     # As in an activated environment: the check asks the python3 that would run the scripts.
     monkeypatch.setenv("PATH", os.pathsep.join([os.path.dirname(sys.executable), os.environ["PATH"]]))
-    words = [word for each in CATALOGUE if face in each.faces for word in ("-e", each.name)]
+    words = [word for each in CATALOGUE if face in each.apis for word in ("-e", each.name)]
     assert create(NAME, "--face", face, *words) == 0
     capfd.readouterr()
     files = sorted((folder / NAME).rglob("*.launch"))

@@ -18,7 +18,7 @@ import pyros1.bag
 from pyros1 import actions
 from pyros1.guide import checks
 from pyros1.guide.checks import CHECKS, CheckContext, check
-from pyros1.guide.text import steps
+from pyros1.guide.documents import steps
 from pyros1.master.server import Master
 from pyros1.msgs.actionlib_tutorials.msg import FibonacciAction, FibonacciResult
 from pyros1.msgs.geometry_msgs.msg import TransformStamped

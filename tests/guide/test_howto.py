@@ -13,7 +13,7 @@ from xml.etree import ElementTree
 import pytest
 
 from pyros1.cli import registry
-from pyros1.guide.text import HOWTO_FOLDER, GuidePage, format_for_terminal, pages, parse_blocks, remove_markup
+from pyros1.guide.documents import HOWTO_FOLDER, GuidePage, format_for_terminal, pages, parse_blocks, remove_markup
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGES = pages()

@@ -20,7 +20,7 @@ import pytest
 import pyros1
 from pyros1.cli.running import run_command
 from pyros1.finding.python_modules import DROP_IN_START
-from pyros1.guide.text import GuidePage, pages
+from pyros1.guide.documents import GuidePage, pages
 from pyros1.msgs.rosgraph_msgs.msg import Log
 from pyros1.msgs.std_msgs.msg import Float64
 

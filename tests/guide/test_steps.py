@@ -1,8 +1,8 @@
 """The guide is run as it stands there: each file, each command, and what it printed, but for numbers and times.
 
 ``&`` lets a command run on in the background, here with its output in a pipe; the others print to a terminal, where
-some say more, or go on until Ctrl-C. `pyros1.guide.text` says the rest. As a program this types all steps one after
-the other, as a reader does: ``python tests/guide/test_steps.py [PORT PORT]``.
+some say more, or go on until Ctrl-C. `pyros1.guide.documents` says the rest. As a program this types all steps one
+after the other, as a reader does: ``python tests/guide/test_steps.py [PORT PORT]``.
 
 Feature: the guide -- each file, command and output is tested; exercises are checked
 """
@@ -32,7 +32,7 @@ from forks import Forks
 
 from pyros1.graph import Graph
 from pyros1.ground.errors import MasterUnreachableError
-from pyros1.guide.text import GuideStep, steps
+from pyros1.guide.documents import GuideStep, steps
 from pyros1.net.master_client import MasterClient
 
 DEADLINE = 40.0

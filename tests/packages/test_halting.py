@@ -20,7 +20,7 @@ from typing import Any
 import pytest
 
 import pyros1
-from pyros1.guide.text import pages
+from pyros1.guide.documents import pages
 from pyros1.msgs.rosgraph_msgs.msg import Log
 from pyros1.msgs.std_msgs.msg import Float64
 

@@ -18,7 +18,7 @@ import pytest
 
 import pyros1
 from pyros1.finding.python_modules import DROP_IN_START
-from pyros1.guide.text import pages
+from pyros1.guide.documents import pages
 from pyros1.master.server import Master
 from pyros1.testing import Heard, Program
 

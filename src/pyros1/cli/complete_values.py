@@ -132,7 +132,7 @@ def _types(line: CommandLine, extension: str) -> list[str]:
     return [f"{name}/" for name in matching]
 
 
-def _messages(line: CommandLine) -> list[str]:
+def _message_types(line: CommandLine) -> list[str]:
     return _types(line, "msg")
 
 
@@ -179,11 +179,11 @@ def _example_names(_: CommandLine) -> list[str]:
 
 
 def _guide_arguments(line: CommandLine) -> list[str]:
-    from pyros1.guide import text  # noqa: PLC0415
+    from pyros1.guide import documents  # noqa: PLC0415
 
     if line.words == ["howto"]:
-        return list(text.pages())
-    return [str(step.number) for step in text.steps()] + ["check", "howto"] * (not line.words)
+        return list(documents.pages())
+    return [str(step.number) for step in documents.steps()] + ["check", "howto"] * (not line.words)
 
 
 def _packages(_: CommandLine) -> list[str]:
@@ -268,7 +268,7 @@ def _throttle_units(_: CommandLine) -> list[str]:
 
 
 def _panels(line: CommandLine) -> list[str]:
-    from pyros1.cli.shared.windows import GUI_PROGRAMS, PANEL_PARTS  # noqa: PLC0415
+    from pyros1.cli.shared.gui_programs import GUI_PROGRAMS, PANEL_PARTS  # noqa: PLC0415
     from pyros1.web.server.assets import Assets  # noqa: PLC0415
 
     return sorted([*Assets().panels, *PANEL_PARTS]) + [*GUI_PROGRAMS] * bool(line.token)
@@ -276,21 +276,21 @@ def _panels(line: CommandLine) -> list[str]:
 
 def _panel_arguments(line: CommandLine) -> list[str]:
     """Return the candidates for the argument of a panel, such as the topics for the image panel."""
-    from pyros1.cli.shared.windows import GUI_PROGRAMS  # noqa: PLC0415
+    from pyros1.cli.shared.gui_programs import GUI_PROGRAMS  # noqa: PLC0415
 
     panel = line.positional_arguments[0]
     panel = GUI_PROGRAMS[panel].args[0] if panel in GUI_PROGRAMS else panel
     providers = {
         "bag": _bags, "image": _topics, "launches": _nodes, "nodes": _nodes, "plot": _topics, "publisher": _topics,
-        "reconfigure": _reconfigurable_nodes, "scene": _files, "services": _services, "topics": _topics, "turtles":
-    _nodes,
+        "reconfigure": _reconfigurable_nodes, "scene": _files, "services": _services, "topics": _topics,
+        "turtles": _nodes,
     }  # fmt: skip
     return providers[panel](line) if panel in providers else []
 
 
 PROVIDERS_BY_KIND: dict[str, Callable[[CommandLine], list[str]]] = {
     "bag": _bags,
-    "configurable": _reconfigurable_nodes,
+    "reconfigurable_node": _reconfigurable_nodes,
     "definition": _definitions,
     "definition_kind": _definition_kinds,
     "example": _example_names,
@@ -301,8 +301,8 @@ PROVIDERS_BY_KIND: dict[str, Callable[[CommandLine], list[str]]] = {
     "launch_arg": _launch_args,
     "launch_file": _launch_files,
     "machine": _machines,
-    "message": _messages,
-    "message_text": _message_template,
+    "message_type": _message_types,
+    "message_template": _message_template,
     "namespace": _namespaces,
     "node": _nodes,
     "package": _packages,
@@ -311,11 +311,11 @@ PROVIDERS_BY_KIND: dict[str, Callable[[CommandLine], list[str]]] = {
     "panel": _panels,
     "panel_argument": _panel_arguments,
     "param": _parameters,
-    "place": _package_folders,
-    "request_text": _request_template,
+    "package_folder": _package_folders,
+    "request_template": _request_template,
     "service": _services,
     "service_type": _service_types,
-    "throttle": _throttle_units,
+    "throttle_unit": _throttle_units,
     "topic": _topics,
     "topic_type": _topic_type,
 }

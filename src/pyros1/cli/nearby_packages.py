@@ -36,10 +36,8 @@ def add_nearby_packages(environ: MutableMapping[str, str]) -> None:
         return
     from pyros1.finding.packages import OWN_PACKAGES  # noqa: PLC0415 - not needed by most commands
 
-    covered_folders = (
-        *configured_folders,
-        OWN_PACKAGES,
-    )  # pyros1's own packages have the lowest priority; appending one of them to the variable would raise its priority
+    # pyros1's own packages have the lowest priority; appending one of them to the variable would raise its priority.
+    covered_folders = (*configured_folders, OWN_PACKAGES)
     new_folders = [folder for folder in nearby_folders if not any(_is_inside(folder, root) for root in covered_folders)]
     if new_folders and os.pathsep not in "".join(new_folders):
         environ["ROS_PACKAGE_PATH"] = os.pathsep.join([*configured_folders, *new_folders])

@@ -11,7 +11,7 @@ import os
 import sys
 from collections.abc import Callable, Mapping
 
-from pyros1.cli.shared.windows import PROGRAMS_BY_PACKAGE
+from pyros1.cli.shared.gui_programs import PROGRAMS_BY_PACKAGE
 from pyros1.ground.errors import Error
 
 

@@ -187,7 +187,7 @@ def examples_block(command: str, examples: Sequence[tuple[str, str]]) -> str:
 COMMAND_GROUPS = {
     "learn": "Get started",
     "run": "Start programs",
-    "look": "Inspect and control running nodes",
+    "inspect": "Inspect and control running nodes",
     "files": "Recordings and files",
     "develop": "Messages and packages",
     "machine": "This machine",
@@ -210,7 +210,7 @@ class Command:
         heading: the first lines of the list of verbs, with ``{program}`` for the name by which the command was called.
         order: the first verbs in that list; the others follow in alphabetical order.
         row: the format of a line of that list, with ``{program}``, ``{name}``, ``{about}`` and ``{usage}``.
-        footing: the last lines of that list.
+        footer: the last lines of that list.
         usage_exit_code: the exit code if the verb is missing or unknown.
         error_exit_code: the exit code after an error.
         format_error: called with an error; returns the text to print. If this argument or the returned value is None,
@@ -227,7 +227,7 @@ class Command:
         "aliases",
         "dispatch",
         "error_exit_code",
-        "footing",
+        "footer",
         "format_error",
         "group",
         "heading",
@@ -255,7 +255,7 @@ class Command:
         heading: str = "usage: {program} <command> [arguments]\n\nCommands:",
         order: Sequence[str] = (),
         row: str = "  {name:15} {about}",
-        footing: str = "\nType {program} <command> -h for more.",
+        footer: str = "\nType {program} <command> -h for more.",
         usage_exit_code: int = 64,
         error_exit_code: int = 1,
         format_error: Callable[[Exception], str | None] | None = None,
@@ -273,7 +273,7 @@ class Command:
         self.heading = heading
         self.order = order
         self.row = row
-        self.footing = footing
+        self.footer = footer
         self.usage_exit_code = usage_exit_code
         self.error_exit_code = error_exit_code
         self.format_error = format_error

@@ -99,7 +99,7 @@ def verb_list(command: Command, program: str, *, as_stock: bool) -> str:
         about = entry.stock_about if as_stock else entry.about
         if about and (entry.in_stock_tool or not as_stock):
             lines.append(command.row.format(program=program, name=name, about=about, usage=entry.usage))
-    return "\n".join([*lines, command.footing.format(program=program)])
+    return "\n".join([*lines, command.footer.format(program=program)])
 
 
 def _requested_help_verb(command: Command, invocation: Invocation) -> str | None:

@@ -15,7 +15,7 @@ from pyros1.ground.errors import Error
 from pyros1.ground.suggest import did_you_mean
 
 EXAMPLES_FOLDER = Path(__file__).parent / "examples"
-FACES = ("node", "rospy")
+APIS = ("node", "rospy")
 """The APIs: ``node`` is `pyros1.Node`; ``rospy`` is for programs that must also run on other installations of ROS 1."""
 SHARED_FOLDER_NAME = "both"
 PACKAGE_PLACEHOLDER = "my_package"
@@ -46,19 +46,19 @@ class Example(NamedTuple):
     rospy_depends: tuple[str, ...] = ()
 
     @property
-    def faces(self) -> tuple[str, ...]:
+    def apis(self) -> tuple[str, ...]:
         """The APIs for which the example is available."""
-        return tuple(face for face in FACES if (EXAMPLES_FOLDER / self.name / face).is_dir())
+        return tuple(api for api in APIS if (EXAMPLES_FOLDER / self.name / api).is_dir())
 
-    def files(self, face: str, package: str) -> dict[str, str]:
+    def files(self, api: str, package: str) -> dict[str, str]:
         """Return the example's files: path in the package -> content.
 
         Args:
-            face: one of `faces`.
+            api: one of `apis`.
             package: the name of the package that the files are for.
         """
         contents = {}
-        for part in (SHARED_FOLDER_NAME, face):
+        for part in (SHARED_FOLDER_NAME, api):
             folder = EXAMPLES_FOLDER / self.name / part
             for base, folders, names in os.walk(folder):
                 folders[:] = sorted(set(folders) - {"__pycache__"})
@@ -68,9 +68,9 @@ class Example(NamedTuple):
                     contents[path.relative_to(folder).as_posix().replace(PACKAGE_PLACEHOLDER, package)] = text
         return contents
 
-    def dependencies(self, face: str) -> list[str]:
+    def dependencies(self, api: str) -> list[str]:
         """Return the packages that the example depends on when it uses an API."""
-        return [*self.depends, *(["rospy", *self.rospy_depends] if face == "rospy" else [])]
+        return [*self.depends, *(["rospy", *self.rospy_depends] if api == "rospy" else [])]
 
 
 CATALOGUE = (
@@ -143,26 +143,26 @@ CATALOGUE = (
 )  # fmt: skip
 
 
-def find_example(name: str, face: str = FACES[0]) -> Example:
+def find_example(name: str, api: str = APIS[0]) -> Example:
     """Return the example with a name.
 
     Args:
         name: the example's name.
-        face: the API for which the example is needed.
+        api: the API for which the example is needed.
 
     Raises:
         ExampleError: the example does not exist, or is not available for the API; the message lists what is available.
     """
-    examples_by_name = {entry.name: entry for entry in CATALOGUE}
+    examples_by_name = {example.name: example for example in CATALOGUE}
     if name not in examples_by_name:
         hint = did_you_mean(name, examples_by_name)
         raise ExampleError(f"there is no example '{name}'{hint}; the examples are: {', '.join(examples_by_name)}")
-    selected = examples_by_name[name]
-    if face not in selected.faces:
+    example = examples_by_name[name]
+    if api not in example.apis:
         raise ExampleError(
-            f"the example '{name}' is not available with --face {face}, only with: {', '.join(selected.faces)}"
+            f"the example '{name}' is not available with --face {api}, only with: {', '.join(example.apis)}"
         )
-    return selected
+    return example
 
 
 def is_build_dependency(package: str) -> bool:
@@ -173,33 +173,33 @@ def is_build_dependency(package: str) -> bool:
     return package.endswith(("_msgs", "_srvs")) or package in ("dynamic_reconfigure", "rospy")
 
 
-def collect_files(examples: Sequence[Example], face: str, package: str) -> dict[str, str]:
+def collect_files(examples: Sequence[Example], api: str, package: str) -> dict[str, str]:
     """Return the files of several examples, and a README.md that lists the examples: path -> content.
 
     Args:
         examples: the examples.
-        face: an API for which all the examples are available.
+        api: an API for which all the examples are available.
         package: the name of the package that the files are for.
     """
     files: dict[str, str] = {}
-    for chosen in examples:
-        files.update(chosen.files(face, package))
+    for example in examples:
+        files.update(example.files(api, package))
     return {"README.md": _readme(examples, package), **files}
 
 
 def commands_to_try(examples: Sequence[Example], package: str) -> list[str]:
     """Return the command lines for trying out examples in a package."""
-    lines = [line.replace(PACKAGE_PLACEHOLDER, package) for chosen in examples for line in chosen.commands]
+    lines = [line.replace(PACKAGE_PLACEHOLDER, package) for example in examples for line in example.commands]
     return [line if line.startswith(_PYTHON_PREFIX) else f"pyros1 {line}" for line in lines]
 
 
 def _readme(examples: Sequence[Example], package: str) -> str:
     lines = [f"# {package}", ""]
-    for chosen in examples:
+    for example in examples:
         lines += [
-            f"{chosen.name}: {chosen.about}.",
+            f"{example.name}: {example.about}.",
             "",
-            *(f"    {line}" for line in commands_to_try([chosen], package)),
+            *(f"    {line}" for line in commands_to_try([example], package)),
             "",
         ]
     lines += [

@@ -146,7 +146,7 @@ def check_publisher(context: CheckContext) -> str:
     return "" if 8.0 < rate < 12.0 else f"/topic2 should be published at 10 Hz, but its rate is {rate:.1f} Hz"
 
 
-def check_published_by_hand(context: CheckContext) -> str:
+def check_manual_publication(context: CheckContext) -> str:
     missing = _missing_publisher(context, "/topic1")
     if missing:
         return missing
@@ -156,7 +156,7 @@ def check_published_by_hand(context: CheckContext) -> str:
     return "" if received else "no node publishes 3.5 on /topic1: pyros1 topic pub -r 1 topic1 std_msgs/Float64 3.5"
 
 
-def check_launched(context: CheckContext) -> str:
+def check_launch_file(context: CheckContext) -> str:
     nodes = context.state().publishers.get("/left/topic1", [])
     if "/left/second" in nodes:
         return ""
@@ -173,11 +173,13 @@ def check_logger_level(context: CheckContext) -> str:
     return "" if level == "error" else f"the logger's level is {level}: pyros1 log set /minimal_subscriber rosout error"
 
 
-def check_recorded(context: CheckContext) -> str:
+def check_recording(context: CheckContext) -> str:
     path = context.folder / "both.bag"
     if not path.exists():
         hint = (
-            " It is still being recorded: press Ctrl-C to end this." if path.with_suffix(".bag.active").exists() else ""
+            " It is still being recorded: press Ctrl-C to stop recording."
+            if path.with_suffix(".bag.active").exists()
+            else ""
         )
         return f"there is no both.bag in this folder.{hint}"
     topics = bag_topics(path)
@@ -187,7 +189,7 @@ def check_recorded(context: CheckContext) -> str:
     return ""
 
 
-def check_robot_stops(context: CheckContext) -> str:
+def check_robot_stopped(context: CheckContext) -> str:
     missing = _missing_publisher(context, "/velocity")
     if missing:
         return f"{missing}: pyros1 launch minimal_simulator.launch"
@@ -276,7 +278,7 @@ def check_robot_arm(context: CheckContext) -> str:
     return "no node publishes the position of the hand: are robot_state_publisher and joint_state_publisher running?"
 
 
-def check_refusal(context: CheckContext) -> str:
+def check_aborted_goal(context: CheckContext) -> str:
     type_name = Graph(context.node.master).topic_types().get("/drive/goal", "")
     if "/drive/goal" not in context.state().subscribers:
         return "there is no server for the action drive: pyros1 run my_robot driver"
@@ -284,10 +286,10 @@ def check_refusal(context: CheckContext) -> str:
         return f"goals of drive should have the type {DRIVE_ACTION_TYPE}ActionGoal, but their type is {type_name}"
     goal_class: Any = load_message(f"{DRIVE_ACTION_TYPE}Goal")
     with actions.Client(context.node, "/drive", DRIVE_ACTION_TYPE) as client:
-        refused_goal = client.send(goal_class(-1), timeout=MESSAGE_TIMEOUT)
-        if not refused_goal.wait(MESSAGE_TIMEOUT) or refused_goal.status is not actions.Status.ABORTED:
-            return f"a goal of -1 m should be aborted, but {_describe_outcome(refused_goal.status)}"
-        if not refused_goal.text:
+        aborted_goal = client.send(goal_class(-1), timeout=MESSAGE_TIMEOUT)
+        if not aborted_goal.wait(MESSAGE_TIMEOUT) or aborted_goal.status is not actions.Status.ABORTED:
+            return f"a goal of -1 m should be aborted, but {_describe_outcome(aborted_goal.status)}"
+        if not aborted_goal.text:
             return "the driver does not say why it aborts the goal: goal.abort(text=...)"
         accepted_goal = client.send(goal_class(1), timeout=MESSAGE_TIMEOUT)
         if not accepted_goal.wait(MESSAGE_TIMEOUT) or accepted_goal.status is not actions.Status.SUCCEEDED:
@@ -316,7 +318,7 @@ def check_second_master(context: CheckContext) -> str:
     )
 
 
-def check_tested(context: CheckContext) -> str:
+def check_test(context: CheckContext) -> str:
     path = context.folder / "my_robot" / "tests" / "test_stopwatch.py"
     if not path.exists():
         return "there is no my_robot/tests/test_stopwatch.py in this folder"
@@ -355,9 +357,9 @@ def _kill_process_group(child: subprocess.Popen[str]) -> None:
 
 
 CHECKS: tuple[Check, ...] = (
-    check_package, check_publisher, check_published_by_hand, check_launched, check_logger_level, check_recorded,
-    check_robot_stops, check_parameter, check_service,
-    check_camera, check_robot_arm, check_refusal, check_second_master, check_tested,
+    check_package, check_publisher, check_manual_publication, check_launch_file, check_logger_level, check_recording,
+    check_robot_stopped, check_parameter, check_service,
+    check_camera, check_robot_arm, check_aborted_goal, check_second_master, check_test,
 )  # fmt: skip
 """The checks, in the order of the steps."""
 

@@ -12,7 +12,7 @@ import pytest
 from pyros1.bag.record.file_names import FileNames
 from pyros1.bag.record.model import Topic
 from pyros1.bag.record.topic_selection import TopicSelection
-from pyros1.cli.commands.bag._running.live import RecordingStatus, StatusLine, format_size, recording_summary
+from pyros1.cli.commands.bag._running.status import RecordingStatus, StatusLine, format_size, recording_summary
 from pyros1.cli.commands.bag.record import VERB
 from pyros1.cli.invocation import Invocation
 from pyros1.ground.errors import Error

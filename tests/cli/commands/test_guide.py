@@ -12,7 +12,7 @@ import pytest
 from pyros1.cli.dispatch import usage
 from pyros1.cli.running import run_command
 from pyros1.guide import checks
-from pyros1.guide.text import pages, steps
+from pyros1.guide.documents import pages, steps
 
 
 @pytest.fixture(autouse=True)

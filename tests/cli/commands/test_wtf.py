@@ -514,5 +514,5 @@ def test_a_report_says_that_packages_of_this_folder_were_not_set(
     (tmp_path / "my_robot" / "package.xml").write_text("<package><name>my_robot</name></package>")
     shell.chdir(tmp_path)
     assert run_command("wtf", ["--report", "--offline"]) == 0
-    said = f"| packages around this folder | {tmp_path}/my_robot; pyros1 itself adds them to ROS_PACKAGE_PATH |"
+    said = f"| packages near this folder | {tmp_path}/my_robot; pyros1 itself adds them to ROS_PACKAGE_PATH |"
     assert said in capsys.readouterr().out

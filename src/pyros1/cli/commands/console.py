@@ -175,5 +175,5 @@ COMMAND = Command(
         ],
         run=run,
     ),
-    group="look",
+    group="inspect",
 )

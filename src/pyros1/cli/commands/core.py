@@ -9,7 +9,7 @@ from pyros1.cli.failures import UsageError
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.parsing import default_options, parse_without_specials
 from pyros1.cli.records import Command, Flag, Option, Verb
-from pyros1.cli.shared.listening import ALLOW_OPTION, BIND_OPTION, PORTS_OPTION, with_options
+from pyros1.cli.shared.listen_options import ALLOW_OPTION, BIND_OPTION, PORTS_OPTION, with_listen_options
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> int:
@@ -35,7 +35,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
         launch_options.sigterm_timeout = options.sigterm_timeout
     try:
         resources = make_resources()
-        resources = replace(resources, environ=with_options(resources.environ, options))
+        resources = replace(resources, environ=with_listen_options(resources.environ, options))
         return launch(Plan(), launch_options, resources, title="roscore")
     except Error as error:
         print_exception(error)

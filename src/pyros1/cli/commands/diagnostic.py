@@ -120,7 +120,7 @@ COMMAND = Command(
         parse=_parse,
         run=run,
     ),
-    group="look",
+    group="inspect",
     stock="rosdiagnostic",
 )
 

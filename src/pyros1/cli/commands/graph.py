@@ -64,7 +64,7 @@ _VERB = Verb(
     parse=leave_unparsed,
     run=run,
 )
-COMMAND = Command("graph", "print nodes and their connections", _VERB, group="look", stock="rosgraph")
+COMMAND = Command("graph", "print nodes and their connections", _VERB, group="inspect", stock="rosgraph")
 
 
 def _usage(invocation: Invocation) -> str:

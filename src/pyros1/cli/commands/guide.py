@@ -14,14 +14,14 @@ from pyros1.cli.shared.printing import should_use_colour
 from pyros1.ground.suggest import did_you_mean
 
 if TYPE_CHECKING:
-    from pyros1.guide.text import GuidePage, GuideStep
+    from pyros1.guide.documents import GuidePage, GuideStep
 
 _MAX_WIDTH = 100
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> int:
     """List the steps or pages, print one, write a step's files, or check its exercise. Return 1 after a failure."""
-    from pyros1.guide.text import steps  # noqa: PLC0415 - not needed for help
+    from pyros1.guide.documents import steps  # noqa: PLC0415 - not needed for help
 
     if args[:1] == ["howto"]:
         return _run_howto(args[1:])
@@ -59,7 +59,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
 
 def _run_howto(names: list[str]) -> int:
     """List the how-to pages, or print one of them."""
-    from pyros1.guide.text import pages  # noqa: PLC0415
+    from pyros1.guide.documents import pages  # noqa: PLC0415
 
     all_pages = pages()
     if not names:
@@ -76,7 +76,7 @@ def _run_howto(names: list[str]) -> int:
 
 def _print_page(page: GuideStep | GuidePage) -> None:
     """Print a step or page."""
-    from pyros1.guide.text import format_for_terminal  # noqa: PLC0415
+    from pyros1.guide.documents import format_for_terminal  # noqa: PLC0415
 
     width = min(shutil.get_terminal_size().columns, _MAX_WIDTH)
     print(format_for_terminal(page, width, should_use_colour(sys.stdout)), end="")

@@ -14,7 +14,7 @@ from pyros1.cli.invocation import Invocation
 from pyros1.cli.parsing import parse_without_specials
 from pyros1.cli.records import Command, Flag, Option, Verb
 from pyros1.cli.shared.integers import PORT_RANGE
-from pyros1.cli.shared.listening import ALLOW_OPTION, BIND_OPTION, with_options
+from pyros1.cli.shared.listen_options import ALLOW_OPTION, BIND_OPTION, with_listen_options
 from pyros1.ground.errors import Error
 
 _BANNER = """ACHTUNG WARNING ACHTUNG WARNING ACHTUNG
@@ -41,11 +41,10 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
     if not options.core:
         print(_BANNER, flush=True)
     special_args = invocation.special
-    environ = with_options(os.environ, options)
+    environ = with_listen_options(os.environ, options)
     shutdown_requests: SimpleQueue[str] = SimpleQueue()  # safe in signal handlers
-    restore_handlers = install_handler(
-        lambda *_: shutdown_requests.put("signal")
-    )  # before the master serves clients, which may shut it down immediately
+    # Installed before the master serves clients, which may shut it down immediately.
+    restore_handlers = install_handler(lambda *_: shutdown_requests.put("signal"))
     try:
         port = options.port or parse_uri(master_uri(os.environ, special_args))[1]
         address = addresses_from_environment(environ, special_args)
@@ -65,10 +64,9 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
         core.start_master()
         try:
             while True:
+                # Without a timeout, a signal that arrives just before the wait would not end the wait.
                 with suppress(Empty):
-                    shutdown_requests.get(
-                        timeout=POLL_INTERVAL
-                    )  # without a timeout, a signal that arrives just before the wait would not end the wait
+                    shutdown_requests.get(timeout=POLL_INTERVAL)
                     break
         finally:
             core.stop_master()

@@ -14,8 +14,7 @@ from pyros1.cli.failures import CommandError, UsageError, did_you_mean
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.parsing import parse_arg_list
 from pyros1.cli.records import Argument, Command, Flag, Option, Verb
-from pyros1.cli.shared.listening import ALLOW_OPTION, with_options
-from pyros1.cli.shared.windows import (
+from pyros1.cli.shared.gui_programs import (
     DEFAULT_RVIZ_FILE,
     GUI_PROGRAMS,
     PANEL_PARTS,
@@ -24,6 +23,7 @@ from pyros1.cli.shared.windows import (
     select_image_topic,
     translate_call,
 )
+from pyros1.cli.shared.listen_options import ALLOW_OPTION, with_listen_options
 from pyros1.ground.names import parse_arguments
 from pyros1.ground.terminal_text import one_line
 
@@ -92,7 +92,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
             stack.enter_context(link_published(link_path, link))
             release_lock()
             url = panel_link(link, panel, settings)
-            print(f"the robot at {uri} in a browser: {url}", flush=True)
+            print(f"view the robot at {uri} in a browser: {url}", flush=True)
             if not is_loopback(options.host):
                 warning = "other machines can reach this page; anyone with the link can do everything that it allows"
                 print(warning, file=sys.stderr)
@@ -121,7 +121,7 @@ def _save_graph(invocation: Invocation, file: str) -> int:
 
 def _open_in_running_server(invocation: Invocation, link: str, uri: str) -> int:
     """Open a panel of a running server. If a launch started this process, keep running: it may be a required node."""
-    print(f"the robot at {uri} in a browser: {link}", flush=True)
+    print(f"view the robot at {uri} in a browser: {link}", flush=True)
     _open_link(link)
     if "__name" in invocation.special:
         from pyros1.node import Node  # noqa: PLC0415
@@ -145,7 +145,7 @@ def _serve(
     from pyros1.web.run import run_server  # noqa: PLC0415
     from pyros1.web.server.access import Access  # noqa: PLC0415
 
-    environ = with_options(os.environ, options)
+    environ = with_listen_options(os.environ, options)
     address = addresses_from_environment(environ, invocation.special)
     optional_settings = {"token": options.token, "most_pages": options.most_pages}
     access = Access(
@@ -367,7 +367,7 @@ COMMAND = Command(
         Option("-f", "--fixed-frame", metavar="FRAME", help="scene: the fixed frame"),
         Option("--target-frame", metavar="FRAME", help="scene: the frame that the view follows"),
         Option("-d", "--display-config", metavar="FILE", help="scene: a configuration file of rviz"),
-        # rqt and its plugins accept these options, but they have no meaning for the page
+        # options of rqt and its plugins; --clear-config and --force-discover have no effect
         Flag("--clear-config", dest="clear_config", hidden=True),
         Flag("--force-discover", dest="force_discover", hidden=True),
         Option("--output", hidden=True),  # rxgraph's
@@ -393,10 +393,9 @@ COMMAND = Command(
         parse=_parse,
         run=run,
     ),
-    group="look",
-    other_programs={
-        name: (name,) for name in GUI_PROGRAMS if name not in ("image_view", "rqt_gui")
-    },  # these programs exist only in packages, for `rosrun`
+    group="inspect",
+    # image_view and rqt_gui exist only in packages, for `rosrun`.
+    other_programs={name: (name,) for name in GUI_PROGRAMS if name not in ("image_view", "rqt_gui")},
 )
 
 

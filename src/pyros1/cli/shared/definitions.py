@@ -41,7 +41,7 @@ class DefinitionKind:
         return library.message(name) if self.extension == "msg" else library.service(name)
 
 
-MESSAGE_KIND = DefinitionKind("msg", "message", "message")
+MESSAGE_KIND = DefinitionKind("msg", "message", "message_type")
 SERVICE_KIND = DefinitionKind("srv", "service", "service_type")
 
 

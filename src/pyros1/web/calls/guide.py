@@ -7,18 +7,18 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from pyros1.guide import checks, text
+from pyros1.guide import checks, documents
 from pyros1.web.robot import Robot
 from pyros1.web.server.wire import RequestError
 from pyros1.web.service_calls import ServiceCalls
 
 
-def _blocks(page: text.GuideStep | text.GuidePage) -> list[dict[str, Any]]:
+def _blocks(page: documents.GuideStep | documents.GuidePage) -> list[dict[str, Any]]:
     return [block._asdict() for block in page.blocks]
 
 
 def steps(robot: Robot, args: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """Return the guide's steps: number, name, title, heading and blocks (see `pyros1.guide.text.Block`)."""
+    """Return the guide's steps: number, name, title, heading and blocks (see `pyros1.guide.documents.Block`)."""
     return [
         {
             "number": step.number,
@@ -27,13 +27,15 @@ def steps(robot: Robot, args: Mapping[str, Any]) -> list[dict[str, Any]]:
             "heading": step.heading,
             "blocks": _blocks(step),
         }
-        for step in text.steps()
+        for step in documents.steps()
     ]
 
 
 def pages(robot: Robot, args: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """Return the how-to pages: name, heading and blocks (see `pyros1.guide.text.Block`)."""
-    return [{"name": page.name, "heading": page.heading, "blocks": _blocks(page)} for page in text.pages().values()]
+    """Return the how-to pages: name, heading and blocks (see `pyros1.guide.documents.Block`)."""
+    return [
+        {"name": page.name, "heading": page.heading, "blocks": _blocks(page)} for page in documents.pages().values()
+    ]
 
 
 def check(robot: Robot, args: Mapping[str, Any], service_calls: ServiceCalls) -> dict[str, str]:

@@ -14,7 +14,7 @@ COMMAND = Command(
     "A bag is a file of recorded ROS messages. {program} records, plays, inspects and edits bags.\n\n"
     "Available subcommands:",
     row="   {name:13} {about}",
-    footing="\nType {program} <subcommand> -h for more detailed usage",
+    footer="\nType {program} <subcommand> -h for more detailed usage",
     format_error=format_error,
     stock_help=("", "-h", "--help", "help"),
     prints_unknown_verb=True,

@@ -165,7 +165,7 @@ def _reduce_timer_slack() -> None:
 def _play(node: Node, bags: BagSet, options: Any, control: Control) -> int:
     from pyros1.bag.play.keyboard import Keyboard  # noqa: PLC0415
     from pyros1.bag.play.player import Player  # noqa: PLC0415
-    from pyros1.cli.commands.bag._running.live import StatusLine  # noqa: PLC0415
+    from pyros1.cli.commands.bag._running.status import StatusLine  # noqa: PLC0415
 
     status_line = StatusLine(not options.quiet)
 

@@ -160,7 +160,7 @@ VERB = Verb(
         ("/odom /scan -O run", "record two topics to run.bag"),
         (
             "-a -x '/camera/.*' -o day",
-            "record all topics except those of the camera, also later ones, to day_<date>.bag",
+            "record all topics except the camera's, including topics that appear later, to day_<date>.bag",
         ),
         ("-a --lz4 --split --duration 10m --max-splits 6", "keep the last hour, in files of ten minutes"),
         (
@@ -180,7 +180,7 @@ def _record(
     from pyros1.bag.record.main_loop import subscribe_until_stopped, wait_for_time  # noqa: PLC0415
     from pyros1.bag.record.recorder import Events, Recorder  # noqa: PLC0415
     from pyros1.bag.record.topics import TopicSearch  # noqa: PLC0415
-    from pyros1.cli.commands.bag._running.live import RecordingStatus, StatusLine, recording_summary  # noqa: PLC0415
+    from pyros1.cli.commands.bag._running.status import RecordingStatus, StatusLine, recording_summary  # noqa: PLC0415
 
     status_line = StatusLine(not options.quiet, log=node.log)
     announce = _make_announce_function(node) if options.publish else lambda path: None
@@ -204,9 +204,8 @@ def _record(
 
     def subscribe(topic: str) -> None:
         if not names.is_legal_name(topic) and (options.all or options.regex or options.node):
-            warn(
-                f"'{topic}' is not a legal name and is not recorded"
-            )  # another node's invalid topic must not stop the recording
+            # Another node's invalid topic must not stop the recording.
+            warn(f"'{topic}' is not a legal name and is not recorded")
             return
         status_line.print_message(f"Subscribing to {one_line(topic)}")
         recorder.subscribe(topic, transports=("udp", "tcp") if options.udp else ("tcp",))

@@ -42,7 +42,7 @@ VERB = Verb(
     *REWRITE_OPTIONS,
     BAGS_ARGUMENT,
     usage=REWRITE_USAGE,
-    description="Reindexes one or more bag files, and saves what can be read of damaged ones.",
+    description="Reindexes one or more bag files, and recovers the readable messages of damaged ones.",
     examples=[("run.bag.active", "repair a bag that was not closed")],
     run=run,
 )

@@ -7,11 +7,11 @@ from pyros1.cli.records import Command
 COMMAND = Command(
     "dynparam",
     "show and change parameters of running nodes",
-    group="look",
+    group="inspect",
     stock="dynparam",
     heading="{program} shows and changes the parameters of nodes that use dynamic_reconfigure.\n\nCommands:",
     order=("list", "get", "set", "set_from_parameters", "load", "dump"),
     row="\t{program} {name}\t{about}",
-    footing="\nType {program} <command> -h for more detailed usage, e.g. '{program} get -h'\n",
+    footer="\nType {program} <command> -h for more detailed usage, e.g. '{program} get -h'\n",
     usage_exit_code=1,
 )

@@ -67,7 +67,7 @@ VERBS = [
         "set",
         "set parameters of a node",
         TIMEOUT_OPTION,
-        Argument("node", "configurable"),
+        Argument("node", "reconfigurable_node"),
         Argument("parameter"),
         Argument("value", optional=True),
         usage="[options] node (parameter value | values)",
@@ -82,7 +82,7 @@ VERBS = [
         "load",
         "set parameters of a node from a file",
         TIMEOUT_OPTION,
-        Argument("node", "configurable"),
+        Argument("node", "reconfigurable_node"),
         Argument("file", "file"),
         examples=[("/camera outdoors.yaml", "load a file that `dynparam dump` wrote, or plain YAML")],
         parse=parse_with_negative_numbers,
@@ -92,7 +92,7 @@ VERBS = [
         "set_from_parameters",
         "set parameters of a node to the values of this command's private parameters, such as _exposure:=0.02",
         TIMEOUT_OPTION,
-        Argument("node", "configurable"),
+        Argument("node", "reconfigurable_node"),
         usage="[options] node [_parameter:=value ...]",
         examples=[
             ("/camera _exposure:=0.02", "set the parameter exposure; launch files can give the value as <param>")

@@ -7,10 +7,10 @@ from pyros1.cli.records import Command
 COMMAND = Command(
     "log",
     "get and set log levels, print log messages",
-    group="look",
+    group="inspect",
     stock="rosconsole",
     heading="{program} is a command-line tool for configuring the logger level of ROS nodes.\n\nCommands:",
     order=("get", "list", "set", "echo"),
     row="\t{program} {name}\t{about}",
-    footing="\nType {program} <command> -h for more detailed usage, e.g. '{program} list -h'\n",
+    footer="\nType {program} <command> -h for more detailed usage, e.g. '{program} list -h'\n",
 )

@@ -104,9 +104,8 @@ def format_message(message: Any, *, coloured: bool = False, verbose: bool = Fals
     label = f"{level:5}"
     if coloured:
         label, name = f"{COLOURS.get(message.level, '')}{label}{RESET}", f"{BOLD}{name}{RESET}"
-    text = f"[ {label} ] [{name}]: " + lines(message.msg).replace(
-        "\n", "\n  "
-    )  # indented, so that no line looks like another message
+    # Further lines are indented, so that no line looks like another message.
+    text = f"[ {label} ] [{name}]: " + lines(message.msg).replace("\n", "\n  ")
     if not verbose:
         return text
     stamp = message.header.stamp

@@ -12,6 +12,6 @@ COMMAND = Command(
     heading="{program} is a command-line tool for displaying information about ROS Message types.\n\nCommands:",
     order=("show",),
     row="\t{program} {name}\t{about}",
-    footing="\nType {program} <command> -h for more detailed usage\n",
+    footer="\nType {program} <command> -h for more detailed usage\n",
     stock_help=("", "--help"),
 )

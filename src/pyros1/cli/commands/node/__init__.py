@@ -7,11 +7,11 @@ from pyros1.cli.records import Command
 COMMAND = Command(
     "node",
     "list, inspect and stop nodes",
-    group="look",
+    group="inspect",
     stock="rosnode",
     heading="{program} is a command-line tool for printing information about ROS Nodes.\n\nCommands:",
     order=("ping", "list", "info", "machine", "kill", "cleanup", "tree", "status", "stop", "start", "restart"),
     row="\t{program} {name}\t{about}",
-    footing="\nType {program} <command> -h for more detailed usage, e.g. '{program} ping -h'\n",
+    footer="\nType {program} <command> -h for more detailed usage, e.g. '{program} ping -h'\n",
     stock_help=["--help"],
 )

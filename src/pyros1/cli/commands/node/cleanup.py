@@ -6,7 +6,7 @@ import sys
 from functools import partial
 from typing import Any
 
-from pyros1.cli.commands.node._reach import PING_TIMEOUT, failure_reason
+from pyros1.cli.commands.node._ping_failures import PING_TIMEOUT, failure_reason
 from pyros1.cli.failures import UsageError
 from pyros1.cli.invocation import MASTER_TIMEOUT, Invocation
 from pyros1.cli.records import Verb
@@ -64,9 +64,8 @@ def _is_responding(graph: Graph, node_name: str) -> bool:
     try:
         node_api.pid()
     except Error as error:
-        sys.stderr.write(
-            f"ERROR: {failure_reason(error, node_name, uri)}\n"
-        )  # one write, since other nodes are pinged concurrently
+        # One write, so that the lines of nodes that are pinged concurrently do not mix.
+        sys.stderr.write(f"ERROR: {failure_reason(error, node_name, uri)}\n")
         return False
     finally:
         node_api.close()

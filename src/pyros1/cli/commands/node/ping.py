@@ -7,7 +7,7 @@ import sys
 import time
 from typing import Any
 
-from pyros1.cli.commands.node._reach import PING_TIMEOUT, failure_reason
+from pyros1.cli.commands.node._ping_failures import PING_TIMEOUT, failure_reason
 from pyros1.cli.failures import UsageError
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Flag, Option, Verb

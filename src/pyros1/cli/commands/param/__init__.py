@@ -7,12 +7,12 @@ from pyros1.cli.records import Command
 COMMAND = Command(
     "param",
     "get and set parameters",
-    group="look",
+    group="inspect",
     stock="rosparam",
     heading="{program} is a command-line tool for getting, setting, and deleting parameters from the ROS Parameter "
     "Server.\n\nCommands:",
     order=("set", "get", "load", "dump", "delete", "list"),
     row="\t{program} {name}\t{about}",
-    footing="",
+    footer="",
     usage_exit_code=0,
 )

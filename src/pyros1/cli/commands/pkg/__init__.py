@@ -40,7 +40,7 @@ COMMAND = Command(
     heading="USAGE: {program} <command> [options] [package]\n  Allowed commands:",
     order=["help"],
     row="    {about}",
-    footing="""  Extra options:
+    footer="""  Extra options:
     -q     Quiets error reports.
 
  If [package] is omitted, the current working directory

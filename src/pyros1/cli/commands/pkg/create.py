@@ -19,8 +19,8 @@ from pyros1.finding.create import CreateError, create_package, package_name_prob
 from pyros1.finding.library import SHIPPED_DEFINITIONS
 from pyros1.finding.new_package import NewPackage
 from pyros1.guide.catalogue import (
+    APIS,
     CATALOGUE,
-    FACES,
     ExampleError,
     collect_files,
     commands_to_try,
@@ -36,13 +36,11 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
     """Create a package.
 
     Returns:
-        The exit code: if the package could not be created, 1, or 2 for the stock tools.
+        The exit code: 0, or after a failure 1 (2 for the stock tools).
     """
     if options.list_examples:
         for entry in CATALOGUE:
-            print(
-                f"{entry.name:<{_NAME_WIDTH}}{entry.about}{'' if entry.faces == FACES else f' ({entry.faces[0]} only)'}"
-            )
+            print(f"{entry.name:<{_NAME_WIDTH}}{entry.about}{'' if entry.apis == APIS else f' ({entry.apis[0]} only)'}")
         return 0
     program = _program_name()
     as_stock = program in _STOCK_TOOLS
@@ -53,7 +51,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
     if problem:
         print(f"WARNING: '{options.name}' is not a good package name: {problem}", file=sys.stderr)
     try:
-        examples = [find_example(name, options.face) for name in dict.fromkeys(options.example or ())]
+        examples = [find_example(name, options.api) for name in dict.fromkeys(options.example or ())]
     except ExampleError as error:
         print(f"ERROR: {error}", file=sys.stderr)
         return 1
@@ -61,7 +59,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
         reason = "a metapackage has no files" if options.meta else "--no-examples excludes it"
         print(f"ERROR: --example cannot be used here: {reason}", file=sys.stderr)
         return 1
-    example_dependencies = [dependency for example in examples for dependency in example.dependencies(options.face)]
+    example_dependencies = [dependency for example in examples for dependency in example.dependencies(options.api)]
     package = NewPackage(
         options.name,
         depends=[
@@ -78,7 +76,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
         maintainers=options.maintainer or (),
         is_meta=options.meta,
         examples=not (as_stock or options.no_examples or examples),
-        files=collect_files(examples, options.face, options.name) if examples else {},
+        files=collect_files(examples, options.api, options.name) if examples else {},
     )
     folders_by_package = {entry.name: entry.folder for entry in reversed(all_packages(os.environ))}
     try:
@@ -116,7 +114,7 @@ def _parse(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:
         *verb.arguments,
         *(option for option in verb.options if not (option.pyros1_only and as_stock)),
     )
-    default_options = Namespace(example=None, face=FACES[0], no_examples=False, list_examples=False)
+    default_options = Namespace(example=None, api=APIS[0], no_examples=False, list_examples=False)
     return (
         parser.parse_args(args, default_options) if as_stock else parser.parse_intermixed_args(args, default_options)
     ), []
@@ -130,7 +128,7 @@ VERB = Verb(
         help="an example to use instead of the minimal ones; may be repeated",
     ),
     Option(
-        "--face", choices=FACES, default=FACES[0], pyros1_only=True,
+        "--face", dest="api", choices=APIS, default=APIS[0], pyros1_only=True,
         help="the API that the examples use: node (pyros1.Node, the default) or rospy",
     ),
     Flag("--list-examples", help="list the examples and exit", pyros1_only=True),
@@ -182,7 +180,7 @@ def _warn_about_packages(package: str, dependencies: Sequence[str], folders_by_p
 
 
 def _preference_text(package: str, other_folder: str) -> str:
-    """Return which of two packages with the same name is used, as text: the new one or that in `other_folder`."""
+    """Return text that says which of two packages with the same name is used: the new one or that in `other_folder`."""
     current_folder = str(Path.cwd())
     found_folder = _find_from_current_folder(package)
     if found_folder != os.path.join(current_folder, package):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 
-from pyros1.cli.commands.pkg._graph import check_known, packages_and_name
+from pyros1.cli.commands.pkg._dependencies import check_known, packages_and_name
 from pyros1.cli.commands.pkg._rospack import PkgError, Request, make_verb
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import JSON_FLAG, Argument, Flag, Option, RunFunction, Verb
@@ -103,7 +103,16 @@ _PACKAGE_ARGUMENT = Argument("package", "package", optional=True)
 def _make_verb(
     name: str, run: RunFunction, example: str, *options: Option, target: str = "", lists_alias: bool = True
 ) -> Verb:
-    """Return the `Verb` for a command about dependencies. `lists_alias`: whether the list of verbs shows the alias."""
+    """Return the `Verb` for a command about dependencies.
+
+    Args:
+        name: the name of the verb. In its alias, ``deps`` replaces ``depends``.
+        run: the function that runs the verb.
+        example: the description of the example.
+        options: the options.
+        target: the option ``--target`` as shown in the list of verbs; empty if the verb has no such option.
+        lists_alias: whether the list of verbs shows the alias.
+    """
     alias = name.replace("depends", "deps")
     about = f"{name}{target}" if target else f"{name:17}"
     about += " [package]" + f" (alias: {alias})" * lists_alias

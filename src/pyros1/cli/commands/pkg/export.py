@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pyros1.cli.commands.pkg._graph import DEPS_ONLY_FLAG, check_known, packages_and_name, selected_manifests
+from pyros1.cli.commands.pkg._dependencies import DEPS_ONLY_FLAG, check_known, packages_and_name, selected_manifests
 from pyros1.cli.commands.pkg._rospack import Request, make_verb
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Option

@@ -65,7 +65,7 @@ def _run_with_file(program: str, path: str) -> int:
         raise FilesError(f"program {command[0]} not found: set EDITOR to an installed editor") from None
 
 
-_LOCATION_ARGUMENT = Argument("package[/folder]", "package|place", optional=True)
+_LOCATION_ARGUMENT = Argument("package[/folder]", "package|package_folder", optional=True)
 _FILE_ARGUMENTS = (Argument("package", "package"), Argument("file", "package_file"))
 _TARGET_ARGUMENT = Argument("target", "file")
 VERBS = [

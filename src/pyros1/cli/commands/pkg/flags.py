@@ -6,7 +6,7 @@ import os
 import shlex
 import subprocess
 
-from pyros1.cli.commands.pkg._graph import DEPS_ONLY_FLAG, check_known, packages_and_name, selected_manifests
+from pyros1.cli.commands.pkg._dependencies import DEPS_ONLY_FLAG, check_known, packages_and_name, selected_manifests
 from pyros1.cli.commands.pkg._rospack import PkgError, Request, make_verb
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Verb

@@ -7,10 +7,10 @@ from pyros1.cli.records import Command
 COMMAND = Command(
     "service",
     "list, inspect and call services",
-    group="look",
+    group="inspect",
     stock="rosservice",
     heading="Commands:",
     row="\t{program} {name}\t{about}",
-    footing="\nType {program} <command> -h for more detailed usage, e.g. '{program} call -h'\n",
+    footer="\nType {program} <command> -h for more detailed usage, e.g. '{program} call -h'\n",
     error_exit_code=2,
 )

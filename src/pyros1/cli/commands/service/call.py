@@ -60,7 +60,7 @@ VERB = Verb(
     Flag("--noarr", help="exclude arrays", pyros1_only=True),
     Flag("--json", help="print the response as a line of JSON", pyros1_only=True),
     Argument("/service", "service"),
-    Argument("args", "request_text", optional=True),
+    Argument("args", "request_template", optional=True),
     usage="/service [args...]",
     examples=[("/flip true", "give values in field order"), ("/flip 'data: true'", "give values by name")],
     parse=parse_with_negative_numbers,

@@ -7,7 +7,7 @@ from pyros1.cli.records import Command
 COMMAND = Command(
     "tf",
     "show and publish coordinate frames",
-    group="look",
+    group="inspect",
     heading="{program} shows and publishes coordinate frames.\n\nCommands:",
     order=[
         "echo",
@@ -20,5 +20,5 @@ COMMAND = Command(
         "change_notifier",
     ],
     row="\t{program} {name:27} {about}",
-    footing="\nType {program} <command> -h for more detailed usage, e.g. '{program} echo -h'",
+    footer="\nType {program} <command> -h for more detailed usage, e.g. '{program} echo -h'",
 )

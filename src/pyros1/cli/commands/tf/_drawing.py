@@ -15,7 +15,7 @@ GAP_X, GAP_Y = 18.0, 44.0
 
 
 class Frame(NamedTuple):
-    """What is drawn for a frame.
+    """A frame to draw, and its transform to the parent.
 
     Attributes:
         name: the name of the frame.

@@ -156,10 +156,8 @@ def _normalize(rotation: list[float]) -> tuple[list[float], str]:
         raise CommandError("0 0 0 0 is not a valid quaternion; use 0 0 0 1 for no rotation (the order is qx qy qz qw)")
     if abs(length - 1.0) < _LENGTH_TOLERANCE:
         return rotation, ""
-    # Listeners ignore quaternions that are not normalized.
-    return [
-        component / length for component in rotation
-    ], f"the quaternion's length is {length:g}, not 1: it is normalized"
+    normalized_rotation = [component / length for component in rotation]  # listeners ignore other quaternions
+    return normalized_rotation, f"the quaternion's length is {length:g}, not 1: it is normalized"
 
 
 def _publish_parameter(invocation: Invocation, name: str) -> int:

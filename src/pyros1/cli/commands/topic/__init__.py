@@ -7,9 +7,9 @@ from pyros1.cli.records import Command
 COMMAND = Command(
     "topic",
     "inspect, measure and publish topics",
-    group="look",
+    group="inspect",
     stock="rostopic",
     heading="{program} is a command-line tool for printing information about ROS Topics.\n\nCommands:",
     row="\t{program} {name}\t{about}",
-    footing="\nType {program} <command> -h for more detailed usage, e.g. '{program} echo -h'\n",
+    footer="\nType {program} <command> -h for more detailed usage, e.g. '{program} echo -h'\n",
 )

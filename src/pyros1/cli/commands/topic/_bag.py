@@ -63,8 +63,8 @@ def find_topic(path: str, name: str, resolve: ResolveFunction) -> tuple[list[str
     return None
 
 
-def replay(path: str, topics: list[str] | None, on_message: Callable[[str, AnyMsg, Time], bool]) -> None:
-    """Pass the raw messages in a bag in chronological order to a function until it returns False.
+def for_each_message(path: str, topics: list[str] | None, on_message: Callable[[str, AnyMsg, Time], bool]) -> None:
+    """Call a function with each raw message in a bag, in chronological order, until it returns False.
 
     Args:
         path: the path of the bag.

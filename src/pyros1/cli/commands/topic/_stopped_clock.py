@@ -11,8 +11,8 @@ if TYPE_CHECKING:
     from pyros1.node import Node
 
 
-class StoppedClock:
-    """Checks periodically whether simulated time advances.
+class StoppedClockDetector:
+    """Detects that simulated time does not advance. Call `warn_if_stopped` periodically.
 
     Args:
         node: the command's node.

@@ -12,8 +12,8 @@ from pyros1.cli.failures import CommandError, UsageError
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Flag, Option, Verb
 from pyros1.cli.shared.filters import ExpressionClock, filter_expression
-from pyros1.cli.shared.forms import JsonFormat, PlotFormat, TextFormat, ValueWriter
 from pyros1.cli.shared.options import CHUNK_LIMIT_OPTION
+from pyros1.cli.shared.output_formats import JsonFormat, PlotFormat, TextFormat, ValueWriter
 from pyros1.cli.shared.subscribing import subscribe, wait_for_topic
 from pyros1.ground.errors import DeserializationError, MessageError
 from pyros1.ground.terminal_text import one_line
@@ -119,7 +119,7 @@ def _echo_bag(invocation: Invocation, options: Any, name: str, expression: Expre
             remaining_count -= printer.count - count_before
         return remaining_count is None or remaining_count > 0
 
-    _bag.replay(options.bag, topics, on_message)
+    _bag.for_each_message(options.bag, topics, on_message)
 
 
 def _make_writer(options: Any, now: Callable[[], Time]) -> ValueWriter:
@@ -221,9 +221,8 @@ class MessagePrinter:
         try:
             message = self._decoder.decode(raw)
         except MessageError as error:
-            if self._skips_invalid_messages and isinstance(
-                error, DeserializationError
-            ):  # other publishers' messages may be valid
+            # The messages of other publishers may be valid.
+            if self._skips_invalid_messages and isinstance(error, DeserializationError):
                 self._warn(f"a message on {self._topic} cannot be printed: {error}")
                 return None
             type_name = (raw._connection_header or {}).get("type", "unknown type")

@@ -85,7 +85,7 @@ VERBS = [
             pyros1_only=True,
             help="also list topics whose name or type contains the word or is similar to it",
         ),
-        Argument("msg-type", "message"),
+        Argument("msg-type", "message_type"),
         usage="msg-type",
         examples=[
             ("std_msgs/String", "list the topics of a type"),

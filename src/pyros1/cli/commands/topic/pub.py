@@ -51,8 +51,8 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
         session = _PublishingSession(invocation, node, publisher, message_class, options)
         if not uses_arguments:
             source = _documents_for_topic(_read_source(options.file), name, invocation)
-            keep_first = bool(options.latch) and rate is None
-            if options.file and not (options.once or keep_first):
+            latch_first = bool(options.latch) and rate is None
+            if options.file and not (options.once or latch_first):
                 first_documents = list(islice(source, 2))
                 if len(first_documents) == 1:
                     session.repeat_from_file(
@@ -60,7 +60,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
                     )
                     return
                 source = chain(first_documents, source)
-            session.stream(source, rate or _DEFAULT_RATE, keep_first=keep_first)
+            session.stream(source, rate or _DEFAULT_RATE, latch_first=latch_first)
         elif rate is not None:
             session.repeat(arguments, rate, bool(options.substitute_keywords))
         else:
@@ -69,9 +69,9 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
 
 def _parse(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:
     """Parse the arguments, in which ``-1`` can be the option or a value. Return the options and other arguments."""
-    options, args = parse_marked(invocation, verb, _mark_numbers(invocation.args, is_once_anywhere=True))
+    options, args = parse_marked(invocation, verb, _mark_numbers(invocation.args, once_flag_anywhere=True))
     if "-1" in invocation.args and not options.file and len(args) > 1 and _needs_more_values(args[1], args[2:]):
-        options, args = parse_marked(invocation, verb, _mark_numbers(invocation.args, is_once_anywhere=False))
+        options, args = parse_marked(invocation, verb, _mark_numbers(invocation.args, once_flag_anywhere=False))
     if options.rate is not None:
         if options.once:
             raise UsageError("You cannot select both -r and -1 (--once)")
@@ -113,7 +113,7 @@ VERB = Verb(
     Flag("--use-rostime", help="use rostime for time stamps, else walltime is used"),
     Argument("/topic", "topic"),
     Argument("type", "topic_type"),
-    Argument("args", "message_text", repeatable=True, optional=True),
+    Argument("args", "message_template", repeatable=True, optional=True),
     usage="/topic type [args...]",
     examples=[
         ("/vel_cmd std_msgs/Float64 1.0", "publish a message and keep it latched for later subscribers"),
@@ -126,19 +126,19 @@ VERB = Verb(
 )
 
 
-def _mark_numbers(args: list[str], *, is_once_anywhere: bool) -> list[str]:
+def _mark_numbers(args: list[str], *, once_flag_anywhere: bool) -> list[str]:
     """Return the arguments with negative numbers marked as values.
 
     Args:
         args: the arguments.
-        is_once_anywhere: whether ``-1`` is the option at any position, as in stock, instead of only before the values.
+        once_flag_anywhere: whether ``-1`` means ``--once`` at any position, as in stock, or only before the values.
     """
     marked_args: list[str] = []
     positional_count = 0
     for position, arg in enumerate(args):
         if arg == "--":
             return marked_args + args[position:]
-        is_option = arg == "-1" and (is_once_anywhere or positional_count < 2)
+        is_option = arg == "-1" and (once_flag_anywhere or positional_count < 2)
         marked_args.append(arg if is_option else mark_negative_number(arg))
         positional_count += not arg.startswith("-")
     return marked_args
@@ -307,15 +307,15 @@ class _PublishingSession:
             self._publisher.publish(message)
             publishing_rate.sleep()
 
-    def stream(self, source: Iterator[Any], rate: float, *, keep_first: bool) -> None:
-        """Publish a message for each document; with `keep_first`, only the first, latched for later subscribers."""
+    def stream(self, source: Iterator[Any], rate: float, *, latch_first: bool) -> None:
+        """Publish a message for each document; with `latch_first`, only the first, latched for later subscribers."""
         publishing_rate = self._node.rate(rate)
         has_waited = False
         for document in source:
             if not self._node.ok():
                 return
             arguments = _as_arguments(document)
-            if keep_first:
+            if latch_first:
                 self.publish_latched(arguments, self._exits_after_one)
                 return
             message = self._make_message(arguments)

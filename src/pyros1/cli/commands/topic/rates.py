@@ -11,7 +11,7 @@ from contextlib import ExitStack
 from time import time
 from typing import Any
 
-from pyros1.cli.commands.topic._stopped_clock import StoppedClock
+from pyros1.cli.commands.topic._stopped_clock import StoppedClockDetector
 from pyros1.cli.failures import CommandError, UsageError
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Flag, Option, Verb
@@ -58,7 +58,7 @@ def _print_rates(invocation: Invocation, options: Any, args: list[str]) -> None:
         uses_simulated_time = not options.wall_time and node.params.get("/use_sim_time", False) is True
         now: Callable[[], float] = (lambda: node.now().to_sec()) if uses_simulated_time else time
         stopped_clock = (
-            StoppedClock(node, " With --wall-time, wall time is used instead.") if uses_simulated_time else None
+            StoppedClockDetector(node, " With --wall-time, wall time is used instead.") if uses_simulated_time else None
         )
         meters: dict[str, RateMeter] = {}
         for name in map(invocation.resolve, args):
@@ -154,7 +154,7 @@ def _print_delays(invocation: Invocation, options: Any, args: list[str]) -> None
                 return
             meter.add((now - message.header.stamp).to_sec())
 
-        stopped_clock = StoppedClock(node)
+        stopped_clock = StoppedClockDetector(node)
         with subscribe(node, topic_match[0], on_message):
             print(f"subscribed to [{name}]", flush=True)
             while invocation.pause(_OUTPUT_PERIOD):

@@ -10,7 +10,7 @@ from pyros1.cli.records import Command
 COMMAND = Command(
     "topic_tools",
     "forward, throttle and transform topics",
-    group="look",
+    group="inspect",
     heading="usage: {program} <tool> [arguments]\n\nTools:",
     order=[
         *("relay", "drop", "throttle", "mux", "demux", "transform", "relay_field"),
@@ -18,5 +18,5 @@ COMMAND = Command(
         *("demux_select", "demux_add", "demux_delete", "demux_list", "switch_mux"),
     ],
     row="  {name:12} {about}",
-    footing="\nType {program} <tool> -h for more, or see https://wiki.ros.org/topic_tools.",
+    footer="\nType {program} <tool> -h for more, or see https://wiki.ros.org/topic_tools.",
 )

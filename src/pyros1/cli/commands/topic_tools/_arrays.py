@@ -109,9 +109,8 @@ class CheckedFunction:
         Raises:
             ExpressionError: the result would be too large, or an argument is not allowed.
         """
-        sized_args = (
-            args[1:] if self._name == "frombuffer" else args
-        )  # the first argument of frombuffer is data, which may be long
+        # The first argument of frombuffer is data, which may be long.
+        sized_args = args[1:] if self._name == "frombuffer" else args
         widths = [extent(value)[1] for value in (*self._array, *sized_args, *keywords.values())]
         types = [type_width(value) for value in (*sized_args, *keywords.values())]
         width = max(sum(width for width in widths if width > _MAX_NUMBER_WIDTH), *types, _MAX_NUMBER_WIDTH)

@@ -113,9 +113,9 @@ def _linspace_size(start: Any, stop: Any, num: Any = 50, *_: Any, **__: Any) -> 
 
 
 def _random_size(*args: Any, size: Any = None, **keywords: Any) -> float:
-    first, last = args[:2], args[2:]
-    size = size if size is not None else last[0] if last else None
-    return broadcast_size(*first, **keywords) if size is None else _shape_size(size)
+    distribution_args, size_args = args[:2], args[2:]
+    size = size if size is not None else size_args[0] if size_args else None
+    return broadcast_size(*distribution_args, **keywords) if size is None else _shape_size(size)
 
 
 def _size_from_lengths(*lengths: Any) -> float:

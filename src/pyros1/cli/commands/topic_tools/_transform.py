@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 TRANSFORM_ARGUMENTS = (
     Argument("input", "topic", help="input topic, or a field of its messages: /topic/field"),
     Argument("output_topic", "topic", help="output topic"),
-    Argument("output_type", "message", help="type of the output topic"),
+    Argument("output_type", "message_type", help="type of the output topic"),
 )
 TRANSFORM_OPTIONS = (
     Flag("--wait-for-start", help="wait for the input topic"),
@@ -98,12 +98,12 @@ def _find_input(node: Node, name: str, waits: bool) -> tuple[str, FieldPath]:
     """
     full_name = names.ns_join(node.namespace, name)
     graph = Graph(node.master)
-    found = graph.find_topic(full_name)
-    while found is None and waits and node.sleep(_POLL_PERIOD):
-        found = graph.find_topic(full_name)
-    if found is None:
+    topic_match = graph.find_topic(full_name)
+    while topic_match is None and waits and node.sleep(_POLL_PERIOD):
+        topic_match = graph.find_topic(full_name)
+    if topic_match is None:
         raise CommandError(f"Wrong input topic (or topic field): {full_name}")
     try:
-        return found[0], FieldPath(found[2])
+        return topic_match[0], FieldPath(topic_match[2])
     except FieldPathError as error:
         raise CommandError(f"Wrong input topic (or topic field): {full_name}: {error}") from None

@@ -57,7 +57,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
 VERB = Tool(
     "throttle",
     "republish a topic with a limit on messages or bytes per second (default: as IN_TOPIC_throttle)",
-    Argument("messages|bytes", "throttle"),
+    Argument("messages|bytes", "throttle_unit"),
     Argument("IN_TOPIC", "topic"),
     usage=(
         "messages IN_TOPIC MSGS_PER_SEC [OUT_TOPIC]\n       throttle bytes IN_TOPIC BYTES_PER_SEC WINDOW [OUT_TOPIC]"

@@ -115,7 +115,7 @@ def make_report(examination: Examination) -> str:
     }
     packages = find_nearby_packages(os.getcwd())
     if packages:
-        facts["packages around this folder"] = f"{', '.join(packages)}; pyros1 itself adds them to ROS_PACKAGE_PATH"
+        facts["packages near this folder"] = f"{', '.join(packages)}; pyros1 itself adds them to ROS_PACKAGE_PATH"
     return format_report(facts, examination.machine, examination.system, examination.types, examination.findings)
 
 

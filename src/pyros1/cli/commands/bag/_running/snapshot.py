@@ -10,7 +10,7 @@ from pyros1.bag.record.model import RecordOptions
 from pyros1.bag.record.snapshot import SnapshotBuffer
 from pyros1.bag.record.topic_selection import TopicSelection
 from pyros1.bag.record.topics import TopicSearch
-from pyros1.cli.commands.bag._running.live import StatusLine, format_size
+from pyros1.cli.commands.bag._running.status import StatusLine, format_size
 from pyros1.ground.terminal_text import one_line
 from pyros1.node import Node
 

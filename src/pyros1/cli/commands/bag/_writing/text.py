@@ -12,7 +12,7 @@ from pyros1.bag.export.tables import Table
 from pyros1.cli.clean_output import data_stream
 from pyros1.cli.failures import CommandError
 from pyros1.cli.shared.buffered_output import BufferedOutput
-from pyros1.cli.shared.forms import JsonFormat
+from pyros1.cli.shared.output_formats import JsonFormat
 from pyros1.ground.timing import Time
 from pyros1.msgs import Message
 

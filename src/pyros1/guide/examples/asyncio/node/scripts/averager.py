@@ -4,7 +4,7 @@
 pyros1 run my_package averager.py
 pyros1 topic pub -r 5 numbers std_msgs/Float64 1.5     publishes numbers, in another terminal
 pyros1 topic echo average
-pyros1 service call reset                        starts again
+pyros1 service call reset                        starts over
 """
 
 import asyncio

@@ -12,7 +12,7 @@ from pyros1.msgs.sensor_msgs.msg import PointCloud2, PointField
 
 COUNT = 5000  # number of points on each object
 RADIUS = 0.3  # m, of the ball
-FIELDS = [PointField(name, 4 * place, PointField.FLOAT32, 1) for place, name in enumerate("xyz")]
+FIELDS = [PointField(name, 4 * index, PointField.FLOAT32, 1) for index, name in enumerate("xyz")]
 
 
 def points(seconds, generator):

@@ -23,7 +23,7 @@ _PICTURE = re.compile(r"!\[(?P<text>[^\]]+)\]\([./]+/web/page/(?P<file>pictures/
 _PARAGRAPH_BREAK = re.compile(r"\n\s*\n|\n(?=- )")
 _TABLE_SEPARATOR = re.compile(r"[|:\s-]+")
 _CELL_SEPARATOR = re.compile(r"(?<!\\)\|")
-_LINE_PREFIXES = {"# ": "title", "## ": "heading", "- ": "item"}
+_KINDS_BY_PREFIX = {"# ": "title", "## ": "heading", "- ": "item"}
 _INLINE_MARKUP = re.compile(
     r"`(?P<code>[^`]+)`|\*(?P<word>\w[^*]*)\*|\[(?P<label>[^\]]+)\]\((?P<to>[^)]+)\)|<(?P<link>http[^>]+)>"
 )
@@ -139,9 +139,9 @@ def _parse_prose(text: str) -> Iterator[Block]:
                 yield Block("table", "", rows=tuple(rows))
             continue
         line = " ".join(lines)
-        prefix = next((prefix for prefix in _LINE_PREFIXES if line.startswith(prefix)), "")
+        prefix = next((prefix for prefix in _KINDS_BY_PREFIX if line.startswith(prefix)), "")
         if line:
-            yield Block(_LINE_PREFIXES.get(prefix, "paragraph"), line.removeprefix(prefix))
+            yield Block(_KINDS_BY_PREFIX.get(prefix, "paragraph"), line.removeprefix(prefix))
 
 
 def _split_cells(line: str) -> tuple[str, ...]:

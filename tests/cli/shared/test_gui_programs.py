@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from pyros1.cli.failures import UsageError
-from pyros1.cli.shared.windows import (
+from pyros1.cli.shared.gui_programs import (
     GUI_PROGRAMS,
     PROGRAMS_BY_PACKAGE,
     first_argument_index,

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from pyros1.cli.shared.forms import PlotFormat
+from pyros1.cli.shared.output_formats import PlotFormat
 from pyros1.ground.timing import Time
 from pyros1.msgs.geometry_msgs.msg import PointStamped
 from pyros1.msgs.std_msgs.msg import Float64, Header

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from pyros1.guide.text import Block, GuideStep, format_for_terminal, steps
+from pyros1.guide.documents import Block, GuideStep, format_for_terminal, steps
 
 STEP = """# A step
 

@@ -29,7 +29,7 @@ PORTS_OPTION = Option(
 _VARIABLES_BY_OPTION = {"allow": "PYROS1_ALLOW", "bind": "PYROS1_BIND", "ports": "PYROS1_PORTS"}
 
 
-def with_options(environ: Mapping[str, str], options: Any) -> Mapping[str, str]:
+def with_listen_options(environ: Mapping[str, str], options: Any) -> Mapping[str, str]:
     """Return the environment, with variables set from the options of this module that were given.
 
     Args:
