@@ -140,7 +140,7 @@ class Client:
             self._open_goals[client_goal.name] = client_goal  # before a response can arrive
         self._goal_publisher.publish(message)
         if on_feedback or on_stage or on_done:
-            self._callbacks.keep_checking()  # the program might not wait for the goal
+            self._callbacks.keep_checking()  # only `wait` and these checks notice that the server is gone
         return client_goal
 
     def cancel_all(self) -> None:

@@ -85,7 +85,9 @@ def verbs_table(document_text: str) -> str:
 
 
 def _command_rows() -> Iterator[tuple[str, str, str]]:
-    """Yield each command's or verb's arguments for ``pyros1``, its equivalent stock command, and its description."""
+    """Yield a row for each verb and each command without verbs: the words after ``pyros1``, the equivalent stock
+    command, and the description.
+    """
     for name, entry in registry.commands().items():
         entries = registry.verbs(name)
         if not entries:

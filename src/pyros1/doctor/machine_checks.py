@@ -247,7 +247,7 @@ def _check_python_version(machine: Machine) -> Iterator[Finding]:
             "python",
             ERROR,
             f"this is Python {machine.python[0]}.{machine.python[1]}, but pyros1 needs 3.10 or newer",
-            "install a newer Python, and pyros1 for it",
+            "install a newer Python, then install pyros1 with it",
         )
 
 

@@ -100,7 +100,7 @@ def _definitions_block(depends: Sequence[str], files: Collection[str]) -> str:
         existing_files = _files_in(folder, files)
         call = _cmake_call(function, "FILES", *(existing_files or [placeholder]))
         text += call if existing_files else _comment_out(call)
-    text += "# After DEPENDENCIES: the packages whose messages are fields of yours\n"
+    text += "# After DEPENDENCIES: the packages whose message types are used in the definitions above\n"
     message_packages = [name for name in depends if name.endswith("_msgs")] or ["std_msgs"]
     if _files_in("action", files):
         text += _cmake_call("generate_messages", "DEPENDENCIES", *message_packages)

@@ -1,4 +1,4 @@
-"""Renders the turtles and their drawing as coloured text, with two pixels per character (pure)."""
+"""Renders the turtles and their drawing as coloured text, with two pixels per character (no I/O)."""
 
 from __future__ import annotations
 

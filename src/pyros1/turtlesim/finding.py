@@ -1,4 +1,4 @@
-"""Finds turtles, and the nodes that simulate them, in the master's lists of topics and publishers (pure)."""
+"""Finds turtles, and the nodes that simulate them, in the master's lists of topics and publishers (no I/O)."""
 
 from __future__ import annotations
 

@@ -20,7 +20,7 @@ _ANGLE_TOLERANCE = 0.01
 
 
 class Square:
-    """Computes speeds from the turtle's pose: the turtle walks along a side, stops, turns, stops, and so on (pure).
+    """Computes speeds from the turtle's pose: the turtle walks along a side, stops, turns, stops, and so on (no I/O).
 
     Args:
         x, y, theta: the turtle's initial pose.

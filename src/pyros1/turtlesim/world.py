@@ -1,4 +1,4 @@
-"""The simulated world: the turtles and their drawing (pure)."""
+"""The simulated world: the turtles and their drawing (no I/O)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The joint states that joint_state_publisher publishes: limits, positions, and joints that follow others (pure)."""
+"""The joint states that joint_state_publisher publishes: limits, positions, and joints that follow others (no I/O)."""
 
 from __future__ import annotations
 

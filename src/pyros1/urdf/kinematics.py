@@ -1,4 +1,4 @@
-"""Computes the poses of a robot's links from the positions of its joints (pure)."""
+"""Computes the poses of a robot's links from the positions of its joints (no I/O)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Reads robot descriptions in the URDF format (pure).
+"""Reads robot descriptions in the URDF format (no I/O).
 
 Descriptions are untrusted: nothing outside the text is accessed, and defusedxml rejects XML entities. Elements that do
 not affect the poses of links, such as visual and transmission, are ignored.

@@ -1,4 +1,4 @@
-"""Encodes transforms as tf2_msgs/TFMessage, fast enough for many messages per second (pure).
+"""Encodes transforms as tf2_msgs/TFMessage, fast enough for many messages per second (no I/O).
 
 For a hundred joints, this takes a fifth of the time that encoding message objects would take: the frame names are
 always the same, so only times and numbers are written.

@@ -1,4 +1,4 @@
-"""Parses JSON from clients, and rejects values that are nested too deeply for recursive code (pure)."""
+"""Parses JSON from clients, and rejects values that are nested too deeply for recursive code (no I/O)."""
 
 from __future__ import annotations
 

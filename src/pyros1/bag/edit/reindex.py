@@ -51,7 +51,7 @@ def reindex(
     try:
         if os.path.exists(target) and os.path.samefile(source, target):
             raise BagError(file.path, "a bag cannot be reindexed into itself: give another target file")
-        scanner = Scanner(file, progress)  # also unlocks the file
+        scanner = Scanner(file, progress)  # also decrypts the key of an encrypted bag, and sets file.cipher
         for connection in _end_connections(file):
             scanner.connections[connection.id] = connection
         with BagWriter(target, cipher=file.cipher) as writer:

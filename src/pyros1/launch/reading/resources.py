@@ -133,10 +133,12 @@ class Resources:
         spaces = [Path(part) for part in self.environ.get("CMAKE_PREFIX_PATH", "").split(os.pathsep) if part]
         if folder.parent.name == "share":
             spaces.append(folder.parent.parent)
-        libraries = [space / "lib" / package for space in spaces]
+        lib_folders = [space / "lib" / package for space in spaces]
         in_folder = folder / name
-        for candidate in [*(library / os.path.basename(name) for library in libraries), in_folder]:
+        for candidate in [*(lib_folder / os.path.basename(name) for lib_folder in lib_folders), in_folder]:
             if candidate.is_file() and os.access(candidate, os.X_OK):
                 return str(candidate)
-        shared = (space / "share" / package / name for space in spaces)
-        return next((str(candidate) for candidate in shared if candidate.exists()), os.path.join(folder, name))
+        share_candidates = (space / "share" / package / name for space in spaces)
+        return next(
+            (str(candidate) for candidate in share_candidates if candidate.exists()), os.path.join(folder, name)
+        )

@@ -41,8 +41,8 @@ def quaternion_from_euler(ai: float, aj: float, ak: float, axes: Axes = "sxyz") 
     i, is_odd, repeats_first, is_rotating = _axes_code(axes)
     if is_rotating:  # rotations about rotating axes equal those about static axes in reverse order
         ai, ak = ak, ai
-    sign = -0.5 if is_odd else 0.5  # left-handed axes rotate in the opposite direction
-    a, b, c = sign * ai, sign * aj, sign * ak
+    half = -0.5 if is_odd else 0.5  # left-handed axes rotate in the opposite direction
+    a, b, c = half * ai, half * aj, half * ak
     if repeats_first:
         x, y, z, w = cos(b) * sin(c + a), sin(b) * cos(c - a), sin(b) * sin(c - a), cos(b) * cos(c + a)
     else:

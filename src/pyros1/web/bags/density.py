@@ -1,4 +1,4 @@
-"""Counts a bag's messages per column of a timeline, using the bag's index of chunks (pure).
+"""Counts a bag's messages per column of a timeline, using the bag's index of chunks (no I/O).
 
 The index contains each chunk's start, end, and number of messages per topic. That is enough for a chunk that covers one
 or two columns: no message is displayed more than one column away from where it belongs. For a longer chunk, the exact

@@ -1,4 +1,4 @@
-"""Reduces a curve of any length to bounded memory while preserving its spikes (pure)."""
+"""Reduces a curve of any length to bounded memory while preserving its spikes (no I/O)."""
 
 from __future__ import annotations
 

@@ -289,7 +289,10 @@ class Viewer:
         self._unsubscribers[subscription] = unsubscribe
 
     def _report_mismatch(self, channel: Channel, header: dict[str, str], now: float) -> None:
-        """Tell the catalogue about a header that does not match the channel. Called for each such message."""
+        """Tell the catalogue about a publisher whose header does not match the channel.
+
+        Called for each message with such a header; reports each publisher and MD5 sum once per REPORT_PERIOD.
+        """
         mismatch = (channel.id, header.get("callerid", ""), header.get("md5sum", ""))
         last_time = self._mismatched_publishers.get(mismatch, now - REPORT_PERIOD)
         if now >= last_time + REPORT_PERIOD and (

@@ -1,4 +1,4 @@
-"""Describes the topics and services that are offered to viewers (pure)."""
+"""Describes the topics and services that are offered to viewers (no I/O)."""
 
 from __future__ import annotations
 

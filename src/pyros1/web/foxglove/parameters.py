@@ -1,4 +1,4 @@
-"""Converts parameters to and from the form that viewers use (pure)."""
+"""Converts parameters to and from the form that viewers use (no I/O)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Converts messages to and from the encodings that viewers use (pure, except for finding definitions)."""
+"""Converts messages to and from the encodings that viewers use (no I/O, except for finding definitions)."""
 
 from __future__ import annotations
 

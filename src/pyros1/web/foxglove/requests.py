@@ -1,4 +1,4 @@
-"""Parses requests from viewers (pure)."""
+"""Parses requests from viewers (no I/O)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Keeps one viewer's state: what it was sent, and what it has requested (pure: no sockets, threads or clocks)."""
+"""Keeps one viewer's state: what it was sent, and what it has requested (no sockets, threads or clocks)."""
 
 from __future__ import annotations
 

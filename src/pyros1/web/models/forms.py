@@ -1,4 +1,4 @@
-"""Prepares forms in which messages are edited on the page (pure, except for finding definitions)."""
+"""Prepares forms in which messages are edited on the page (no I/O, except for finding definitions)."""
 
 from __future__ import annotations
 

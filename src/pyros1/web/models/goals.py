@@ -1,4 +1,4 @@
-"""Keeps track of an action server's goals, as reported on its topics (pure)."""
+"""Keeps track of an action server's goals, as reported on its topics (no I/O)."""
 
 from __future__ import annotations
 

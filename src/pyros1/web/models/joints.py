@@ -1,4 +1,4 @@
-"""Prepares and checks data for the joints panel (pure)."""
+"""Prepares and checks data for the joints panel (no I/O)."""
 
 from __future__ import annotations
 

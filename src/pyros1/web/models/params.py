@@ -1,4 +1,4 @@
-"""Prepares parameters for display and editing on a page (pure)."""
+"""Prepares parameters for display and editing on a page (no I/O)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Decodes a client's frames into operations, joining fragments and unpacking PNG images (pure, bounded memory)."""
+"""Decodes a client's frames into operations, joining fragments and unpacking PNG images (no I/O, bounded memory)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Parses the operations that clients request: JSON objects with a field ``op`` (pure).
+"""Parses the operations that clients request: JSON objects with a field ``op`` (no I/O).
 
 See https://github.com/RobotWebTools/rosbridge_suite/blob/ros1/ROSBRIDGE_PROTOCOL.md.
 """

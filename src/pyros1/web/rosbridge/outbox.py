@@ -1,4 +1,4 @@
-"""Queues the data sent to a client (pure, bounded, thread-safe). For a slow client, old messages are dropped."""
+"""Queues the data sent to a client (no I/O, bounded, thread-safe). For a slow client, old messages are dropped."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Packs frames into PNG images, which some networks and browsers handle faster than text, and unpacks them (pure).
+"""Packs frames into PNG images, which some networks and browsers handle faster than text, and unpacks them (no I/O).
 
 A frame's bytes become the red, green and blue values of the pixels, row by row; the remaining values are filled with
 newlines, which JSON ignores.

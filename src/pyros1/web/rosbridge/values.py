@@ -1,4 +1,4 @@
-"""Converts messages to and from the forms that clients use (pure).
+"""Converts messages to and from the forms that clients use (no I/O).
 
 In JSON, ``uint8[]`` and ``char[]`` are base64 strings, and NaN and infinity are null. In CBOR, an array of numbers is
 the array's bytes from the message, with a tag that specifies the type of the numbers

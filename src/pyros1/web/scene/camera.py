@@ -1,4 +1,4 @@
-"""Reads camera models from sensor_msgs/CameraInfo, see https://wiki.ros.org/image_pipeline/CameraInfo (pure)."""
+"""Reads camera models from sensor_msgs/CameraInfo, see https://wiki.ros.org/image_pipeline/CameraInfo (no I/O)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Converts point clouds to blocks of numbers that a page can pass directly to its graphics card (pure)."""
+"""Converts point clouds to blocks of numbers that a page can pass directly to its graphics card (no I/O)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Converts depth images to point clouds (pure; compressed images need Pillow)."""
+"""Converts depth images to point clouds (no I/O; compressed images need Pillow)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Keeps occupancy grids, and applies updates to parts of them (pure)."""
+"""Keeps occupancy grids, and applies updates to parts of them (no I/O)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Keeps the current interactive markers of the servers on a topic (pure).
+"""Keeps the current interactive markers of the servers on a topic (no I/O).
 
 A server publishes all its markers, latched, on ``TOPIC/update_full``, and changes on ``TOPIC/update``. The sequence
 numbers in these messages show which of them belong together. See https://wiki.ros.org/interactive_markers.

@@ -1,4 +1,4 @@
-"""Keeps the current markers on a topic (pure).
+"""Keeps the current markers on a topic (no I/O).
 
 Unlike other messages, markers accumulate: a marker replaces the earlier marker with the same namespace and id, and
 stays until it is deleted or its lifetime has passed. See https://wiki.ros.org/rviz/DisplayTypes/Marker.

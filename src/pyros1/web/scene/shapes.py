@@ -1,4 +1,4 @@
-"""Converts messages to shapes: a description as JSON, and a block of numbers (pure).
+"""Converts messages to shapes: a description as JSON, and a block of numbers (no I/O).
 
 Positions are in metres, in the frame of the message's header; angles are in radians.
 """

@@ -1,4 +1,4 @@
-"""Decides who may connect (by machine, token, Host and Origin headers), and what pages may see and change (pure).
+"""Decides who may connect (by machine, token, Host and Origin headers), and what pages may see and change (no I/O).
 
 A page from another site that is open in the same browser can send requests to this server, even under its own name, by
 DNS rebinding. But such a page does not know the token, and cannot send one of this server's names as Host.

@@ -1,4 +1,4 @@
-"""The protocol between a page and its server, over one WebSocket (pure).
+"""The protocol between a page and its server, over one WebSocket (no I/O).
 
 A page sends requests in JSON. A request is one of ::
 

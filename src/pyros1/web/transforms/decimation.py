@@ -1,4 +1,4 @@
-"""Reduces the number of points in a curve while preserving its appearance, including spikes (pure)."""
+"""Reduces the number of points in a curve while preserving its appearance, including spikes (no I/O)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Describes the tree of coordinate frames published on /tf and /tf_static, with publishers, rates and ages (pure)."""
+"""Describes the tree of coordinate frames published on /tf and /tf_static, with publishers, rates and ages (no I/O)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Reads an image's size from the file's header, since a small file may decode to more than fits in memory (pure)."""
+"""Reads an image's size from the file's header, since a small file may decode to more than fits in memory (no I/O)."""
 
 from __future__ import annotations
 

@@ -34,25 +34,25 @@ def _print_sizes(invocation: Invocation, options: Any, args: list[str]) -> None:
 
 def _purge(invocation: Invocation, options: Any, args: list[str]) -> int:
     """Remove all logs, or the oldest ones until a size limit is met. Return 1 if something could not be removed."""
-    all_removed = True
+    all_succeeded = True
     for folder, label in existing_log_folders():
         if _contains_home(folder):
             print(f"will not remove {folder}: it is or contains your home folder; correct ROS_LOG_DIR", file=sys.stderr)
             return 1
         kept_entries = set() if options.running else _entries_in_use(folder)
-        was_removed = (_purge_to_size if options.size else _purge_all)(folder, label, options, kept_entries)
-        if was_removed is None:  # the user declined
+        succeeded = (_purge_to_size if options.size else _purge_all)(folder, label, options, kept_entries)
+        if succeeded is None:  # the user declined
             if options.size:
                 return 0
             continue
-        all_removed = all_removed and was_removed
+        all_succeeded = all_succeeded and succeeded
         if kept_entries:
             kept_names = ", ".join(sorted(kept_entries))
             print(
                 f"kept, because running programs write to these logs: {kept_names} (--running removes them as well)",
                 file=sys.stderr,
             )
-    return 0 if all_removed else 1
+    return 0 if all_succeeded else 1
 
 
 def _entries_in_use(folder: Path) -> set[str]:
@@ -71,8 +71,8 @@ def _purge_all(folder: Path, label: str, options: Any, kept_entries: set[str]) -
     if not options.yes:
         print("PLEASE BE CAREFUL TO VERIFY THE COMMAND BELOW!")
         quoted_folder = f'"{folder}"' if " " in str(folder) else str(folder)
-        exceptions = f" (except {', '.join(map(shlex.quote, sorted(kept_entries)))})" if kept_entries else ""
-        if not _confirm(f"rm -rf {quoted_folder}{exceptions}"):
+        exception_note = f" (except {', '.join(map(shlex.quote, sorted(kept_entries)))})" if kept_entries else ""
+        if not _confirm(f"rm -rf {quoted_folder}{exception_note}"):
             return None
     if not kept_entries:
         return _remove(folder)
@@ -97,14 +97,14 @@ def _purge_to_size(folder: Path, label: str, options: Any, kept_entries: set[str
         print("PLEASE BE CAREFUL TO VERIFY THE COMMAND BELOW!")
         if not _confirm(f"Purge some of old logs in {folder}"):
             return None
-    all_removed = True
+    all_succeeded = True
     for path in sorted(folder.iterdir(), key=lambda path: path.lstat().st_mtime):
         if size <= limit:
             break
         if path.name not in kept_entries:
             size -= folder_size(path)
-            all_removed = _remove(path) and all_removed
-    return all_removed
+            all_succeeded = _remove(path) and all_succeeded
+    return all_succeeded
 
 
 def _confirm(question: str) -> bool:

@@ -1,4 +1,4 @@
-"""rviz's defaults for properties that the panel does not support: only values that differ are reported (pure)."""
+"""rviz's defaults for properties that the panel does not support: only values that differ are reported (no I/O)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Converts rviz's display configuration files to settings of the 3D panel (`page/panels/scene.js`) (pure).
+"""Converts rviz's display configuration files to settings of the 3D panel (`page/panels/scene.js`) (no I/O).
 
 A file's YAML is untrusted: it is read within limits, and anything that is not in the form that rviz writes is treated
 as absent.

@@ -1,4 +1,4 @@
-"""Converts the properties of rviz's topic displays to options of the panel's displays (pure).
+"""Converts the properties of rviz's topic displays to options of the panel's displays (no I/O).
 
 The panel's options are defined in `page/lib/scene/displays.js`.
 """

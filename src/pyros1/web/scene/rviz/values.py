@@ -1,4 +1,4 @@
-"""Reads values from rviz files. Files are untrusted: anything that rviz would not write is treated as absent (pure)."""
+"""Reads values from rviz files. Untrusted: anything that rviz would not write is treated as absent (no I/O)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Converts rviz's views to the panel's views, which `page/lib/scene/stage.js` defines (pure)."""
+"""Converts rviz's views to the panel's views, which `page/lib/scene/stage.js` defines (no I/O)."""
 
 from __future__ import annotations
 
