@@ -38,7 +38,7 @@ print(config.summary(local=True), end="")
 """
 OUR_SUMMARY = """
 import sys
-from pyros1.launch.reading.world import make_resources
+from pyros1.launch.reading.system_resources import make_resources
 from pyros1.launch.reading import report
 from pyros1.launch.reading.loader import load_plan
 print(report.summary(load_plan(sys.argv[1:], {}, make_resources())), end="")

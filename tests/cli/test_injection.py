@@ -19,7 +19,7 @@ from pyros1.bag import Bag
 from pyros1.cli.main import entry
 from pyros1.ground.errors import Error, LaunchError
 from pyros1.launch.reading.loader import load_plan
-from pyros1.launch.reading.world import make_resources
+from pyros1.launch.reading.system_resources import make_resources
 from pyros1.launch.running.logs import make_run_folder
 from pyros1.msgs import load_message
 from pyros1.node.log.sink import default_log_file

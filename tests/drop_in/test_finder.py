@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from programs import START, run
 
-from pyros1.drop_in.left_out import REASONS
+from pyros1.drop_in.unsupported import REASONS
 
 MANIFEST = "<package format='2'><name>{}</name><version>0.1.0</version></package>"
 
@@ -174,7 +174,7 @@ def test_stock_is_wanted_but_not_there() -> None:
         ("import rospy.no", "ModuleNotFoundError: pyros1 has no rospy.no"),
         ("from genpy import no", "ModuleNotFoundError: pyros1 has no genpy.no"),
         ("import genpy; genpy.no", "AttributeError: pyros1 has no genpy.no"),
-        ("import genpy.generator as g; g.msg_generator", "there are no modules to generate"),
+        ("import genpy.generator as g; g.msg_generator", "no modules are generated"),
         ("from std_msgs.msg import Strin", "did you mean 'std_msgs/String'?"),
         ("import stdd_msgs.msg", "did you mean 'std_msgs'?"),
         ("import std_msgs.no", "No module named 'std_msgs.no'"),

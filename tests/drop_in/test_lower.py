@@ -155,7 +155,7 @@ Picture.fromarray(np.array([[0.25, 7.5]], np.float32)).save(file, "TIFF")
 floats = CompressedImage(format="tiff", data=file.getvalue())
 colours = bridge.compressed_imgmsg_to_cv2(floats, "bgra8")
 assert (colours.dtype, colours.tolist()) == (np.float32, [[[0.25, 0.25, 0.25, 1.0], [7.5, 7.5, 7.5, 1.0]]])
-grey = cv_bridge.encodings.reordered(np.array([[[0.5, 0.25, 1.0]]], np.float32), "bgr", "m")
+grey = cv_bridge.encodings.convert_color_order(np.array([[[0.5, 0.25, 1.0]]], np.float32), "bgr", "m")
 assert grey.dtype == np.float32 and abs(grey[0, 0] - 0.50275) < 1e-3  # as OpenCV, which alone reads such files
 for make in (
     lambda: bridge.cv2_to_imgmsg(picture, "mono8"), lambda: bridge.imgmsg_to_cv2(Image(encoding="no")),

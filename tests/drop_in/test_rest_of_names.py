@@ -7,7 +7,7 @@ from programs import run
 CONNECTION = """
 import io, socket, struct, threading
 from pyros1.wire.header import encode_header
-from rospy.impl.answering import Exchange
+from rospy.impl.request_transport import RequestTransport
 from rospy.impl.tcpros_base import TCPROSTransport
 from rospy.impl.tcpros_service import TCPROSServiceClient
 from std_srvs.srv import Trigger, TriggerResponse
@@ -44,10 +44,10 @@ for write in (
     lambda exchange: exchange.write_data(struct.pack("<BI", 0, 3) + b"bad"),
     lambda exchange: None,
 ):
-    exchange = Exchange("/s", Trigger._request_class())
+    exchange = RequestTransport("/s", Trigger._request_class())
     write(exchange)
     try:
-        print(exchange.answer(TriggerResponse).message)
+        print(exchange.get_response(TriggerResponse).message)
     except Exception as error:
         print(type(error).__name__, error)
 """
@@ -65,11 +65,11 @@ def test_a_connection_of_a_program_and_the_answers_to_a_request() -> None:
         "True /provider",
         "True /provider",
         "ServiceException service [/s] responded with an error: b'bad'",
-        "TransportException 4294967295 bytes are too many for a message",
+        "TransportException a message of 4294967295 bytes is too large",
         "True /provider",
         "a",
         "ServiceRefusal bad",
-        "ServiceRefusal the service has sent no answer",
+        "ServiceRefusal the service has sent no response",
     ]
 
 

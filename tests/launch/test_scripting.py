@@ -19,9 +19,9 @@ import pytest
 
 from pyros1.ground.errors import LaunchError
 from pyros1.launch.plan import ExitPolicy, Plan
-from pyros1.launch.reading.world import make_resources
+from pyros1.launch.reading.system_resources import make_resources
 from pyros1.launch.running.options import Options
-from pyros1.launch.scripted import ScriptRun
+from pyros1.launch.script_run import ScriptRun
 from pyros1.launch.scripting import (
     Node,
     ROSLaunch,

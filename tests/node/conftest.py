@@ -99,7 +99,7 @@ class RawPeer:
                 raise ConnectionError("closed before a header came")
             header = reader.feed(data)
             if header is not None:
-                self._rest = reader.rest
+                self._rest = reader.bytes_after_header
                 return header
 
     def take(self, count: int) -> bytes:

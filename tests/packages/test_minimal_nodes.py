@@ -21,7 +21,7 @@ import pytest
 
 import pyros1
 from pyros1.launch.reading.loader import load_plan
-from pyros1.launch.reading.world import make_resources
+from pyros1.launch.reading.system_resources import make_resources
 from pyros1.msgs.std_msgs.msg import Float64
 
 SRC = Path(pyros1.__file__).parent

@@ -30,7 +30,7 @@ def test_reader_takes_any_pieces(fields: dict[str, str], rest: bytes, step: int)
         assert found is None
         found = reader.feed(data[start : start + step] + (rest if start + step >= len(data) else b""))
     assert found == fields
-    assert reader.rest == rest
+    assert reader.bytes_after_header == rest
 
 
 @given(st.binary(max_size=80))

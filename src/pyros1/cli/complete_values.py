@@ -252,14 +252,14 @@ def _package_launch_files(line: CommandLine) -> list[str]:
 
 def _launch_args(line: CommandLine) -> list[str]:
     """Return the arguments of the launch file in the form ``name:=``."""
+    from pyros1.launch.reading.cli_arguments import find_launch_files  # noqa: PLC0415
     from pyros1.launch.reading.loader import load_plan  # noqa: PLC0415
-    from pyros1.launch.reading.words import find_files  # noqa: PLC0415
-    from pyros1.launch.reading.world import make_resources  # noqa: PLC0415
+    from pyros1.launch.reading.system_resources import make_resources  # noqa: PLC0415
 
     if not os.path.isfile(line.positional_arguments[0]) and len(line.positional_arguments) < 2:
         return []
     resources = make_resources()
-    plan = load_plan(find_files(line.positional_arguments, resources)[:1], {}, resources, only_args=True)
+    plan = load_plan(find_launch_files(line.positional_arguments, resources)[:1], {}, resources, only_args=True)
     return sorted(f"{name}:=" for name in plan.args)
 
 

@@ -181,7 +181,9 @@ def _exchange_headers(
     with socket.create_connection((host, port), NODE_TIMEOUT) as sock:
         sock.sendall(encode_header(request_header))
         header = _read_header(sock, reader, monotonic() + NODE_TIMEOUT)
-        return header, _receive_message(sock, reader.rest, monotonic() + listen_seconds) if listen_seconds else None
+        return header, _receive_message(
+            sock, reader.bytes_after_header, monotonic() + listen_seconds
+        ) if listen_seconds else None
 
 
 def _receive_message(sock: socket.socket, data: bytes, deadline: float) -> bytes | None:

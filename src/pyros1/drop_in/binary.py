@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 
-def as_stock(value: Any) -> Any:
+def bytes_to_binary(value: Any) -> Any:
     """Return a parameter's value with `xmlrpc.client.Binary` instead of bytes, including those in lists and dicts.
 
     Args:
@@ -16,7 +16,7 @@ def as_stock(value: Any) -> Any:
 
         return Binary(value)
     if isinstance(value, dict):
-        return {key: as_stock(item) for key, item in value.items()}
+        return {key: bytes_to_binary(item) for key, item in value.items()}
     if isinstance(value, list):
-        return [as_stock(item) for item in value]
+        return [bytes_to_binary(item) for item in value]
     return value

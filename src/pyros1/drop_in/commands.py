@@ -21,7 +21,7 @@ def run(tool: str, *words: str) -> int:
 
 
 def main(tool: str, argv: list[str] | None = None) -> None:
-    """Run a tool as its own ``main`` would; exit with its exit code if that is not 0.
+    """Run a tool in this process, and exit with its exit code if that is not 0.
 
     Args:
         tool: the name of the tool in stock, for example ``rosbag``.

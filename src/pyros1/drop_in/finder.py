@@ -17,11 +17,11 @@ from importlib.machinery import ModuleSpec, PathFinder
 from types import FrameType, ModuleType
 from typing import Any
 
-from pyros1.drop_in import configs
-from pyros1.drop_in.generated import Messages
-from pyros1.drop_in.left_out import reason_for
+from pyros1.drop_in import cfg_modules
+from pyros1.drop_in.message_modules import MessageModuleLoader
 from pyros1.drop_in.sources import module_folder
 from pyros1.drop_in.unicode_errors import register
+from pyros1.drop_in.unsupported import reason_for
 from pyros1.finding.packages import PackageIndex
 from pyros1.ground.errors import PackageNotFoundError
 from pyros1.ground.generated import MSGS_PACKAGE, finder, module_name
@@ -76,7 +76,7 @@ class Finder:
         """Return the spec of a module; None if other finders are to look for it, or Python is to raise the usual error.
 
         Raises:
-            ImportError: the name does not exist in pyros1's modules, or in a message package.
+            ImportError: pyros1 has no such module, or the message package no such type.
         """
         top_name, *submodules = name.split(".")
         if top_name == "pyros1" or top_name in sys.stdlib_module_names or self.uses_stock:
@@ -106,7 +106,7 @@ class Finder:
                 if folder is not None:
                     return PathFinder.find_spec(name, [folder])
                 if self._library.has_package(package) or self._config_spec(package, [], name):
-                    return ModuleSpec(name, Messages(self._library, package, ""), is_package=True)  # type: ignore[arg-type]
+                    return ModuleSpec(name, MessageModuleLoader(self._library, package, ""), is_package=True)  # type: ignore[arg-type]
                 folder = self._source_in_other_package(package)
                 if folder is not None:
                     return PathFinder.find_spec(name, [folder])
@@ -121,12 +121,12 @@ class Finder:
                     type_kind = "messages" if kind == "msg" else "services"
                     message = f"No module named {name!r}: the package {package} has no {type_kind}"
                     raise ModuleNotFoundError(message, name=name)
-                return ModuleSpec(name, Messages(self._library, package, kind), is_package=True)  # type: ignore[arg-type]
+                return ModuleSpec(name, MessageModuleLoader(self._library, package, kind), is_package=True)  # type: ignore[arg-type]
             case ["msg" | "srv" as kind, module] if module[:2] != "__" and self._library.has_package(package):
                 if module[0] != "_":  # TYPE, not _TYPE: check() raises an error with a hint
                     finder().check(f"{MSGS_PACKAGE}.{module_name(package)}.{kind}.{module}")
                 if module[1:] in self._type_names(package, kind):
-                    return ModuleSpec(name, Messages(self._library, package, kind, module[1:]))  # type: ignore[arg-type]
+                    return ModuleSpec(name, MessageModuleLoader(self._library, package, kind, module[1:]))  # type: ignore[arg-type]
         return None
 
     def _type_names(self, package: str, kind: str) -> list[str]:
@@ -148,7 +148,7 @@ class Finder:
     def _config_spec(self, package: str, submodules: list[str], name: str) -> ModuleSpec | None:
         """Return the spec of ``PACKAGE.cfg``, or of a module in it, from the package's .cfg files."""
         try:
-            return configs.find_config_spec(self._index.find_folder(package), submodules, name)
+            return cfg_modules.find_config_spec(self._index.find_folder(package), submodules, name)
         except PackageNotFoundError:
             return None
 

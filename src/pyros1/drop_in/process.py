@@ -24,19 +24,20 @@ class Process:
     Attributes:
         node: the node; None until it has been started. It is kept after its shutdown.
         arguments: the arguments with which the node was started, so that repeating the same call has no effect.
-        starting: whether the node is being started.
-        wall_time: whether a clock is available without a node.
-        ending: whether shutdown was requested.
-        is_shutdown: whether the node has shut down, or is shutting down and has interrupted all waits.
-        start_lock: locked by the thread that starts the node, so that several threads cannot start several nodes.
+        is_starting: whether the node is being started.
+        has_wall_clock: whether a clock is available without a node.
+        shutdown_requested: whether shutdown was requested.
+        is_shutdown: whether the node has shut down; already true while the last hooks run, when all waits have been
+            interrupted.
+        start_lock: held while the node is started, so that threads cannot start two nodes.
     """
 
     def __init__(self) -> None:
         self.node: Node | None = None
         self.arguments: tuple[Any, ...] | None = None
-        self.starting = False
-        self.wall_time = False
-        self.ending = False
+        self.is_starting = False
+        self.has_wall_clock = False
+        self.shutdown_requested = False
         self.is_shutdown = False
         self._reason = ""
         self._pid = 0
@@ -51,11 +52,11 @@ class Process:
 
     def start(self, make_node: Callable[[], Node], arguments: tuple[Any, ...]) -> Node:
         """Start and return the node. Call the functions passed to `when_started`, in the order of these calls."""
-        self.starting = True
+        self.is_starting = True
         try:
             node = make_node()
         finally:
-            self.starting = False
+            self.is_starting = False
         with self._lock:
             self.node = node
             self._pid = os.getpid()
@@ -81,7 +82,7 @@ class Process:
                 return
         callback(node)
 
-    def forget(self, callback: Callable[[Node], object]) -> None:
+    def cancel_when_started(self, callback: Callable[[Node], object]) -> None:
         """Undo `when_started`, if the function has not been called yet."""
         with self._lock:
             if callback in self._start_callbacks:
@@ -108,12 +109,12 @@ class Process:
     def shutdown(self, reason: str) -> None:
         """Shut down the node; without a node, only run the hooks.
 
-        Returns immediately if another thread is shutting down the node: the hooks that it calls may wait for this one.
+        Returns immediately if another thread is shutting down the node: that thread's hooks may wait for this one.
         """
-        if not self.ending:
+        if not self.shutdown_requested:
             self._reason = reason
         if self.node is None:
-            if not self.ending:
+            if not self.shutdown_requested:
                 self._run_first_hooks()
                 self._run_last_hooks()
             return
@@ -129,7 +130,7 @@ class Process:
 
     def _run_first_hooks(self) -> None:
         with self._lock:
-            self.ending = True
+            self.shutdown_requested = True
         self._run_hooks("client")
         self._run_hooks("before")
 

@@ -20,15 +20,15 @@ from collections.abc import Iterable, Sequence
 
 from pyros1.ground.errors import LaunchError, MasterUnreachableError, ParameterNotSetError
 from pyros1.launch.plan import Plan
+from pyros1.launch.reading.cli_arguments import find_launch_files, parse_arguments
 from pyros1.launch.reading.loader import load_plan
 from pyros1.launch.reading.report import list_contents
-from pyros1.launch.reading.words import find_files, parse_arguments
-from pyros1.launch.reading.world import make_resources
+from pyros1.launch.reading.system_resources import make_resources
 from pyros1.launch.running.check import check_machines
 from pyros1.launch.running.console import Console
 from pyros1.launch.running.logs import make_run_folder
 from pyros1.launch.running.options import Options
-from pyros1.launch.scripted import Node, ProcessHandle, ProcessListener, ScriptRun
+from pyros1.launch.script_run import Node, ProcessHandle, ProcessListener, ScriptRun
 from pyros1.net.hosts import master_uri
 from pyros1.net.master_client import MasterClient
 
@@ -261,4 +261,4 @@ def resolve_launch_arguments(args: Iterable[str]) -> list[str]:
     Raises:
         LaunchError: a file does not exist.
     """
-    return find_files([word for word in args if ":=" not in word], make_resources())
+    return find_launch_files([word for word in args if ":=" not in word], make_resources())

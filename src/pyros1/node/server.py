@@ -148,7 +148,7 @@ class TcprosServer:
                 service = self._get_services().get(header["service"])
                 if service is None:
                     raise Refusal(f"[{self._context.name}] is not a provider of [{header['service']}]")
-                service.accept(sock, header, handshake.reader.rest)
+                service.accept(sock, header, handshake.reader.bytes_after_header)
             else:
                 raise Refusal("no topic or service name detected")
         except (Refusal, Error) as refusal:

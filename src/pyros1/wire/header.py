@@ -68,13 +68,13 @@ class HeaderReader:
         limit: maximum total length of an accepted header in bytes.
 
     Attributes:
-        rest: when the header is complete, the bytes that arrived after it.
+        bytes_after_header: when the header is complete, the bytes that arrived after it.
     """
 
     def __init__(self, limit: int = MAX_HEADER_SIZE) -> None:
         self._limit = limit
         self._data = bytearray()
-        self.rest = b""
+        self.bytes_after_header = b""
 
     def feed(self, data: bytes) -> dict[str, str] | None:
         """Process more bytes; return the fields if the header is complete now, or None.
@@ -90,5 +90,5 @@ class HeaderReader:
             raise ProtocolError(f"connection header of {size} bytes exceeds the limit of {self._limit} bytes")
         if len(self._data) < 4 + size:
             return None
-        self.rest = bytes(self._data[4 + size :])
+        self.bytes_after_header = bytes(self._data[4 + size :])
         return decode_header(bytes(self._data[4 : 4 + size]))

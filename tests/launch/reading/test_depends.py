@@ -10,7 +10,7 @@ import pytest
 from pyros1.ground.errors import LaunchError
 from pyros1.launch.reading.depends import FileNeeds, declared_depends, file_needs, find_undeclared, package_containing
 from pyros1.launch.reading.loader import load_plan
-from pyros1.launch.reading.world import make_resources
+from pyros1.launch.reading.system_resources import make_resources
 
 MANIFEST = "<package format='2'><name>{}</name><version>1.0.0</version>{}</package>"
 

@@ -12,7 +12,7 @@ import pytest
 from pyros1.ground.errors import LaunchError
 from pyros1.launch.plan import MachinePlan, Plan
 from pyros1.launch.reading.loader import load_plan
-from pyros1.launch.reading.world import make_resources
+from pyros1.launch.reading.system_resources import make_resources
 
 Load = Callable[..., Plan]
 

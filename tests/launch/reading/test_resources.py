@@ -12,7 +12,7 @@ from pyros1.finding.packages import PackageIndex
 from pyros1.ground.errors import LaunchError
 from pyros1.launch.reading.loader import load_plan
 from pyros1.launch.reading.resources import Resources
-from pyros1.launch.reading.world import make_resources, run_command
+from pyros1.launch.reading.system_resources import make_resources, run_command
 
 
 def make(folder: Path) -> Path:
@@ -50,6 +50,6 @@ def test_what_never_ends_is_an_error_that_names_it(
 
 
 def test_a_command_that_takes_too_long_is_ended(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("pyros1.launch.reading.world.COMMAND_TIMEOUT_S", 0.05)
+    monkeypatch.setattr("pyros1.launch.reading.system_resources.COMMAND_TIMEOUT_S", 0.05)
     with pytest.raises(LaunchError, match=r"did not exit within 0.05 seconds"):
         run_command([sys.executable, "-c", "input()"] if os.name == "nt" else ["sleep", "60"])

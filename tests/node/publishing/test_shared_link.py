@@ -68,7 +68,7 @@ class Ends:
         header = reader.feed(data)
         assert header is not None
         self.desk = Desk(socket.socket(fileno=desk))
-        self.source = SharedSource(far, "http://talker", header, reader.rest, self.desk)  # type: ignore[arg-type]
+        self.source = SharedSource(far, "http://talker", header, reader.bytes_after_header, self.desk)  # type: ignore[arg-type]
 
     def place(self) -> Placement:
         head = b"head" + SIZE.to_bytes(4, "little")

@@ -80,7 +80,7 @@ class Reader:
             header = reader.feed(data)
         assert desk is not None, "the greeting came without a desk"
         parts: Any = (far, desk)
-        source = SharedSource(parts[0], "http://talker/", header, reader.rest, parts[1])
+        source = SharedSource(parts[0], "http://talker/", header, reader.bytes_after_header, parts[1])
         try:
             self._take(source)
         finally:

@@ -21,7 +21,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
     from pyros1.cli.shared.launching import launch, print_exception  # noqa: PLC0415
     from pyros1.ground.errors import Error  # noqa: PLC0415
     from pyros1.launch.plan import Plan  # noqa: PLC0415
-    from pyros1.launch.reading.world import make_resources  # noqa: PLC0415
+    from pyros1.launch.reading.system_resources import make_resources  # noqa: PLC0415
 
     launch_options = default_options(LAUNCH_VERB)
     launch_options.core = True

@@ -35,16 +35,16 @@ def _run_file(options: Any, args: list[str]) -> int:
     # The test runner is imported only if the command line is valid.
     from pyros1.cli.shared.launching import print_exception  # noqa: PLC0415
     from pyros1.finding.packages import enclosing_package  # noqa: PLC0415
+    from pyros1.launch.reading.cli_arguments import CommandLineError, find_launch_files  # noqa: PLC0415
     from pyros1.launch.reading.loader import load_plan  # noqa: PLC0415
-    from pyros1.launch.reading.words import WordsError, find_files  # noqa: PLC0415
-    from pyros1.launch.reading.world import make_resources  # noqa: PLC0415
+    from pyros1.launch.reading.system_resources import make_resources  # noqa: PLC0415
     from pyros1.launch.testing.junit import Case, Results, write_results  # noqa: PLC0415
     from pyros1.launch.testing.tests import TestRun, name_from_path, results_file, results_folder  # noqa: PLC0415
 
     resources = make_resources()
     is_missing = len(args) == 1 and not os.path.isfile(args[0])
     try:
-        files = args if is_missing else find_files(args, resources)
+        files = args if is_missing else find_launch_files(args, resources)
         if len(files) != 1:
             raise UsageError("rostest only accepts a single test file")
         file = Path(files[0])
@@ -72,7 +72,7 @@ def _run_file(options: Any, args: list[str]) -> int:
             clear=bool(options.clear),
         )
         return _execute(test_run, results_path, options.text)
-    except WordsError as error:
+    except CommandLineError as error:
         raise UsageError(str(error)) from None
     except UsageError:
         raise

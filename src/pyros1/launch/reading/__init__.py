@@ -1,1 +1,1 @@
-"""Reads launch files into a plan. Only `world` and `xacro_tool` access the system directly."""
+"""Reads launch files into a plan. Only `system_resources` and `xacro_tool` access the system directly."""

@@ -46,7 +46,7 @@ def read_core_file(environ: Mapping[str, str], packages: PackageFinder) -> CoreF
         return CoreFile()
     from pyros1.launch.reading.loader import load_plan  # noqa: PLC0415 - few users have such a file
     from pyros1.launch.reading.resources import Resources  # noqa: PLC0415
-    from pyros1.launch.reading.world import run_command  # noqa: PLC0415
+    from pyros1.launch.reading.system_resources import run_command  # noqa: PLC0415
 
     def run(words: list[str]) -> str:
         if words[0] == "rosversion":  # used in the default file; stock ROS may not be installed

@@ -260,7 +260,7 @@ class ServiceClient:
         warning = check_service_response(provider_header, self.name, self._wire_type, header)
         if warning:
             self._context.log.peer_event(WARN, "%s", warning, max_texts=1, link=self.name)
-        connection.data = reader.rest
+        connection.data = reader.bytes_after_header
         connection.header = provider_header
         connection.has_header = True
 

@@ -314,7 +314,7 @@ class Dialogue:
         except (ConnectionRefusedByPeerError, ProtocolError) as refusal:
             return self.on_publisher_refused(str(refusal))
         self._succeed()
-        return [*_warning(warning), Link(header, self._header_reader.rest)]
+        return [*_warning(warning), Link(header, self._header_reader.bytes_after_header)]
 
     def on_attempt_failed(self, error: Exception | None = None) -> list[Action]:
         """Return the actions to take when the publisher was not reached or did not respond in time: try again later."""

@@ -11,7 +11,7 @@ from pyros1.cli.parsing import parse_arg_list
 from pyros1.cli.records import Argument, Command, Flag, Option, Verb
 from pyros1.cli.shared.launching import launch, print_exception
 from pyros1.ground.errors import Error
-from pyros1.launch.reading.words import WordsError, find_files, parse_arguments
+from pyros1.launch.reading.cli_arguments import CommandLineError, find_launch_files, parse_arguments
 
 _EXCLUSIVE_QUERIES = ("node_list", "find_node", "node_args", "ros_args")
 """The queries that cannot be combined with each other."""
@@ -38,7 +38,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
     _check_usage(options, args)
     try:
         return _launch_or_query(options, args, parse_arguments(invocation.argv))
-    except WordsError as error:
+    except CommandLineError as error:
         raise UsageError(str(error)) from None
     except UsageError:
         raise
@@ -62,14 +62,14 @@ def _check_usage(options: Any, args: list[str]) -> None:
 def _launch_or_query(options: Any, args: list[str], arguments: dict[str, str]) -> int:
     # These are not needed for help or invalid command lines.
     from pyros1.launch.reading.loader import load_plan  # noqa: PLC0415
-    from pyros1.launch.reading.world import make_resources  # noqa: PLC0415
+    from pyros1.launch.reading.system_resources import make_resources  # noqa: PLC0415
 
     resources = make_resources()
     if options.check and (options.output_file or _is_folder(args)):
         from pyros1.cli.commands.launch._tools import check_package_files  # noqa: PLC0415
 
         return check_package_files(args, arguments, options)
-    files = find_files(args, resources)
+    files = find_launch_files(args, resources)
     if options.check:
         from pyros1.cli.commands.launch._queries import print_problems  # noqa: PLC0415
 

@@ -7,7 +7,7 @@ from typing import Any
 
 from pyros1.cli.failures import UsageError
 from pyros1.ground.errors import Error
-from pyros1.launch.reading.world import make_resources
+from pyros1.launch.reading.system_resources import make_resources
 from pyros1.launch.remote.child import Child, stop_when_stdin_closes
 from pyros1.launch.running.options import Options
 from pyros1.launch.running.supervisor import install_signals

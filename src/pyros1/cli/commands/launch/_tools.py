@@ -17,12 +17,12 @@ from pyros1.cli.running import run_verb
 from pyros1.cli.shared.launching import print_exception
 from pyros1.finding.packages import enclosing_package, files_below
 from pyros1.ground.errors import Error, LaunchError, MasterError, ParameterNotSetError
+from pyros1.launch.reading.cli_arguments import find_launch_files, parse_arguments
 from pyros1.launch.reading.depends import FileNeeds, file_needs, find_undeclared, package_containing
 from pyros1.launch.reading.loader import load_plan
 from pyros1.launch.reading.resources import Resources
 from pyros1.launch.reading.scope import ArgNotSetError
-from pyros1.launch.reading.words import find_files, parse_arguments
-from pyros1.launch.reading.world import make_resources
+from pyros1.launch.reading.system_resources import make_resources
 from pyros1.launch.running.check import plan_errors, python_node_errors
 
 
@@ -149,7 +149,7 @@ def _print_arg_names(invocation: Invocation, options: Any, args: list[str]) -> i
     resources = make_resources()
     args = [arg for arg in invocation.argv if ":=" not in arg]
     try:
-        files = find_files(args, resources)[:1] if args else []
+        files = find_launch_files(args, resources)[:1] if args else []
         plan = load_plan(files, {}, resources, only_args=True)
     except Error:
         return 1

@@ -133,16 +133,16 @@ def _launch_problems(files: list[str], args: list[str]) -> list[str]:
     if not files:
         return []
     from pyros1.ground.errors import LaunchError  # noqa: PLC0415 - only needed for launch files
+    from pyros1.launch.reading.cli_arguments import find_launch_files, parse_arguments  # noqa: PLC0415
     from pyros1.launch.reading.loader import load_plan  # noqa: PLC0415
-    from pyros1.launch.reading.words import find_files, parse_arguments  # noqa: PLC0415
-    from pyros1.launch.reading.world import make_resources  # noqa: PLC0415
+    from pyros1.launch.reading.system_resources import make_resources  # noqa: PLC0415
     from pyros1.launch.running.check import plan_errors  # noqa: PLC0415
 
     resources = make_resources()
     problems: list[LaunchError] = []
     texts: list[str] = []
     try:
-        plan = load_plan(find_files(files, resources), parse_arguments(args), resources, problems=problems)
+        plan = load_plan(find_launch_files(files, resources), parse_arguments(args), resources, problems=problems)
         texts = [*plan.warnings, *map(str, plan_errors(plan, resources.packages, resources.environ))]
     except Error as error:
         texts = [str(error)]

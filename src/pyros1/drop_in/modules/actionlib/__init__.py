@@ -5,6 +5,6 @@ from actionlib.action_server import *  # noqa: F403
 from actionlib.exceptions import ActionException
 from actionlib.simple_action_client import *  # noqa: F403
 from actionlib.simple_action_server import *  # noqa: F403
-from pyros1.drop_in.missing import missing as _missing
+from pyros1.drop_in.module_attributes import module_getattr as _module_getattr
 
-__getattr__ = _missing("actionlib")
+__getattr__ = _module_getattr("actionlib")

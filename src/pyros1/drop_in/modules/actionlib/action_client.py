@@ -21,7 +21,7 @@ from actionlib.comm_state import (
 from actionlib.exceptions import ActionException
 from pyros1.actions import ActionError
 from pyros1.actions.messages import ActionTypes
-from pyros1.drop_in.missing import missing
+from pyros1.drop_in.module_attributes import module_getattr
 from pyros1.drop_in.process import PROCESS
 from pyros1.msgs.actionlib_msgs.msg import GoalID, GoalStatus, GoalStatusArray
 from pyros1.msgs.std_msgs.msg import Header
@@ -49,7 +49,7 @@ __all__ = [
     "weakref",
 ]
 
-__getattr__ = missing(
+__getattr__ = module_getattr(
     "actionlib.action_client",
     _transitions="see pyros1.actions.states.stages_after",
     _find_status_by_goal_id="look into status_array.status_list",
@@ -59,7 +59,7 @@ NO_TRANSITION = -1
 INVALID_TRANSITION = -2
 g_goal_id = 1
 """Number of the program's next goal."""
-_numbering = threading.RLock()
+_goal_id_lock = threading.RLock()
 _POLL_INTERVAL = 0.01
 """Seconds between checks for the server."""
 
@@ -96,8 +96,8 @@ class Countdown:
         if now != self._last:
             self._seconds_left -= max(0.0, (now - self._last).to_sec())
             self._last, self._last_change = now, time.monotonic()
-        elif PROCESS.ending and time.monotonic() - self._last_change > TICK_TIMEOUT:
-            return 0.0  # a shutdown hook waits, and the simulation has ended
+        elif PROCESS.shutdown_requested and time.monotonic() - self._last_change > TICK_TIMEOUT:
+            return 0.0  # called by a shutdown hook, and the simulation that publishes /clock has ended
         return self._seconds_left
 
 
@@ -157,7 +157,7 @@ class GoalManager:
 
     def _generate_id(self) -> Any:
         global g_goal_id
-        with _numbering:
+        with _goal_id_lock:
             number, g_goal_id = g_goal_id, g_goal_id + 1
         now = rospy.Time.now()
         return GoalID(stamp=now, id=f"{rospy.get_name()}-{number}-{now.to_sec():.3f}")

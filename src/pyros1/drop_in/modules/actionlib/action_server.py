@@ -16,7 +16,7 @@ from actionlib.server_goal_handle import ServerGoalHandle
 from actionlib.status_tracker import StatusTracker
 from pyros1.actions.goal_table import TOO_OLD_TEXT, GoalTable
 from pyros1.actions.states import Status
-from pyros1.drop_in.missing import missing
+from pyros1.drop_in.module_attributes import module_getattr
 from pyros1.msgs.actionlib_msgs.msg import GoalID, GoalStatus, GoalStatusArray
 
 __all__ = [
@@ -34,7 +34,7 @@ __all__ = [
     "threading",
 ]
 
-__getattr__ = missing("actionlib.action_server")
+__getattr__ = module_getattr("actionlib.action_server")
 
 
 def nop_cb(goal_handle: Any) -> None:
@@ -169,7 +169,7 @@ class ActionServer:
             period = rospy.Duration(1.0 / self.status_frequency)
             self.status_timer = rospy.Timer(period, self.publish_status_async)
 
-    # Sent to clients --------------------------------------------------------------------------------------------------
+    # Messages to clients ----------------------------------------------------------------------------------------------
 
     def publish_result(self, status: Any, result: Any) -> None:
         """Send a goal's result message, with its GoalStatus, and the status of all goals."""
@@ -184,7 +184,7 @@ class ActionServer:
         """Send a goal's feedback message, with its GoalStatus."""
         with self.lock:
             message = self.ActionFeedback(status=status)
-            message.feedback = feedback  # None is not a message and is refused
+            message.feedback = feedback  # publishing None raises an error
             message.header.stamp = rospy.Time.now()
             if not rospy.is_shutdown():
                 self.feedback_pub.publish(message)
@@ -211,7 +211,7 @@ class ActionServer:
             if self.started:
                 self.publish_status()
 
-    # Received from clients --------------------------------------------------------------------------------------------
+    # Messages from clients --------------------------------------------------------------------------------------------
 
     def internal_goal_callback(self, goal: Any) -> None:
         """Handle a message on the goal topic."""

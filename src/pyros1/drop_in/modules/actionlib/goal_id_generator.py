@@ -7,7 +7,7 @@ from typing import Any
 
 import rospy
 
-from pyros1.drop_in.missing import missing
+from pyros1.drop_in.module_attributes import module_getattr
 from pyros1.msgs.actionlib_msgs.msg import GoalID
 
 __all__ = [
@@ -19,12 +19,12 @@ __all__ = [
     "threading",
 ]
 
-__getattr__ = missing("actionlib.goal_id_generator")
+__getattr__ = module_getattr("actionlib.goal_id_generator")
 
 s_goalcount_lock = threading.Lock()
 s_goalcount = 0
 """Number of ids that this program has generated."""
-_own_lock = threading.RLock()  # a signal handler may generate an id as well; stock's lock would deadlock
+_reentrant_lock = threading.RLock()  # a signal handler may generate an id as well; stock's lock would deadlock
 
 
 class GoalIDGenerator:
@@ -45,7 +45,7 @@ class GoalIDGenerator:
         """Return a new GoalID, with the current time."""
         global s_goalcount  # noqa: PLW0603  stock's name for it
         now = rospy.Time.now()
-        with _own_lock:
+        with _reentrant_lock:
             s_goalcount += 1
             number = s_goalcount
         return GoalID(stamp=now, id=f"{self.name}-{number}-{now.secs}.{now.nsecs}")

@@ -7,7 +7,7 @@ from typing import Any
 import rospy
 
 from pyros1.actions.states import Transition
-from pyros1.drop_in.missing import missing
+from pyros1.drop_in.module_attributes import module_getattr
 from pyros1.msgs.actionlib_msgs.msg import GoalID, GoalStatus
 
 __all__ = [
@@ -15,7 +15,7 @@ __all__ = [
     "rospy",
 ]
 
-__getattr__ = missing("actionlib.server_goal_handle")
+__getattr__ = module_getattr("actionlib.server_goal_handle")
 
 _INVALID_TRANSITION = "To transition to %s state, the goal must be in a %s state, it is currently in state: %d"
 _TERMINAL_TEXTS = {

@@ -9,7 +9,7 @@ from typing import Any
 import rospy
 
 from actionlib.action_client import ActionClient, CommState, Countdown, get_name_of_constant
-from pyros1.drop_in.missing import missing
+from pyros1.drop_in.module_attributes import module_getattr
 from pyros1.msgs.actionlib_msgs.msg import GoalStatus
 
 __all__ = [
@@ -23,7 +23,7 @@ __all__ = [
     "threading",
 ]
 
-__getattr__ = missing("actionlib.simple_action_client")
+__getattr__ = module_getattr("actionlib.simple_action_client")
 
 _POLL_INTERVAL = 0.1
 """Maximum number of seconds between checks of the time, which may be simulated, and whether the node has shut down."""
@@ -135,10 +135,10 @@ class SimpleActionClient:
         countdown = Countdown(timeout)
         with self.done_condition:
             while not self._is_done(goal) and not rospy.is_shutdown():
-                left = countdown.seconds_left()
-                if left <= 0:
+                seconds_left = countdown.seconds_left()
+                if seconds_left <= 0:
                     break
-                self.done_condition.wait(min(left, _POLL_INTERVAL))
+                self.done_condition.wait(min(seconds_left, _POLL_INTERVAL))
             return self._is_done(goal)
 
     def _is_done(self, goal: Any) -> bool:

@@ -12,7 +12,7 @@ import rospy
 from actionlib.action_server import ActionServer, nop_cb
 from actionlib.server_goal_handle import ServerGoalHandle
 from pyros1.actions.simple_server import REPLACED_TEXT
-from pyros1.drop_in.missing import missing
+from pyros1.drop_in.module_attributes import module_getattr
 from pyros1.msgs.actionlib_msgs.msg import GoalStatus
 
 __all__ = [
@@ -26,7 +26,7 @@ __all__ = [
     "traceback",
 ]
 
-__getattr__ = missing("actionlib.simple_action_server")
+__getattr__ = module_getattr("actionlib.simple_action_server")
 
 _POLL_INTERVAL = 0.1
 """Seconds between checks of whether the node has shut down."""
@@ -170,14 +170,14 @@ class SimpleActionServer:
         """Handle a new goal: it waits to be accepted, unless it is older than a goal that was received before."""
         with self.action_server.lock, self.lock:
             try:
-                self._admit_goal(goal)
+                self._queue_goal(goal)
             except Exception as error:  # noqa: BLE001 - raised by the program's callbacks
                 rospy.logerr("SimpleActionServer.internal_goal_callback - exception %s", error)
 
-    def _admit_goal(self, goal: Any) -> None:
+    def _queue_goal(self, goal: Any) -> None:
         rospy.logdebug("A new goal %s has been received by the single goal action server", goal.get_goal_id().id)
-        known_goals = [known_goal for known_goal in (self.current_goal, self.next_goal) if known_goal.get_goal()]
-        if known_goals and goal.get_goal_id().stamp < max(known_goal.get_goal_id().stamp for known_goal in known_goals):
+        earlier_goals = [earlier for earlier in (self.current_goal, self.next_goal) if earlier.get_goal()]
+        if earlier_goals and goal.get_goal_id().stamp < max(earlier.get_goal_id().stamp for earlier in earlier_goals):
             goal.set_canceled(None, REPLACED_TEXT)
             return
         if self.next_goal.get_goal() and self.next_goal != self.current_goal:

@@ -8,7 +8,7 @@ import rospy
 
 from actionlib import goal_id_generator
 from pyros1.actions.goal_table import Tracked
-from pyros1.drop_in.missing import missing
+from pyros1.drop_in.module_attributes import module_getattr
 
 __all__ = [
     "StatusTracker",
@@ -16,7 +16,7 @@ __all__ = [
     "rospy",
 ]
 
-__getattr__ = missing("actionlib.status_tracker")
+__getattr__ = module_getattr("actionlib.status_tracker")
 
 
 class StatusTracker(Tracked):
@@ -29,9 +29,10 @@ class StatusTracker(Tracked):
         handle_destruction_time: rospy.Time of the deletion of the last handle; zero if there still are handles.
 
     Args:
-        goal_id, status: for a request to cancel, its GoalID, and the status, a constant of GoalStatus.
-        goal: otherwise, the goal's message. An empty id is replaced with a generated one, a zero stamp
-            with the current time.
+        goal_id, status: the GoalID of a request to cancel, and its status, a constant of GoalStatus; both None for a
+            goal.
+        goal: the goal's message; None for a request to cancel. An empty id is replaced with a generated one, a zero
+            stamp with the current time.
     """
 
     def __init__(self, goal_id: Any = None, status: int | None = None, goal: Any = None) -> None:
@@ -41,10 +42,10 @@ class StatusTracker(Tracked):
             super().__init__(goal_id)
             self.status.status = status
             return
-        named = goal.goal_id if goal.goal_id.id else self.id_generator.generate_ID()
-        if not named.stamp:
-            named.stamp = rospy.Time.now()
-        super().__init__(named, goal=goal)
+        own_id = goal.goal_id if goal.goal_id.id else self.id_generator.generate_ID()
+        if not own_id.stamp:
+            own_id.stamp = rospy.Time.now()
+        super().__init__(own_id, goal=goal)
 
     @property
     def handle_destruction_time(self) -> Any:

@@ -12,6 +12,6 @@ from camera_info_manager.camera_info_manager import (
     saveCalibration,
     saveCalibrationFile,
 )
-from pyros1.drop_in.missing import missing
+from pyros1.drop_in.module_attributes import module_getattr
 
-__getattr__ = missing(__name__)
+__getattr__ = module_getattr(__name__)

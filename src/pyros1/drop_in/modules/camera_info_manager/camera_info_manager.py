@@ -15,7 +15,7 @@ import rospkg
 import rospy
 import yaml
 
-from pyros1.drop_in.missing import missing
+from pyros1.drop_in.module_attributes import module_getattr
 from pyros1.msgs.sensor_msgs.msg import CameraInfo
 from pyros1.msgs.sensor_msgs.srv import SetCameraInfo, SetCameraInfoResponse
 
@@ -27,7 +27,7 @@ _MATRICES = (("camera_matrix", "K", 3), ("rectification_matrix", "R", 3), ("proj
 _MAX_CHARACTERS = 1 << 20
 """Maximum number of characters to read from a file."""
 
-__getattr__ = missing(__name__)
+__getattr__ = module_getattr(__name__)
 
 
 class CameraInfoError(Exception):

@@ -6,6 +6,6 @@ Images in Bayer and YUV formats need OpenCV. Compressed images need OpenCV or Pi
 from cv_bridge.core import CvBridge, CvBridgeError
 from cv_bridge.display import cvtColorForDisplay
 from cv_bridge.encodings import getCvType
-from pyros1.drop_in.missing import missing
+from pyros1.drop_in.module_attributes import module_getattr
 
-__getattr__ = missing(__name__)
+__getattr__ = module_getattr(__name__)

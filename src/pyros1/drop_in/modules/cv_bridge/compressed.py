@@ -82,9 +82,9 @@ def convert(image: Any, target: Encoding) -> Any:
     if not target.is_color or target.order in ("bayer", "yuv"):
         return encodings.convert(image, source, target)
     if target.name == "bgr16":
-        return encodings.scaled(image, "uint16")
-    result = encodings.reordered(image, order, target.order)
-    return result if target.dtype == "uint8" else encodings.scaled(result, target.dtype)
+        return encodings.convert_depth(image, "uint16")
+    result = encodings.convert_color_order(image, order, target.order)
+    return result if target.dtype == "uint8" else encodings.convert_depth(result, target.dtype)
 
 
 def _swap_red_and_blue(image: Any) -> Any:

@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 
 from cv_bridge import compressed
-from cv_bridge.encodings import DEPTH_NAMES, CvBridgeError, convert, cv_type, depth_of, find_encoding
-from pyros1.drop_in.missing import missing
+from cv_bridge.encodings import DEPTH_NAMES, CvBridgeError, convert, cv_type, depth_of_cv_type, find_encoding
+from pyros1.drop_in.module_attributes import module_getattr
 from pyros1.msgs.sensor_msgs.msg import CompressedImage, Image
 
-__getattr__ = missing(__name__)
+__getattr__ = module_getattr(__name__)
 
 
 class CvBridge:
@@ -37,7 +37,7 @@ class CvBridge:
 
     def cvtype2_to_dtype_with_channels(self, cvtype: int) -> tuple[str, int]:
         """Return the name of numpy's type, and the number of channels, for OpenCV's type number."""
-        return depth_of(cvtype), cvtype // 8 % 64 + 1
+        return depth_of_cv_type(cvtype), cvtype // 8 % 64 + 1
 
     def encoding_to_cvtype2(self, encoding: str) -> int:
         """Return OpenCV's type number for an encoding; raises CvBridgeError if there is no such encoding."""

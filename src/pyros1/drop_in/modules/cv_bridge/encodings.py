@@ -75,7 +75,7 @@ def getCvType(name: str) -> int:
     return cv_type(encoding.dtype, encoding.channels)
 
 
-def depth_of(cvtype: int) -> str:
+def depth_of_cv_type(cvtype: int) -> str:
     """Return the name of numpy's type for an OpenCV type number; raises KeyError if its depth is unknown."""
     if not 0 <= cvtype % 8 < len(_DEPTHS):
         raise KeyError(cvtype % 8)
@@ -107,15 +107,15 @@ def convert(image: Any, source: Encoding, target: Encoding) -> Any:
                 if source.is_color
                 else f"[{source.name}] and [{target.name}] do not have the same number of channel"
             )
-        return scaled(image, target.dtype)
+        return convert_depth(image, target.dtype)
     if source.order in ("bayer", "yuv"):
-        image, source = _decoded(image, source, target)
+        image, source = _decode_bayer_or_yuv(image, source, target)
     if target.order in ("bayer", "yuv"):
         raise CvBridgeError(f"Unsupported conversion from [{source.name}] to [{target.name}]")
-    return scaled(reordered(image, source.order, target.order), target.dtype)
+    return convert_depth(convert_color_order(image, source.order, target.order), target.dtype)
 
 
-def scaled(image: Any, dtype: str) -> Any:
+def convert_depth(image: Any, dtype: str) -> Any:
     """Convert an image to another type of numbers, like OpenCV's ``convertTo``.
 
     8-bit and 16-bit integers represent the same range of intensities, signed or unsigned; other numbers are kept, or
@@ -138,7 +138,7 @@ def scaled(image: Any, dtype: str) -> Any:
         return np.clip(values, limits.min, limits.max).astype(target)
 
 
-def reordered(image: Any, source: str, target: str) -> Any:
+def convert_color_order(image: Any, source: str, target: str) -> Any:
     """Change the order of an image's colours."""
     if source == target:
         return image
@@ -147,17 +147,17 @@ def reordered(image: Any, source: str, target: str) -> Any:
             return sum(image[..., source.index(color)] * (weight / (1 << 15)) for color, weight in _WEIGHTS.items())
         total = sum(image[..., source.index(color)].astype(np.int64) * weight for color, weight in _WEIGHTS.items())
         return ((total + (1 << 14)) >> 15).astype(image.dtype)
-    top = 1 if image.dtype.kind == "f" else np.iinfo(image.dtype).max
+    max_value = 1 if image.dtype.kind == "f" else np.iinfo(image.dtype).max
     result = np.empty((*image.shape[:2], len(target)), image.dtype)
     for channel, color in enumerate(target):
         if source == "m":
-            result[..., channel] = top if color == "a" else image
+            result[..., channel] = max_value if color == "a" else image
         else:
-            result[..., channel] = image[..., source.index(color)] if color in source else top
+            result[..., channel] = image[..., source.index(color)] if color in source else max_value
     return result
 
 
-def _decoded(image: Any, source: Encoding, target: Encoding) -> tuple[Any, Encoding]:
+def _decode_bayer_or_yuv(image: Any, source: Encoding, target: Encoding) -> tuple[Any, Encoding]:
     """Convert an image in a Bayer or YUV format to BGR or grey."""
     grey_channel = {"yuv422": 1, "yuv422_yuy2": 0}.get(source.name)
     if grey_channel is not None and target.order == "m":

@@ -50,6 +50,6 @@ __all__ = [
     "TimeStampStatusParam",
     "TopicDiagnostic",
     "Updater",
-    "rospy",  # programs that import all names with a star, like from stock's, use these as well
+    "rospy",  # programs that use `import *` get these from stock, too
     "threading",
 ]

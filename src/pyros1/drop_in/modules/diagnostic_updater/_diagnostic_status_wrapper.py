@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 from pyros1.diagnostics import Status
-from pyros1.drop_in.missing import missing
+from pyros1.drop_in.module_attributes import module_getattr
 from pyros1.msgs.diagnostic_msgs.msg import DiagnosticStatus, KeyValue
 
-__getattr__ = missing("diagnostic_updater._diagnostic_status_wrapper")
+__getattr__ = module_getattr("diagnostic_updater._diagnostic_status_wrapper")
 
 OK = DiagnosticStatus.OK
 WARN = DiagnosticStatus.WARN

@@ -11,10 +11,10 @@ import rospy
 from diagnostic_updater._diagnostic_status_wrapper import OK, DiagnosticStatusWrapper
 from pyros1.diagnostics import Combined
 from pyros1.diagnostics.updater import UNSET_SUMMARY
-from pyros1.drop_in.missing import missing
+from pyros1.drop_in.module_attributes import module_getattr
 from pyros1.msgs.diagnostic_msgs.msg import DiagnosticArray
 
-__getattr__ = missing("diagnostic_updater._diagnostic_updater")
+__getattr__ = module_getattr("diagnostic_updater._diagnostic_updater")
 
 _PERIOD_CHECK_INTERVAL = 0.1
 """Seconds between reads of the parameter ``~diagnostic_period``."""

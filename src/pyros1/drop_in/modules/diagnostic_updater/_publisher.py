@@ -6,9 +6,9 @@ from typing import Any
 
 from diagnostic_updater._diagnostic_updater import CompositeDiagnosticTask
 from diagnostic_updater._update_functions import FrequencyStatus, TimeStampStatus
-from pyros1.drop_in.missing import missing
+from pyros1.drop_in.module_attributes import module_getattr
 
-__getattr__ = missing("diagnostic_updater._publisher")
+__getattr__ = module_getattr("diagnostic_updater._publisher")
 
 
 class HeaderlessTopicDiagnostic(CompositeDiagnosticTask):

@@ -9,9 +9,9 @@ import rospy
 
 from diagnostic_updater._diagnostic_updater import DiagnosticTask
 from pyros1.diagnostics import Frequency, TimeStamps, alive
-from pyros1.drop_in.missing import missing
+from pyros1.drop_in.module_attributes import module_getattr
 
-__getattr__ = missing("diagnostic_updater._update_functions")
+__getattr__ = module_getattr("diagnostic_updater._update_functions")
 
 
 class FrequencyStatusParam:

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import KeysView
 from typing import Any
 
-from pyros1.drop_in.missing import missing
+from pyros1.drop_in.module_attributes import module_getattr
 
-__getattr__ = missing(__name__)
+__getattr__ = module_getattr(__name__)
 
 
 class DynamicReconfigureException(Exception):
@@ -29,9 +29,9 @@ def find_reconfigure_services() -> list[str]:
     from pyros1.net.hosts import master_uri
     from pyros1.net.master_client import MasterClient
 
-    ending = "/set_parameters"
+    suffix = "/set_parameters"
     services = MasterClient("/find_reconfigure_services", master_uri(os.environ, {})).get_system_state()[2]
-    return sorted(name.removesuffix(ending) for name, _ in services if name.endswith(ending))
+    return sorted(name.removesuffix(suffix) for name, _ in services if name.endswith(suffix))
 
 
 def get_parameter_names(descr: Any) -> KeysView[str]:

@@ -57,12 +57,10 @@ class Client:
         except NodeShutdownError:
             raise ROSInterruptException("rospy shutdown") from None
 
-    def _ask(self, ask: Callable[[float | None], Any], timeout: float | None) -> Any:
-        """Call ``ask``, which waits for a publication; return None if nothing arrives in time or this node shuts
-        down.
-        """
+    def _wait_or_none(self, wait: Callable[[float | None], Any], timeout: float | None) -> Any:
+        """Call ``wait``, which waits for a message; return None if none arrives in time or this node shuts down."""
         try:
-            return ask(timeout)
+            return wait(timeout)
         except (WaitTimeoutError, NodeShutdownError):
             return None
 
@@ -72,15 +70,15 @@ class Client:
         Args:
             timeout: seconds to wait for the first configuration; None for no limit.
         """
-        return self._ask(self._client.config, timeout)
+        return self._wait_or_none(self._client.config, timeout)
 
     def get_parameter_descriptions(self, timeout: float | None = None) -> Any:
         """Return all parameters as dictionaries, or None; see `get_configuration`."""
-        return self._ask(self._client.description, timeout)
+        return self._wait_or_none(self._client.description, timeout)
 
     def get_group_descriptions(self, timeout: float | None = None) -> Any:
         """Return the tree of groups, or None; see `get_configuration`."""
-        return self._ask(self._client.groups, timeout)
+        return self._wait_or_none(self._client.groups, timeout)
 
     def update_configuration(self, changes: dict[str, Any]) -> Any:
         """Change parameters; return the new configuration, or None if this node shuts down.
@@ -123,7 +121,7 @@ class Client:
     def set_config_callback(self, value: _Callback | None) -> None:
         """Call a function with each new configuration, and now with the latest one."""
         self._client.on_config = value
-        config = self._ask(self._client.config, 0)
+        config = self._wait_or_none(self._client.config, 0)
         if value is not None and config is not None:
             value(config)
 
@@ -136,7 +134,7 @@ class Client:
     def set_description_callback(self, value: _Callback | None) -> None:
         """Call a function with the list of parameters: now if the list is known, and whenever it arrives."""
         self._client.on_description = value
-        parameters = self._ask(self._client.description, 0)
+        parameters = self._wait_or_none(self._client.description, 0)
         if value is not None and parameters is not None:
             value(parameters)
 

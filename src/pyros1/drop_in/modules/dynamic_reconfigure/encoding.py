@@ -49,7 +49,9 @@ def encode_config(config: Any, flat: bool = True) -> Any:
     if flat or "groups" not in config:
         return _encoding.encode(config)
     message = _encoding.encode({name: config[name] for name in config if name != "groups"})
-    message.groups = [GroupState(x["name"], x["state"], x["id"], x["parent"]) for x in config["groups"]]
+    message.groups = [
+        GroupState(group["name"], group["state"], group["id"], group["parent"]) for group in config["groups"]
+    ]
     return message
 
 

@@ -11,7 +11,7 @@ import re
 import sys
 from typing import Any
 
-from pyros1.drop_in import configs
+from pyros1.drop_in import cfg_modules
 from pyros1.reconfigure.description import Group, Parameters, check_type
 
 str_t = "str"
@@ -187,10 +187,10 @@ class ParameterGenerator:
         Raises:
             NotImplementedError: the file is run as a program; pyros1 does not generate files, and does not need them.
         """
-        configs.add_description(self.contents(name))
+        cfg_modules.add_description(self.module_contents(name))
         return 0
 
-    def contents(self, name: str) -> dict[str, Any]:
+    def module_contents(self, name: str) -> dict[str, Any]:
         """Return the contents of the module ``NAMEConfig``."""
         parameters = self.group.get_parameters()
         contents: dict[str, Any] = {

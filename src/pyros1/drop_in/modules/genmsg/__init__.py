@@ -24,9 +24,9 @@ from genmsg.names import (
     resource_name_package,
 )
 from genmsg.srvs import SrvSpec
-from pyros1.drop_in.missing import missing
+from pyros1.drop_in.module_attributes import module_getattr
 
-__getattr__ = missing(
+__getattr__ = module_getattr(
     __name__,
     template_tools="message classes are created when they are imported, without source files",
 )

@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from typing import Any
 
-from pyros1.drop_in.missing import missing
+from pyros1.drop_in.module_attributes import module_getattr
 
 SEP = "/"
 MSG_DIR = "msg"
@@ -17,7 +17,7 @@ COMMENTCHAR = "#"
 IODELIM = "---"
 verbose = False
 
-__getattr__ = missing(__name__)
+__getattr__ = module_getattr(__name__)
 
 
 class InvalidMsgSpec(Exception):

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from pyros1.drop_in.missing import missing
+from pyros1.drop_in.module_attributes import module_getattr
 
-__getattr__ = missing(__name__)
+__getattr__ = module_getattr(__name__)
 
 
 def includepath_to_dict(includepath: Iterable[str] | None) -> dict[str, list[str]]:

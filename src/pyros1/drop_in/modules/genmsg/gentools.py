@@ -6,12 +6,12 @@ from genmsg.base import InvalidMsgSpec
 from genmsg.msg_loader import MsgContext, load_depends
 from genmsg.msgs import MsgSpec, bare_msg_type, is_builtin
 from genmsg.srvs import SrvSpec
-from pyros1.drop_in.missing import missing
+from pyros1.drop_in.module_attributes import module_getattr
 from pyros1.ground.errors import DefinitionError
 from pyros1.msgs.digest import Digests
 from pyros1.msgs.spec import MessageSpec, ServiceSpec, parse_message, parse_service
 
-__getattr__ = missing(__name__)
+__getattr__ = module_getattr(__name__)
 
 
 def _digests(msg_context: MsgContext) -> Digests:

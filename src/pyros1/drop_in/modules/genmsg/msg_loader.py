@@ -26,14 +26,14 @@ from genmsg.msgs import (
 )
 from genmsg.names import normalize_package_context, package_resource_name
 from genmsg.srvs import SrvSpec
-from pyros1.drop_in.missing import missing
+from pyros1.drop_in.module_attributes import module_getattr
 from pyros1.ground.errors import DefinitionError
 from pyros1.msgs import spec as _spec
 
 SearchPath = Mapping[str, Sequence[str]]
 """Package -> folders of its definitions."""
 
-__getattr__ = missing(__name__)
+__getattr__ = module_getattr(__name__)
 
 
 class MsgNotFound(Exception):
@@ -64,10 +64,10 @@ class MsgContext:
     def create_default() -> MsgContext:
         """Return a new context with the built-in types that have fields: time and duration."""
         context = MsgContext()
-        for name, text in ((TIME, TIME_MSG), (DURATION, DURATION_MSG)):
+        for full_name, text in ((TIME, TIME_MSG), (DURATION, DURATION_MSG)):
             rows = [line.split() for line in text.split("\n")]
-            types, names = [type_name for type_name, _ in rows], [each for _, each in rows]
-            context.register(name, MsgSpec(types, names, [], text, name))
+            types, names = [type_name for type_name, _ in rows], [name for _, name in rows]
+            context.register(full_name, MsgSpec(types, names, [], text, full_name))
         return context
 
     def register(self, full_msg_type: str, msgspec: MsgSpec) -> None:

@@ -6,7 +6,7 @@ from typing import Any
 
 from genmsg.base import EXT_MSG, MSG_DIR, SEP, InvalidMsgSpec, log
 from genmsg.names import is_legal_resource_base_name, is_legal_resource_name, package_resource_name, resource_name
-from pyros1.drop_in.missing import missing
+from pyros1.drop_in.module_attributes import module_getattr
 
 HEADER = "Header"
 HEADER_FULL_NAME = "std_msgs/Header"
@@ -19,7 +19,7 @@ PRIMITIVE_TYPES = (
 )
 BUILTIN_TYPES = [*PRIMITIVE_TYPES, TIME, DURATION]
 
-__getattr__ = missing(__name__)
+__getattr__ = module_getattr(__name__)
 
 
 def bare_msg_type(msg_type: str | None) -> str | None:
@@ -45,11 +45,11 @@ def parse_type(msg_type: str) -> tuple[str, bool, int | None]:
     """
     if not msg_type:
         raise ValueError("Invalid empty type")
-    base, bracket, rest = msg_type.partition("[")
+    base, bracket, after_bracket = msg_type.partition("[")
     if not bracket:
         return msg_type, False, None
-    count = rest[:-1]
-    if not rest.endswith("]") or "[" in rest or (count and not count.isdigit()):
+    count = after_bracket[:-1]
+    if not after_bracket.endswith("]") or "[" in after_bracket or (count and not count.isdigit()):
         raise ValueError(f"Invalid type [{msg_type}]")
     return base, True, int(count) if count else None
 

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import re
 
-from pyros1.drop_in.missing import missing
+from pyros1.drop_in.module_attributes import module_getattr
 
 PRN_SEPARATOR = "/"
 RESOURCE_NAME_LEGAL_CHARS_P = re.compile(r"^[A-Za-z][\w_\/]*$")
 BASE_RESOURCE_NAME_LEGAL_CHARS_P = re.compile(r"^[A-Za-z][\w_]*$")
 
-__getattr__ = missing(__name__)
+__getattr__ = module_getattr(__name__)
 
 
 def normalize_package_context(package_context: str) -> str:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from genmsg.msgs import MsgSpec
 from genmsg.names import is_legal_resource_base_name, is_legal_resource_name, package_resource_name, resource_name
-from pyros1.drop_in.missing import missing
+from pyros1.drop_in.module_attributes import module_getattr
 
-__getattr__ = missing(__name__)
+__getattr__ = module_getattr(__name__)
 
 
 class SrvSpec:

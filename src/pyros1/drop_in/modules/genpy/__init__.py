@@ -2,7 +2,7 @@
 
 from genpy.message import DeserializationError, Message, MessageException, SerializationError, struct_I
 from genpy.rostime import Duration, Time, TVal
-from pyros1.drop_in.missing import missing
+from pyros1.drop_in.module_attributes import module_getattr
 
 __all__ = [
     "DeserializationError",
@@ -15,4 +15,4 @@ __all__ = [
     "struct_I",
 ]
 
-__getattr__ = missing(__name__)
+__getattr__ = module_getattr(__name__)

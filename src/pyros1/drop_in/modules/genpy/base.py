@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pyros1.drop_in.missing import missing
+from pyros1.drop_in.module_attributes import module_getattr
 from pyros1.msgs.spec import STRUCT_CODES
 
 _TYPE_NAMES = "int8 uint8 bool int16 uint16 int32 uint32 int64 uint64 float32 float64 char byte"
@@ -10,7 +10,7 @@ _TYPE_NAMES = "int8 uint8 bool int16 uint16 int32 uint32 int64 uint64 float32 fl
 SIMPLE_TYPES_DICT = {name: STRUCT_CODES[name] for name in _TYPE_NAMES.split()}
 SIMPLE_TYPES = list(SIMPLE_TYPES_DICT)
 
-__getattr__ = missing(__name__)
+__getattr__ = module_getattr(__name__)
 
 
 def is_simple(type_: str) -> bool:

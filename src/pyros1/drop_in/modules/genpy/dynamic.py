@@ -9,7 +9,7 @@ from typing import Any
 
 from genmsg.base import InvalidMsgSpec, MsgGenerationException
 
-from pyros1.drop_in.missing import missing
+from pyros1.drop_in.module_attributes import module_getattr
 from pyros1.ground.errors import DefinitionError
 from pyros1.msgs import from_definition
 from pyros1.msgs.base import nested_classes
@@ -17,8 +17,8 @@ from pyros1.msgs.digest import SEPARATOR, split_full_text
 
 __all__ = ["MsgGenerationException", "generate_dynamic"]
 
-__getattr__ = missing(__name__)
-_numbers = itertools.count(1)
+__getattr__ = module_getattr(__name__)
+_module_numbers = itertools.count(1)
 
 
 def generate_dynamic(core_type: str, msg_cat: str) -> dict[str, type[Any]]:
@@ -54,7 +54,7 @@ def make_importable(classes: dict[str, type[Any]]) -> None:
     Args:
         classes: full type name -> class.
     """
-    number = next(_numbers)
+    number = next(_module_numbers)
     all_classes: dict[str, type[Any]] = {}
     for name, cls in classes.items():
         _collect(name, cls, all_classes)

@@ -3,11 +3,11 @@
 from genmsg import InvalidMsgSpec, MsgContext, MsgGenerationException, MsgSpec
 
 from genpy.base import SIMPLE_TYPES, is_simple
-from pyros1.drop_in.missing import missing
+from pyros1.drop_in.module_attributes import module_getattr
 
-_REASON = "classes are made when they are imported; there are no modules to generate"
+_REASON = "classes are created when they are imported; no modules are generated"
 
-__getattr__ = missing(
+__getattr__ = module_getattr(
     __name__,
     Generator=_REASON,
     MsgGenerator=_REASON,

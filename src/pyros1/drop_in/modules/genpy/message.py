@@ -9,7 +9,7 @@ from typing import Any
 
 from genpy.base import is_simple
 from genpy.rostime import Duration, Time, TVal
-from pyros1.drop_in.missing import missing
+from pyros1.drop_in.module_attributes import module_getattr
 from pyros1.drop_in.unicode_errors import RosMsgUnicodeErrors
 from pyros1.ground.errors import DeserializationError, SerializationError
 from pyros1.ground.errors import MessageError as MessageException
@@ -21,11 +21,11 @@ from pyros1.msgs.spec import is_type_name
 struct_I = struct.Struct("<I")
 _TIME_CLASSES = {"time": Time, "duration": Duration}
 
-__getattr__ = missing(__name__)
+__getattr__ = module_getattr(__name__)
 
 
 def isstring(s: object) -> bool:
-    """Return whether a value is text."""
+    """Return whether a value is a str."""
     return isinstance(s, str)
 
 
@@ -79,7 +79,7 @@ def get_printable_message_args(msg: Message, buff: Any = None, prefix: str = "")
     Args:
         msg: the message.
         buff: a text buffer to which they are appended, and whose text is returned; None for none.
-        prefix: path of the message itself, with a dot at its end.
+        prefix: path of the message itself, ending with a dot.
     """
     text = "".join(_printable_names(msg, prefix))
     if buff is not None:

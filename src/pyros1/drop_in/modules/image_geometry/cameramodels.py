@@ -14,9 +14,9 @@ from typing import Any
 
 import numpy as np
 
-from pyros1.drop_in.missing import missing
+from pyros1.drop_in.module_attributes import module_getattr
 
-__getattr__ = missing("image_geometry.cameramodels", cv2="it uses numpy instead")
+__getattr__ = module_getattr("image_geometry.cameramodels", cv2="it uses numpy instead")
 
 _UNDISTORTION_STEPS = 5
 """Number of iterations to undistort a ray, like in stock's library."""

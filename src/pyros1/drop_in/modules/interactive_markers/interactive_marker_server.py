@@ -8,7 +8,7 @@ from typing import Any
 
 import rospy
 
-from pyros1.drop_in.missing import missing
+from pyros1.drop_in.module_attributes import module_getattr
 from pyros1.msgs.std_msgs.msg import Header
 from pyros1.msgs.visualization_msgs.msg import (
     InteractiveMarker,
@@ -18,13 +18,13 @@ from pyros1.msgs.visualization_msgs.msg import (
     InteractiveMarkerUpdate,
 )
 
-__getattr__ = missing("interactive_markers.interactive_marker_server")
+__getattr__ = module_getattr("interactive_markers.interactive_marker_server")
 
 _KEEP_ALIVE_INTERVAL = 0.5
 """Seconds between keep-alive messages for clients."""
 _EXCLUSIVE_TIME = 1.0
 """Seconds for which a marker belongs to the client that moved it last."""
-_UNCHANGED = -1
+_KEEP_CALLBACKS = -1
 """Passed instead of a callback to keep the callbacks that are set."""
 
 FeedbackCallback = Callable[[Any], object]
@@ -83,7 +83,7 @@ class InteractiveMarkerServer:
     Args:
         topic_ns: namespace of the topics update, update_full and feedback.
         server_id: suffix added to the node's name; needed if a node has several servers in a namespace.
-        q_size: size of the queue of feedback.
+        q_size: maximum number of feedback messages queued.
     """
 
     DEFAULT_FEEDBACK_CB = 255
@@ -107,7 +107,7 @@ class InteractiveMarkerServer:
         self.clear()
         self.applyChanges()
 
-    def insert(self, marker: Any, feedback_cb: Any = _UNCHANGED, feedback_type: int = DEFAULT_FEEDBACK_CB) -> None:
+    def insert(self, marker: Any, feedback_cb: Any = _KEEP_CALLBACKS, feedback_type: int = DEFAULT_FEEDBACK_CB) -> None:
         """Add a marker, or replace it.
 
         Args:
@@ -118,7 +118,7 @@ class InteractiveMarkerServer:
             update = self.pending_updates.setdefault(marker.name, UpdateContext())
             update.update_type = UpdateContext.FULL_UPDATE
             update.int_marker = marker
-        if feedback_cb != _UNCHANGED:
+        if feedback_cb != _KEEP_CALLBACKS:
             self.setCallback(marker.name, feedback_cb, feedback_type)
 
     def setPose(self, name: str, pose: Any, header: Any = Header()) -> bool:  # noqa: B008  stock's signature
@@ -191,7 +191,7 @@ class InteractiveMarkerServer:
             return bool(contexts)
 
     def applyChanges(self) -> None:
-        """Tell clients of all changes."""
+        """Send all changes to the clients."""
         with self.mutex:
             if not self.pending_updates:
                 return
@@ -260,9 +260,8 @@ class InteractiveMarkerServer:
                 return
             context.last_feedback, context.last_client_id = now, feedback.client_id
             if feedback.event_type == InteractiveMarkerFeedback.POSE_UPDATE:
-                is_fixed = (
-                    context.int_marker.header.stamp.is_zero()
-                )  # the marker stays in its frame, however the frame moves
+                # Without a stamp, the marker stays in its frame, however the frame moves.
+                is_fixed = context.int_marker.header.stamp.is_zero()
                 header = context.int_marker.header if is_fixed else feedback.header
                 self.doSetPose(self.pending_updates.get(name), name, feedback.pose, header)
             callback = context.feedback_cbs.get(feedback.event_type, context.default_feedback_cb)

@@ -117,11 +117,11 @@ class Cache(SimpleFilter):
 
     def getElemAfterTime(self, stamp: Any) -> Any:
         """Return the first message with this or a later stamp; None if there is none."""
-        return next(iter(self._select(lambda each: each >= stamp)), None)
+        return next(iter(self._select(lambda other_stamp: other_stamp >= stamp)), None)
 
     def getElemBeforeTime(self, stamp: Any) -> Any:
         """Return the last message with this or an earlier stamp; None if there is none."""
-        return next(reversed(self._select(lambda each: each <= stamp)), None)
+        return next(reversed(self._select(lambda other_stamp: other_stamp <= stamp)), None)
 
     def getLatestTime(self) -> Any:
         """Return the stamp of the last message; None if there is none."""
@@ -186,7 +186,9 @@ class TimeSynchronizer(SimpleFilter):
 
     def _add(self, stamp: Any, msg: Any, queue: dict[Any, Any], given_index: int | None) -> None:
         index = (
-            given_index if given_index is not None else next(i for i, each in enumerate(self.queues) if each is queue)
+            given_index
+            if given_index is not None
+            else next(i for i, candidate in enumerate(self.queues) if candidate is queue)
         )
         with self.lock:
             now = rospy.Time.now()
@@ -201,7 +203,7 @@ class TimeSynchronizer(SimpleFilter):
     def _record_arrival(self, now: Any, queue: dict[Any, Any], index: int | None) -> bool:
         """Record when a message arrived.
 
-        Return False if sets cannot be matched yet, since other queues may contain messages from before a jump of time.
+        Return False if sets must not be matched yet, since other queues may contain messages from before a time jump.
         """
         if not self.enable_reset or rospy.rostime.is_wallclock():
             return True

@@ -6,12 +6,12 @@ from typing import Any
 
 import numpy as np
 
-from pyros1.drop_in.missing import missing
+from pyros1.drop_in.module_attributes import module_getattr
 from pyros1.msgs.geometry_msgs.msg import Point, Pose, Quaternion, Transform, Vector3
 from pyros1.tf import transformations
 from ros_numpy.registry import converts_from_numpy, converts_to_numpy
 
-__getattr__ = missing(__name__)
+__getattr__ = module_getattr(__name__)
 
 
 def _convert_items(array: Any, item_ndim: int, convert: Any) -> Any:

@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from pyros1.drop_in.missing import missing
+from pyros1.drop_in.module_attributes import module_getattr
 from pyros1.msgs.nav_msgs.msg import MapMetaData, OccupancyGrid
 from ros_numpy.registry import converts_from_numpy, converts_to_numpy
 
-__getattr__ = missing(__name__)
+__getattr__ = module_getattr(__name__)
 
 
 @converts_to_numpy(OccupancyGrid)

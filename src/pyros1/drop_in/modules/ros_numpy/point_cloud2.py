@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from pyros1.drop_in.missing import missing
+from pyros1.drop_in.module_attributes import module_getattr
 from pyros1.msgs.sensor_msgs.msg import PointCloud2, PointField
 from ros_numpy.registry import converts_from_numpy, converts_to_numpy
 
@@ -30,7 +30,7 @@ pftype_to_nptype = dict(type_mappings)
 nptype_to_pftype = {nptype: pftype for pftype, nptype in type_mappings}
 pftype_sizes = {pftype: nptype.itemsize for pftype, nptype in type_mappings}
 
-__getattr__ = missing(__name__)
+__getattr__ = module_getattr(__name__)
 
 
 @converts_to_numpy(PointField, plural=True)
@@ -48,7 +48,7 @@ def fields_to_dtype(fields: Sequence[Any], point_step: int, is_bigendian: bool =
     """
     types: list[tuple[Any, ...]] = []
     end = 0
-    for field in sorted(fields, key=lambda each: each.offset):
+    for field in sorted(fields, key=lambda field: field.offset):
         while end < field.offset:
             types.append((f"{DUMMY_FIELD_PREFIX}{end}", np.uint8))
             end += 1

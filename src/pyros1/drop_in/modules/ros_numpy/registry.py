@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, TypeVar
 
-from pyros1.drop_in.missing import missing
+from pyros1.drop_in.module_attributes import module_getattr
 
 _F = TypeVar("_F", bound=Callable[..., Any])
 
 _to_numpy: dict[tuple[str, bool], Callable[..., Any]] = {}
 _from_numpy: dict[tuple[str, bool], Callable[..., Any]] = {}
 
-__getattr__ = missing(__name__)
+__getattr__ = module_getattr(__name__)
 
 
 def converts_to_numpy(msgtype: Any, plural: bool = False) -> Callable[[_F], _F]:
@@ -58,8 +58,10 @@ def numpify(msg: Any, *args: Any, **kwargs: Any) -> Any:
     type_name = (msg[0] if plural else msg)._type
     function = _to_numpy.get((type_name, plural))
     if function is None:
-        known = ", ".join(name + ("[]" if is_list else "") for name, is_list in _to_numpy)
-        raise ValueError(f"Unable to convert message {type_name}{'[]' if plural else ''} - only supports {known}")
+        supported_types = ", ".join(name + ("[]" if is_list else "") for name, is_list in _to_numpy)
+        raise ValueError(
+            f"Unable to convert message {type_name}{'[]' if plural else ''} - only supports {supported_types}"
+        )
     return function(msg, *args, **kwargs)
 
 
@@ -76,6 +78,6 @@ def msgify(msg_type: Any, numpy_obj: Any, *args: Any, **kwargs: Any) -> Any:
     """
     function = _from_numpy.get((msg_type._type, kwargs.pop("plural", False)))
     if function is None:
-        known = ", ".join(name + ("[]" if is_list else "") for name, is_list in _from_numpy)
-        raise ValueError(f"Unable to build message {msg_type._type} - only supports {known}")
+        supported_types = ", ".join(name + ("[]" if is_list else "") for name, is_list in _from_numpy)
+        raise ValueError(f"Unable to build message {msg_type._type} - only supports {supported_types}")
     return function(numpy_obj, *args, **kwargs)

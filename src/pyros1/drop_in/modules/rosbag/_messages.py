@@ -12,10 +12,10 @@ from genpy.rostime import Time as AnyTime
 from pyros1.bag.format.records import FIRST_LINE_PATTERN
 from pyros1.msgs import Message
 from pyros1.msgs.base import message_class
-from rosbag._parts import BagMessage, BagMessageWithConnectionHeader, ROSBagException
+from rosbag._types import BagMessage, BagMessageWithConnectionHeader, ROSBagException
 
 
-def make_result(info: Any, message: Any, stamp: Any, with_header: bool) -> Any:
+def make_bag_message(info: Any, message: Any, stamp: Any, with_header: bool) -> Any:
     """Return a message in the form that `read_messages` yields."""
     if with_header:
         return BagMessageWithConnectionHeader(info.topic, message, stamp, info.header)
@@ -66,7 +66,7 @@ def header_fields(topic: str, type_name: str, md5sum: str, cls: Any) -> dict[str
     return {"topic": topic, "type": type_name, "md5sum": md5sum, "message_definition": cls._full_text}
 
 
-def version_of(file: Any) -> int:
+def read_version(file: Any) -> int:
     """Return the version from a bag's first line; raise ROSBagException if the file is not a bag."""
     file.seek(0)
     line = file.read(64)

@@ -70,5 +70,5 @@ def _size_text(count: float) -> str:
 
 
 def _format_duration(seconds: float) -> str:
-    minutes, rest = divmod(int(seconds), 60)
-    return f"{minutes:02d}:{rest:02d}"
+    minutes, remaining_seconds = divmod(int(seconds), 60)
+    return f"{minutes:02d}:{remaining_seconds:02d}"

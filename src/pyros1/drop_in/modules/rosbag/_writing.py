@@ -14,7 +14,7 @@ from pyros1.bag.format.records import NS_PER_S
 from pyros1.bag.format.writer import BagWriter
 from pyros1.bag.serialized import SerializedOperations
 from rosbag._messages import find_encoder, header_fields
-from rosbag._parts import (
+from rosbag._types import (
     ROSBagEncryptNotSupportedException,
     ROSBagException,
     ROSBagFormatException,
@@ -22,10 +22,10 @@ from rosbag._parts import (
     stock_errors,
 )
 
-CLOSED = "I/O operation on closed bag"
+CLOSED_BAG_MESSAGE = "I/O operation on closed bag"
 
 
-class Writing:
+class WritingMixin:
     """Base class of `rosbag.bag.Bag` that writes messages. Callbacks of several topics, and signal handlers, may write
     simultaneously.
 
@@ -110,7 +110,7 @@ class Writing:
             OSError: the file cannot be written, for example because the disk is full.
         """
         if not self._file:
-            raise ValueError(CLOSED)
+            raise ValueError(CLOSED_BAG_MESSAGE)
         if self._writer is None:
             raise io.UnsupportedOperation("write")
         if not topic:
@@ -142,7 +142,7 @@ class Writing:
 
     def _write_serialized(self, key: Any, description: tuple[Any, ...], nanoseconds: int, data: bytes) -> None:
         if not self._file or self._writer is None:
-            raise ValueError(CLOSED)
+            raise ValueError(CLOSED_BAG_MESSAGE)
         conn = self._topic_connections.get(key)
         if conn is None:
             conn = self._topic_connections[key] = self._get_connection(*description)
@@ -171,7 +171,7 @@ class Writing:
     def flush(self) -> None:
         """Write the open chunk to the file; raise ValueError if the bag is closed."""
         if not self._file:
-            raise ValueError(CLOSED)
+            raise ValueError(CLOSED_BAG_MESSAGE)
         if self._writer is not None:
             self._operations.run(self._writer.flush)
 

@@ -17,11 +17,12 @@ from pyros1.bag.format.reader import BagReader
 from pyros1.bag.format.writer import BagWriter
 from pyros1.bag.info import frequency_text as _human_readable_frequency
 from pyros1.bag.info import size_text as _human_readable_size
-from pyros1.drop_in.missing import missing
-from rosbag._facts import ComparableMixin, Facts
-from rosbag._lending import Lending
-from rosbag._messages import find_decoder, make_result, to_nanoseconds, version_of
-from rosbag._parts import (
+from pyros1.drop_in.module_attributes import module_getattr
+from rosbag._info import ComparableMixin, InfoMixin
+from rosbag._messages import find_decoder, make_bag_message, read_version, to_nanoseconds
+from rosbag._reader_pool import ReaderPool
+from rosbag._reindexing import rebuild_index
+from rosbag._types import (
     BagMessage,
     BagMessageWithConnectionHeader,
     Compression,
@@ -39,18 +40,17 @@ from rosbag._parts import (
     _get_message_type,
     _IndexEntry200,
     _message_types,
-    info_of,
     stock_errors,
+    to_connection_info,
 )
-from rosbag._repairing import rebuild_index
-from rosbag._writing import CLOSED, Writing
+from rosbag._writing import CLOSED_BAG_MESSAGE, WritingMixin
 
 found_lz4 = True
 """Whether chunks can be compressed with lz4: pyros1 always can."""
-__getattr__ = missing(__name__)
+__getattr__ = module_getattr(__name__)
 
 
-class Bag(Writing, Facts):
+class Bag(WritingMixin, InfoMixin):
     """A bag open for reading or writing.
 
     Args:
@@ -97,7 +97,7 @@ class Bag(Writing, Facts):
         self._filename = os.fspath(f) if is_path else None
         self._file = open(f, {"r": "rb", "w": "w+b", "a": "a+b"}[mode]) if is_path else f  # noqa: SIM115
         self._cached_reader: tuple[int, BagReader] | None = None
-        self._readers = Lending(self._operations.lock)
+        self._readers = ReaderPool(self._operations.lock)
         try:
             with stock_errors():
                 self._open(allow_unindexed)
@@ -113,7 +113,7 @@ class Bag(Writing, Facts):
         if self._mode == "w":
             self._writer = BagWriter(self._target, self._compression, self._chunk_threshold)
             return
-        self._version = version_of(self._file)
+        self._version = read_version(self._file)
         if self._mode == "a" and self._version != 200:
             raise ROSBagException(f"bag version {self._version} is unsupported for appending")
         if self._version not in (200, 102):
@@ -159,7 +159,7 @@ class Bag(Writing, Facts):
     def size(self) -> int:
         """Size of the file in bytes, including data not written yet."""
         if not self._file:
-            raise ValueError(CLOSED)
+            raise ValueError(CLOSED_BAG_MESSAGE)
         if self._writer is not None:
             return self._writer.size
         position = self._file.tell()
@@ -218,12 +218,12 @@ class Bag(Writing, Facts):
         ids = infos.keys()
         ranks = {conn_id: rank for rank, conn_id in enumerate(ids)}  # order of messages with the same time
         decoders: dict[int, Any] = {}
-        with self._readers.lend(lambda: self._reader) as reader, stock_errors():
+        with self._readers.use(lambda: self._reader) as reader, stock_errors():
             if raw:
                 for stored in reader.located_messages(ids, first, last, ranks=ranks):
                     info = infos[stored.connection.id]
                     message = (info.datatype, stored.data, info.md5sum, stored.location, _get_message_type(info))
-                    yield make_result(info, message, Time.from_nsec(stored.time), with_header)
+                    yield make_bag_message(info, message, Time.from_nsec(stored.time), with_header)
                 return
             for connection, nanoseconds, data in reader.messages(ids, first, last, ranks=ranks):
                 conn_id = connection.id
@@ -232,7 +232,7 @@ class Bag(Writing, Facts):
                     decode = decoders[conn_id] = find_decoder(_get_message_type(infos[conn_id]))
                 message = decode(data, 0, len(data))
                 if with_header:
-                    yield make_result(infos[conn_id], message, Time.from_nsec(nanoseconds), with_header)
+                    yield make_bag_message(infos[conn_id], message, Time.from_nsec(nanoseconds), with_header)
                 else:
                     yield BagMessage(connection.topic, message, Time.from_nsec(nanoseconds))
 
@@ -246,7 +246,7 @@ class Bag(Writing, Facts):
         try:
             if self._writer is not None:
                 self._writer.close()
-                self._reader.close()  # closes the file; the reader still answers queries
+                self._reader.close()  # closes the file; the reader keeps the index
         finally:
             if self._cached_reader is not None:
                 self._cached_reader[1].close()
@@ -259,7 +259,7 @@ class Bag(Writing, Facts):
         Yields the offset in the file, in bytes, of each chunk.
         """
         if not self._file:
-            raise ValueError(CLOSED)
+            raise ValueError(CLOSED_BAG_MESSAGE)
         return self._reindex()
 
     def _reindex(self) -> Iterator[int]:
@@ -279,10 +279,10 @@ class Bag(Writing, Facts):
 
     def _read_message(self, position: Any, raw: bool = False, return_connection_header: bool = False) -> Any:
         self.flush()
-        with self._readers.lend(lambda: self._reader) as reader, stock_errors():
+        with self._readers.use(lambda: self._reader) as reader, stock_errors():
             stored = reader.at(position)
-            info = info_of(stored.connection)
+            info = to_connection_info(stored.connection)
             cls = _get_message_type(info)
             message: Any = (info.datatype, stored.data, info.md5sum, position, cls)
             message = message if raw else find_decoder(cls)(stored.data, 0, len(stored.data))
-        return make_result(info, message, Time.from_nsec(stored.time), return_connection_header)
+        return make_bag_message(info, message, Time.from_nsec(stored.time), return_connection_header)

@@ -10,10 +10,10 @@ from pyros1.bag.api import Bag
 from pyros1.bag.edit.migrate import MigratedBagWriter, find_migrations
 from pyros1.bag.edit.migration import MessageUpdateRule as _MessageUpdateRule
 from pyros1.bag.edit.migration import Migrator, rule_text
-from pyros1.drop_in.missing import missing
+from pyros1.drop_in.module_attributes import module_getattr
 from pyros1.msgs import load_message
 
-__getattr__ = missing(
+__getattr__ = module_getattr(
     __name__,
     RuleChain="pyros1 plans its migrations in another way; see pyros1.bag.edit.migration",
     ScaffoldNode="pyros1 plans its migrations in another way; see pyros1.bag.edit.migration",
@@ -125,7 +125,7 @@ class MessageMigrator(Migrator):
 
         Args:
             msg_from: tuple of type, bytes, md5 sum, position and class, as `Bag.read_messages` yields it.
-            msg_to: such a tuple with the wanted class.
+            msg_to: a tuple of the same form, with the class of the result.
         """
         old = msg_from[4]().deserialize(msg_from[1])
         new = msg_to[4]()

@@ -5,11 +5,11 @@ from __future__ import annotations
 import sys
 
 from pyros1.drop_in.commands import main, run
-from pyros1.drop_in.missing import missing
+from pyros1.drop_in.module_attributes import module_getattr
 from rosbag._progress import ProgressMeter
 
 _ALTERNATIVE = "see rosbag.Bag, or the function of a verb here, such as compress_cmd"
-__getattr__ = missing(
+__getattr__ = module_getattr(
     __name__,
     RosbagCmds="see rosbagmain",
     bag_op=_ALTERNATIVE,

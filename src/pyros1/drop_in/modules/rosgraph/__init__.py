@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 
-from pyros1.drop_in.missing import missing
+from pyros1.drop_in.module_attributes import module_getattr
 from rosgraph.masterapi import Master, MasterError, MasterException, MasterFailure
 from rosgraph.masterapi import is_online as is_master_online
 from rosgraph.rosenv import ROS_HOSTNAME, ROS_IP, ROS_IPV6, ROS_MASTER_URI, ROS_NAMESPACE, get_master_uri
@@ -24,7 +24,7 @@ __all__ = [
     "myargv",
 ]
 
-__getattr__ = missing(__name__)
+__getattr__ = module_getattr(__name__)
 
 
 def myargv(argv: list[str] | None = None) -> list[str]:

@@ -5,16 +5,16 @@ from __future__ import annotations
 import errno
 from typing import Any
 
-from pyros1.drop_in.binary import as_stock
-from pyros1.drop_in.missing import missing
-from pyros1.ground.errors import MasterError as _Refused
+from pyros1.drop_in.binary import bytes_to_binary
+from pyros1.drop_in.module_attributes import module_getattr
+from pyros1.ground.errors import MasterError as _ClientMasterError
 from pyros1.ground.errors import MasterUnreachableError, SerializationError, TransportError
 from pyros1.net.master_client import MasterClient
 from rosgraph.names import make_caller_id
 from rosgraph.network import parse_http_host_and_port
 from rosgraph.rosenv import get_master_uri
 
-__getattr__ = missing(__name__)
+__getattr__ = module_getattr(__name__)
 
 
 class MasterException(Exception):
@@ -62,11 +62,11 @@ class Master:
             raise (OverflowError if "does not fit" in str(error) else TypeError)(str(error)) from None
         except (MasterUnreachableError, TransportError) as error:
             raise _os_error(error) from None
-        except _Refused as error:
+        except _ClientMasterError as error:
             raise (MasterFailure if getattr(error, "code", -1) == 0 else MasterError)(str(error)) from None
 
     def is_online(self) -> bool:
-        """Return whether the master answers."""
+        """Return whether the master responds."""
         try:
             self.getPid()
         except (MasterException, OSError):
@@ -103,7 +103,7 @@ class Master:
 
     def getParam(self, key: str) -> Any:
         """Return a parameter."""
-        return as_stock(self._call("getParam", key))
+        return bytes_to_binary(self._call("getParam", key))
 
     def setParam(self, key: str, value: Any) -> Any:
         """Set a parameter."""
@@ -171,5 +171,5 @@ def _os_error(error: Exception) -> OSError:
 
 
 def is_online(master_uri: str | None = None) -> bool:
-    """Return whether a master answers."""
+    """Return whether a master responds."""
     return Master("rosgraph", master_uri).is_online()

@@ -10,7 +10,7 @@ import sys
 from collections.abc import Mapping
 from typing import Any
 
-from pyros1.drop_in.missing import missing
+from pyros1.drop_in.module_attributes import module_getattr
 from pyros1.ground import names
 from pyros1.ground.names import canonicalize_name, ns_join
 from rosgraph.rosenv import ROS_NAMESPACE
@@ -24,11 +24,11 @@ NAME_LEGAL_CHARS_P = re.compile(r"^[\~\/A-Za-z][\w\/]*$")
 BASE_NAME_LEGAL_CHARS_P = re.compile(r"^[A-Za-z][\w]*$")
 REMAP_PATTERN = re.compile(r"^([\~\/A-Za-z]|_|__)[\w\/]*" + REMAP + ".*")
 
-__getattr__ = missing(__name__)
+__getattr__ = module_getattr(__name__)
 
 
 def isstring(s: object) -> bool:
-    """Return whether a value is text."""
+    """Return whether a value is a str."""
     return isinstance(s, str)
 
 

@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from typing import Any
 from urllib.parse import urlsplit
 
-from pyros1.drop_in.missing import missing
+from pyros1.drop_in.module_attributes import module_getattr
 from pyros1.ground import names
 from pyros1.ground.errors import ProtocolError
 from pyros1.net.hosts import LocalAddress, addresses_from_environment, interface_addresses, is_local
@@ -20,7 +20,7 @@ from rosgraph.rosenv import ROS_HOSTNAME, ROS_IP, ROS_IPV6
 SIOCGIFCONF, SIOCGIFADDR = 0x8912, 0x8915
 """Numbers of Linux's calls for the addresses of interfaces, which programs import from here."""
 python3 = 1
-__getattr__ = missing(__name__)
+__getattr__ = module_getattr(__name__)
 
 
 class ROSHandshakeException(Exception):

@@ -6,7 +6,7 @@ import os
 import sys
 from collections.abc import Mapping
 
-from pyros1.drop_in.missing import missing
+from pyros1.drop_in.module_attributes import module_getattr
 
 ROS_MASTER_URI = "ROS_MASTER_URI"
 ROS_IP = "ROS_IP"
@@ -16,7 +16,7 @@ ROS_NAMESPACE = "ROS_NAMESPACE"
 DEFAULT_MASTER_PORT = 11311
 DEFAULT_MASTER_URI = f"http://localhost:{DEFAULT_MASTER_PORT}/"
 
-__getattr__ = missing(__name__)
+__getattr__ = module_getattr(__name__)
 
 
 def get_master_uri(env: Mapping[str, str] | None = None, argv: list[str] | None = None) -> str:

@@ -11,10 +11,10 @@ from typing import Any
 
 from rospkg.environment import ROS_LOG_DIR, get_log_dir
 
-from pyros1.drop_in.missing import missing
+from pyros1.drop_in.module_attributes import module_getattr
 from pyros1.drop_in.process import PROCESS
 
-__getattr__ = missing(__name__)
+__getattr__ = module_getattr(__name__)
 
 _SEVERITY_NAMES = {"WARNING": "WARN", "CRITICAL": "FATAL"}
 _COLORS = {"DEBUG": "\033[32m", "WARN": "\033[33m", "ERROR": "\033[31m", "FATAL": "\033[31m"}
@@ -118,15 +118,15 @@ class RospyLogger(logging.Logger):
         """Return path, line, function and stack of the line that logs; arguments as in Python's logging."""
         path, line, name, stack = super().findCaller(*args, **kwargs)
         frame: Any = sys._getframe(1)
-        while frame is not None and _only_forwards(frame.f_code.co_filename):
+        while frame is not None and _is_logging_code(frame.f_code.co_filename):
             frame = frame.f_back
         if frame is None:
             return path, line, name, stack
         return frame.f_code.co_filename, frame.f_lineno, frame.f_code.co_name, stack
 
 
-def _only_forwards(path: str) -> bool:
-    """Return whether a source file only forwards messages, like those of Python's logging and rospy's functions."""
+def _is_logging_code(path: str) -> bool:
+    """Return whether a source file is part of Python's logging, or contains rospy's log functions."""
     return path == logging.__file__ or path.endswith(os.path.join("rospy", "impl", "loggers.py"))
 
 

@@ -11,13 +11,13 @@ from socketserver import ForkingMixIn, ThreadingMixIn
 from typing import Any
 from xmlrpc.server import SimpleXMLRPCRequestHandler, SimpleXMLRPCServer
 
-from pyros1.drop_in.missing import missing
+from pyros1.drop_in.module_attributes import module_getattr
 from rosgraph.names import isstring
 from rosgraph.network import create_local_xmlrpc_uri, get_bind_address, use_ipv6
 
 _log = logging.getLogger("xmlrpc")
 
-__getattr__ = missing(__name__)
+__getattr__ = module_getattr(__name__)
 
 
 class SilenceableXMLRPCRequestHandler(SimpleXMLRPCRequestHandler):

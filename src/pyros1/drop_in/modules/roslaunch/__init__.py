@@ -9,7 +9,7 @@ import traceback
 from typing import Any
 
 import pyros1.launch.scripting as _scripting
-from pyros1.drop_in.missing import missing
+from pyros1.drop_in.module_attributes import module_getattr
 from roslaunch import (
     arg_dump,
     config,
@@ -129,7 +129,7 @@ def main(argv: list[str] = sys.argv) -> None:
     sys.exit(subprocess.call([sys.executable, "-m", "pyros1", "launch", *argv[1:]]))
 
 
-__getattr__ = missing(
+__getattr__ = module_getattr(
     "roslaunch",
     child="`pyros1 launch` runs nodes on other machines itself",
     remote="`pyros1 launch` runs nodes on other machines itself",

@@ -6,7 +6,7 @@ import sys
 from typing import Any
 
 from pyros1.launch.reading.loader import load_plan
-from pyros1.launch.reading.world import make_resources
+from pyros1.launch.reading.system_resources import make_resources
 from roslaunch.core import RLException, rl_errors
 
 

@@ -7,11 +7,11 @@ import os
 from collections.abc import Iterable
 from typing import Any
 
+from pyros1.launch.reading.cli_arguments import parse_arguments
 from pyros1.launch.reading.report import summary
-from pyros1.launch.reading.words import parse_arguments
 from pyros1.launch.running.core import CORE_PARAMS
 from roslaunch.core import Machine, Master, Node, Param, RLException, Test, is_machine_local, local_machine
-from roslaunch.plans import plan_of
+from roslaunch.plans import to_plan
 from roslaunch.xmlloader import XmlLoader
 
 DEFAULT_MASTER_PORT = 11311
@@ -66,7 +66,7 @@ class ROSLaunchConfig:
         params: Param by full name.
         clear_params: namespaces of parameters that are deleted before parameters are set.
         machines: Machine by name.
-        executables: commands in addition to the nodes. pyros1 cannot run such commands.
+        executables: commands to run in addition to the nodes, which pyros1 does not support.
         master: the Master.
         roslaunch_files: paths of the files that were read.
         resolved_node_names: full names of all nodes.
@@ -115,7 +115,7 @@ class ROSLaunchConfig:
 
     def summary(self, local: bool = False) -> str:
         """Return the contents as text; without machines if ``local`` is true."""
-        return summary(plan_of(self), machines=[] if local else [name for name in self.machines if name])
+        return summary(to_plan(self), machines=[] if local else [name for name in self.machines if name])
 
     def add_executable(self, exe: Any) -> None:
         """Add a command; the contents can then no longer be launched. Raise ValueError if ``exe`` is None."""
@@ -142,9 +142,9 @@ class ROSLaunchConfig:
         Raises:
             RLException: another machine has the same name.
         """
-        known = self.machines.get(m.name)
-        if known is not None:
-            if known != m:
+        existing_machine = self.machines.get(m.name)
+        if existing_machine is not None:
+            if existing_machine != m:
                 raise RLException(f"Machine [{m.name}] already added and does not match duplicate entry")
             return False
         self.machines[m.name] = m

@@ -101,7 +101,7 @@ def rle_wrapper(fn: Callable[..., Any]) -> Callable[..., Any]:
     return wrapped_fn
 
 
-# Where things are -----------------------------------------------------------------------------------------------------
+# Environment and addresses --------------------------------------------------------------------------------------------
 
 
 def generate_run_id() -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 
 from pyros1.drop_in.commands import main as _main
-from pyros1.drop_in.missing import missing
+from pyros1.drop_in.module_attributes import module_getattr
 
 NAME = "roslaunch-deps"
 _ALTERNATIVE = "see `pyros1 launch --deps`"
@@ -20,7 +20,7 @@ def roslaunch_deps_main(argv: list[str] = sys.argv) -> None:
     _main("roslaunch", [argv[0], "--deps", *argv[1:]])
 
 
-__getattr__ = missing(
+__getattr__ = module_getattr(
     "roslaunch.depends",
     RoslaunchDeps=_ALTERNATIVE,
     calculate_missing=_ALTERNATIVE,

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
-from pyros1.drop_in.missing import missing
-from pyros1.launch.reading.world import make_resources
+from pyros1.drop_in.module_attributes import module_getattr
+from pyros1.launch.reading.system_resources import make_resources
 from pyros1.launch.running.check import check_machines
 from pyros1.launch.running.options import Options
-from pyros1.launch.scripted import ScriptRun
+from pyros1.launch.script_run import ScriptRun
 from pyros1.launch.scripting import Node as ScriptNode
 from roslaunch.core import (
     PHASE_RUN,
@@ -22,7 +22,7 @@ from roslaunch.core import (
     rl_errors,
 )
 from roslaunch.nodeprocess import DEFAULT_TIMEOUT_SIGINT, DEFAULT_TIMEOUT_SIGTERM, NUM_WORKERS
-from roslaunch.plans import plan_of, plan_of_node
+from roslaunch.plans import to_node_plan, to_plan
 from roslaunch.pmon import Process, ProcessListener, ProcessMonitor
 
 __all__ = [
@@ -120,7 +120,7 @@ class ROSLaunchRunner:
         Raises:
             RLException: something cannot be started; processes that were already started have been stopped.
         """
-        plan = plan_of(self.config)
+        plan = to_plan(self.config)
         check_machines(plan)
         self._run = ScriptRun(plan, self.options, [self.pm], make_resources())
         self.pm.runs.append(self._run)
@@ -140,9 +140,9 @@ class ROSLaunchRunner:
         """
         if self._run is None:
             raise RLException("the launch has not been started")
-        script = ScriptNode(node.package, node.type)
-        script.plan = plan_of_node(node)
-        handle = self._run.launch(script)
+        script_node = ScriptNode(node.package, node.type)
+        script_node.plan = to_node_plan(node)
+        handle = self._run.launch(script_node)
         node.process_name = handle.name
         return self.pm.process_for(handle), True
 
@@ -175,7 +175,7 @@ class ROSLaunchRunner:
         raise RLException("pyros1 has no ROSLaunchRunner.run_test: `pyros1 test` runs tests")
 
 
-__getattr__ = missing(
+__getattr__ = module_getattr(
     "roslaunch.launch",
     ROSRemoteRunnerIF="`pyros1 launch` runs nodes on other machines itself",
     RLTestTimeoutException="`pyros1 test` runs tests",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from pyros1.drop_in.missing import missing
+from pyros1.drop_in.module_attributes import module_getattr
 from pyros1.ground.errors import LaunchError
 from pyros1.launch.reading.convert import convert_value as _convert
 from roslaunch.core import RLException
@@ -33,7 +33,7 @@ def convert_value(value: str, type_: str) -> Any:
         raise ValueError(str(cause if isinstance(cause, ValueError) else error)) from error
 
 
-__getattr__ = missing(
+__getattr__ = module_getattr(
     "roslaunch.loader",
     Loader=_READING,
     LoaderContext=_READING,

@@ -10,24 +10,24 @@ from xmlrpc.client import Error, ServerProxy, Transport
 
 import rosgraph
 
-from pyros1.drop_in.missing import missing
+from pyros1.drop_in.module_attributes import module_getattr
 
-__getattr__ = missing(__name__)
+__getattr__ = module_getattr(__name__)
 _CALLER_ID = "/roslaunch_netapi"
 _TIMEOUT = 10.0
 
 
 class NetProcess:
-    """A process that a roslaunch started.
+    """A process of a launch.
 
     Args:
         name: the process's label.
         respawn_count: how many times it was started.
         is_alive: whether it is running.
-        roslaunch_uri: address of the roslaunch that started it.
+        roslaunch_uri: address of the launch's XML-RPC server.
 
     Attributes:
-        machine: host of that roslaunch.
+        machine: host of the launch.
     """
 
     def __init__(self, name: str, respawn_count: int, is_alive: bool, roslaunch_uri: str) -> None:

@@ -5,13 +5,13 @@ from __future__ import annotations
 import sys
 from typing import Any
 
-from pyros1.drop_in.missing import missing
+from pyros1.drop_in.module_attributes import module_getattr
 from pyros1.launch.reading.report import node_arg_words
-from pyros1.launch.reading.world import make_resources
+from pyros1.launch.reading.system_resources import make_resources
 from pyros1.launch.running.command_line import locate, node_words
 from roslaunch.config import load_config_default
 from roslaunch.core import RLException, rl_errors
-from roslaunch.plans import plan_of_node
+from roslaunch.plans import to_node_plan
 
 
 class NodeParamsException(Exception):
@@ -51,7 +51,7 @@ def get_node_args(node_name: str, roslaunch_files: Any) -> list[str]:
     full_name = "/" + node_name.strip("/")
     for node in [*config.nodes, *config.tests]:
         if f"{node.namespace}{node.name}" == full_name:
-            plan, resources = plan_of_node(node), make_resources()
+            plan, resources = to_node_plan(node), make_resources()
             executable = locate(plan.package, plan.type, resources.packages)
             return node_arg_words(plan, node_words(plan, executable, resources.environ), resources.environ)
     names = "\n".join(f" * {name}" for name in get_node_list(config))
@@ -76,7 +76,7 @@ def _load(files: Any) -> Any:
         sys.exit(1)
 
 
-__getattr__ = missing(
+__getattr__ = module_getattr(
     "roslaunch.node_args",
     create_local_process_args="see `pyros1 launch --args`",
 )

@@ -41,7 +41,7 @@ class Node:
         all arguments; ``node_type`` is called ``type``.
         machine: the Machine that was assigned.
         process_name: name of the process; None until it has been started.
-        origin: pyros1's plan of the node, if it is from a launch file.
+        source_plan: pyros1's plan from which the node was created, if it is from a launch file.
 
     Raises:
         ValueError: a required argument is missing, or an argument is invalid.
@@ -57,7 +57,6 @@ class Node:
         "machine_name",
         "name",
         "namespace",
-        "origin",
         "output",
         "package",
         "process_name",
@@ -65,6 +64,7 @@ class Node:
         "required",
         "respawn",
         "respawn_delay",
+        "source_plan",
         "type",
     ]
 
@@ -103,7 +103,7 @@ class Node:
         self.launch_prefix = launch_prefix or None
         self.required = required
         self.filename = filename
-        self.origin: Any = None
+        self.source_plan: Any = None
         if cwd == "ros-root":
             raise ValueError("cwd [ros-root] is not supported any more")
         if not self.package:

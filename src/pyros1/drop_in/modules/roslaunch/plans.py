@@ -11,7 +11,7 @@ from pyros1.launch.scripting import Node as ScriptNode
 from roslaunch.core import Machine, Node, Test
 
 
-def node_of(plan: NodePlan) -> Node:
+def to_node(plan: NodePlan) -> Node:
     """Return the Node for a node in a plan."""
     options: dict[str, Any] = {
         "name": plan.name,
@@ -36,13 +36,13 @@ def node_of(plan: NodePlan) -> Node:
             output="screen" if plan.output == "screen" else None,
             **options,
         )
-    node.origin = plan
+    node.source_plan = plan
     return node
 
 
-def plan_of_node(node: Node) -> NodePlan:
+def to_node_plan(node: Node) -> NodePlan:
     """Return the plan of a Node, with all changes since it was read; raise LaunchError if it cannot be launched."""
-    script = ScriptNode(
+    script_node = ScriptNode(
         node.package,
         node.type,
         name=node.name,
@@ -58,14 +58,17 @@ def plan_of_node(node: Node) -> NodePlan:
         required=node.required,
         filename=node.filename,
     )
-    script.plan.machine = node.machine_name
-    if node.origin is not None:
-        script.plan.line = node.origin.line
-        script.plan.wait_for, script.plan.wait_timeout = node.origin.wait_for, node.origin.wait_timeout
-    return script.plan
+    script_node.plan.machine = node.machine_name
+    if node.source_plan is not None:
+        script_node.plan.line = node.source_plan.line
+        script_node.plan.wait_for, script_node.plan.wait_timeout = (
+            node.source_plan.wait_for,
+            node.source_plan.wait_timeout,
+        )
+    return script_node.plan
 
 
-def machine_of(plan: MachinePlan) -> Machine:
+def to_machine(plan: MachinePlan) -> Machine:
     """Return the Machine for a machine in a plan."""
     settings = dict(plan.settings)
     return Machine(
@@ -80,24 +83,24 @@ def machine_of(plan: MachinePlan) -> Machine:
     )
 
 
-def plan_of_machine(machine: Machine) -> MachinePlan:
+def to_machine_plan(machine: Machine) -> MachinePlan:
     """Return the plan of a Machine."""
     settings = {"env-loader": machine.env_loader, "user": machine.user, "password": machine.password}
     settings |= {"ssh-port": str(machine.ssh_port), "timeout": str(machine.timeout)}
     return MachinePlan(machine.name, machine.address, tuple((key, value) for key, value in settings.items() if value))
 
 
-def plan_of(config: Any) -> Plan:
+def to_plan(config: Any) -> Plan:
     """Return the plan of a ROSLaunchConfig.
 
     Raises:
         LaunchError: the ROSLaunchConfig contains nodes that cannot be launched.
     """
     if config.executables:
-        raise LaunchError(f"pyros1 runs no executables beside nodes: {config.executables[0]}")
+        raise LaunchError(f"pyros1 cannot run executables in addition to nodes: {config.executables[0]}")
     plan = Plan(actions=list(config.actions), files=list(config.roslaunch_files))
-    plan.nodes = [plan_of_node(node) for node in config.nodes]
+    plan.nodes = [to_node_plan(node) for node in config.nodes]
     plan.params = {name: param.value for name, param in config.params.items()}
     plan.clear_params = list(config.clear_params)
-    plan.machines = {name: plan_of_machine(machine) for name, machine in config.machines.items() if name}
+    plan.machines = {name: to_machine_plan(machine) for name, machine in config.machines.items() if name}
     return plan

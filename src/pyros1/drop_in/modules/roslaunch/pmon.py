@@ -9,7 +9,7 @@ import traceback
 import weakref
 from typing import Any
 
-from pyros1.drop_in.missing import members, missing
+from pyros1.drop_in.module_attributes import class_getattr, module_getattr
 from roslaunch.core import RLException
 
 __all__ = [
@@ -73,7 +73,7 @@ class Process:
         self._handle = handle
         self.package, self.name, self.args, self.env = spec.package, handle.name, spec.words, spec.env
 
-    __getattr__ = members("Process", _REASON, frozenset(["start", "should_respawn", "time_of_death"]))
+    __getattr__ = class_getattr("Process", _REASON, frozenset(["start", "should_respawn", "time_of_death"]))
 
     def __str__(self) -> str:
         return f"Process<{self.name}>"
@@ -134,7 +134,7 @@ class ProcessMonitor:
         runs: the launches.
     """
 
-    __getattr__ = members("ProcessMonitor", _REASON, frozenset(["register", "register_core_proc", "unregister"]))
+    __getattr__ = class_getattr("ProcessMonitor", _REASON, frozenset(["register", "register_core_proc", "unregister"]))
 
     def __init__(self, name: str = "ProcessMonitor") -> None:
         self.name = name
@@ -247,12 +247,12 @@ class ProcessMonitor:
 
 
 _monitors: weakref.WeakSet[ProcessMonitor] = weakref.WeakSet()
-_numbers = itertools.count(1)
+_monitor_numbers = itertools.count(1)
 
 
 def start_process_monitor() -> ProcessMonitor:
     """Return a new monitor."""
-    monitor = ProcessMonitor(f"ProcessMonitor-{next(_numbers)}")
+    monitor = ProcessMonitor(f"ProcessMonitor-{next(_monitor_numbers)}")
     monitor.start()
     return monitor
 
@@ -271,7 +271,7 @@ def pmon_shutdown() -> None:
         monitor.shutdown()
 
 
-__getattr__ = missing(
+__getattr__ = module_getattr(
     "roslaunch.pmon",
     DeadProcess="see ProcessMonitor.dead_list",
     FatalProcessLaunch=_REASON,

@@ -13,12 +13,12 @@ _child_mode: list[Any] = [False]
 
 
 def add_printlog_handler(h: Callable[[str], object]) -> None:
-    """Also pass each text printed with `printlog` to a function."""
+    """Also pass each message printed with `printlog` to a function."""
     _handlers.append(h)
 
 
 def add_printerrlog_handler(h: Callable[[str], object]) -> None:
-    """Also pass each text printed with `printerrlog` to a function."""
+    """Also pass each message printed with `printerrlog` to a function."""
     _error_handlers.append(h)
 
 

@@ -10,10 +10,10 @@ from typing import Any
 
 import pyros1.launch.scripting as _scripting
 from pyros1.finding.packages import enclosing_package
+from pyros1.launch.reading.cli_arguments import find_launch_files, parse_arguments
 from pyros1.launch.reading.depends import declared_depends, file_needs, find_undeclared
 from pyros1.launch.reading.loader import absolute_files, load_plan
-from pyros1.launch.reading.words import find_files, parse_arguments
-from pyros1.launch.reading.world import make_resources
+from pyros1.launch.reading.system_resources import make_resources
 from roslaunch.core import RLException, rl_errors
 from roslaunch.printing import printerrlog
 
@@ -40,7 +40,7 @@ def resolve_launch_arguments(args: Iterable[str]) -> list[str]:
     Raises:
         RLException: a file does not exist.
     """
-    return find_files([word for word in args if ":=" not in word], make_resources())
+    return find_launch_files([word for word in args if ":=" not in word], make_resources())
 
 
 def get_or_generate_uuid(options_runid: str | None, options_wait_for_master: bool) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from pyros1.drop_in.missing import missing
+from pyros1.drop_in.module_attributes import module_getattr
 
 
 class ROSLaunchParentNode:
@@ -35,7 +35,7 @@ class ROSLaunchParentNode:
         """Do nothing: the server ends with the launch."""
 
 
-__getattr__ = missing(
+__getattr__ = module_getattr(
     "roslaunch.server",
     ROSLaunchChildNode="`pyros1 launch` runs nodes on other machines itself",
 )

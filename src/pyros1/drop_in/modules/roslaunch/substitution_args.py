@@ -1,4 +1,4 @@
-"""Replaces ``$(arg x)`` and similar in texts from launch files."""
+"""Replaces ``$(arg x)`` and similar in strings from launch files."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 from pyros1.ground.errors import LaunchError, PackageNotFoundError
 from pyros1.launch.reading.scope import Scope, ScopeSubstituter
 from pyros1.launch.reading.substitution import substitute
-from pyros1.launch.reading.world import make_resources
+from pyros1.launch.reading.system_resources import make_resources
 from roslaunch.loader import convert_value
 
 __all__ = ["ArgException", "SubstitutionException", "convert_value", "resolve_args"]
@@ -18,7 +18,7 @@ _rospack: Any = None  # programs set it to None so that new packages are found; 
 
 
 class SubstitutionException(Exception):
-    """A substitution in a text is not possible."""
+    """A substitution is not possible."""
 
 
 class ArgException(SubstitutionException):
@@ -26,7 +26,7 @@ class ArgException(SubstitutionException):
 
 
 class _DictSubstituter(ScopeSubstituter):
-    """Looks up the values to substitute in one text, in a program's own dictionary."""
+    """Looks up values to substitute in a dictionary of the program."""
 
     def __init__(self, context: dict[str, Any], filename: str) -> None:
         self._context = context
@@ -54,13 +54,13 @@ class _DictSubstituter(ScopeSubstituter):
 def resolve_args(
     arg_str: str, context: dict[str, Any] | None = None, resolve_anon: bool = True, filename: str | None = None
 ) -> str:
-    """Replace all ``$(...)`` in a text.
+    """Replace all ``$(...)`` in a string.
 
     Args:
-        arg_str: the text.
+        arg_str: the string.
         context: ``{"arg": {name: value}}``; unique names of ``$(anon x)`` are kept in it.
         resolve_anon: accepted for compatibility: ``$(anon x)`` is always replaced.
-        filename: the file with the text, for ``$(dirname)``.
+        filename: the file that contains the string, for ``$(dirname)``.
 
     Raises:
         ArgException: an argument has no value.

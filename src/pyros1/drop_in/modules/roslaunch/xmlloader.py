@@ -6,20 +6,20 @@ import sys
 from dataclasses import replace
 from typing import Any
 
-from pyros1.drop_in.missing import members, missing
+from pyros1.drop_in.module_attributes import class_getattr, module_getattr
 from pyros1.ground.errors import Error
 from pyros1.launch.plan import Plan
+from pyros1.launch.reading.cli_arguments import parse_arguments
 from pyros1.launch.reading.loader import load_plan
 from pyros1.launch.reading.report import list_contents
-from pyros1.launch.reading.words import parse_arguments
-from pyros1.launch.reading.world import make_resources
+from pyros1.launch.reading.system_resources import make_resources
 from roslaunch.core import Param, RLException
-from roslaunch.plans import machine_of, node_of
+from roslaunch.plans import to_machine, to_node
 
 __all__ = ["XmlLoader", "XmlParseException"]
 
 _READING = "pyros1.launch.reading reads launch files; see XmlLoader.load"
-__getattr__ = missing("roslaunch.xmlloader", ifunless=_READING, ifunless_test=_READING)
+__getattr__ = module_getattr("roslaunch.xmlloader", ifunless=_READING, ifunless_test=_READING)
 
 
 class XmlParseException(RLException):
@@ -39,7 +39,7 @@ class XmlLoader:
         self.args_only = args_only
         self.root_context: Any = None
 
-    __getattr__ = members(
+    __getattr__ = class_getattr(
         "XmlLoader",
         _READING,
         frozenset(["add_param", "load_env", "load_rosparam", "opt_attrs", "param_value", "reqd_attrs", "resolve_args"]),
@@ -80,18 +80,18 @@ class XmlLoader:
         for name in plan.files:
             if name != "<stdin>":
                 config.add_roslaunch_file(name)
-        self._fill(plan, config, core)
+        self._add_to_config(plan, config, core)
 
     @staticmethod
-    def _fill(plan: Plan, config: Any, core: bool) -> None:
+    def _add_to_config(plan: Plan, config: Any, core: bool) -> None:
         for name in plan.clear_params:
             config.add_clear_param(name)
         for name, value in plan.params.items():
             config.add_param(Param(name, value), verbose=False)
         for machine in plan.machines.values():
-            config.add_machine(machine_of(machine), verbose=False)
+            config.add_machine(to_machine(machine), verbose=False)
         config.actions.extend(plan.actions)
         for node in plan.nodes:
-            config.add_node(node_of(node), core=core, verbose=False)
+            config.add_node(to_node(node), core=core, verbose=False)
         for test in plan.tests:
-            config.add_test(node_of(test), verbose=False)
+            config.add_test(to_node(test), verbose=False)

@@ -1,6 +1,6 @@
 """roslib, by pyros1 (https://wiki.ros.org/roslib): most of it has moved to rospkg, rosgraph and genpy."""
 
-from pyros1.drop_in.missing import names as _names
+from pyros1.drop_in.module_attributes import module_hooks as _module_hooks
 from roslib.launcher import load_manifest
 
 __all__ = ["is_interactive", "load_manifest", "set_interactive"]
@@ -8,7 +8,7 @@ __all__ = ["is_interactive", "load_manifest", "set_interactive"]
 _is_interactive = False
 
 _LAZY_MODULES = ("exceptions", "launcher", "manifest", "message", "names", "packages")
-__getattr__, __dir__ = _names(__name__, {name: f"{__name__}.{name}." for name in _LAZY_MODULES})
+__getattr__, __dir__ = _module_hooks(__name__, {name: f"{__name__}.{name}." for name in _LAZY_MODULES})
 
 
 def set_interactive(interactive: bool) -> None:

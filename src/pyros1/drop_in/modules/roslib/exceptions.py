@@ -1,8 +1,8 @@
 """The base class of roslib's exceptions."""
 
-from pyros1.drop_in.missing import missing
+from pyros1.drop_in.module_attributes import module_getattr
 
-__getattr__ = missing(__name__)
+__getattr__ = module_getattr(__name__)
 
 
 class ROSLibException(Exception):

@@ -2,6 +2,6 @@
 
 from genpy.dynamic import generate_dynamic
 
-from pyros1.drop_in.missing import missing
+from pyros1.drop_in.module_attributes import module_getattr
 
-__getattr__ = missing(__name__)
+__getattr__ = module_getattr(__name__)

@@ -8,9 +8,9 @@ from typing import Any
 
 from rospkg import ResourceNotFound, RosPack
 
-from pyros1.drop_in.missing import missing
+from pyros1.drop_in.module_attributes import module_getattr
 
-__getattr__ = missing(__name__)
+__getattr__ = module_getattr(__name__)
 
 
 def load_manifest(package_name: str, bootstrap_version: str = "0.7") -> None:

@@ -8,12 +8,14 @@ from collections.abc import Mapping
 from rospkg import MANIFEST_FILE, Manifest, RosPack, parse_manifest_file
 from rospkg import InvalidManifest as ManifestException
 
-from pyros1.drop_in.missing import missing
+from pyros1.drop_in.module_attributes import module_getattr
 from roslib.packages import InvalidROSPkgException, get_pkg_dir
 
 _REASON = "use rospkg.RosPack().get_manifest, whose dependencies have names"
 
-__getattr__ = missing(__name__, parse=_REASON, Depend=_REASON, ROSDep=_REASON, Export=_REASON, VersionControl=_REASON)
+__getattr__ = module_getattr(
+    __name__, parse=_REASON, Depend=_REASON, ROSDep=_REASON, Export=_REASON, VersionControl=_REASON
+)
 
 
 def manifest_file(package: str, required: bool = True, env: Mapping[str, str] | None = None) -> str | None:

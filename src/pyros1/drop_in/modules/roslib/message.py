@@ -16,8 +16,8 @@ from genpy.message import (
     strify_message,
 )
 
-from pyros1.drop_in.missing import missing
+from pyros1.drop_in.module_attributes import module_getattr
 
 ROSMessageException = MessageException
 
-__getattr__ = missing(__name__)
+__getattr__ = module_getattr(__name__)

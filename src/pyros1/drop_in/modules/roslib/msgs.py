@@ -27,7 +27,7 @@ from genmsg.msgs import (
 from genmsg.msgs import bare_msg_type as base_msg_type
 from genmsg.msgs import parse_type as _parse_type
 
-from pyros1.drop_in.missing import missing
+from pyros1.drop_in.module_attributes import module_getattr
 from pyros1.ground.errors import MessageError
 from pyros1.ground.generated import finder
 
@@ -37,7 +37,7 @@ MsgSpecException = InvalidMsgSpec
 
 _REASON = "definitions are found when they are used; see load_by_type and genmsg.MsgContext"
 
-__getattr__ = missing(
+__getattr__ = module_getattr(
     __name__,
     REGISTERED_TYPES=_REASON,
     register=_REASON,

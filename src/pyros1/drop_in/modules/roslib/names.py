@@ -37,8 +37,8 @@ from rosgraph.names import (
     resolve_name,
 )
 
-from pyros1.drop_in.missing import missing
+from pyros1.drop_in.module_attributes import module_getattr
 
 TYPE_SEPARATOR = "/"
 
-__getattr__ = missing(__name__)
+__getattr__ = module_getattr(__name__)

@@ -21,6 +21,6 @@ from rosgraph.network import (
     write_ros_handshake_header,
 )
 
-from pyros1.drop_in.missing import missing
+from pyros1.drop_in.module_attributes import module_getattr
 
-__getattr__ = missing(__name__)
+__getattr__ = module_getattr(__name__)

@@ -10,11 +10,11 @@ from rospkg import ResourceNotFound, RosPack, get_package_name
 from rospkg.common import MANIFEST_FILE, PACKAGE_FILE
 from rospkg.environment import ROS_PACKAGE_PATH, ROS_ROOT
 
-from pyros1.drop_in.missing import missing
+from pyros1.drop_in.module_attributes import module_getattr
 from pyros1.finding.packages import files_below
 
 _REASON = "use rospkg.list_by_path"
-__getattr__ = missing(__name__, list_pkgs_by_path=_REASON, list_pkgs=_REASON)
+__getattr__ = module_getattr(__name__, list_pkgs_by_path=_REASON, list_pkgs=_REASON)
 
 
 class ROSPkgException(Exception):

@@ -18,11 +18,11 @@ from rospkg.environment import (
     get_test_results_dir,
 )
 
-from pyros1.drop_in.missing import missing
+from pyros1.drop_in.module_attributes import module_getattr
 
 _Environ = Mapping[str, str] | None
 
-__getattr__ = missing(__name__, makedirs_with_parent_perms="use os.makedirs, or rosgraph.roslogging")
+__getattr__ = module_getattr(__name__, makedirs_with_parent_perms="use os.makedirs, or rosgraph.roslogging")
 
 
 class ROSEnvException(Exception):

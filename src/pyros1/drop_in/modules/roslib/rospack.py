@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable
 
-from pyros1.drop_in.missing import missing
+from pyros1.drop_in.module_attributes import module_getattr
 from pyros1.finding.crawl import all_packages
 from pyros1.finding.dependencies import Packages
 from pyros1.ground.errors import Error
@@ -20,7 +20,7 @@ _COMMANDS: dict[str, Callable[[Packages, str], list[str]]] = {
     "depends-on1": lambda packages, name: packages.dependents(packages.find(name).name),
 }
 
-__getattr__ = missing(__name__, rospack_plugins=_REASON, rosstackexec=_STACKS, rosstack_depends=_STACKS)
+__getattr__ = module_getattr(__name__, rospack_plugins=_REASON, rosstackexec=_STACKS, rosstack_depends=_STACKS)
 
 
 def rospackexec(args: list[str]) -> str:

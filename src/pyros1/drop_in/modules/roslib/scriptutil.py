@@ -7,9 +7,9 @@ from typing import Any
 
 from rosgraph.names import script_resolve_name
 
-from pyros1.drop_in.missing import missing
+from pyros1.drop_in.module_attributes import module_getattr
 
-__getattr__ = missing(__name__)
+__getattr__ = module_getattr(__name__)
 
 
 def get_master() -> Any:

@@ -8,14 +8,14 @@ from genmsg.base import COMMENTCHAR, IODELIM, SEP, InvalidMsgSpec
 from genmsg.msg_loader import MsgContext, load_srv_from_string
 from genmsg.srvs import SrvSpec
 
-from pyros1.drop_in.missing import missing
+from pyros1.drop_in.module_attributes import module_getattr
 from pyros1.ground.generated import finder
 from roslib import msgs
 
 EXT = ".srv"
 SrvSpecException = InvalidMsgSpec
 
-__getattr__ = missing(__name__)
+__getattr__ = module_getattr(__name__)
 
 
 def load_from_string(text: str, package_context: str = "", full_name: str = "", short_name: str = "") -> SrvSpec:

@@ -10,16 +10,16 @@ from typing import Any
 from genpy.message import strify_message
 
 from pyros1.drop_in.commands import main as _main
-from pyros1.drop_in.missing import names
+from pyros1.drop_in.module_attributes import module_hooks
 from pyros1.ground.errors import DefinitionError, UnknownTypeError
 from pyros1.ground.generated import finder
 from pyros1.msgs.digest import Digests
 from pyros1.msgs.spec import MessageSpec
 
 _PROTOTYPE = "see the command `rosmsg-proto`"
-__getattr__, __dir__ = names(
+__getattr__, __dir__ = module_hooks(
     __name__,
-    why=dict.fromkeys(
+    missing_reasons=dict.fromkeys(
         (
             *("construct_ordered_mapping", "construct_yaml_map_with_ordered_dict", "init_rosmsg_proto"),
             *("represent_ordered_mapping", "rosmsg_cmd_prototype"),
@@ -67,10 +67,10 @@ def list_types(package: str, mode: str = MODE_MSG, rospack: Any = None) -> list[
 
         (rospack or rospkg.RosPack()).get_path(package)  # raises an error if the package does not exist
         return []
-    return [f"{package}/{name}" for name in _names(library, package, mode)]
+    return [f"{package}/{name}" for name in _type_names(library, package, mode)]
 
 
-def _names(library: Any, package: str, mode: str) -> list[str]:
+def _type_names(library: Any, package: str, mode: str) -> list[str]:
     return sorted(library.messages(package) if mode == MODE_MSG else library.services(package))
 
 
@@ -117,7 +117,7 @@ def rosmsg_search(rospack: Any, mode: str, base_type: str) -> Iterator[str]:
     """Yield the full names of all types that have a given bare name."""
     library = _library()
     for package in library.packages():
-        if base_type in _names(library, package, mode):
+        if base_type in _type_names(library, package, mode):
             yield f"{package}/{base_type}"
 
 
@@ -230,7 +230,7 @@ def get_yaml_for_msg(
 
 
 def get_array_type_instance(field_type: str, default_package: str | None = None) -> Any:
-    """Return a new message of the type of an array's elements; None for numbers and texts."""
+    """Return a new message of the type of an array's elements; None for numbers and strings."""
     base = field_type.partition("[")[0]
     if "/" not in base and default_package:
         base = f"{default_package}/{base}"

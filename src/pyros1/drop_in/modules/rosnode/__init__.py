@@ -15,11 +15,11 @@ from rosgraph.names import script_resolve_name
 
 from pyros1.drop_in.commands import main as _main
 from pyros1.drop_in.commands import run as _run
-from pyros1.drop_in.missing import missing
+from pyros1.drop_in.module_attributes import module_getattr
 from pyros1.graph import NodeApi
 from pyros1.ground.errors import DeadlineError, Error
 
-__getattr__ = missing(__name__)
+__getattr__ = module_getattr(__name__)
 
 NAME = "rosnode"
 ID = "/rosnode"
@@ -50,7 +50,7 @@ def _system_state(master: Any = None) -> Any:
         raise ROSNodeIOException("Unable to communicate with master!") from None
 
 
-def _nodes(state: Any) -> Iterator[str]:
+def _registered_nodes(state: Any) -> Iterator[str]:
     return itertools.chain.from_iterable(nodes for table in state for _, nodes in table)
 
 
@@ -79,10 +79,10 @@ def lookup_uri(master: Any, system_state: Any, topic: str, uri: str) -> str:
 
 def get_node_names(namespace: str | None = None) -> list[str]:
     """Return the names of all nodes, or only of those in a namespace, sorted."""
-    names = sorted(set(_nodes(_system_state())))
+    names = sorted(set(_registered_nodes(_system_state())))
     if namespace:
-        below = namespace.rstrip("/") + "/"
-        names = [name for name in names if name.startswith(below) or name == namespace]
+        prefix = namespace.rstrip("/") + "/"
+        names = [name for name in names if name.startswith(prefix) or name == namespace]
     return names
 
 
@@ -220,14 +220,14 @@ def rosnode_ping_all(verbose: bool = False, skip_cache: bool = False) -> tuple[l
 def cleanup_master_blacklist(master: Any, blacklist: Iterable[str]) -> None:
     """Remove all registrations of some nodes from the master."""
     names = set(blacklist)
-    for name in sorted(names & set(_nodes(_system_state(master)))):
+    for name in sorted(names & set(_registered_nodes(_system_state(master)))):
         print(f"Unregistering {name}")
     _unregister(master, names)
 
 
 def _unregister(master: Any, names: set[str]) -> None:
     publishers, subscribers, services = _system_state(master)
-    for name in sorted(names & set(_nodes((publishers, subscribers, services)))):
+    for name in sorted(names & set(_registered_nodes((publishers, subscribers, services)))):
         uri = get_api_uri(master, name, True) or ""  # the node may have been restarted
         node = rosgraph.Master(name, master.master_uri)
         for topic, nodes in publishers:
@@ -243,7 +243,7 @@ def _unregister(master: Any, names: set[str]) -> None:
 
 def cleanup_master_whitelist(master: Any, whitelist: Iterable[str]) -> None:
     """Remove all registrations of nodes that are not in the list from the master."""
-    _unregister(master, set(_nodes(_system_state(master))) - set(whitelist))
+    _unregister(master, set(_registered_nodes(_system_state(master))) - set(whitelist))
 
 
 def rosnode_cleanup() -> None:
@@ -264,9 +264,9 @@ def get_node_info_description(node_name: str) -> str:
     def rows(title: str, lines: list[str]) -> str:
         return f"{title}: " + ("\n" + "\n".join(lines) if lines else "None") + "\n"
 
-    provided = [f" * {name}" for name in sorted(name for name, nodes in services if node_name in nodes)]
+    provided_services = [f" * {name}" for name in sorted(name for name, nodes in services if node_name in nodes)]
     published, subscribed = rows("Publications", topics(publishers)), rows("Subscriptions", topics(subscribers))
-    return f"Node [{node_name}]\n{published}\n{subscribed}\n{rows('Services', provided)}"
+    return f"Node [{node_name}]\n{published}\n{subscribed}\n{rows('Services', provided_services)}"
 
 
 def get_node_connection_info_description(node_api: str, master: Any) -> str:

@@ -16,12 +16,12 @@ from rosgraph.masterapi import Master
 from rosgraph.names import get_ros_namespace, make_caller_id, ns_join, script_resolve_name
 
 from pyros1.drop_in.commands import main as _main
-from pyros1.drop_in.missing import missing
+from pyros1.drop_in.module_attributes import module_getattr
 from pyros1.ground.atomic_file import write_atomically
 from pyros1.ground.expressions import ExpressionError
 from pyros1.values.angles import evaluate_angle as _radians
 
-__getattr__ = missing(__name__)
+__getattr__ = module_getattr(__name__)
 
 NAME = "rosparam"
 NS = "_ns"
@@ -135,7 +135,7 @@ def load_file(filename: str, default_namespace: str | None = None, verbose: bool
 def load_str(
     str: str, filename: str, default_namespace: str | None = None, verbose: bool = False
 ) -> list[tuple[Any, str]]:
-    """Return the documents of a YAML text, each with its namespace; see `load_file`."""
+    """Return the documents in a YAML string, each with its namespace; see `load_file`."""
     documents = []
     for document in yaml.load_all(str, yaml.SafeLoader):
         if document is None:
@@ -170,7 +170,7 @@ def get_param(param: str) -> Any:
 
 
 def set_param(param: str, value: str, verbose: bool = False) -> None:
-    """Set a parameter to the value that a YAML text describes."""
+    """Set a parameter to the value in a YAML string."""
     set_param_raw(param, yaml.load(value, yaml.SafeLoader), verbose=verbose)
 
 
@@ -183,8 +183,8 @@ def set_param_raw(param: str, value: Any, verbose: bool = False) -> None:
         OverflowError: a whole number has more than 32 bits, which XML-RPC cannot send.
     """
     if isinstance(value, dict):
-        for key, each in value.items():
-            set_param_raw(param if not key else ns_join(param, key), each, verbose=verbose)
+        for key, item in value.items():
+            set_param_raw(param if not key else ns_join(param, key), item, verbose=verbose)
         if value:
             return
     _check_integers(value)
@@ -234,8 +234,8 @@ def delete_param(param: str, verbose: bool = False) -> None:
 @_stock_errors()
 def list_params(ns: str) -> list[str]:
     """Return the names of all parameters in a namespace, sorted."""
-    below = _resolve(ns).rstrip("/") + "/"
-    return sorted(name for name in get_param_server().getParamNames() if name.startswith(below))
+    prefix = _resolve(ns).rstrip("/") + "/"
+    return sorted(name for name in get_param_server().getParamNames() if name.startswith(prefix))
 
 
 def print_params(params: Any, ns: str) -> None:

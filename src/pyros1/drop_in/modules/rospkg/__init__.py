@@ -3,7 +3,7 @@
 If rospkg is installed, from PyPI or Debian, programs import that package instead.
 """
 
-from pyros1.drop_in.missing import missing
+from pyros1.drop_in.module_attributes import module_getattr
 from rospkg.common import MANIFEST_FILE, STACK_FILE, ResourceNotFound
 from rospkg.environment import (
     get_etc_ros_dir,
@@ -42,4 +42,4 @@ __all__ = [
 __version__ = "1.4.0"  # the version of PyPI's rospkg whose API this is
 
 _REASON = "`pip install rospkg` provides it"
-__getattr__ = missing(__name__, expand_to_packages=_REASON, get_stack_version_by_dir=_REASON)
+__getattr__ = module_getattr(__name__, expand_to_packages=_REASON, get_stack_version_by_dir=_REASON)

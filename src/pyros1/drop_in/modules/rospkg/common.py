@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from pyros1.drop_in.missing import missing
+from pyros1.drop_in.module_attributes import module_getattr
 
 MANIFEST_FILE = "manifest.xml"
 PACKAGE_FILE = "package.xml"
 STACK_FILE = "stack.xml"
 ROS_STACK = "ros"
 
-__getattr__ = missing(__name__)
+__getattr__ = module_getattr(__name__)
 
 
 class ResourceNotFound(Exception):

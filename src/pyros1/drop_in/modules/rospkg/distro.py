@@ -5,12 +5,12 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping
 
-from pyros1.drop_in.missing import missing
+from pyros1.drop_in.module_attributes import module_getattr
 from rospkg.environment import get_etc_ros_dir
 
 _REASON = "the descriptions of rosbuild's distributions are no longer online; `pip install rospkg` provides them"
 
-__getattr__ = missing(
+__getattr__ = module_getattr(
     __name__, load_distro=_REASON, distro_uri=_REASON, Distro=_REASON, DistroStack=_REASON, Variant=_REASON
 )
 

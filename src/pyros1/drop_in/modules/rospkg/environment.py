@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping
 
-from pyros1.drop_in.missing import missing
+from pyros1.drop_in.module_attributes import module_getattr
 from pyros1.finding.packages import share_folders
 
 ROS_ROOT = "ROS_ROOT"
@@ -17,7 +17,7 @@ ROS_TEST_RESULTS_DIR = "ROS_TEST_RESULTS_DIR"
 
 _Environ = Mapping[str, str] | None
 
-__getattr__ = missing(__name__)
+__getattr__ = module_getattr(__name__)
 
 
 def _get(env: _Environ, name: str) -> str | None:
@@ -37,8 +37,8 @@ def get_ros_package_path(env: _Environ = None) -> str | None:
 def get_ros_paths(env: _Environ = None) -> list[str]:
     """Return the folders that are searched for packages."""
     environ = os.environ if env is None else env
-    named = [get_ros_root(environ), *(get_ros_package_path(environ) or "").split(os.pathsep)]
-    return [path for path in (*named, *share_folders(environ)) if path]
+    explicit_paths = [get_ros_root(environ), *(get_ros_package_path(environ) or "").split(os.pathsep)]
+    return [path for path in (*explicit_paths, *share_folders(environ)) if path]
 
 
 def get_ros_home(env: _Environ = None) -> str:

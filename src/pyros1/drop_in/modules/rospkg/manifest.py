@@ -6,13 +6,13 @@ import os
 from typing import Any
 from xml.etree.ElementTree import Element, ParseError, tostring
 
-from pyros1.drop_in.missing import missing
+from pyros1.drop_in.module_attributes import module_getattr
 from rospkg.common import MANIFEST_FILE, PACKAGE_FILE, STACK_FILE
 
 _DEPEND_TAGS = ("run_depend", "exec_depend", "build_depend", "build_export_depend", "buildtool_depend", "depend")
 _REASON = "`pip install rospkg` provides it; here is parse_manifest_file"
 
-__getattr__ = missing(__name__, parse_manifest=_REASON, Platform=_REASON)
+__getattr__ = module_getattr(__name__, parse_manifest=_REASON, Platform=_REASON)
 
 
 class InvalidManifest(Exception):
@@ -149,7 +149,7 @@ def parse_manifest_file(dirpath: str, manifest_name: str, rospack: Any = None) -
     result = Manifest(type_name, os.path.join(dirpath, MANIFEST_FILE) if is_catkin else path, is_catkin)
     try:
         root: Element = fromstring(content)
-        _fill(result, root)
+        _set_fields(result, root)
         if is_catkin:
             names = dict.fromkeys(name for tag in _DEPEND_TAGS for name in _child_texts(root, tag))
             known_packages = names if rospack is None else set(rospack.list())
@@ -182,7 +182,7 @@ def _person(element: Element) -> str:
     return _inner_xml(element) + (f" <{mail}>" if mail else "")
 
 
-def _fill(manifest: Manifest, root: Element) -> None:
+def _set_fields(manifest: Manifest, root: Element) -> None:
     description = root.find("description")
     manifest.description = _inner_xml(description)
     manifest.brief = "" if description is None else description.get("brief", "")

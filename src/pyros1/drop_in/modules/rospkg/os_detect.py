@@ -5,11 +5,11 @@ from __future__ import annotations
 import os
 import platform
 
-from pyros1.drop_in.missing import missing
+from pyros1.drop_in.module_attributes import module_getattr
 
 _REASON = "`pip install rospkg` provides it"
 OS_DEBIAN, OS_UBUNTU = "debian", "ubuntu"
-__getattr__ = missing(__name__, OsDetector=_REASON, uname_get_machine=_REASON)
+__getattr__ = module_getattr(__name__, OsDetector=_REASON, uname_get_machine=_REASON)
 
 
 class OsNotDetected(Exception):

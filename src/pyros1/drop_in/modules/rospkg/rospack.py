@@ -8,14 +8,14 @@ from collections.abc import Sequence
 from contextlib import suppress
 from typing import Any
 
-from pyros1.drop_in.missing import members, missing
+from pyros1.drop_in.module_attributes import class_getattr, module_getattr
 from pyros1.finding.packages import PackageIndex, enclosing_package
 from rospkg.common import MANIFEST_FILE, PACKAGE_FILE, STACK_FILE, ResourceNotFound
 from rospkg.environment import get_ros_paths
 from rospkg.manifest import InvalidManifest, Manifest, parse_manifest_file
 
 _REASON = "`pip install rospkg` provides it"
-__getattr__ = missing(__name__, expand_to_packages=_REASON, get_stack_version_by_dir=_REASON)
+__getattr__ = module_getattr(__name__, expand_to_packages=_REASON, get_stack_version_by_dir=_REASON)
 
 
 class ManifestManager:
@@ -161,7 +161,7 @@ class RosStack(ManifestManager):
     def __init__(self, ros_paths: Sequence[str] | None = None) -> None:
         super().__init__(STACK_FILE, ros_paths)
 
-    __getattr__ = members("RosStack", _REASON, frozenset({"get_stack_version"}))
+    __getattr__ = class_getattr("RosStack", _REASON, frozenset({"get_stack_version"}))
 
     def _find_folders(self) -> dict[str, str]:
         paths = package_index(self._ros_paths if self._has_own_paths else None).paths()

@@ -1,6 +1,6 @@
 """rospy, by pyros1: the names and behaviour of ROS 1's client library for Python (https://wiki.ros.org/rospy)."""
 
-from pyros1.drop_in.missing import names as _names
+from pyros1.drop_in.module_attributes import module_hooks as _module_hooks
 from pyros1.ground.loading import loading as _loading
 
 with _loading():
@@ -160,6 +160,6 @@ _modules = (
     "service",
     "timer",
 )
-__getattr__, __dir__ = _names(
+__getattr__, __dir__ = _module_hooks(
     __name__, {name: f"rospy.{name}." for name in (*_modules, "topics", "logger_level_service_caller")}
 )

@@ -10,8 +10,8 @@ from contextlib import contextmanager
 from typing import Any
 
 import pyros1
-from pyros1.drop_in.binary import as_stock
-from pyros1.drop_in.missing import names as _names
+from pyros1.drop_in.binary import bytes_to_binary
+from pyros1.drop_in.module_attributes import module_hooks as _module_hooks
 from pyros1.drop_in.process import PROCESS
 from pyros1.ground import names
 from pyros1.ground.errors import (
@@ -26,7 +26,7 @@ from pyros1.ground.loading import loading
 from rospy.core import add_client_shutdown_hook, logdebug, logerr, loginfo, logwarn, register_signals, signal_shutdown
 from rospy.exceptions import ROSException, ROSInitException, ROSInterruptException
 from rospy.msproxy import MasterProxy, stock_connection_errors
-from rospy.names import as_text, get_caller_id, resolve_name
+from rospy.names import get_caller_id, normalize_name_argument, resolve_name
 
 DEBUG, INFO, WARN, ERROR, FATAL = 1, 2, 4, 8, 16
 TIMEOUT_READY = 15.0
@@ -55,7 +55,7 @@ def myargv(argv: list[str] | None = None) -> list[str]:
 
 
 def load_command_line_node_params(argv: list[str]) -> dict[str, Any]:
-    """Return the private parameters on a command line. The values are YAML; ``deg(90)`` is no number here.
+    """Return the private parameters on a command line. The values are YAML; ``deg(90)`` is not converted to a number.
 
     Raises:
         ROSInitException: a value is not YAML, or an argument contains ``:=`` twice.
@@ -154,8 +154,8 @@ def init_node(
                 for key, value in private_params.items():
                     with _stock_value_errors(), stock_connection_errors():
                         node.params["~" + key] = value
-                rosout.connect(node, command_line, config)
-            except BaseException:  # XML-RPC lacks such values, or the logging configuration is wrong
+                rosout.connect_loggers(node, command_line, config)
+            except BaseException:  # XML-RPC cannot transfer a value, or the logging configuration is wrong
                 node.shutdown()
                 raise
             return node
@@ -167,7 +167,7 @@ def init_node(
         except ProtocolError as error:
             raise ROSInitException(str(error)) from None
         if not disable_rosout:
-            rosout.show_topic()
+            rosout.list_rosout_topic()
     full_name = get_caller_id()
     logdebug("init_node, name[%s], pid[%s]: rospy is pyros1's, %s", full_name, os.getpid(), os.path.dirname(__file__))
 
@@ -242,14 +242,14 @@ def wait_for_message(topic: str, topic_type: Any, timeout: Any = None) -> Any:
             raise ROSInterruptException("rospy shutdown")
         raise ROSException("ROS node has not been initialized yet. Please call init_node() first")
     seconds = timeout.to_sec() if hasattr(timeout, "to_sec") else timeout
-    # This subscriber checks the arguments, and registers the topic among those of the program.
-    probe = None if PROCESS.is_forked else Subscriber(topic, topic_type)
+    # This subscriber validates the arguments, and adds the topic to the list of the program's topics.
+    validating_subscriber = None if PROCESS.is_forked else Subscriber(topic, topic_type)
     try:
         limit = None if seconds is None else max(0.0, float(seconds))
         if PROCESS.is_forked:
             with _make_node_after_fork(PROCESS.node) as node:
                 return node.wait_for_message(resolve_name(topic), topic_type, limit)
-        return PROCESS.node.wait_for_message(as_text(topic), topic_type, limit)
+        return PROCESS.node.wait_for_message(normalize_name_argument(topic), topic_type, limit)
     except WaitTimeoutError:
         raise ROSException(f"timeout exceeded while waiting for message on topic {topic}") from None
     except NodeShutdownError:
@@ -257,8 +257,8 @@ def wait_for_message(topic: str, topic_type: Any, timeout: Any = None) -> Any:
     except (MasterError, NodeError) as error:
         raise ROSException(f"unable to wait for a message on topic {topic}: {error}") from None
     finally:
-        if probe is not None:
-            probe.unregister()
+        if validating_subscriber is not None:
+            validating_subscriber.unregister()
 
 
 def _make_node_after_fork(node: pyros1.Node) -> pyros1.Node:
@@ -306,9 +306,9 @@ def get_param_cached(param_name: str, default: Any = _unspecified) -> Any:
     if PROCESS.node is None:
         return get_param(param_name, default)
     master = get_master()
-    value = master.do(lambda: master.parameters.cached(as_text(param_name), _unspecified))
+    value = master.call_with_retry(lambda: master.parameters.cached(normalize_name_argument(param_name), _unspecified))
     if value is not _unspecified:
-        return as_stock(value)
+        return bytes_to_binary(value)
     if default is not _unspecified:
         return default
     raise KeyError(param_name)
@@ -372,7 +372,7 @@ _lazy_imports = {
     "Log": "rosgraph_msgs.msg",
     "Service": "rospy.service",
 }
-__getattr__, __dir__ = _names(
+__getattr__, __dir__ = _module_hooks(
     __name__,
     _lazy_imports,
     {"_master_proxy_lock": "pyros1's master proxy is thread-safe without a lock"},

@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping
 from types import FrameType
 from typing import Any
 
-from pyros1.drop_in.missing import names as _names
+from pyros1.drop_in.module_attributes import module_hooks as _module_hooks
 from pyros1.drop_in.process import PROCESS
 from pyros1.ground.interrupts import InterruptCounter, die_by_signal
 from rospy.exceptions import ROSException, ROSInitException
@@ -24,7 +24,7 @@ _overrides: dict[str, Any] = {}
 """Values that the program has set, which replace those of the node: ``initialized``, ``uri``."""
 
 
-# Life -----------------------------------------------------------------------------------------------------------------
+# Start and shutdown ---------------------------------------------------------------------------------------------------
 
 
 def is_initialized() -> bool:
@@ -45,7 +45,7 @@ def is_shutdown() -> bool:
 
 def is_shutdown_requested() -> bool:
     """Return whether the node is about to shut down, or has shut down."""
-    return PROCESS.ending
+    return PROCESS.shutdown_requested
 
 
 def signal_shutdown(reason: str) -> None:
@@ -101,7 +101,7 @@ _interrupts = InterruptCounter()
 def _ros_signal(sig: int, stackframe: FrameType | None) -> None:
     """Shut down the node in the main thread, which pauses the program meanwhile; then call the previous handler."""
     counts = _interrupts.count_signal()
-    if PROCESS.starting and signal.getsignal(sig) is not _ros_signal:
+    if PROCESS.is_starting and signal.getsignal(sig) is not _ros_signal:
         return  # the node's own handler, which is already installed, handles the signal
     if PROCESS.node is None:  # the node could not be started
         _call_previous_handler(sig, stackframe)
@@ -208,19 +208,19 @@ def is_topic(param_name: str) -> Callable[[Any, str], str]:
 
 
 _lazy_imports = {**LAZY_IMPORTS, "rosgraph": "rosgraph.", "Log": "rosgraph_msgs.msg", "NullHandler": "logging"}
-_lazy_imports |= dict.fromkeys(("configure_logging", "deprecated"), "rospy.impl.early")
+_lazy_imports |= dict.fromkeys(("configure_logging", "deprecated"), "rospy.impl.without_node")
 _lazy_imports |= {"_base_logger": "rospy.impl.loggers"}
-_private = {"_in_shutdown": "ending", "_shutdown_flag": "is_shutdown"}
-_hooks = "add functions with rospy.on_shutdown, or add_client_shutdown_hook and its siblings"
-_getter, __dir__ = _names(
+_process_attributes = {"_in_shutdown": "shutdown_requested", "_shutdown_flag": "is_shutdown"}
+_hooks_reason = "add functions with rospy.on_shutdown, or add_client_shutdown_hook and its siblings"
+_lazy_getattr, __dir__ = _module_hooks(
     __name__,
     _lazy_imports,
-    dict.fromkeys(("_client_shutdown_hooks", "_preshutdown_hooks", "_shutdown_hooks"), _hooks),
+    dict.fromkeys(("_client_shutdown_hooks", "_preshutdown_hooks", "_shutdown_hooks"), _hooks_reason),
     {"_uri": get_node_uri},
 )
 
 
 def __getattr__(name: str) -> Any:
-    if name in _private:
-        return getattr(PROCESS, _private[name])
-    return _getter(name)
+    if name in _process_attributes:
+        return getattr(PROCESS, _process_attributes[name])
+    return _lazy_getattr(name)

@@ -47,7 +47,7 @@ class LoggerLevelServiceCaller:
         try:
             code, message, state = rospy.get_master().getSystemState()
         except OSError as error:
-            raise ROSConsoleException(f"the master does not answer: {error}") from error
+            raise ROSConsoleException(f"the master does not respond: {error}") from error
         if code != 1:
             raise ROSConsoleException(message)
         suffix = "/set_logger_level"

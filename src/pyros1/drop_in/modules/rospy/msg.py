@@ -5,7 +5,7 @@ from __future__ import annotations
 import struct
 from typing import Any
 
-from pyros1.drop_in.missing import names as _names
+from pyros1.drop_in.module_attributes import module_hooks as _module_hooks
 from pyros1.ground.errors import DeserializationError
 from pyros1.msgs import AnyMsg, Message
 from rospy.exceptions import ROSException
@@ -57,7 +57,7 @@ def serialize_message(b: Any, seq: int, msg: Any) -> None:
 
     Args:
         b: a writable binary file, positioned at its end.
-        seq: sequence number for the header, if the message has one.
+        seq: sequence number for the header, if the message has connection.
         msg: the message.
     """
     if getattr(msg.__class__, "_has_header", False):
@@ -137,6 +137,6 @@ def _serialize(self: AnyMsg, buff: Any) -> None:
     buff.write(self._buff)
 
 
-AnyMsg.serialize = _serialize  # type: ignore[method-assign]  # its error is the one that programs for stock know
+AnyMsg.serialize = _serialize  # type: ignore[method-assign]  # raises stock's error
 
-__getattr__, __dir__ = _names(__name__)
+__getattr__, __dir__ = _module_hooks(__name__)

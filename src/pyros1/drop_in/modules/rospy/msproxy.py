@@ -7,14 +7,14 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from pyros1.drop_in.binary import as_stock
+from pyros1.drop_in.binary import bytes_to_binary
 from pyros1.drop_in.process import PROCESS
 from pyros1.ground import names
 from pyros1.ground.errors import MasterError, MasterMethodError, MasterUnreachableError, ParameterNotSetError
 from pyros1.net.hosts import master_uri
 from pyros1.net.master_client import MasterClient
 from rospy.exceptions import ROSException
-from rospy.names import as_text, get_caller_id, get_mappings, resolve_name
+from rospy.names import get_caller_id, get_mappings, normalize_name_argument, resolve_name
 
 if TYPE_CHECKING:
     from pyros1.node.parameters.parameters import Parameters
@@ -75,9 +75,10 @@ class MasterProxy:
 
         return ServerProxy(self.client.uri)
 
-    def do(self, action: Callable[[], _T]) -> _T:
-        """Return the result of a function that calls the master; the function is called again if the node shuts down
-        meanwhile.
+    def call_with_retry(self, action: Callable[[], _T]) -> _T:
+        """Return the result of a function that calls the master.
+
+        If the node shuts down meanwhile, the function is called again with a new connection.
 
         Raises:
             ConnectionRefusedError: the master does not respond.
@@ -109,37 +110,37 @@ class MasterProxy:
             if position is not None and position < len(arguments) and key != "searchParam":
                 arguments[position] = resolve_name(arguments[position])
             try:
-                answer = self.do(lambda: self.client.call_unchecked(key, *arguments))
+                answer = self.call_with_retry(lambda: self.client.call_unchecked(key, *arguments))
             except MasterMethodError as error:
                 from xmlrpc.client import Fault  # slow to import
 
                 raise Fault(1, str(error)) from error
-            return as_stock(answer) if key == "getParam" else answer
+            return bytes_to_binary(answer) if key == "getParam" else answer
 
         return call
 
     def __getitem__(self, key: str) -> Any:
         """Return a parameter; raises KeyError if it is not set."""
         try:
-            return as_stock(self.do(lambda: self.parameters[as_text(key)]))
+            return bytes_to_binary(self.call_with_retry(lambda: self.parameters[normalize_name_argument(key)]))
         except ParameterNotSetError:
             raise KeyError(key) from None
 
     def __setitem__(self, key: str, val: Any) -> None:
-        self.do(lambda: self.parameters.__setitem__(as_text(key), val))
+        self.call_with_retry(lambda: self.parameters.__setitem__(normalize_name_argument(key), val))
 
     def __delitem__(self, key: str) -> None:
         """Delete a parameter; raises KeyError if it is not set."""
         try:
-            self.do(lambda: self.parameters.__delitem__(as_text(key)))
+            self.call_with_retry(lambda: self.parameters.__delitem__(normalize_name_argument(key)))
         except ParameterNotSetError:
             raise KeyError(key) from None
 
     def __contains__(self, key: str) -> bool:
-        return self.do(lambda: as_text(key) in self.parameters)
+        return self.call_with_retry(lambda: normalize_name_argument(key) in self.parameters)
 
     def __iter__(self) -> Iterator[str]:
-        return iter(self.do(lambda: list(self.parameters.names())))
+        return iter(self.call_with_retry(lambda: list(self.parameters.names())))
 
     def search_param(self, key: str) -> str | None:
         """Search for a parameter; return its full name, or None.
@@ -151,14 +152,14 @@ class MasterProxy:
         if key is None:
             raise TypeError("cannot marshal None unless allow_none is enabled")
         try:
-            return self.do(lambda: self.parameters.search(str(key))) if key else None
+            return self.call_with_retry(lambda: self.parameters.search(str(key))) if key else None
         except MasterError as error:
             raise ROSException(f"cannot search for parameter: {error}") from None
 
     def get_param_cached(self, key: str) -> Any:
         """Return a parameter from a local copy that the master keeps up to date; raises KeyError if it is not set."""
         missing_marker = object()
-        value = self.do(lambda: self.parameters.cached(as_text(key), missing_marker))
+        value = self.call_with_retry(lambda: self.parameters.cached(normalize_name_argument(key), missing_marker))
         if value is missing_marker:
             raise KeyError(key)
-        return as_stock(value)
+        return bytes_to_binary(value)

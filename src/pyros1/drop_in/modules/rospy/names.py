@@ -8,7 +8,7 @@ import warnings
 from collections.abc import Callable
 from typing import Any
 
-from pyros1.drop_in.missing import names as _names
+from pyros1.drop_in.module_attributes import module_hooks as _module_hooks
 from pyros1.drop_in.process import PROCESS
 from pyros1.ground import names
 from pyros1.ground.names import canonicalize_name
@@ -24,8 +24,8 @@ def isstring(s: object) -> bool:
     return isinstance(s, str)
 
 
-def as_text(name: Any) -> str:
-    """Convert a name like stock's functions: None to the empty name, and ``~/x`` to ``/x``."""
+def normalize_name_argument(name: Any) -> str:
+    """Convert a name that a program passed, as stock does: None to the empty name, and ``~/x`` to ``/x``."""
     text = "" if name is None else str(name)
     return text[1:] if text[:2] == "~/" and text.strip("~/") else text
 
@@ -60,7 +60,7 @@ def namespace(name: str) -> str:
 
 
 _command_line: dict[str, list[str]] = {}
-"""The command line set by `reload_mappings`, which replaces that of the process."""
+"""The command line set by `reload_mappings`, under the key "argv", which replaces that of the process."""
 
 
 _early_remappings: dict[str, str] = {}
@@ -68,7 +68,7 @@ _early_remappings: dict[str, str] = {}
 
 
 _program_name: dict[str, str] = {}
-"""The full name of the node that the program has set."""
+"""The node's full name set by `_set_caller_id`, under the key "id"."""
 
 
 def _set_caller_id(caller_id: str) -> None:
@@ -166,7 +166,7 @@ def resolve_name(name: str, caller_id: str | None = None) -> str:
     return _resolved_remappings(PROCESS.node.name).get(full_name, full_name)
 
 
-def warn_of_name(name: str, depth: int) -> None:
+def warn_if_illegal_name(name: str, depth: int) -> None:
     """Warn about an illegal name.
 
     Args:
@@ -286,11 +286,11 @@ LAZY_IMPORTS = {
     "load_mappings": "rosgraph.names",
     "make_global_ns": "rosgraph.names",
 }
-"""Names that this module imports lazily, like stock's; modules that have all names of this one do so as well."""
-__getattr__, __dir__ = _names(
+"""Names that this module imports lazily. Modules that contain all names of this module import them lazily, too."""
+__getattr__, __dir__ = _module_hooks(
     __name__,
     LAZY_IMPORTS,
-    live={
+    computed_values={
         "_caller_namespace": get_namespace,
         "_caller_id": get_caller_id,
         "_mappings": get_mappings,

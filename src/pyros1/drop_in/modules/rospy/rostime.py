@@ -7,13 +7,13 @@ import time
 from typing import Any
 
 import pyros1.ground.timing
-from pyros1.drop_in.missing import names as _names
+from pyros1.drop_in.module_attributes import module_hooks as _module_hooks
 from pyros1.drop_in.process import PROCESS
 from rospy.exceptions import ROSInitException, ROSInterruptException, ROSTimeMovedBackwardsException
 
 _rostime_cond = threading.Condition()
-_ticking: list[bool] = []
-"""Whether there is a callback to notify."""
+_notifications_started: list[bool] = []
+"""Contains True once the condition is notified of changes, that is after the first `get_rostime_cond`."""
 _program_time_and_clock: list[Any] = []
 """The time set by the program, and the time on /clock at that moment."""
 
@@ -131,7 +131,7 @@ def _set_rostime(t: Any) -> None:
 def _set_program_time(value: Time | None) -> None:
     globals()["_rostime_current"] = value  # programs read and write this variable as well
     time_set_by_program()
-    _wake(None)
+    _notify_waiters(None)
 
 
 def time_set_by_program() -> Time | None:
@@ -150,7 +150,7 @@ def time_set_by_program() -> Time | None:
     return program_time
 
 
-def sleep_in_set_time(seconds: float) -> None:
+def sleep_in_program_time(seconds: float) -> None:
     """Sleep until the time set by the program has advanced.
 
     Raises:
@@ -184,10 +184,10 @@ def get_rostime() -> Time:
     """
     node = PROCESS.node
     program_time = time_set_by_program()
-    if program_time is not None and (node is not None or PROCESS.wall_time):
+    if program_time is not None and (node is not None or PROCESS.has_wall_clock):
         return program_time
     if node is None:
-        if not PROCESS.wall_time:
+        if not PROCESS.has_wall_clock:
             raise ROSInitException("time is not initialized. Have you called init_node()?")
     elif node.simulated_time:
         now = node.now()
@@ -211,12 +211,12 @@ def is_wallclock() -> bool:
 
 def is_rostime_initialized() -> bool:
     """Return whether a clock is available."""
-    return PROCESS.wall_time or PROCESS.node is not None
+    return PROCESS.has_wall_clock or PROCESS.node is not None
 
 
 def set_rostime_initialized(val: bool) -> None:
     """Set whether a clock, which is wall time, is available without a node."""
-    PROCESS.wall_time = val
+    PROCESS.has_wall_clock = val
 
 
 def switch_to_wallclock() -> None:
@@ -228,27 +228,27 @@ def switch_to_wallclock() -> None:
     _set_program_time(None)
     if not is_wallclock():
         raise NotImplementedError("pyros1 cannot switch a running node from simulated to wall time")
-    PROCESS.wall_time = True
+    PROCESS.has_wall_clock = True
 
 
 def get_rostime_cond() -> threading.Condition:
     """Return a condition that is notified of each change of simulated time, and of the node's shutdown."""
     with _rostime_cond:
-        if not _ticking:
-            _ticking.append(True)
+        if not _notifications_started:
+            _notifications_started.append(True)
             PROCESS.when_started(_start_notifications)
     return _rostime_cond
 
 
 def _start_notifications(node: Any) -> None:
-    PROCESS.on_shutdown(_wake, "after")
+    PROCESS.on_shutdown(_notify_waiters, "after")
     if node.simulated_time:
         from pyros1.msgs.rosgraph_msgs.msg import Clock
 
-        node.subscribe("/clock", Clock, _wake, queue_size=1)
+        node.subscribe("/clock", Clock, _notify_waiters, queue_size=1)
 
 
-def _wake(_: object) -> None:
+def _notify_waiters(_: object) -> None:
     with _rostime_cond:
         _rostime_cond.notify_all()
 
@@ -259,12 +259,12 @@ def wallsleep(duration: float) -> None:
         time.sleep(duration)
 
 
-def _current() -> Any:
+def _simulated_time() -> Any:
     """Return the simulated time; None with wall time, like stock's variable."""
     return None if is_wallclock() else get_rostime()
 
 
-__getattr__, __dir__ = _names(
+__getattr__, __dir__ = _module_hooks(
     __name__,
-    live={"_rostime_current": _current, "_rostime_initialized": is_rostime_initialized},
+    computed_values={"_rostime_current": _simulated_time, "_rostime_initialized": is_rostime_initialized},
 )

@@ -6,11 +6,11 @@ import logging
 import threading
 from typing import Any
 
-from pyros1.drop_in.missing import names as _names
+from pyros1.drop_in.module_attributes import module_hooks as _module_hooks
 from pyros1.ground.names import canonicalize_name
 from rospy.core import *  # noqa: F403  stock's module has these names as well
 from rospy.impl.registration import Registration
-from rospy.names import LAZY_IMPORTS, as_text, resolve_name, warn_of_name
+from rospy.names import LAZY_IMPORTS, normalize_name_argument, resolve_name, warn_if_illegal_name
 
 logger = logging.getLogger("rospy.service")
 
@@ -32,9 +32,9 @@ class _Service:
     """
 
     def __init__(self, name: str, service_class: Any) -> None:
-        self._unresolved_name = canonicalize_name(as_text(name)) or "/"
+        self._unresolved_name = canonicalize_name(normalize_name_argument(name)) or "/"
         if name:
-            warn_of_name(self._unresolved_name, 4)
+            warn_if_illegal_name(self._unresolved_name, 4)
         self.resolved_name = resolve_name(name)
         self.service_class = service_class
         self.request_class = service_class._request_class
@@ -85,4 +85,4 @@ SERVICES = ServiceManager()
 _lazy_imports = {**LAZY_IMPORTS, "Service": "rospy.impl.tcpros_service", "ServiceProxy": "rospy.impl.tcpros_service"}
 _lazy_imports |= dict.fromkeys(("BIDIRECTIONAL", "INBOUND", "OUTBOUND", "Transport"), "rospy.impl.transport")
 _lazy_imports |= {"wait_for_service": "rospy.impl.tcpros_service", "Log": "rosgraph_msgs.msg"}
-__getattr__, __dir__ = _names(__name__, _lazy_imports)
+__getattr__, __dir__ = _module_hooks(__name__, _lazy_imports)

@@ -13,7 +13,7 @@ from pyros1.ground.timing import Duration as _Duration
 from pyros1.ground.timing import Time as _Time
 from pyros1.ground.timing import scalar
 from rospy.exceptions import ROSInterruptException, ROSTimeMovedBackwardsException
-from rospy.rostime import Duration, Time, get_rostime, sleep_in_set_time, time_set_by_program, wallsleep
+from rospy.rostime import Duration, Time, get_rostime, sleep_in_program_time, time_set_by_program, wallsleep
 
 
 class TimerEvent:
@@ -67,7 +67,7 @@ def sleep(duration: float | _Duration) -> None:
             raise ROSInterruptException("ROS shutdown request")
         return
     if time_set_by_program() is not None:
-        sleep_in_set_time(seconds)
+        sleep_in_program_time(seconds)
         return
     if node is None or PROCESS.is_shutdown:
         if node is not None and node.simulated_time:

@@ -7,27 +7,33 @@ from collections.abc import Callable
 from typing import Any
 
 import pyros1
-from pyros1.drop_in.missing import names as _names
+from pyros1.drop_in.module_attributes import module_hooks as _module_hooks
 from pyros1.drop_in.process import PROCESS
 from pyros1.ground.errors import MasterError, NodeError, NodeShutdownError, SerializationError
 from pyros1.ground.names import canonicalize_name
 from rospy.core import *  # noqa: F403  stock's module has these names as well
 from rospy.core import logfatal
 from rospy.exceptions import ROSException, ROSSerializationException
+from rospy.impl.encoding_errors import fill_in_frame_id, stock_error_for
 from rospy.impl.registration import Registration, get_topic_manager
-from rospy.impl.topic_views import PublisherImpl as _PublisherImpl
-from rospy.impl.topic_views import SubscriberImpl as _SubscriberImpl
-from rospy.impl.topic_views import TopicImpl as _TopicImpl
-from rospy.impl.topic_views import TopicManager as _TopicManager
-from rospy.impl.wrong_values import fill_in_frame, stock_error_for
+from rospy.impl.topic_impls import PublisherImpl as _PublisherImpl
+from rospy.impl.topic_impls import SubscriberImpl as _SubscriberImpl
+from rospy.impl.topic_impls import TopicImpl as _TopicImpl
+from rospy.impl.topic_impls import TopicManager as _TopicManager
 from rospy.msg import AnyMsg, Message, args_kwds_to_message, serialize_message
-from rospy.names import LAZY_IMPORTS, as_text, resolve_name, resolve_name_without_node_name, warn_of_name
+from rospy.names import (
+    LAZY_IMPORTS,
+    normalize_name_argument,
+    resolve_name,
+    resolve_name_without_node_name,
+    warn_if_illegal_name,
+)
 
 DEFAULT_BUFF_SIZE = 65536
 python3 = 1
 TOPICS = _TopicManager()
 """The topics of this program."""
-_NO_QUEUE = (
+_NO_QUEUE_SIZE = (
     "The publisher should be created with an explicit keyword argument 'queue_size'. "
     "Please see http://wiki.ros.org/rospy/Overview/Publishers%20and%20Subscribers for more information."
 )
@@ -46,7 +52,7 @@ class SubscribeListener:
         Args:
             topic_name: full name of the topic.
             topic_publish: publishes to all subscribers.
-            peer_publish: publishes only to the new one.
+            peer_publish: publishes only to the new connection.
         """
 
     def peer_unsubscribe(self, topic_name: str, num_peers: int) -> None:
@@ -83,8 +89,8 @@ class Topic:
             raise ValueError(f"data_class [{data_class}] is not a class")
         if not hasattr(data_class, "_md5sum") or hasattr(data_class, "_request_class"):  # services are not messages
             raise ValueError(f"data_class [{data_class.__class__.__name__}] is not a message data class")
-        self._unresolved_name = canonicalize_name(as_text(name))
-        warn_of_name(name, 4)
+        self._unresolved_name = canonicalize_name(normalize_name_argument(name))
+        warn_if_illegal_name(name, 4)
         resolve = resolve_name if PROCESS.node is not None else resolve_name_without_node_name
         self.name = self.resolved_name = resolve(name)
         self.data_class = data_class
@@ -128,7 +134,7 @@ class Topic:
 
     def unregister(self) -> None:
         """Close this publisher or subscriber; the topic is unregistered with the last one in the program."""
-        PROCESS.forget(self._start)
+        PROCESS.cancel_when_started(self._start)
         with TOPICS.lock:
             impl, self.impl = self.impl, None
             handle, self._handle = self._handle, None
@@ -154,7 +160,8 @@ class Publisher(Topic):
         tcp_nodelay: accepted for compatibility; single messages are never delayed.
         latch: whether later subscribers receive the last message.
         headers: additional fields of the connection header.
-        queue_size: maximum number of messages queued for each slow subscriber; 0 for no limit. None: `publish` waits.
+        queue_size: maximum number of messages queued for each slow subscriber; 0 for no limit. None to send
+            synchronously: `publish` waits.
     """
 
     def __init__(
@@ -168,7 +175,7 @@ class Publisher(Topic):
         queue_size: int | None = None,
     ) -> None:
         if queue_size is None:
-            warnings.warn(_NO_QUEUE, SyntaxWarning, stacklevel=2)
+            warnings.warn(_NO_QUEUE_SIZE, SyntaxWarning, stacklevel=2)
         elif not isinstance(queue_size, int) or queue_size < 0:
             queue_size = 0
         super().__init__(name, data_class, Registration.PUB)
@@ -188,7 +195,7 @@ class Publisher(Topic):
         super()._start(node)
         impl = self.impl
         if impl is not None:
-            impl.watch()
+            impl.start_notifications()
 
     def _open(self, node: pyros1.Node, data_class: Any, impl: Any) -> Any:
         return node.advertise(
@@ -205,7 +212,8 @@ class Publisher(Topic):
         Raises:
             ROSException: the node has not been started, or the publisher was unregistered.
             ROSSerializationException: a value does not fit its field.
-            AttributeError, UnicodeEncodeError: a value has a completely different type, see `rospy.impl.wrong_values`.
+            AttributeError, UnicodeEncodeError: a value has a completely different type, see
+                `rospy.impl.encoding_errors`.
             TypeError: the message is of another type, or positional and named values are mixed.
         """
         handle = self._handle or self._wait_for_handle()
@@ -218,7 +226,7 @@ class Publisher(Topic):
         try:
             handle.publish(message)
         except SerializationError as error:
-            if not fill_in_frame(message):
+            if not fill_in_frame_id(message):
                 raise stock_error_for(error) from error
             self.publish(message)
         except NodeError:  # another thread has just unregistered this publisher
@@ -282,12 +290,14 @@ class Subscriber(Topic):
         PROCESS.when_started(self._start)
 
     def _open(self, node: pyros1.Node, data_class: Any, impl: Any) -> Any:
-        from rospy.impl.rosout import guarded
+        from rospy.impl.rosout import with_error_logging
 
         on_message: Callable[[Any], object] = _ignore
         if self.callback is not None:
             callback, extra = self.callback, self.callback_args
-            on_message = guarded(callback if extra is None else lambda message: callback(message, extra), callback)
+            on_message = with_error_logging(
+                callback if extra is None else lambda message: callback(message, extra), callback
+            )
         return node.subscribe(
             self._unresolved_name, data_class, on_message, queue_size=self._queue_size, tcp_nodelay=True
         )
@@ -307,7 +317,7 @@ def _ignore(_message: Any) -> None:
 
 
 _reason = "pyros1's nodes have their own links; see Publisher.impl.connections"
-__getattr__, __dir__ = _names(
+__getattr__, __dir__ = _module_hooks(
     __name__,
     {
         **LAZY_IMPORTS,

@@ -15,11 +15,11 @@ from rosgraph.names import script_resolve_name
 
 from pyros1.drop_in.commands import main as _main
 from pyros1.drop_in.commands import run as _run
-from pyros1.drop_in.missing import missing
+from pyros1.drop_in.module_attributes import module_getattr
 from pyros1.graph import names_in_namespace, probe_service
 from pyros1.ground.errors import ServiceUnavailableError
 
-__getattr__ = missing(__name__)
+__getattr__ = module_getattr(__name__)
 
 NAME = "rosservice"
 _TIMEOUT = 5.0

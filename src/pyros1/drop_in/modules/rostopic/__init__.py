@@ -14,13 +14,13 @@ import rospy
 
 from pyros1.drop_in.commands import main as _main
 from pyros1.drop_in.commands import run as _run
-from pyros1.drop_in.missing import missing
+from pyros1.drop_in.module_attributes import module_getattr
 from rostopic._echo import CallbackEcho, create_field_filter, msgevalgen
 from rostopic._publishing import create_publisher, publish_message, stdin_publish, wait_for_subscriber
 from rostopic._rates import ROSTopicBandwidth, ROSTopicDelay, ROSTopicHz
 
 _PUBLISHING = "see publish_message, and the command `rostopic pub`"
-__getattr__ = missing(
+__getattr__ = module_getattr(
     __name__,
     argv_publish=_PUBLISHING,
     create_value_transform="see create_field_filter",
@@ -40,11 +40,11 @@ class ROSTopicException(Exception):
 
 
 class ROSTopicIOException(ROSTopicException):
-    """The master does not answer."""
+    """The master does not respond."""
 
 
 def _check_master() -> None:
-    """Raise ROSTopicIOException if the master does not answer."""
+    """Raise ROSTopicIOException if the master does not respond."""
     try:
         rosgraph.Master("/rostopic").getPid()
     except OSError:
@@ -60,7 +60,7 @@ def get_api(master: Any, caller_id: str) -> str:
     """Return the address of a node's API; ``unknown address`` and the name if the master does not know it.
 
     Raises:
-        ROSTopicIOException: the master does not answer.
+        ROSTopicIOException: the master does not respond.
     """
     uri = _caller_apis.get(caller_id)
     if uri is None:
@@ -104,7 +104,7 @@ def get_topic_type(topic: str, blocking: bool = False) -> Any:
         unknown.
 
     Raises:
-        ROSTopicIOException: the master does not answer.
+        ROSTopicIOException: the master does not respond.
     """
     topic_info = _get_topic_type(topic)
     if blocking and not topic_info[0]:
@@ -131,7 +131,7 @@ def get_topic_class(topic: str, blocking: bool = False) -> Any:
 
 
 def find_by_type(topic_type: str) -> list[str]:
-    """Return the names of the topics of a type; raises ROSTopicIOException if the master does not answer."""
+    """Return the names of the topics of a type; raises ROSTopicIOException if the master does not respond."""
     try:
         topic_types = _master_get_topic_types(rosgraph.Master("/rostopic"))
     except OSError:
@@ -144,7 +144,7 @@ def find_by_type(topic_type: str) -> list[str]:
 
 def get_topic_list(master: Any = None) -> tuple[list[Any], list[Any]]:
     """Return publications and subscriptions, each as (topic, type, nodes); raises OSError if the master does not
-    answer.
+    respond.
     """
     master = master or rosgraph.Master("/rostopic")
     publishers, subscribers, _ = master.getSystemState()
@@ -178,7 +178,7 @@ def get_info_text(topic: str) -> str:
 
     Raises:
         ROSTopicException: there is no such topic.
-        ROSTopicIOException: the master does not answer.
+        ROSTopicIOException: the master does not respond.
     """
     master = rosgraph.Master("/rostopic")
     try:

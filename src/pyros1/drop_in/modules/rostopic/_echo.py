@@ -44,10 +44,10 @@ def msgevalgen(pattern: str) -> Callable[[Any], Any] | None:
 
 
 def create_field_filter(echo_nostr: bool, echo_noarr: bool) -> Callable[[Any], Iterator[str]]:
-    """Return a function that yields the names of a message's fields, optionally without texts or arrays.
+    """Return a function that yields the names of a message's fields, optionally without strings or arrays.
 
     Args:
-        echo_nostr: whether to leave out texts.
+        echo_nostr: whether to leave out strings.
         echo_noarr: whether to leave out arrays.
     """
 

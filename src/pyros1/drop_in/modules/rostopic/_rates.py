@@ -142,13 +142,13 @@ class ROSTopicHz:
 
     def print_hz(self, topics: Sequence[str | None] = (None,)) -> None:
         """Print the statistics of one topic, or a table for several topics."""
-        results = {topic: each for topic, each in ((topic, self.get_hz(topic)) for topic in topics) if each is not None}
+        results = {topic: result for topic in topics if (result := self.get_hz(topic)) is not None}
         if not results:
             print("no new messages")
         elif len(topics) == 1:
             print(rate_lines(*_with_summary(results[topics[0]])))
         else:
-            print(rate_table({str(topic): _with_summary(each) for topic, each in results.items()}))
+            print(rate_table({str(topic): _with_summary(result) for topic, result in results.items()}))
 
 
 def _with_summary(result: tuple[float, float, float, float, int]) -> tuple[float, Summary, int]:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from pyros1.drop_in.missing import missing
-from rosunit import junitxml, old_names
+from pyros1.drop_in.module_attributes import module_getattr
+from rosunit import junitxml, removed_unittest_names
 from rosunit.core import XML_OUTPUT_FLAG, create_xml_runner, rostest_name_from_path, xml_results_file
 from rosunit.pyunit import unitrun
 from rosunit.summaries import print_runner_summary, print_unittest_summary
 
-__getattr__ = missing(__name__)
+__getattr__ = module_getattr(__name__)
 
 __all__ = [
     "XML_OUTPUT_FLAG",
@@ -21,4 +21,4 @@ __all__ = [
     "xml_results_file",
 ]
 
-old_names.restore()
+removed_unittest_names.restore()

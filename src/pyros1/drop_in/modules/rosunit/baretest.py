@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from pyros1.drop_in.missing import missing
+from pyros1.drop_in.module_attributes import module_getattr
 from rosunit.core import (
     create_xml_runner,
     printerrlog,
@@ -27,7 +27,7 @@ __all__ = [
 ]
 
 
-__getattr__ = missing(
+__getattr__ = module_getattr(
     "rosunit.baretest",
     BareTestCase="`pyros1 test` runs test programs",
     LocalProcess="`pyros1 test` runs test programs",

@@ -12,10 +12,10 @@ import rospkg
 from defusedxml.common import DefusedXmlException  # type: ignore[import-untyped]
 from defusedxml.ElementTree import fromstring  # type: ignore[import-untyped]
 
-from pyros1.drop_in.missing import missing
+from pyros1.drop_in.module_attributes import module_getattr
 from rosunit.summaries import print_summary
 
-__getattr__ = missing(
+__getattr__ = module_getattr(
     "rosunit.junitxml",
     DomNode="use xml.dom.Node",
     StringIO="use io.StringIO",
@@ -45,12 +45,12 @@ def invalid_char_replacer(m: re.Match[str]) -> str:
 
 
 def filter_nonprintable_text(text: str) -> str:
-    """Return a text with references instead of characters that XML cannot contain."""
+    """Return a string in which characters that XML cannot contain are replaced with character references."""
     return invalid_chars.sub(invalid_char_replacer, text)
 
 
 def cdata(cdata_text: str) -> str:
-    """Return a text as a CDATA section."""
+    """Return a string as a CDATA section."""
     return f"<![CDATA[\n{cdata_text}\n]]>"
 
 
@@ -128,7 +128,7 @@ class TestCaseResult:
 
     @property
     def description(self) -> str:
-        """The result as text, human-readable."""
+        """A human-readable description of the result."""
         if self.passed:
             return f"[{self.name}][passed]\n"
         parts = [("[FAILURE]", problem.text) for problem in self.failures] + [

@@ -6,13 +6,13 @@ import sys
 import unittest
 from typing import Any
 
-from pyros1.drop_in.missing import missing
+from pyros1.drop_in.module_attributes import module_getattr
 from rosunit.core import XML_OUTPUT_FLAG, create_xml_runner
 from rosunit.summaries import print_unittest_summary
 
 __all__ = ["XML_OUTPUT_FLAG", "create_xml_runner", "print_unittest_summary", "run_suite", "unitrun"]
 
-__getattr__ = missing(
+__getattr__ = module_getattr(
     "rosunit.pyunit",
     start_coverage="run the program with `coverage run`",
     stop_coverage="run the program with `coverage run`",

@@ -1,5 +1,5 @@
 """The Python modules of sensor_msgs; its messages are in sensor_msgs.msg, like those of all packages."""
 
-from pyros1.drop_in.missing import names
+from pyros1.drop_in.module_attributes import module_hooks
 
-__getattr__ = names(__name__, late={"msg": "sensor_msgs.msg.", "srv": "sensor_msgs.srv."})[0]
+__getattr__ = module_hooks(__name__, lazy_imports={"msg": "sensor_msgs.msg.", "srv": "sensor_msgs.srv."})[0]

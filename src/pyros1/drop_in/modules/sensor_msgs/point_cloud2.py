@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from pyros1.drop_in.missing import missing
+from pyros1.drop_in.module_attributes import module_getattr
 from pyros1.msgs.sensor_msgs.msg import PointCloud2, PointField
 
 _DATATYPES = {
@@ -23,9 +23,9 @@ _DATATYPES = {
     PointField.FLOAT32: ("f", 4),
     PointField.FLOAT64: ("d", 8),
 }
-_MAX_WRITTEN_OUT = 4096
+_MAX_REPEATED_CODES = 4096
 
-__getattr__ = missing(__name__)
+__getattr__ = module_getattr(__name__)
 
 
 def read_points(
@@ -138,7 +138,7 @@ def _pack_array(layout: struct.Struct, fields: Sequence[Any], points: Any) -> by
     if any(code not in "fd" for code in codes) or sum(field.count for field in fields) != points.shape[1]:
         return None
     data, first_column = bytearray(layout.size * len(points)), 0
-    for field in sorted(fields, key=lambda each: each.offset):
+    for field in sorted(fields, key=lambda field: field.offset):
         code, size = _DATATYPES[field.datatype]
         shape, strides = (len(points), field.count), (layout.size, size)
         target: Any = np.ndarray(shape, "<f4" if code == "f" else "<f8", data, field.offset, strides)
@@ -156,7 +156,7 @@ def create_cloud_xyz32(header: Any, points: Any) -> Any:
 def _get_struct_fmt(is_bigendian: bool, fields: Iterable[Any], field_names: Sequence[str] | None = None) -> str:
     """Return the format of a point for `struct`, for programs that write points themselves."""
     parts, end = [">" if is_bigendian else "<"], 0
-    for field in sorted(fields, key=lambda each: each.offset):
+    for field in sorted(fields, key=lambda field: field.offset):
         if field_names is not None and field.name not in field_names:
             continue
         if field.datatype not in _DATATYPES:
@@ -172,4 +172,4 @@ def _get_struct_fmt(is_bigendian: bool, fields: Iterable[Any], field_names: Sequ
 
 def _repeat(code: str, count: int) -> str:
     """Return the format of several equal items; the same as in stock, unless there are very many."""
-    return code * count if count <= _MAX_WRITTEN_OUT else f"{count}{code}"
+    return code * count if count <= _MAX_REPEATED_CODES else f"{count}{code}"

@@ -1,6 +1,6 @@
 """smach, by pyros1: tasks as hierarchical state machines in Python (https://wiki.ros.org/smach)."""
 
-from pyros1.drop_in.missing import missing
+from pyros1.drop_in.module_attributes import module_getattr
 from smach.concurrence import Concurrence
 from smach.container import Container
 from smach.exceptions import (
@@ -18,4 +18,4 @@ from smach.state_machine import StateMachine
 from smach.user_data import Remapper, UserData
 from smach.util import CBInterface, cb_interface, has_smach_interface, is_shutdown, set_shutdown_check
 
-__getattr__ = missing("smach")
+__getattr__ = module_getattr("smach")

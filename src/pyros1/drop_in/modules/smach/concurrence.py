@@ -122,7 +122,7 @@ class Concurrence(Container):
             raise InvalidStateError(f"A concurrent state failed: {self._error}") from self._error
         if None in self._child_outcomes.values():
             return None
-        outcome = self._outcome()
+        outcome = self._determine_outcome()
         loginfo(f"Concurrent Outcomes: {self._child_outcomes}")
         self._copy_output_keys(self.userdata, parent_ud)
         self.call_termination_cbs(list(self._states), outcome)
@@ -131,7 +131,7 @@ class Concurrence(Container):
     def _run(self, label: str, state: State) -> None:
         """Run one of the states. This is executed in the state's own thread."""
         try:
-            outcome = state.execute(self._view(state, self._remappings[label]))
+            outcome = state.execute(self._make_userdata_view(state, self._remappings[label]))
             if outcome is None and is_shutdown():
                 return  # the state is a container that has ended with the program
             if outcome not in state.get_registered_outcomes():
@@ -174,7 +174,7 @@ class Concurrence(Container):
             if not unserviced and not self._preempted_late:
                 self.service_preempt()
 
-    def _outcome(self) -> str:
+    def _determine_outcome(self) -> str:
         children = self._child_outcomes
         if self._outcome_cb is not None:
             try:
@@ -188,9 +188,9 @@ class Concurrence(Container):
                         f"{list(self._outcomes)}"
                     )
                 return callback_outcome
-        complete_first = sorted(self._outcome_map.items(), key=lambda item: len(item[1]) < len(children))
-        for outcome, state_outcomes in complete_first:
-            if all(children.get(label) == each for label, each in state_outcomes.items()):
+        entries = sorted(self._outcome_map.items(), key=lambda item: len(item[1]) < len(children))
+        for outcome, state_outcomes in entries:  # those that name all states come first
+            if all(children.get(label) == expected for label, expected in state_outcomes.items()):
                 return outcome
         return self._default_outcome
 
@@ -218,12 +218,13 @@ class Concurrence(Container):
                     f"'{outcome}' is not an outcome of the concurrence: {list(self._outcomes)}"
                 )
         for outcome, state_outcomes in self._outcome_map.items():
-            for label, each in state_outcomes.items():
+            for label, state_outcome in state_outcomes.items():
                 if label not in self._states:
                     raise InvalidStateError(f"The outcome map of '{outcome}' names '{label}', which is not a state.")
-                if each not in self._states[label].get_registered_outcomes():
+                if state_outcome not in self._states[label].get_registered_outcomes():
                     raise InvalidTransitionError(
-                        f"The outcome map of '{outcome}' contains '{each}', which is not an outcome of state '{label}'."
+                        f"The outcome map of '{outcome}' contains '{state_outcome}', which is not an outcome of state "
+                        f"'{label}'."
                     )
 
     def get_children(self) -> dict[str, State]:
@@ -248,9 +249,9 @@ class Concurrence(Container):
     def get_internal_edges(self) -> list[tuple[str, str, str]]:
         """Return (outcome, label of the state, outcome of the concurrence) for each entry of the outcome map."""
         return [
-            (each, label, outcome)
+            (state_outcome, label, outcome)
             for outcome, state_outcomes in self._outcome_map.items()
-            for label, each in state_outcomes.items()
+            for label, state_outcome in state_outcomes.items()
         ]
 
 

@@ -52,16 +52,16 @@ class Const:
         return get_const(value)
 
     def __setattr__(self, name: str, value: Any) -> None:
-        _refuse(name)
+        _raise_read_only(name)
 
     def __delattr__(self, name: str) -> None:
-        _refuse(name)
+        _raise_read_only(name)
 
     def __setitem__(self, key: Any, value: Any) -> None:
-        _refuse(key)
+        _raise_read_only(key)
 
     def __delitem__(self, key: Any) -> None:
-        _refuse(key)
+        _raise_read_only(key)
 
     def __call__(self, *args: Any, **kwargs: Any) -> Any:
         return object.__getattribute__(self, "_object")(*args, **kwargs)
@@ -76,13 +76,13 @@ class Const:
         return object.__getattribute__(self, "_object").__reduce_ex__(protocol)
 
 
-def _refuse(name: Any) -> None:
+def _raise_read_only(name: Any) -> None:
     text = f"Attempting to set '{name}' but this member is read-only: declare its key as input and output."
     logerr(text)
     raise TypeError(text)
 
 
-def _make_reader(function: Callable[..., Any]) -> Callable[..., Any]:
+def _make_read_only_operator(function: Callable[..., Any]) -> Callable[..., Any]:
     def call(self: Any, *args: Any) -> Any:
         return get_const(function(object.__getattribute__(self, "_object"), *args))
 
@@ -91,8 +91,8 @@ def _make_reader(function: Callable[..., Any]) -> Callable[..., Any]:
 
 # Python looks for these on the class, not in __getattr__.
 for _function in (len, iter, repr, str, hash, bool, int, float):
-    setattr(Const, f"__{_function.__name__}__", _make_reader(_function))
+    setattr(Const, f"__{_function.__name__}__", _make_read_only_operator(_function))
 for _name in ("getitem", "contains", "eq", "ne", "lt", "le", "gt", "ge", "add", "sub", "mul", "truediv", "neg"):
-    setattr(Const, f"__{_name}__", _make_reader(getattr(operator, _name)))
+    setattr(Const, f"__{_name}__", _make_read_only_operator(getattr(operator, _name)))
 
 __all__ = ["Const", "get_const"]

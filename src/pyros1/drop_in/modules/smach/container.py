@@ -13,14 +13,14 @@ from smach.state import State
 from smach.user_data import Remapper, UserData
 
 
-class _Opened(threading.local):
+class _OpenContainers(threading.local):
     """The containers that a thread has opened; states are added to the last one."""
 
     def __init__(self) -> None:
         self.stack: list[Container] = []
 
 
-_OPENED = _Opened()
+_OPEN_CONTAINERS = _OpenContainers()
 
 
 class Container(State):
@@ -44,7 +44,7 @@ class Container(State):
             "termination": [],
         }
 
-    # What each kind of container provides -----------------------------------------------------------------------------
+    # Methods that each kind of container implements -------------------------------------------------------------------
 
     def __getitem__(self, key: str) -> State:
         """Return a state by its label; raise KeyError if there is no such state."""
@@ -80,7 +80,7 @@ class Container(State):
         """Add values to this container's userdata."""
         self.userdata.update(userdata)
 
-    def _view(self, state: State, remapping: Mapping[str, str] | None = None) -> Remapper:
+    def _make_userdata_view(self, state: State, remapping: Mapping[str, str] | None = None) -> Remapper:
         """Return the userdata as one of the states sees it."""
         inputs, outputs = state.get_registered_input_keys(), state.get_registered_output_keys()
         return Remapper(self.userdata, inputs, outputs, remapping)
@@ -139,7 +139,7 @@ class Container(State):
 
     def open(self) -> None:
         """Start adding states; ``with`` calls this."""
-        _OPENED.stack.append(self)
+        _OPEN_CONTAINERS.stack.append(self)
 
     def close(self) -> None:
         """Stop adding states; inconsistencies are logged as errors.
@@ -148,14 +148,14 @@ class Container(State):
             InvalidStateError: another container was opened later, or this one is not open.
         """
         if self.is_opened():
-            _OPENED.stack.pop()
+            _OPEN_CONTAINERS.stack.pop()
             self._is_consistent()
         else:
             raise InvalidStateError("Attempting to close a container that is not the one opened last.")
 
     def is_opened(self) -> bool:
         """Return whether the container is open, so that states can be added to it."""
-        return bool(_OPENED.stack) and _OPENED.stack[-1] is self
+        return bool(_OPEN_CONTAINERS.stack) and _OPEN_CONTAINERS.stack[-1] is self
 
     def assert_opened(self, msg: str = "") -> None:
         """Raise InvalidStateError if the container is not open."""
@@ -175,15 +175,15 @@ class Container(State):
     def __exit__(self, exc_type: Any, exc_val: Any, exc_tb: Any) -> None:
         if exc_type is None:
             self.close()
-        elif self in _OPENED.stack:  # also removes inner containers that the program left open
-            del _OPENED.stack[_OPENED.stack.index(self) :]
+        elif self in _OPEN_CONTAINERS.stack:  # also removes inner containers that the program left open
+            del _OPEN_CONTAINERS.stack[_OPEN_CONTAINERS.stack.index(self) :]
 
     @classmethod
     def _currently_opened_container(cls) -> Any:
         """Return the container to which states are added; raise InvalidStateError if none of this class is open."""
-        if not _OPENED.stack:
+        if not _OPEN_CONTAINERS.stack:
             raise InvalidStateError("No container is open: add states within 'with container:'.")
-        container = _OPENED.stack[-1]
+        container = _OPEN_CONTAINERS.stack[-1]
         if not isinstance(container, cls):
             raise InvalidStateError(f"The open container is not a {cls.__name__}: it is a {type(container).__name__}.")
         return container

@@ -122,7 +122,7 @@ class Iterator(Container):
 
     def _run(self, state: State) -> Any:
         try:
-            outcome = state.execute(self._view(state))
+            outcome = state.execute(self._make_userdata_view(state))
         except InvalidUserCodeError:
             raise
         except Exception as error:
@@ -156,9 +156,9 @@ class Iterator(Container):
         """
         if self._state is None:
             raise InvalidStateError("The iterator has no state: use Iterator.set_contained_state.")
-        known = self._state.get_registered_outcomes()
+        state_outcomes = self._state.get_registered_outcomes()
         for role, names in (("loop", self._loop_outcomes), ("break", self._break_outcomes)):
-            unknown = [name for name in names if name not in known]
+            unknown = [name for name in names if name not in state_outcomes]
             if unknown:
                 raise InvalidTransitionError(f"Iterator state '{self._state_label}' has no {role} outcomes {unknown}.")
         unknown = [name for name in self._final_outcome_map.values() if name not in self._outcomes]

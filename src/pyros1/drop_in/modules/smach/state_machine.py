@@ -112,12 +112,12 @@ class StateMachine(Container):
             raise InvalidStateError("State machine has no initial state: it has no states.")
         if self._initial_state_label not in self._states:
             raise InvalidStateError(f"The initial state '{self._initial_state_label}' is not in the state machine.")
-        known = {*self._states, *self._outcomes, None}
+        valid_targets = {*self._states, *self._outcomes, None}
         dangling = [
             f"\n\t'{label}':'{outcome}'-->'{target}'"
             for label, transitions in self._transitions.items()
             for outcome, target in transitions.items()
-            if target not in known
+            if target not in valid_targets
         ]
         if dangling:
             raise InvalidTransitionError(
@@ -169,34 +169,34 @@ class StateMachine(Container):
     def _step(self, label: str) -> str | None:
         """Run a state, and go to the next one; return the machine's outcome if there is no next one."""
         state = self._states[label]
-        ended = self._run(label, state)
-        if ended is None and is_shutdown():
+        state_outcome = self._run(label, state)
+        if state_outcome is None and is_shutdown():
             return None  # the state is a machine that has ended with the program
-        if ended not in state.get_registered_outcomes():
+        if state_outcome not in state.get_registered_outcomes():
             raise InvalidTransitionError(
-                f"Attempted to return outcome '{ended}' from state '{label}' of type '{type(state).__name__}' which "
-                f"only has registered outcomes: {list(state.get_registered_outcomes())}"
+                f"Attempted to return outcome '{state_outcome}' from state '{label}' of type "
+                f"'{type(state).__name__}' which only has registered outcomes: {list(state.get_registered_outcomes())}"
             )
-        target = self._transitions[label].get(ended)
+        target = self._transitions[label].get(state_outcome)
         if target is None:
-            target = ended
+            target = state_outcome
         if target in self._states:
             self._enter(label, target)
-            loginfo(f"State machine transitioning '{label}':'{ended}'-->'{target}'")
+            loginfo(f"State machine transitioning '{label}':'{state_outcome}'-->'{target}'")
             self.call_transition_cbs()
             return None
         if target not in self._outcomes:
             raise InvalidTransitionError(
-                f"Outcome '{ended}' of state '{label}' leads to '{target}', which is neither a state nor an outcome of "
-                f"the state machine. States: {list(self._states)}, outcomes: {list(self._outcomes)}."
+                f"Outcome '{state_outcome}' of state '{label}' leads to '{target}', which is neither a state nor an "
+                f"outcome of the state machine. States: {list(self._states)}, outcomes: {list(self._outcomes)}."
             )
         self._enter(label, None)
-        loginfo(f"State machine terminating '{label}':'{ended}':'{target}'")
+        loginfo(f"State machine terminating '{label}':'{state_outcome}':'{target}'")
         return target
 
     def _run(self, label: str, state: State) -> Any:
         try:
-            return state.execute(self._view(state, self._remappings[label]))
+            return state.execute(self._make_userdata_view(state, self._remappings[label]))
         except InvalidUserCodeError:
             logerr(f"State '{label}' failed to execute.")
             raise

@@ -3,7 +3,7 @@
 import rospy
 import smach
 
-from pyros1.drop_in.missing import missing
+from pyros1.drop_in.module_attributes import module_getattr
 from smach_ros.action_server_wrapper import ActionServerWrapper
 from smach_ros.condition_state import ConditionState
 from smach_ros.introspection import IntrospectionClient, IntrospectionServer
@@ -15,4 +15,4 @@ from smach_ros.util import set_preempt_handler
 smach.set_loggers(rospy.loginfo, rospy.logwarn, rospy.logdebug, rospy.logerr)
 smach.set_shutdown_check(rospy.is_shutdown)
 
-__getattr__ = missing("smach_ros", RosState="it belongs to ROS 2", SmachNode="it belongs to ROS 2")
+__getattr__ = module_getattr("smach_ros", RosState="it belongs to ROS 2", SmachNode="it belongs to ROS 2")

@@ -1,4 +1,4 @@
-"""Offers a container as an action server (https://wiki.ros.org/smach/Tutorials/Wrapping%20a%20SMACH%20Container%20With%20actionlib)."""
+"""Runs a container as an action server (https://wiki.ros.org/smach/Tutorials/Wrapping%20a%20SMACH%20Container%20With%20actionlib)."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class ActionServerWrapper:
         self.wrapped_container = wrapped_container
         self._server_name = server_name
         self._action_spec = action_spec
-        self._outcomes_by_report = {
+        self._outcomes_by_goal_result = {
             "succeeded": tuple(succeeded_outcomes),
             "aborted": tuple(aborted_outcomes),
             "preempted": tuple(preempted_outcomes),
@@ -68,7 +68,7 @@ class ActionServerWrapper:
         self._server: Any = None
 
     def _check_outcomes(self) -> None:
-        listed_outcomes = [outcome for outcomes in self._outcomes_by_report.values() for outcome in outcomes]
+        listed_outcomes = [outcome for outcomes in self._outcomes_by_goal_result.values() for outcome in outcomes]
         container_outcomes = self.wrapped_container.get_registered_outcomes()
         repeated_outcomes = sorted({outcome for outcome in listed_outcomes if listed_outcomes.count(outcome) > 1})
         unlisted_outcomes = [outcome for outcome in container_outcomes if outcome not in listed_outcomes]
@@ -134,9 +134,9 @@ class ActionServerWrapper:
             rospy.logerr("The container of action server '%s' failed: %s", self._server_name, traceback.format_exc())
             outcome = None
         result = self._pack(self._result, container.userdata, self._result_key, self._result_slots)
-        if outcome in self._outcomes_by_report["succeeded"]:
+        if outcome in self._outcomes_by_goal_result["succeeded"]:
             self._server.set_succeeded(result)
-        elif outcome in self._outcomes_by_report["preempted"]:
+        elif outcome in self._outcomes_by_goal_result["preempted"]:
             self._server.set_preempted(result)
         else:
             self._server.set_aborted(result)

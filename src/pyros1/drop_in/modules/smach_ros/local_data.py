@@ -68,7 +68,7 @@ def decode(text: str) -> dict[str, Any]:
 
 
 def _check_safety(data: bytes) -> None:
-    """Refuse pickles that harm the reader even though classes are refused.
+    """Reject pickles that would harm the reader even though they contain no classes.
 
     The memo uses memory up to its highest index. Keys are hashed: with a tuple of a tuple of a tuple ... Python
     crashes, and tuples that contain the same tuple twice take twice as long with each level.

@@ -12,7 +12,7 @@ from smach.state import State
 
 
 class MonitorState(State):
-    """A state that lasts until a function returns false for a message; outcomes "valid", "invalid" and "preempted".
+    """A state that runs until a function returns false for a message; outcomes "valid", "invalid" and "preempted".
 
     Args:
         topic: name of the topic.

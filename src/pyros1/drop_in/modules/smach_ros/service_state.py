@@ -7,7 +7,7 @@ from typing import Any
 
 import rospy
 
-from smach_ros.slots import Call, CallState
+from smach_ros.call_state import CallState, UserCallback
 
 
 class ServiceState(CallState):
@@ -48,8 +48,8 @@ class ServiceState(CallState):
         super().__init__(
             ("request", "response"),
             service_spec._request_class() if request is None else request,
-            (request_key, request_slots, Call(request_cb, request_cb_args, request_cb_kwargs)),
-            (response_key, response_slots, Call(response_cb, response_cb_args, response_cb_kwargs)),
+            (request_key, request_slots, UserCallback(request_cb, request_cb_args, request_cb_kwargs)),
+            (response_key, response_slots, UserCallback(response_cb, response_cb_args, response_cb_kwargs)),
             (input_keys, output_keys, outcomes),
         )
         self._service_name = service_name
@@ -67,7 +67,7 @@ class ServiceState(CallState):
             rospy.logerr("Exception when calling service '%s': %s", self._service_name, error)
             return "aborted"
         self._store(ud, response)
-        return self._received_call(ud, response) or "succeeded"
+        return self._received_callback(ud, response) or "succeeded"
 
     def _wait_for_service(self) -> bool:
         """Wait until the service exists; return False if preempted, or if the node shuts down."""

@@ -9,7 +9,7 @@ from typing import Any
 
 import rospy
 
-from smach_ros.slots import Call, CallState
+from smach_ros.call_state import CallState, UserCallback
 
 PREEMPT_TIMEOUT = SERVER_WAIT_TIMEOUT = rospy.Duration(60.0)
 
@@ -68,8 +68,8 @@ class SimpleActionState(CallState):
         super().__init__(
             ("goal", "result"),
             action_spec().action_goal.goal if goal is None else goal,
-            (goal_key, goal_slots, Call(goal_cb, goal_cb_args, goal_cb_kwargs)),
-            (result_key, result_slots, Call(result_cb, result_cb_args, result_cb_kwargs)),
+            (goal_key, goal_slots, UserCallback(goal_cb, goal_cb_args, goal_cb_kwargs)),
+            (result_key, result_slots, UserCallback(result_cb, result_cb_args, result_cb_kwargs)),
             (input_keys, output_keys, outcomes),
         )
         self._action_name = action_name
@@ -98,7 +98,7 @@ class SimpleActionState(CallState):
         self._status = self.COMPLETED
         if rospy.is_shutdown() and not self._done.is_set():
             return self._finish_preempted()
-        return self._outcome(ud)
+        return self._determine_outcome(ud)
 
     def _wait_for_server(self) -> bool:
         self._status = self.WAITING_FOR_SERVER
@@ -130,7 +130,7 @@ class SimpleActionState(CallState):
                 self._action_client.stop_tracking_goal()
                 break
 
-    def _outcome(self, ud: Any) -> Any:
+    def _determine_outcome(self, ud: Any) -> Any:
         from pyros1.msgs.actionlib_msgs.msg import GoalStatus
 
         if not self._done.is_set():
@@ -138,7 +138,7 @@ class SimpleActionState(CallState):
         status, result = self._action_client.get_state(), self._action_client.get_result()
         if result is not None:
             self._store(ud, result)
-        callback_outcome = self._received_call(ud, status, result)
+        callback_outcome = self._received_callback(ud, status, result)
         preempted = status in (GoalStatus.PREEMPTED, GoalStatus.RECALLED) and self.preempt_requested()
         if preempted:
             self.service_preempt()

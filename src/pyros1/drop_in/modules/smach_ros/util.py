@@ -9,7 +9,7 @@ from typing import Any
 import rospy
 from rospy.core import add_preshutdown_hook
 
-PATIENCE = 60.0
+MAX_SHUTDOWN_WAIT_S = 60.0
 """Seconds that the node's shutdown waits for the container."""
 
 
@@ -33,7 +33,7 @@ def set_preempt_handler(sc: Any) -> None:
         if thread_ids[-1:] == [threading.get_ident()]:
             return
         rospy.loginfo("Shutdown requested: preempting the state machine, and waiting for its end.")
-        end = time.monotonic() + PATIENCE
+        end = time.monotonic() + MAX_SHUTDOWN_WAIT_S
         while sc.is_running() and time.monotonic() < end:
             time.sleep(0.02)  # rospy.sleep ends with the node
 

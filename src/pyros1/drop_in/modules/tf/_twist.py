@@ -1,7 +1,7 @@
-"""The velocity of a frame in another one, as a mean over an interval.
+"""The mean velocity of a frame in another one over an interval.
 
-The angular velocity is the same as in stock. The linear velocity is that of a point which moves with the frame; the
-result of stock's Python code is not a velocity.
+The angular velocity is the same as in stock. The linear velocity is that of a point that moves with the frame; what
+stock's Python code computes is not a velocity.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import rospy
 from tf import transformations
 
 
-def twist(
+def mean_twist(
     transformer: Any,
     tracking: str,
     observation: str,
@@ -44,8 +44,8 @@ def twist(
     _, rotation = _lookup(transformer, reference, observation, middle)
     position, point_rotation = _lookup(transformer, reference, point_frame, middle)
     xyz = (point.x, point.y, point.z) if hasattr(point, "x") else tuple(point)
-    arm = _rotate(point_rotation, xyz) + position - origin
-    linear = _rotate(rotation, linear) + numpy.cross(angular, arm)
+    lever_arm = _rotate(point_rotation, xyz) + position - origin
+    linear = _rotate(rotation, linear) + numpy.cross(angular, lever_arm)
     return tuple(linear.tolist()), tuple(angular.tolist())
 
 

@@ -13,7 +13,7 @@ import yaml
 import pyros1.msgs.geometry_msgs.msg as geometry_msgs
 import pyros1.msgs.sensor_msgs.msg as sensor_msgs
 from tf import transformations
-from tf._twist import twist
+from tf._twist import mean_twist
 
 
 def strip_leading_slash(s: str) -> str:
@@ -174,7 +174,7 @@ class Transformer:
         Returns:
             Linear velocity in m/s, and angular velocity in rad/s.
         """
-        return twist(
+        return mean_twist(
             self,
             tracking_frame,
             observation_frame,
@@ -199,9 +199,9 @@ def _to_lists(message: Any) -> tuple[list[float], list[float]]:
     return [v.x, v.y, v.z], [q.x, q.y, q.z, q.w]
 
 
-def _require_transform(is_available: Any, problem: str) -> None:
+def _require_transform(is_available: Any, reason: str) -> None:
     if not is_available:
-        raise tf2_ros.TransformException(problem or "no such transformation: ")
+        raise tf2_ros.TransformException(reason or "no such transformation: ")
 
 
 def xyz_to_mat44(pos: Any) -> Any:

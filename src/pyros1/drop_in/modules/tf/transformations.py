@@ -7,20 +7,23 @@ import numpy
 from pyros1.tf.rotation import EPS as _EPS
 from pyros1.tf.transformations import *  # noqa: F403  like stock: all its functions
 
-# Name of Euler angles -> index of the first axis; then 0 or 1 each: whether the order of the axes is odd, whether the
-# first axis is repeated at the end, and whether the axes rotate.
+# Name of Euler angles, such as "sxyz" -> index of the first axis, and three flags (0 or 1): whether the order of the
+# axes is odd, whether the first axis is repeated at the end, and whether the axes rotate.
 _NEXT_AXIS = [1, 2, 0, 1]
 _AXES2TUPLE = {
-    frame + "xyz"[first] + "xyz"[_NEXT_AXIS[first + odd]] + "xyz"[first if again else _NEXT_AXIS[first - odd + 1]]: (
+    frame
+    + "xyz"[first]
+    + "xyz"[_NEXT_AXIS[first + odd]]
+    + "xyz"[first if repeats_first else _NEXT_AXIS[first - odd + 1]]: (
         first,
         odd,
-        again,
+        repeats_first,
         0,
     )
     for frame in "s"
     for first in range(3)
     for odd in (0, 1)
-    for again in (0, 1)
+    for repeats_first in (0, 1)
 }
 # About axes that rotate, angles are applied in reverse order: the name is read from the end.
 _AXES2TUPLE |= {"r" + name[:0:-1]: (*parts[:3], 1) for name, parts in _AXES2TUPLE.items()}

@@ -12,7 +12,7 @@ import rospy
 import tf2_ros
 
 from pyros1.msgs.geometry_msgs.msg import PointStamped, PoseStamped, Vector3Stamped, WrenchStamped
-from tf2_geometry_msgs._moving import Matrix, from_quaternion, multiply, rotate, to_quaternion, transform_point
+from tf2_geometry_msgs._rotation import Matrix, from_quaternion, multiply, rotate, to_quaternion, transform_point
 
 
 def to_msg_msg(msg: Any) -> Any:

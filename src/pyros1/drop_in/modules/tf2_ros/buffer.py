@@ -24,7 +24,7 @@ class Buffer(tf2.BufferCore, tf2_ros.buffer_interface.BufferInterface):
 
     Args:
         cache_time: the Duration for which transforms are kept; None for 10 seconds.
-        debug: whether to offer the service ~tf2_frames, unless the node already offers it.
+        debug: whether to provide the service ~tf2_frames, unless the node already provides it.
     """
 
     def __init__(self, cache_time: Any = None, debug: bool = True) -> None:
@@ -87,7 +87,7 @@ class Buffer(tf2.BufferCore, tf2_ros.buffer_interface.BufferInterface):
         """
         arguments = (target_frame, source_frame, time)
         if timeout != _NO_WAIT:
-            _wait(timeout, lambda seconds: self._wait(seconds, *arguments))
+            _wait_in_node_time(timeout, lambda seconds: self._wait(seconds, *arguments))
         result = self.can_transform_core(*arguments)
         return result if return_debug_tuple else result[0]
 
@@ -104,12 +104,12 @@ class Buffer(tf2.BufferCore, tf2_ros.buffer_interface.BufferInterface):
         """Return 1 if `lookup_transform_full` would succeed, now or within a timeout, else 0; see `can_transform`."""
         arguments = (target_frame, target_time, source_frame, source_time, fixed_frame)
         if timeout != _NO_WAIT:
-            _wait(timeout, lambda seconds: self._wait_full(seconds, *arguments))
+            _wait_in_node_time(timeout, lambda seconds: self._wait_full(seconds, *arguments))
         result = self.can_transform_full_core(*arguments)
         return result if return_debug_tuple else result[0]
 
 
-def _wait(timeout: Any, wait_for_transform: Callable[[float], bool]) -> None:
+def _wait_in_node_time(timeout: Any, wait_for_transform: Callable[[float], bool]) -> None:
     """Wait in the node's time; stop if the node shuts down, or time jumps back, as when a bag is replayed."""
     start = now = rospy.Time.now()
     end = start + timeout

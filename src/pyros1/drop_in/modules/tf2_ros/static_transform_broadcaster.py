@@ -25,16 +25,16 @@ class StaticTransformBroadcaster:
     def __init__(self) -> None:
         self.pub_tf = rospy.Publisher("/tf_static", TFMessage, queue_size=100, latch=True)
         self._lock = threading.RLock()  # a signal handler may send as well
-        self._sent: dict[str, Any] = {}
+        self._transforms: dict[str, Any] = {}
         self._changes = 0
 
     def sendTransform(self, transform: Any) -> None:
         """Publish a geometry_msgs/TransformStamped, or a list of them."""
         with self._lock:
             for item in transform if isinstance(transform, (list, tuple)) else [transform]:
-                self._sent[item.child_frame_id] = copy.deepcopy(item)  # programs may change the object later
+                self._transforms[item.child_frame_id] = copy.deepcopy(item)  # programs may change the object later
             self._changes += 1
             published = 0
-            while published != self._changes:  # the last message must have all, also a handler's
+            while published != self._changes:  # a signal handler has added transforms while this thread published
                 published = self._changes
-                self.pub_tf.publish(TFMessage(list(self._sent.values())))
+                self.pub_tf.publish(TFMessage(list(self._transforms.values())))

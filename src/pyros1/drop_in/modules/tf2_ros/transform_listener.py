@@ -36,7 +36,7 @@ class TransformListener:
         self.buffer = buffer
         self.last_update = rospy.Time.now()
         self.last_update_lock = threading.Lock()
-        # Most buffers accept a whole message at once; a buffer that overrides the methods gets single transforms.
+        # Buffers get whole messages, unless their class overrides these methods: then they get single transforms.
         buffer_class = type(buffer)
         self._accepts_whole_messages = isinstance(buffer, BufferCore) and (
             buffer_class.set_transform,
@@ -46,14 +46,14 @@ class TransformListener:
             BufferCore.set_transform_static,
         )
         options: dict[str, Any] = {"queue_size": queue_size, "buff_size": buff_size, "tcp_nodelay": tcp_nodelay}
-        # If a subclass overrides a callback, the callbacks get messages instead of rows.
+        # Messages are only decoded in the fast way if no subclass overrides a callback.
         has_standard_callbacks = self._accepts_whole_messages and (type(self).callback, type(self).static_callback) == (
             TransformListener.callback,
             TransformListener.static_callback,
         )
-        transforms = make_subscription_class(TFMessage) if has_standard_callbacks else TFMessage
-        self.tf_sub = rospy.Subscriber("/tf", transforms, self.callback, **options)
-        self.tf_static_sub = rospy.Subscriber("/tf_static", transforms, self.static_callback, **options)
+        message_class = make_subscription_class(TFMessage) if has_standard_callbacks else TFMessage
+        self.tf_sub = rospy.Subscriber("/tf", message_class, self.callback, **options)
+        self.tf_static_sub = rospy.Subscriber("/tf_static", message_class, self.static_callback, **options)
 
     def __del__(self) -> None:
         self.unregister()

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import rospy
 import tf2_ros
-from tf2_geometry_msgs._moving import from_quaternion
+from tf2_geometry_msgs._rotation import from_quaternion
 from tf2_geometry_msgs.tf2_geometry_msgs import from_msg_msg, to_msg_msg, transform_to_kdl
 
 from pyros1.msgs.sensor_msgs.msg import PointCloud2

@@ -28,14 +28,14 @@ def _import_kdl() -> Any:
     return PyKDL
 
 
-def _frame(position: Any, orientation: Any) -> Any:
+def _make_frame(position: Any, orientation: Any) -> Any:
     kdl = _import_kdl()
     return kdl.Frame(kdl.Rotation.Quaternion(*map(float, orientation)), kdl.Vector(*map(float, position)))
 
 
 def fromTf(tf: Any) -> Any:
     """Return the frame of a pair of translation (3,) and quaternion (4,), as `lookupTransform` returns it."""
-    return _frame(*tf)
+    return _make_frame(*tf)
 
 
 def toTf(f: Any) -> Any:
@@ -46,7 +46,9 @@ def toTf(f: Any) -> Any:
 def fromMsg(p: Any) -> Any:
     """Return the frame of a geometry_msgs/Pose."""
     position, orientation = p.position, p.orientation
-    return _frame((position.x, position.y, position.z), (orientation.x, orientation.y, orientation.z, orientation.w))
+    return _make_frame(
+        (position.x, position.y, position.z), (orientation.x, orientation.y, orientation.z, orientation.w)
+    )
 
 
 def toMsg(f: Any) -> Any:

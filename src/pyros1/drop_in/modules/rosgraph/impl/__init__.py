@@ -1,5 +1,5 @@
-"""Views of the graph."""
+"""The graph of nodes and topics; see `rosgraph.impl.graph`."""
 
-from pyros1.drop_in.missing import missing
+from pyros1.drop_in.module_attributes import module_getattr
 
-__getattr__ = missing(__name__)
+__getattr__ = module_getattr(__name__)

@@ -11,7 +11,7 @@ import time
 from collections.abc import Iterator
 from typing import Any
 
-from pyros1.drop_in.missing import missing
+from pyros1.drop_in.module_attributes import module_getattr
 from pyros1.graph import NodeApi
 from pyros1.ground.errors import Error
 from rosgraph.masterapi import Master, MasterException
@@ -20,7 +20,7 @@ logger = logging.getLogger("rosgraph.graph")
 _ROS_NAME = "/rosviz"
 _NODE_TIMEOUT = 2.0
 
-__getattr__ = missing(__name__)
+__getattr__ = module_getattr(__name__)
 
 
 def topic_node(topic: str) -> str:
@@ -175,7 +175,7 @@ class Graph:
         self.node_stale = stale_secs
 
     def update(self) -> bool:
-        """Query the master and the nodes whose answers are too old; return whether the graph has changed."""
+        """Query the master and the nodes whose last responses are too old; return whether the graph has changed."""
         now = time.time()
         changed = False
         if now - self.last_master_refresh > self.master_stale:
@@ -195,7 +195,7 @@ class Graph:
         try:
             publishers, subscribers, services = self.master.getSystemState()
         except (MasterException, OSError) as error:
-            logger.error("cannot ask the master: %s", error)
+            logger.error("cannot query the master: %s", error)
             return False
         nodes: set[str] = set()
         topics: set[str] = set()
@@ -226,7 +226,7 @@ class Graph:
             self.bad_nodes.pop(node, None)
 
     def _node_refresh(self, node: str) -> bool:
-        """Query a node for its connections; return whether there are new ones, or the node no longer answers."""
+        """Query a node for its connections; return whether there are new ones, or the node no longer responds."""
         is_first = node not in self.last_node_refresh
         try:
             uri = self._lookup_uri(node)

@@ -1,6 +1,6 @@
 """The parts of rospy.impl that programs use."""
 
-from pyros1.drop_in.missing import names as _names
+from pyros1.drop_in.module_attributes import module_hooks as _module_hooks
 
 _reason = "pyros1's nodes do this themselves"
-__getattr__, __dir__ = _names(__name__, why={"udpros": _reason, "masterslave": _reason})
+__getattr__, __dir__ = _module_hooks(__name__, missing_reasons={"udpros": _reason, "masterslave": _reason})

@@ -40,7 +40,7 @@ class LoggingThrottle:
 
 
 class LoggingIdentical:
-    """Returns whether a call site logs another text than last time: called with (call site, text)."""
+    """Returns whether a call site logs a different message than last time: called with (call site, message)."""
 
     last_logging_msg_table: dict[Any, str] = {}
 
@@ -115,7 +115,7 @@ def _make_log_functions(level: int, base_name: str, name: str = "rosout") -> lis
         """Log a message. This line of the program logs the same message again only after ``period`` seconds."""
         frame = sys._getframe(1)
         call_site = _call_site(frame)
-        if _is_new_text(call_site, msg):  # compares the text without arguments, like stock
+        if _is_new_text(call_site, msg):  # compares the format strings, without arguments, like stock
             _may_log_again(call_site, 0)
         elif not _may_log_again(call_site, period):
             return

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from pyros1.drop_in.missing import names as _names
+from pyros1.drop_in.module_attributes import module_hooks as _module_hooks
 from pyros1.drop_in.process import PROCESS
 from pyros1.master.parameters import Parameters
 
@@ -84,7 +84,7 @@ class ParamServerCache:
 
 
 def _copy_dicts(value: Any) -> Any:
-    return {key: _copy_dicts(each) for key, each in value.items()} if isinstance(value, dict) else value
+    return {key: _copy_dicts(item) for key, item in value.items()} if isinstance(value, dict) else value
 
 
 def _parameters() -> Any:
@@ -105,4 +105,4 @@ def get_param_server_cache() -> ParamServerCache:
     return _CACHE
 
 
-__getattr__, __dir__ = _names(__name__)
+__getattr__, __dir__ = _module_hooks(__name__)

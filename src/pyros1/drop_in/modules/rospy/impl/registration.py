@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from pyros1.drop_in.missing import names as _names
+from pyros1.drop_in.module_attributes import module_hooks as _module_hooks
 
 
 class Registration:
@@ -31,6 +31,6 @@ def get_service_manager() -> Any:
 
 _reason = "pyros1's nodes register themselves"
 _missing_names = ("RegManager", "RegistrationListener", "RegistrationListeners", "get_registration_listeners")
-__getattr__, __dir__ = _names(
-    __name__, why=dict.fromkeys((*_missing_names, "set_topic_manager", "set_service_manager"), _reason)
+__getattr__, __dir__ = _module_hooks(
+    __name__, missing_reasons=dict.fromkeys((*_missing_names, "set_topic_manager", "set_service_manager"), _reason)
 )

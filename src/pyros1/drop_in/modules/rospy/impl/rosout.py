@@ -41,7 +41,7 @@ def ros_level(level: int) -> int:
     return max((ros for ros, python in _PYTHON_LEVELS.items() if python <= level), default=1)
 
 
-class Levels(MutableMapping[str, int]):
+class LoggerLevels(MutableMapping[str, int]):
     """The levels of Python's loggers, as the node's services list and change them."""
 
     def __getitem__(self, name: str) -> int:
@@ -61,7 +61,7 @@ class Levels(MutableMapping[str, int]):
         return len(list(iter(self)))
 
 
-def _pass_on(log: Log, record: logging.LogRecord, text: str, destinations: Destinations) -> None:
+def _log_record(log: Log, record: logging.LogRecord, text: str, destinations: Destinations) -> None:
     log.log_record(
         ros_level(record.levelno),
         text,
@@ -74,7 +74,7 @@ def _pass_on(log: Log, record: logging.LogRecord, text: str, destinations: Desti
 
 
 class RosOutHandler(logging.Handler):
-    """Gives the records of the logger ``rosout`` to the node.
+    """Passes the records of the logger ``rosout`` to the node.
 
     Args:
         node: the node.
@@ -91,7 +91,7 @@ class RosOutHandler(logging.Handler):
         text = self.format(record)  # wrong arguments raise an error in the program, as in stock
         destinations = ALL_DESTINATIONS if self._writes_locally else _ROSOUT_ONLY
         try:
-            _pass_on(self._log, record, text, destinations)
+            _log_record(self._log, record, text, destinations)
         except Exception:  # noqa: BLE001 - like Python's handlers
             self.handleError(record)
 
@@ -107,7 +107,7 @@ class _FileHandler(logging.Handler):
         if record.name.partition(".")[0] == "rosout":
             return  # RosOutHandler has already written the record
         try:
-            _pass_on(self._log, record, self.format(record), _FILE_ONLY)
+            _log_record(self._log, record, self.format(record), _FILE_ONLY)
         except Exception:  # noqa: BLE001 - as above
             self.handleError(record)
 
@@ -166,7 +166,7 @@ class _OldProgramHints:
 _hints = _OldProgramHints()
 
 
-def guarded(callback: Callable[[Any], object], original: object) -> Callable[[Any], None]:
+def with_error_logging(callback: Callable[[Any], object], original: object) -> Callable[[Any], None]:
     """Return a callback that logs its errors with the logger ``rosout``, whose handlers programs may have added.
 
     Args:
@@ -192,8 +192,8 @@ def guarded(callback: Callable[[Any], object], original: object) -> Callable[[An
     return call
 
 
-def connect(node: Node, argv: list[str], config: str) -> None:
-    """Give the records of Python's loggers to the node.
+def connect_loggers(node: Node, argv: list[str], config: str) -> None:
+    """Pass the records of Python's loggers to the node.
 
     Args:
         node: the node.
@@ -203,7 +203,7 @@ def connect(node: Node, argv: list[str], config: str) -> None:
     os.environ[_LOG_FILE_VARIABLE] = default_log_file(node.name, os.environ, parse_arguments(argv).special)
     if config:
         _load_config(config)
-    node.log.use_levels(Levels())
+    node.log.use_levels(LoggerLevels())
     node.log.explain_with(_hints)
     root, rosout = logging.getLogger(), logging.getLogger("rosout")
     if not config:
@@ -226,8 +226,8 @@ def _remove_terminal_handlers(logger: logging.Logger) -> None:
         logger.removeHandler(handler)
 
 
-def show_topic() -> None:
-    """List /rosout, which the node publishes, with the program's topics, as stock does."""
+def list_rosout_topic() -> None:
+    """Add /rosout, which the node itself publishes, to the program's list of topics, as in stock."""
     from pyros1.msgs.rosgraph_msgs.msg import Log
     from rospy.topics import Publisher
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from pyros1.drop_in.missing import missing
+from pyros1.drop_in.module_attributes import module_getattr
 from pyros1.drop_in.process import PROCESS
 from rospy.rostime import _set_rostime, set_rostime_initialized
 
@@ -29,4 +29,4 @@ def _set_rostime_clock_wrapper(time_msg: Any) -> None:
     _set_rostime(time_msg.clock)
 
 
-__getattr__ = missing("rospy.impl.simtime", _clock_sub="a node listens to /clock itself")
+__getattr__ = module_getattr("rospy.impl.simtime", _clock_sub="a node listens to /clock itself")

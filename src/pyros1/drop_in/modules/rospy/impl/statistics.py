@@ -7,14 +7,14 @@ from __future__ import annotations
 import struct
 from typing import TYPE_CHECKING, Any
 
-from pyros1.drop_in.missing import names as _names
+from pyros1.drop_in.module_attributes import module_hooks as _module_hooks
 from pyros1.drop_in.process import PROCESS
 from pyros1.msgs import AnyMsg
 from pyros1.node.subscribing.statistics import Limits, Report, Window
 from rospy.rostime import Duration, Time, get_time
 
 if TYPE_CHECKING:
-    from rospy.impl.topic_views import SubscriberImpl
+    from rospy.impl.topic_impls import SubscriberImpl
 
 _HEADER = struct.Struct("<III")
 _MAX_PUBLISHERS = 1000
@@ -94,4 +94,6 @@ def _message_class() -> Any:
     return TopicStatistics
 
 
-__getattr__, __dir__ = _names(__name__, why={"ConnectionStatisticsLogger": "see SubscriberStatisticsLogger"})
+__getattr__, __dir__ = _module_hooks(
+    __name__, missing_reasons={"ConnectionStatisticsLogger": "see SubscriberStatisticsLogger"}
+)

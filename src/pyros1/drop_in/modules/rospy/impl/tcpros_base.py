@@ -13,7 +13,7 @@ from typing import Any
 
 from genpy.message import DeserializationError as _DeserializationError
 
-from pyros1.drop_in.missing import missing
+from pyros1.drop_in.module_attributes import module_getattr
 from pyros1.ground.errors import ProtocolError
 from pyros1.msgs import Message
 from pyros1.wire.framing import MAX_MESSAGE_SIZE
@@ -112,10 +112,10 @@ class TCPROSServiceClient(TCPROSTransportProtocol):
 
 
 def _receive_with_length(read: Read) -> bytes:
-    """Receive the length of the bytes that follow, and then these bytes, which are returned."""
+    """Receive a 4-byte length and that many bytes; return the bytes."""
     (size,) = _LENGTH.unpack(read(_LENGTH.size))
     if size > MAX_MESSAGE_SIZE:
-        raise TransportException(f"{size} bytes are too many for a message")
+        raise TransportException(f"a message of {size} bytes is too large")
     return read(size)
 
 
@@ -176,7 +176,7 @@ class TCPROSTransport(Transport):
             if not data or monotonic() > deadline:
                 raise TransportTerminated("connection from sender terminated before handshake header received")
             header = reader.feed(data)
-        self.header, self._received = header, bytes(reader.rest)
+        self.header, self._received = header, bytes(reader.bytes_after_header)
         if "error" in header:
             raise TransportInitError(f"remote error reported: {header['error']}")
         for field in ("md5sum", "type"):
@@ -190,7 +190,7 @@ class TCPROSTransport(Transport):
 
         Args:
             msg: the message.
-            seq: sequence number for the message's header, if it has one.
+            seq: sequence number for the message's header, if it has connection.
 
         Raises:
             TransportInitError: there is no connection.
@@ -250,7 +250,7 @@ def start_tcpros_server() -> None:
     """Do nothing: `rospy.init_node` starts the server."""
 
 
-__getattr__ = missing(
+__getattr__ = module_getattr(
     "rospy.impl.tcpros_base",
     TCPROSServer=_REASON,
     TCPServer=_REASON,

@@ -11,8 +11,8 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
 import pyros1
-from pyros1.drop_in.missing import members
-from pyros1.drop_in.missing import names as _names
+from pyros1.drop_in.module_attributes import class_getattr
+from pyros1.drop_in.module_attributes import module_hooks as _module_hooks
 from pyros1.drop_in.process import PROCESS
 from pyros1.ground.errors import (
     ConnectionRefusedByPeerError,
@@ -29,12 +29,12 @@ from pyros1.ground.errors import (
 from pyros1.net.signal_safe import Event
 from rospy.core import logerr, logfatal, logwarn
 from rospy.exceptions import ROSException, ROSInterruptException, ROSSerializationException
-from rospy.impl.answering import Exchange, write_error
+from rospy.impl.encoding_errors import stock_error_for
+from rospy.impl.request_transport import RequestTransport, write_error
 from rospy.impl.tcpros_base import DEFAULT_BUFF_SIZE
-from rospy.impl.wrong_values import stock_error_for
 from rospy.msg import args_kwds_to_message
 from rospy.msproxy import MasterProxy
-from rospy.names import as_text, isstring, resolve_name
+from rospy.names import isstring, normalize_name_argument, resolve_name
 from rospy.service import SERVICES, ServiceException, _Service
 
 if TYPE_CHECKING:
@@ -111,7 +111,7 @@ class ServiceImpl(_Service):
         SERVICES.register(self.resolved_name, self)
         PROCESS.when_started(self._start)
 
-    __getattr__ = members("Service", "pyros1's nodes serve connections themselves", frozenset(["protocol"]))
+    __getattr__ = class_getattr("Service", "pyros1's nodes serve connections themselves", frozenset(["protocol"]))
 
     def error_handler(
         self, e: BaseException, exc_type: type[BaseException], exc_value: BaseException, tb: TracebackType
@@ -125,7 +125,7 @@ class ServiceImpl(_Service):
         if self.done or not node.ok():
             return
         try:
-            server = self._server = node.advertise_service(self._unresolved_name, self.service_class, self._answer)
+            server = self._server = node.advertise_service(self._unresolved_name, self.service_class, self._respond)
         except NodeShutdownError:
             return
         except NodeError as error:
@@ -139,10 +139,10 @@ class ServiceImpl(_Service):
         if self.done:  # another thread has ended the service in the meantime
             server.shutdown()
 
-    def _answer(self, request: Any) -> Any:
-        exchange = Exchange(self.resolved_name, request)
-        self._handle_request(exchange, request)
-        return exchange.answer(self.response_class)
+    def _respond(self, request: Any) -> Any:
+        transport = RequestTransport(self.resolved_name, request)
+        self._handle_request(transport, request)
+        return transport.get_response(self.response_class)
 
     def _handle_request(self, transport: Any, request: Any) -> None:
         """Call the handler, and write its response. Programs replace this to see or change requests and responses.
@@ -183,7 +183,7 @@ class ServiceImpl(_Service):
         if self.done:
             return
         self.done = True
-        PROCESS.forget(self._start)
+        PROCESS.cancel_when_started(self._start)
         SERVICES.unregister(self.resolved_name, self)
         if self._server is not None:
             self._server.shutdown()
@@ -203,7 +203,7 @@ class Service(ServiceImpl):
 
 
 class _NodeStandIn:
-    """Stands in for a node in calls of a program without a node."""
+    """Takes the place of the node if a program calls services without a node."""
 
     def __init__(self) -> None:
         self.name = "/unnamed"
@@ -243,7 +243,7 @@ class ServiceProxy(_Service):
         seq: number of calls.
     """
 
-    __getattr__ = members(
+    __getattr__ = class_getattr(
         "ServiceProxy", "pyros1's nodes manage the connections; see close()", frozenset(["transport", "protocol"])
     )
 
@@ -364,7 +364,7 @@ def wait_for_service(service: str, timeout: Any = None) -> None:
         raise ValueError("timeout must be non-zero")
     if PROCESS.is_shutdown:
         raise ROSInterruptException("rospy shutdown")
-    service = as_text(service) or "/"
+    service = normalize_name_argument(service) or "/"
     name = resolve_name(service)
     if seconds is not None and not seconds > 0:  # the caller's deadline has already passed
         raise ROSException(f"timeout exceeded while waiting for service {name}")
@@ -383,7 +383,7 @@ def wait_for_service(service: str, timeout: Any = None) -> None:
         raise ROSInterruptException("rospy shutdown") from None
 
 
-__getattr__, __dir__ = _names(
+__getattr__, __dir__ = _module_hooks(
     __name__,
     dict.fromkeys(("TCPROSServiceClient", "TCPROSTransport", "TCPROSTransportProtocol"), "rospy.impl.tcpros_base"),
     dict.fromkeys(("TCPService", "service_connection_handler"), "pyros1's nodes serve connections themselves"),

@@ -6,10 +6,10 @@ import itertools
 from collections.abc import Callable
 from typing import Any
 
-from pyros1.drop_in.missing import names as _names
+from pyros1.drop_in.module_attributes import module_hooks as _module_hooks
 
 INBOUND, OUTBOUND, BIDIRECTIONAL = "i", "o", "b"
-next_number = itertools.count(1).__next__
+next_id = itertools.count(1).__next__
 
 
 class Transport:
@@ -38,7 +38,7 @@ class Transport:
     def __init__(self, direction: str, name: str = "unnamed") -> None:
         self.name = name
         self.direction = direction
-        self.id = next_number()
+        self.id = next_id()
 
     def fileno(self) -> int | None:
         """Return the socket's number.
@@ -72,4 +72,6 @@ class Transport:
 
 
 _reason = "pyros1's nodes have their own links; see Publisher.impl.connections"
-__getattr__, __dir__ = _names(__name__, why=dict.fromkeys(("DeadTransport", "ProtocolHandler"), _reason))
+__getattr__, __dir__ = _module_hooks(
+    __name__, missing_reasons=dict.fromkeys(("DeadTransport", "ProtocolHandler"), _reason)
+)

@@ -16,7 +16,7 @@ _MAX_NAMES_SHOWN = 20
 _ARGUMENT_PATTERN = re.compile(r"[A-Za-z~/_][\w/]*:=.*")
 
 
-class WordsError(LaunchError):
+class CommandLineError(LaunchError):
     """The command line does not specify existing launch files."""
 
 
@@ -38,7 +38,7 @@ def parse_arguments(argv: list[str]) -> dict[str, str]:
     return arguments
 
 
-def find_files(words: list[str], resources: Resources) -> list[str]:
+def find_launch_files(words: list[str], resources: Resources) -> list[str]:
     """Convert ``pkg file``, ``file...`` and ``-`` to paths (X01, X05).
 
     A name that is not a file in the current folder may also name a launch file in one of pyros1's own packages.
@@ -48,11 +48,11 @@ def find_files(words: list[str], resources: Resources) -> list[str]:
         resources: finds packages.
 
     Raises:
-        WordsError: the command line does not specify existing launch files.
+        CommandLineError: the command line does not specify existing launch files.
         LaunchError: a file does not exist.
     """
     if words.count(STDIN_NAME) > 1:
-        raise WordsError("Only a single instance of the dash ('-') may be specified.")
+        raise CommandLineError("Only a single instance of the dash ('-') may be specified.")
     if len(words) > 1 and words[0] != STDIN_NAME:
         path = _in_package(words[0], words[1], resources)
         if path:
@@ -80,7 +80,7 @@ def find_files(words: list[str], resources: Resources) -> list[str]:
     missing = [word for word in words if word != STDIN_NAME and not os.path.exists(word)]
     if missing:
         hints = [f"\n{hint}" for hint in map(argument_hint, missing) if hint]
-        raise WordsError(f"The following input files do not exist: {', '.join(missing)}{''.join(hints)}")
+        raise CommandLineError(f"The following input files do not exist: {', '.join(missing)}{''.join(hints)}")
     return words
 
 

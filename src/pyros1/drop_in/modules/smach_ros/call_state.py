@@ -10,7 +10,7 @@ from smach.exceptions import InvalidStateError
 from smach.state import State
 
 
-class Call(NamedTuple):
+class UserCallback(NamedTuple):
     """A function of the program, and its extra arguments."""
 
     function: Callable[..., Any] | None
@@ -31,9 +31,10 @@ class CallState(State):
     Args:
         message_names: names of both messages for error messages: ("goal", "result") or ("request", "response").
         default: the message to send if nothing changes it.
-        sent: how the message to send is built: the userdata key of the whole message; the userdata keys that are
-            fields of the message; and a function that changes the message.
-        received: the same for the received message, except that the function only reads that message.
+        sent: how the message to send is built: (userdata key of the whole message, userdata keys that are fields of the
+            message, function that changes the message).
+        received: how the received message is used: (userdata key for the whole message, userdata keys for its fields,
+            function that is called with the message).
         keys: additional input keys, output keys and outcomes.
     """
 
@@ -41,21 +42,21 @@ class CallState(State):
         self,
         message_names: tuple[str, str],
         default: Any,
-        sent: tuple[str | None, Iterable[str], Call],
-        received: tuple[str | None, Iterable[str], Call],
+        sent: tuple[str | None, Iterable[str], UserCallback],
+        received: tuple[str | None, Iterable[str], UserCallback],
         keys: tuple[Iterable[str], Iterable[str], Iterable[str]],
     ) -> None:
         inputs, outputs, outcomes = keys
         super().__init__(("succeeded", "aborted", "preempted"), inputs, outputs)
         self.register_outcomes(outcomes)
         self._default = default
-        self._sent_key, slots, self._sent_call = sent
-        self._received_key, back_slots, self._received_call = received
-        self._sent_slots, self._received_slots = tuple(slots), tuple(back_slots)
-        for name, call in zip(message_names, (self._sent_call, self._received_call), strict=True):
-            if call.function is not None and not callable(call.function):
-                raise InvalidStateError(f"The {name} callback is not a function: {call.function!r}")
-            self._register_interface(call.function)
+        self._sent_key, sent_slots, self._sent_callback = sent
+        self._received_key, received_slots, self._received_callback = received
+        self._sent_slots, self._received_slots = tuple(sent_slots), tuple(received_slots)
+        for name, callback in zip(message_names, (self._sent_callback, self._received_callback), strict=True):
+            if callback.function is not None and not callable(callback.function):
+                raise InvalidStateError(f"The {name} callback is not a function: {callback.function!r}")
+            self._register_interface(callback.function)
         self.register_input_keys(([self._sent_key] if self._sent_key else []) + [*self._sent_slots])
         self.register_output_keys(([self._received_key] if self._received_key else []) + [*self._received_slots])
 
@@ -64,7 +65,7 @@ class CallState(State):
         message = copy.deepcopy(ud[self._sent_key] if self._sent_key else self._default)
         for slot in self._sent_slots:
             setattr(message, slot, ud[slot])
-        changed = self._sent_call(ud, message)
+        changed = self._sent_callback(ud, message)
         return message if changed is None else changed
 
     def _store(self, ud: Any, message: Any) -> None:
@@ -75,4 +76,4 @@ class CallState(State):
             ud[slot] = getattr(message, slot)
 
 
-__all__ = ["Call", "CallState"]
+__all__ = ["CallState", "UserCallback"]

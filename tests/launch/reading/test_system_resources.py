@@ -1,4 +1,4 @@
-"""launch.reading.world: the commands that launch files run."""
+"""launch.reading.system_resources: the commands that launch files run."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from pyros1.ground.errors import LaunchError
-from pyros1.launch.reading.world import make_resources, run_command
+from pyros1.launch.reading.system_resources import make_resources, run_command
 
 
 def test_the_output_is_that_of_the_command() -> None:
@@ -30,7 +30,7 @@ def test_commands_without_a_usable_output(words: list[str], said: str) -> None:
 
 
 def test_a_command_that_does_not_end_is_killed(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("pyros1.launch.reading.world.COMMAND_TIMEOUT_S", 0.01)
+    monkeypatch.setattr("pyros1.launch.reading.system_resources.COMMAND_TIMEOUT_S", 0.01)
     with pytest.raises(LaunchError, match=r"failed: it did not exit within 0\.01 seconds"):
         run_command(["sleep", "100"])
 

@@ -1,4 +1,4 @@
-"""Handles names in stock's modules that pyros1's modules import lazily or do not have; errors contain the reason."""
+"""Makes ``__getattr__`` functions for names that pyros1's modules import lazily, or lack; errors tell why."""
 
 from __future__ import annotations
 
@@ -18,23 +18,23 @@ _IMPORTED_MODULES = frozenset((
 """Modules that stock's modules import, and that programs access through them."""
 
 
-def names(
+def module_hooks(
     module: str,
-    late: Mapping[str, str] | None = None,
-    why: Mapping[str, str] | None = None,
-    live: Mapping[str, Callable[[], Any]] | None = None,
+    lazy_imports: Mapping[str, str] | None = None,
+    missing_reasons: Mapping[str, str] | None = None,
+    computed_values: Mapping[str, Callable[[], Any]] | None = None,
 ) -> tuple[Callable[[str], Any], Callable[[], list[str]]]:
     """Return a ``__getattr__`` and a ``__dir__`` for a module.
 
     Args:
         module: the module's full name.
-        late: name -> full name of the module from which to import the name. With a trailing dot, the name stands for
-            that module itself.
-        why: name that pyros1 does not have -> the reason, or what to use instead.
-        live: variable of stock's module -> function that returns the variable's current value.
+        lazy_imports: name -> full name of the module from which to import the name. With a trailing dot, the name
+            stands for that module itself.
+        missing_reasons: name that pyros1 does not have -> the reason, or what to use instead.
+        computed_values: variable of stock's module -> function that returns the variable's current value.
     """
-    source_modules = late or {}
-    values = live or {}
+    source_modules = lazy_imports or {}
+    values = computed_values or {}
 
     def __getattr__(name: str) -> Any:
         if name in values:
@@ -47,7 +47,7 @@ def names(
                 return import_module(f"{module}.{name}")
             if name in _IMPORTED_MODULES:
                 return import_module(name)
-            reason = (why or {}).get(name, "")
+            reason = (missing_reasons or {}).get(name, "")
             raise AttributeError(f"pyros1 has no {module}.{name}{reason and ': ' + reason}")
         return (
             import_module(source_module[:-1])
@@ -68,7 +68,7 @@ def _is_module(name: str) -> bool:
         return False
 
 
-def members(owner: str, reason: str, missing_names: frozenset[str]) -> Callable[[Any, str], Any]:
+def class_getattr(owner: str, reason: str, missing_names: frozenset[str]) -> Callable[[Any, str], Any]:
     """Return a ``__getattr__`` for a class that lacks members of stock's class.
 
     Args:
@@ -85,11 +85,11 @@ def members(owner: str, reason: str, missing_names: frozenset[str]) -> Callable[
     return __getattr__
 
 
-def missing(module: str, **reasons: str) -> Callable[[str], Any]:
+def module_getattr(module: str, **reasons: str) -> Callable[[str], Any]:
     """Return a ``__getattr__`` for a module that imports nothing lazily.
 
     Args:
         module: the module's full name.
         **reasons: for names that programs may use, why they are missing, or what to use instead.
     """
-    return names(module, why=reasons)[0]
+    return module_hooks(module, missing_reasons=reasons)[0]

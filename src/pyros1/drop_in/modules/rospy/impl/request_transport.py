@@ -1,4 +1,4 @@
-"""Represents a request to a service as a connection to which the response is written."""
+"""The transport object through which a service handler writes its response."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any
 
 from pyros1.ground.errors import ProtocolError, ServiceRefusal
 from pyros1.wire.service import RESPONSE_HEAD_SIZE, decode_response_head
-from rospy.impl.transport import BIDIRECTIONAL, Transport, next_number
+from rospy.impl.transport import BIDIRECTIONAL, Transport, next_id
 
 
 def write_error(transport: Any, text: str) -> None:
@@ -23,8 +23,8 @@ def write_error(transport: Any, text: str) -> None:
     transport.write_data(struct.pack("<BI", 0, len(data)) + data)
 
 
-class Exchange(Transport):
-    """Collects the response to a request, as a message or as bytes, for pyros1's node, which sends it.
+class RequestTransport(Transport):
+    """Collects the response to a request, as a message or as bytes; pyros1's node then sends it.
 
     Args:
         name: name of the service.
@@ -45,7 +45,7 @@ class Exchange(Transport):
     @cached_property
     def id(self) -> int:  # type: ignore[override]
         """The number of the connection."""
-        return next_number()
+        return next_id()
 
     @cached_property
     def header(self) -> dict[str, str]:
@@ -63,7 +63,7 @@ class Exchange(Transport):
         return io.BytesIO()
 
     def send_message(self, msg: Any, seq: int) -> None:
-        """Respond with a message; ``seq`` is written to its header, if it has one."""
+        """Respond with a message; ``seq`` is written to its header, if it has connection."""
         if getattr(msg, "_has_header", False):
             msg.header.seq = seq
         self._message = msg
@@ -74,7 +74,7 @@ class Exchange(Transport):
         self._data += data
         return True
 
-    def answer(self, response_class: Any) -> Any:
+    def get_response(self, response_class: Any) -> Any:
         """Return the response.
 
         Raises:
@@ -85,7 +85,7 @@ class Exchange(Transport):
         try:
             ok, size = decode_response_head(self._data[:RESPONSE_HEAD_SIZE])
         except (ProtocolError, struct.error):
-            raise ServiceRefusal("the service has sent no answer") from None
+            raise ServiceRefusal("the service has sent no response") from None
         body = self._data[RESPONSE_HEAD_SIZE : RESPONSE_HEAD_SIZE + size]
         if not ok:
             raise ServiceRefusal(body.decode(errors="replace"))

@@ -23,7 +23,7 @@ _IMPORTED_NAMES = ("codecs", "genpy", "python3", "struct", "sys")
 _MODULE_DICT = vars(ModuleType)["__dict__"]
 
 
-class Messages:
+class MessageModuleLoader:
     """Loader of ``PACKAGE``, ``PACKAGE.msg`` and ``PACKAGE.srv``, and of stock's ``PACKAGE.msg._TYPE``.
 
     The classes are those of ``pyros1.msgs``, which are created when they are first used.
@@ -137,7 +137,7 @@ class _Module(ModuleType):
         return attributes
 
     @property
-    def _definitions(self) -> Messages:
+    def _definitions(self) -> MessageModuleLoader:
         loader: Any = self.__spec__ and self.__spec__.loader
         return loader  # type: ignore[no-any-return]
 

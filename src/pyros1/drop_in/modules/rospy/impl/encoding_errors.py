@@ -1,4 +1,4 @@
-"""Converts the errors for messages that cannot be encoded to those that stock raises."""
+"""Converts pyros1's errors for messages that cannot be encoded to those that stock raises."""
 
 from __future__ import annotations
 
@@ -9,9 +9,10 @@ from rospy.exceptions import ROSSerializationException
 def stock_error_for(error: SerializationError) -> Exception:
     """Return the error that stock's publishers raise.
 
-    In stock, a value of a completely different type than its field, such as bytes instead of a text or None instead of
-    a message, causes an AttributeError. A text that cannot be encoded as UTF-8 causes a UnicodeEncodeError. Programs
-    catch these errors, so they are raised here, too. pyros1's error, which names the field, is their context.
+    In stock, a value whose type has nothing in common with that of its field, such as bytes instead of a string or None
+    instead of a message, causes an AttributeError. A string that cannot be encoded as UTF-8 causes a
+    UnicodeEncodeError. Programs catch these errors, so they are raised here, too. pyros1's error, which names
+    the field, is chained to them.
     """
     cause: BaseException | None = error
     while isinstance(cause, SerializationError):
@@ -19,7 +20,7 @@ def stock_error_for(error: SerializationError) -> Exception:
             return OverflowError(str(error))
         cause = cause.__cause__ or cause.__context__
     if isinstance(cause, AttributeError) and (cause.name != "encode" or hasattr(cause.obj, "__len__")):
-        return AttributeError(*cause.args)  # stock takes the length of a text first
+        return AttributeError(*cause.args)  # stock calls len() on a string first
     if isinstance(cause, TypeError) and "'encode' for 'str'" in str(cause) and "'bytes'" in str(cause):  # in an array
         return AttributeError("'bytes' object has no attribute 'encode'")
     if isinstance(cause, UnicodeEncodeError):
@@ -27,10 +28,8 @@ def stock_error_for(error: SerializationError) -> Exception:
     return ROSSerializationException(str(error))
 
 
-def fill_in_frame(message: object) -> bool:
-    """Set the frame of a message's header to "0" if there is none, as stock's publishers do; return whether that was
-    necessary.
-    """
+def fill_in_frame_id(message: object) -> bool:
+    """Set the ``frame_id`` of a message's header to "0" if it is None, as in stock; return whether it was None."""
     header = getattr(message, "header", None) if getattr(type(message), "_has_header", False) else None
     if header is None or getattr(header, "frame_id", "") is not None:
         return False

@@ -8,7 +8,7 @@ import tempfile
 from pyros1.bag.edit.reindex import reindex
 from pyros1.bag.format.appending import open_for_append
 from pyros1.bag.format.writer import BagWriter
-from rosbag._parts import ROSBagException
+from rosbag._types import ROSBagException
 
 
 def rebuild_index(path: str | None, writer: BagWriter | None, compression: str, threshold: int) -> BagWriter:

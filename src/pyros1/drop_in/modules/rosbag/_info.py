@@ -14,10 +14,10 @@ import yaml
 from pyros1.bag.format.reader import BagReader
 from pyros1.bag.format.records import NS_PER_S
 from pyros1.bag.info import Summary, info_text, info_values, summarize, summarize_topics, yaml_text
-from pyros1.drop_in.missing import members
+from pyros1.drop_in.module_attributes import class_getattr
 from pyros1.ground.names import canonicalize_name
-from rosbag._lending import Lending
-from rosbag._parts import (
+from rosbag._reader_pool import ReaderPool
+from rosbag._types import (
     Compression,
     CompressionTuple,
     ROSBagException,
@@ -27,11 +27,11 @@ from rosbag._parts import (
     _ChunkInfo,
     _ConnectionInfo,
     _IndexEntry200,
-    chunk_of,
-    entry_of,
-    header_of,
-    info_of,
     stock_errors,
+    to_chunk_header,
+    to_chunk_info,
+    to_connection_info,
+    to_index_entry,
 )
 
 _MISSING_NAMES = frozenset(
@@ -57,14 +57,16 @@ _MISSING_NAMES = frozenset(
 )
 
 
-class Facts:
+class InfoMixin:
     """Base class of `rosbag.bag.Bag`: information about messages and about the index."""
 
-    __getattr__ = members("rosbag.Bag", "see get_type_and_topic_info, read_messages and pyros1.bag", _MISSING_NAMES)
+    __getattr__ = class_getattr(
+        "rosbag.Bag", "see get_type_and_topic_info, read_messages and pyros1.bag", _MISSING_NAMES
+    )
 
     _file: Any
     _compression: str
-    _readers: Lending
+    _readers: ReaderPool
 
     @property
     def _target(self) -> Any:
@@ -108,10 +110,12 @@ class Facts:
         Args:
             topic_filters: the topics to include: one name or a list; None means all.
         """
-        with self._any_reader() as reader:
+        with self._reader_even_if_closed() as reader:
             used_connections = {conn for chunk in reader.chunks for conn in chunk.counts}
             infos = [
-                info_of(connection) for number, connection in reader.connections.items() if number in used_connections
+                to_connection_info(connection)
+                for number, connection in reader.connections.items()
+                if number in used_connections
             ]
             names = [info.topic for info in infos] if topic_filters is None else topic_filters
             groups = {}
@@ -128,18 +132,18 @@ class Facts:
         return TypesAndTopicsTuple(dict(sorted(types.items())), topics)
 
     @contextmanager
-    def _any_reader(self) -> Iterator[BagReader]:
+    def _reader_even_if_closed(self) -> Iterator[BagReader]:
         """Yield the reader; for a closed bag, a reader of the file, which is opened again."""
         with stock_errors():
             if self._file:
-                with self._readers.lend(lambda: self._reader) as reader:  # another thread may replace the reader
+                with self._readers.use(lambda: self._reader) as reader:  # another thread may replace the reader
                     yield reader
             else:
                 with BagReader(self._target) as reader:
                     yield reader
 
     def _summary(self) -> Summary:
-        with self._any_reader() as reader:
+        with self._reader_even_if_closed() as reader:
             return summarize(reader, frequencies=True)
 
     def __str__(self) -> str:
@@ -158,20 +162,23 @@ class Facts:
             return yaml.safe_dump(value, default_flow_style=False, sort_keys=False)
         return None if value is None else str(value)
 
-    # Parts of the index that tools reach for --------------------------------------------------------------------------
+    # Private members for access to the index, which some tools use ----------------------------------------------------
 
     @property
     def _connections(self) -> dict[int, _ConnectionInfo]:
-        return {number: info_of(connection) for number, connection in self._reader.connections.items()}
+        return {number: to_connection_info(connection) for number, connection in self._reader.connections.items()}
 
     @property
     def _chunks(self) -> list[_ChunkInfo]:
-        return [chunk_of(chunk) for chunk in self._reader.chunks]
+        return [to_chunk_info(chunk) for chunk in self._reader.chunks]
 
     @property
     def _chunk_headers(self) -> dict[int, _ChunkHeader]:
-        with self._any_reader() as reader:
-            return {chunk.pos: header_of(header) for chunk, header in zip(reader.chunks, reader.headers(), strict=True)}
+        with self._reader_even_if_closed() as reader:
+            return {
+                chunk.pos: to_chunk_header(header)
+                for chunk, header in zip(reader.chunks, reader.headers(), strict=True)
+            }
 
     @property
     def _has_compressed_chunks(self) -> bool:
@@ -191,13 +198,13 @@ class Facts:
 
     def _get_indexes(self, connections: Any) -> list[list[_IndexEntry200]]:
         entries_by_connection: dict[int, list[Any]] = {number: [] for number in self._reader.connections}
-        with self._readers.lend(lambda: self._reader) as reader:
+        with self._readers.use(lambda: self._reader) as reader:
             for entry in reader.entries():
                 if entry.conn in entries_by_connection:
                     entries_by_connection[entry.conn].append(entry)
         ids = list(entries_by_connection) if connections is None else [info.id for info in connections]
         return [
-            [entry_of(entry) for entry in sorted(entries_by_connection[number], key=lambda entry: entry.time)]
+            [to_index_entry(entry) for entry in sorted(entries_by_connection[number], key=lambda entry: entry.time)]
             for number in ids
         ]
 

@@ -1,4 +1,4 @@
-"""The rest of `rosbag.bag`: exceptions, compressions, tuples, and parts of a bag's index."""
+"""Exceptions and types of `rosbag.bag`: compressions, tuples, and the records of a bag's index."""
 
 from __future__ import annotations
 
@@ -85,7 +85,7 @@ def stock_errors() -> Iterator[None]:
         raise ROSBagFormatException(str(error)) from error
 
 
-# What is returned -----------------------------------------------------------------------------------------------------
+# Return values --------------------------------------------------------------------------------------------------------
 
 _PUBLIC_MODULE = "rosbag.bag"  # the name under which programs know, print and pickle these classes
 BagMessage = collections.namedtuple("BagMessage", "topic message timestamp", module=_PUBLIC_MODULE)
@@ -97,7 +97,7 @@ TypesAndTopicsTuple = collections.namedtuple("TypesAndTopicsTuple", "msg_types t
 CompressionTuple = collections.namedtuple(
     "CompressionTuple", "compression uncompressed compressed", module=_PUBLIC_MODULE
 )
-for _each in (
+for _class in (
     Compression,
     ROSBagException,
     ROSBagFormatException,
@@ -105,7 +105,7 @@ for _each in (
     ROSBagEncryptException,
     ROSBagEncryptNotSupportedException,
 ):
-    _each.__module__ = _PUBLIC_MODULE
+    _class.__module__ = _PUBLIC_MODULE
 
 
 # Classes of messages --------------------------------------------------------------------------------------------------
@@ -167,7 +167,7 @@ def _to_text(value: str | bytes) -> str:
     return value if isinstance(value, str) else value.decode("utf-8", "surrogateescape")
 
 
-def info_of(connection: Connection) -> _ConnectionInfo:
+def to_connection_info(connection: Connection) -> _ConnectionInfo:
     """Convert a connection to stock's class."""
     return _ConnectionInfo(connection.id, connection.topic, dict(connection.header))
 
@@ -192,7 +192,7 @@ class _IndexEntry200:
         return f"{self.time.secs}.{self.time.nsecs}: {self.chunk_pos}+{self.offset}"
 
 
-def entry_of(entry: Entry) -> _IndexEntry200:
+def to_index_entry(entry: Entry) -> _IndexEntry200:
     """Convert an entry of the index to stock's class."""
     return _IndexEntry200(Time.from_nsec(entry.time), *entry.location)
 
@@ -207,7 +207,7 @@ class _ChunkInfo:
         self.connection_counts: dict[int, int] = {}
 
 
-def chunk_of(chunk: Chunk) -> _ChunkInfo:
+def to_chunk_info(chunk: Chunk) -> _ChunkInfo:
     """Convert a chunk to stock's class."""
     info = _ChunkInfo(chunk.pos, Time.from_nsec(chunk.start), Time.from_nsec(chunk.end))
     info.connection_counts = dict(chunk.counts)
@@ -224,6 +224,6 @@ class _ChunkHeader:
         self.data_pos = data_pos
 
 
-def header_of(header: ChunkHeader) -> _ChunkHeader:
+def to_chunk_header(header: ChunkHeader) -> _ChunkHeader:
     """Convert a chunk's header to stock's class."""
     return _ChunkHeader(header.compression, header.stored_size, header.size, header.data_offset)

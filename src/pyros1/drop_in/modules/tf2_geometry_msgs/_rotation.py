@@ -44,9 +44,9 @@ def to_quaternion(matrix: Matrix) -> tuple[float, float, float, float]:
     return (xz + zx) / s, (yz + zy) / s, 0.25 * s, (yx - xy) / s
 
 
-def multiply(one: Matrix, two: Matrix) -> Matrix:
+def multiply(left: Matrix, right: Matrix) -> Matrix:
     """Return the product of two matrices (3, 3)."""
-    (ax, ay, az), (bx, by, bz), (cx, cy, cz) = (rotate(one, column) for column in zip(*two, strict=True))
+    (ax, ay, az), (bx, by, bz), (cx, cy, cz) = (rotate(left, column) for column in zip(*right, strict=True))
     return (ax, bx, cx), (ay, by, cy), (az, bz, cz)
 
 

@@ -1,4 +1,4 @@
-"""launch.reading.words: which launch files and arguments a command line names (X01, X03, X05)."""
+"""launch.reading.cli_arguments: which launch files and arguments a command line names (X01, X03, X05)."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ import pytest
 
 from pyros1.finding.packages import OWN_PACKAGES, PackageIndex
 from pyros1.ground.errors import LaunchError
+from pyros1.launch.reading.cli_arguments import CommandLineError, find_launch_files, parse_arguments
 from pyros1.launch.reading.resources import Resources
-from pyros1.launch.reading.words import WordsError, find_files, parse_arguments
 
 PACKAGE = """<package format="2"><name>robot</name><version>1.0.0</version><description>A node.</description>
 <maintainer email="a@example.org">a</maintainer><license>BSD</license></package>"""
@@ -33,11 +33,11 @@ def resources(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Resources:
 
 def test_files_by_package_and_by_path(resources: Resources, tmp_path: Path) -> None:
     up = str(tmp_path / "robot" / "launch" / "up.launch")
-    assert find_files(["robot", "up.launch"], resources) == [up]
-    assert find_files(["robot", "up.launch", "here.launch"], resources) == [up, "here.launch"]
-    assert find_files(["here.launch", up], resources) == ["here.launch", up]
-    assert find_files(["-"], resources) == ["-"]
-    assert find_files(["-", "here.launch"], resources) == ["-", "here.launch"]
+    assert find_launch_files(["robot", "up.launch"], resources) == [up]
+    assert find_launch_files(["robot", "up.launch", "here.launch"], resources) == [up, "here.launch"]
+    assert find_launch_files(["here.launch", up], resources) == ["here.launch", up]
+    assert find_launch_files(["-"], resources) == ["-"]
+    assert find_launch_files(["-", "here.launch"], resources) == ["-", "here.launch"]
 
 
 @pytest.mark.parametrize(
@@ -58,13 +58,13 @@ def test_files_by_package_and_by_path(resources: Resources, tmp_path: Path) -> N
 )
 def test_words_that_name_no_file(resources: Resources, words: list[str], reason: str) -> None:
     with pytest.raises(LaunchError, match=reason) as caught:
-        find_files(words, resources)
-    assert isinstance(caught.value, WordsError) == reason.startswith(("The following", "Only"))
+        find_launch_files(words, resources)
+    assert isinstance(caught.value, CommandLineError) == reason.startswith(("The following", "Only"))
 
 
 def test_launch_files_of_pyros1_need_no_package(resources: Resources) -> None:
     (name, path), *_ = sorted((path.name, path) for path in Path(OWN_PACKAGES).glob("*/launch/*.launch"))
-    assert find_files([name], resources) == [str(path)]
+    assert find_launch_files([name], resources) == [str(path)]
 
 
 def test_arguments(capsys: pytest.CaptureFixture[str]) -> None:

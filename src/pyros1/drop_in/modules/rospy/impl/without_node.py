@@ -1,4 +1,4 @@
-"""Functions that programs use before the node is started, or without a node."""
+"""Functions of `rospy.core` that work without a node: logging configuration, and a decorator."""
 
 from __future__ import annotations
 

@@ -9,8 +9,8 @@ from contextlib import contextmanager
 from pyros1.bag.format.reader import BagReader
 
 
-class Lending:
-    """Lends readers to iterators, and closes replaced readers when no iterator uses them.
+class ReaderPool:
+    """Keeps track of which readers are used by iterators; closes a replaced reader when no iterator uses it any more.
 
     Args:
         lock: held while the current reader is obtained or replaced.
@@ -18,27 +18,27 @@ class Lending:
 
     def __init__(self, lock: threading.RLock) -> None:
         self._lock = lock
-        self._lent: list[BagReader] = []
+        self._in_use: list[BagReader] = []
         self._retired: list[BagReader] = []
 
     @contextmanager
-    def lend(self, get_reader: Callable[[], BagReader]) -> Iterator[BagReader]:
-        """Lend the current reader, which a function returns, to an iterator."""
+    def use(self, get_reader: Callable[[], BagReader]) -> Iterator[BagReader]:
+        """In a ``with`` block, use the current reader, which ``get_reader`` returns: it is not closed meanwhile."""
         with self._lock:
             reader = get_reader()
-            self._lent.append(reader)
+            self._in_use.append(reader)
         try:
             yield reader
         finally:
             with self._lock:
-                self._lent.remove(reader)
-                if reader not in self._lent and reader in self._retired:
+                self._in_use.remove(reader)
+                if reader not in self._in_use and reader in self._retired:
                     self._retired.remove(reader)
                     reader.close()
 
     def retire(self, reader: BagReader | None) -> None:
-        """Close a replaced reader: now, or when the last iterator has returned it."""
-        if reader is not None and reader in self._lent:
+        """Close a replaced reader: now, or when the last iterator that uses it has finished."""
+        if reader is not None and reader in self._in_use:
             self._retired.append(reader)
         elif reader is not None:
             reader.close()

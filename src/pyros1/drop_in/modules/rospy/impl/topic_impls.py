@@ -6,7 +6,7 @@ import functools
 import threading
 from typing import Any
 
-from pyros1.drop_in.missing import members
+from pyros1.drop_in.module_attributes import class_getattr
 from pyros1.drop_in.process import PROCESS
 from rospy.exceptions import ROSException
 
@@ -55,7 +55,7 @@ class Connection:
         """Number of messages so far."""
         return int(self._link.messages)
 
-    __getattr__ = members("Publisher.impl.connections[]", _SOCKET_REASON, _SOCKET_MEMBERS)
+    __getattr__ = class_getattr("Publisher.impl.connections[]", _SOCKET_REASON, _SOCKET_MEMBERS)
 
     def get_transport_info(self) -> str:
         """Return the addresses of both ends, as text."""
@@ -76,7 +76,7 @@ class TopicImpl:
 
     direction = ""
     handler = None
-    __getattr__ = members("Publisher.impl and Subscriber.impl", _LOCK_REASON, _LOCK_MEMBERS)
+    __getattr__ = class_getattr("Publisher.impl and Subscriber.impl", _LOCK_REASON, _LOCK_MEMBERS)
 
     def __init__(self, name: str, data_class: Any) -> None:
         self.name = self.resolved_name = name
@@ -85,8 +85,8 @@ class TopicImpl:
         self.handles: list[Any] = []
         self.ref_count = 0
         self.closed = False
-        self._numbers: dict[int, tuple[Any, int]] = {}
-        self._next = 1
+        self._connection_ids: dict[int, tuple[Any, int]] = {}
+        self._next_connection_id = 1
 
     def _links(self) -> tuple[Any, ...]:
         handles = self.handles  # replaced as a whole on changes
@@ -98,9 +98,9 @@ class TopicImpl:
         links = self._links()
         numbers: dict[int, tuple[Any, int]] = {}
         for link in links:  # each link keeps its number
-            numbers[id(link)] = self._numbers.get(id(link)) or (link, self._next)
-            self._next = max(self._next, numbers[id(link)][1] + 1)
-        self._numbers = numbers
+            numbers[id(link)] = self._connection_ids.get(id(link)) or (link, self._next_connection_id)
+            self._next_connection_id = max(self._next_connection_id, numbers[id(link)][1] + 1)
+        self._connection_ids = numbers
         return [Connection(numbers[id(link)][1], link, self.name, self.direction) for link in links]
 
     def get_num_connections(self) -> int:
@@ -116,7 +116,7 @@ class TopicImpl:
         return any(connection.endpoint_id == endpoint_id for connection in self.connections)
 
     def close(self) -> None:
-        """Release what belongs to the topic."""
+        """Mark the topic as closed; subclasses release its resources."""
         self.closed = True
 
     def check(self) -> None:
@@ -164,7 +164,7 @@ class PublisherImpl(TopicImpl):
         self.is_latch = False
         self.headers: dict[str, str] = {}
         self.subscriber_listeners: list[Any] = []
-        self._watch: Any = None
+        self._listener_watch: Any = None
 
     def add_headers(self, headers: dict[str, str]) -> None:
         """Add fields of the connection header, for publishers that are made later."""
@@ -186,22 +186,24 @@ class PublisherImpl(TopicImpl):
 
     def get_stats(self) -> tuple[str, int, list[tuple[int, int, int, bool]]]:
         """Return (topic, bytes, [(id, bytes, messages, whether it is connected)])."""
-        stats = [(one.id, one.stat_bytes, one.stat_num_msg, not one.done) for one in self.connections]
-        return self.name, sum(one[1] for one in stats), stats
+        stats = [
+            (connection.id, connection.stat_bytes, connection.stat_num_msg, not connection.done)
+            for connection in self.connections
+        ]
+        return self.name, sum(entry[1] for entry in stats), stats
 
-    # Listeners, which a thread of pyros1 calls
-    # -------------------------------------------------------------------------
+    # Listeners, which one of pyros1's threads calls -------------------------------------------------------------------
 
     def add_subscriber_listener(self, l: Any) -> None:  # noqa: E741 - stock's name
         """Notify a `SubscribeListener` when subscribers connect and disconnect."""
         self.subscriber_listeners.append(l)
-        PROCESS.when_started(lambda _: self.watch())
+        PROCESS.when_started(lambda _: self.start_notifications())
 
-    def watch(self) -> None:
+    def start_notifications(self) -> None:
         """Start to notify the listeners, if the topic is already published."""
         handles = self.handles
-        if self._watch is None and self.subscriber_listeners and handles:
-            self._watch = handles[0].watch(self._on_connect, self._on_disconnect)
+        if self._listener_watch is None and self.subscriber_listeners and handles:
+            self._listener_watch = handles[0].watch(self._on_connect, self._on_disconnect)
 
     def _on_connect(self, peer: Any) -> None:
         handles = self.handles
@@ -234,7 +236,7 @@ class SubscriberImpl(TopicImpl):
         self.buff_size = 65536
         self.tcp_nodelay = False
         self.statistics_logger: Any = None
-        self._added: list[tuple[Any, Any, Any]] = []
+        self._added_subscribers: list[tuple[Any, Any, Any]] = []
 
     def begin_statistics(self) -> None:
         """Publish statistics of the topic, if /enable_statistics is true."""
@@ -246,7 +248,7 @@ class SubscriberImpl(TopicImpl):
             self.statistics_logger = SubscriberStatisticsLogger(self)
 
     def close(self) -> None:
-        """Release what belongs to the topic."""
+        """Close the topic, and stop its statistics."""
         super().close()
         if self.statistics_logger is not None:
             self.statistics_logger.shutdown()
@@ -287,7 +289,9 @@ class SubscriberImpl(TopicImpl):
         """Call another function with each message."""
         from rospy.topics import Subscriber
 
-        self._added.append((cb, cb_args, Subscriber(self.name, self.data_class, cb, cb_args, self.queue_size)))
+        self._added_subscribers.append(
+            (cb, cb_args, Subscriber(self.name, self.data_class, cb, cb_args, self.queue_size))
+        )
 
     def remove_callback(self, cb: Any, cb_args: Any) -> None:
         """Undo `add_callback`.
@@ -295,10 +299,11 @@ class SubscriberImpl(TopicImpl):
         Raises:
             KeyError: there is no such callback.
         """
-        for entry in self._added:
-            if entry[:2] == (cb, cb_args):
-                self._added.remove(entry)
-                entry[2].unregister()
+        for entry in self._added_subscribers:
+            callback, extra, subscriber = entry
+            if (callback, extra) == (cb, cb_args):
+                self._added_subscribers.remove(entry)
+                subscriber.unregister()
                 return
         raise KeyError("no matching cb")
 
@@ -309,16 +314,19 @@ class SubscriberImpl(TopicImpl):
             msgs: the messages.
             connection: accepted for compatibility.
         """
-        from rospy.impl.rosout import guarded
+        from rospy.impl.rosout import with_error_logging
 
         for message in msgs:
             for callback, extra in self.callbacks:
                 call = callback if extra is None else functools.partial(_call_with_extra, callback, extra)
-                guarded(call, callback)(message)
+                with_error_logging(call, callback)(message)
 
     def get_stats(self) -> tuple[str, list[tuple[int, int, int, int, bool]]]:
         """Return (topic, [(id, bytes, messages, -1, whether it is connected)])."""
-        return self.name, [(one.id, one.stat_bytes, one.stat_num_msg, -1, not one.done) for one in self.connections]
+        return self.name, [
+            (connection.id, connection.stat_bytes, connection.stat_num_msg, -1, not connection.done)
+            for connection in self.connections
+        ]
 
 
 class TopicManager:
