@@ -101,6 +101,18 @@ def fill_poses(message: Any, load: Callable[[str], Any], size: int) -> None:
         pose.position.x, pose.orientation.w = 0.1 * i, 1.0
 
 
+def fill_pose_columns(message: Any, load: Callable[[str], Any], size: int) -> None:
+    """The same poses in a numpy array, for pyros1."""
+    import numpy
+
+    from pyros1.msgs import record_dtype
+
+    message.header.frame_id = "map"
+    message.poses = numpy.zeros(POSES, record_dtype(load("geometry_msgs/Pose")))
+    message.poses["position"]["x"] = 0.1 * numpy.arange(POSES)
+    message.poses["orientation"]["w"] = 1.0
+
+
 def fill_markers(message: Any, load: Callable[[str], Any], size: int) -> None:
     marker_class = load("visualization_msgs/Marker")
     message.markers = [marker_class() for _ in range(MARKERS)]
@@ -149,6 +161,10 @@ def read_pose(message: Any) -> float:
     return float(message.poses[-1].position.x)
 
 
+def read_pose_columns(message: Any) -> float:
+    return float(message.poses["position"]["x"][-1])
+
+
 def read_marker(message: Any) -> float:
     return float(message.markers[-1].pose.position.x)
 
@@ -174,6 +190,7 @@ PAYLOADS = {
     "Imu": Payload("sensor_msgs/Imu", fill_imu, stamp, attrgetter("linear_acceleration.z")),
     "LaserScan": Payload("sensor_msgs/LaserScan", fill_scan, stamp, read_range),
     "PoseArray": Payload("geometry_msgs/PoseArray", fill_poses, stamp, read_pose),
+    "PoseColumns": Payload("geometry_msgs/PoseArray", fill_pose_columns, stamp, read_pose_columns),
     "MarkerArray": Payload("visualization_msgs/MarkerArray", fill_markers, stamp_marker, read_marker),
     "DiagnosticArray": Payload("diagnostic_msgs/DiagnosticArray", fill_diagnostics, stamp, read_status),
     "Image": Payload("sensor_msgs/Image", fill_image, stamp, read_data),

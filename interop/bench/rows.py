@@ -54,6 +54,9 @@ def messages() -> Iterator[Row]:
     ):
         steps = {kind: topic(kind, kind, what, best(kind)) for kind in COLUMNS}
         yield Row("messages", name, *rate, steps, at_least(0.7 if "TFMessage" in name else 1, 2))
+        if "PoseArray" in name:
+            columns = topic(OURS, OURS, "type=PoseColumns arrays=numpy", best(OURS))
+            yield Row("messages", f"{name}, as numpy arrays", *rate, {**steps, OURS: columns}, at_least(1, 2))
     sender = Program(ROSCPP, "tf_sends")
     steps = {kind: Together((Program(kind, "tf_hears"), sender), talking=0) for kind in COLUMNS}
     listener = "tf listener at 1 kHz: TFMessage of 20 transforms: CPU of a message"

@@ -14,6 +14,7 @@ import pyros1.bag
 from pyros1.bag import BagError, BagWriter
 from pyros1.ground.timing import Duration, Time
 from pyros1.msgs import Message, from_definition
+from pyros1.msgs.geometry_msgs.msg import Point, Pose, PoseArray
 
 from ..bodies import encode
 from .conftest import Make
@@ -86,6 +87,17 @@ def test_arrays_of_one_length_make_a_table(samples: Path) -> None:
         assert columns["waits"][2] == [Duration(2, 0)]
         with pytest.raises(AttributeError):
             bag.arrays("/s", ["nope"])
+
+
+def test_messages_with_arrays_as_numpy_arrays(tmp_path: Path) -> None:
+    with pyros1.bag.open(tmp_path / "poses.bag", "w") as bag:
+        for x in (1.0, 2.0):
+            bag.write("/poses", PoseArray(poses=[Pose(position=Point(x=x)), Pose()]), x)
+    with pyros1.bag.open(tmp_path / "poses.bag") as bag:
+        assert [each.message.poses.position.x.tolist() for each in bag.messages(arrays="numpy")] == [[1, 0], [2, 0]]
+        assert [type(each.message.poses) for each in bag.messages()] == [list, list]
+        with pytest.raises(ValueError, match="arrays must be"):
+            next(bag.messages(arrays="list"))
 
 
 def test_arrays_of_some_time_or_none(make_bag: Make) -> None:

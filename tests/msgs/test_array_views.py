@@ -42,6 +42,14 @@ def test_large_arrays_and_other_dtypes() -> None:
     )
 
 
+def test_arrays_of_other_lengths_are_not_equal() -> None:
+    cls: Any = from_definition("p/T", "float32[] x")
+    ones = cls(numpy.ones(3, "f4"))
+    assert ones == cls([1.0, 1.0, 1.0]) and cls((1.0, 1.0, 1.0)) == ones
+    for other in ([1.0], [], [1.0, 1.0], numpy.ones(1, "f4"), numpy.ones((3, 2), "f4")):
+        assert ones != cls(other) and cls(other) != ones
+
+
 def test_memoryviews_of_every_number_type() -> None:
     from pyros1.msgs.array_views import memoryview_view
 

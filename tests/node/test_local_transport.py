@@ -19,12 +19,14 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from pyros1.ground.errors import SettingError
-from pyros1.msgs import AnyMsg
+from pyros1.msgs import AnyMsg, record_dtype
+from pyros1.msgs.geometry_msgs.msg import Pose, PoseArray
 from pyros1.msgs.sensor_msgs.msg import Image
 from pyros1.msgs.std_msgs.msg import Float64, Float64MultiArray, UInt8MultiArray
 from pyros1.node.same_host import host_key, listen
@@ -82,6 +84,17 @@ def test_messages_without_an_array_of_bytes(linked: Any) -> None:
     for number in range(20):
         publisher.publish(Float64MultiArray(data=[float(number)] * 20_000))
     assert [message.data[-1] for message in got.wait(20)] == [float(number) for number in range(20)]
+
+
+@pytest.mark.parametrize("count", [0, 3, 5000])
+def test_messages_in_an_array_with_columns(linked: Any, count: int) -> None:
+    publisher, _, got = linked(PoseArray, queue_size=0, arrays="numpy")
+    sent = np.zeros(count, record_dtype(Pose))
+    sent["position"]["x"] = np.arange(count)
+    publisher.publish(PoseArray(poses=sent))
+    publisher.publish(PoseArray(poses=[Pose() for _ in range(count)]))
+    columns, zeros = [message.poses.position.x for message in got.wait(2)]
+    assert columns.tolist() == list(range(count)) and not zeros.any() and len(zeros) == count
 
 
 def test_undecoded_messages(linked: Any) -> None:

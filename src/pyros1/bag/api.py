@@ -7,7 +7,7 @@ from collections.abc import Callable, Collection, Iterable, Iterator
 from types import TracebackType
 from typing import IO, TYPE_CHECKING, Any, Literal, NamedTuple, overload
 
-from pyros1.bag.columns import to_array
+from pyros1.bag.columns import field_type, field_value, leaf_paths, to_array
 from pyros1.bag.errors import BagError
 from pyros1.bag.format.reader import BagReader, RawMessage
 from pyros1.bag.format.records import Connection
@@ -18,7 +18,8 @@ from pyros1.ground.errors import MessageError
 from pyros1.ground.suggest import did_you_mean
 from pyros1.ground.timing import Duration, Time
 from pyros1.msgs import AnyMsg, DefinitionCache, Message
-from pyros1.msgs.base import nested_classes
+from pyros1.msgs.array_views import find_view
+from pyros1.msgs.base import View
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -120,6 +121,7 @@ class Bag:
         end: When = None,
         *,
         raw: bool = False,
+        arrays: str | None = None,
         progress: Callable[[int, int], object] | None = None,
     ) -> Iterator[BagMessage]:
         """Yield messages in time order. Only chunks that overlap the given time range are read.
@@ -131,16 +133,19 @@ class Bag:
             start: earliest time.
             end: latest time.
             raw: whether to yield `AnyMsg` instead of decoded messages.
+            arrays: the type of arrays in messages, as for `pyros1.Node.subscribe`.
             progress: called after each message with the nanoseconds of bag time processed so far, and the total.
 
         Raises:
             BagError: the file is damaged, or a message cannot be decoded.
+            ValueError: ``arrays`` is unknown.
         """
+        view = find_view(arrays)
         first, last = self._to_nanoseconds(start), self._to_nanoseconds(end)
         begin = max(self.reader.start, first or 0)
         total = max(0, min(self.reader.end, self.reader.end if last is None else last) - begin)
         for stored in self.reader.messages(self._connection_ids(topics), first, last):
-            message = self._raw_message(stored) if raw else self.decode(stored)
+            message = self._raw_message(stored) if raw else self._decode(stored, view)
             connection, time = stored.connection, stored.time
             del stored  # it may be large, like the message below, and must be freed before the next message is read
             yield BagMessage(connection.topic, message, Time.from_nsec(time), connection)
@@ -218,12 +223,12 @@ class Bag:
         columns: dict[str, list[Any]] | None = None if fields is None else {path: [] for path in fields}
         for bag_message in self.messages(topic, start, end, progress=progress):
             if columns is None:
-                columns = {path: [] for path in _leaf_paths(bag_message.message)}
+                columns = {path: [] for path in leaf_paths(bag_message.message)}
             times.append(bag_message.time.to_sec())
             for path, values in columns.items():
-                values.append(_field_value(bag_message.message, path))
+                values.append(field_value(bag_message.message, path))
         if columns is None:
-            columns = {path: [] for path in _leaf_paths(cls())}
+            columns = {path: [] for path in leaf_paths(cls())}
         named_columns = {_TIME_FIELD_COLUMN if path == "time" else path: values for path, values in columns.items()}
         return {"time": times, **named_columns}
 
@@ -255,7 +260,7 @@ class Bag:
         """
         columns = self.columns(topic, fields, start, end, progress=progress)
         cls = self._topic_class(topic)
-        types = {name: _field_type(cls, "time" if name == _TIME_FIELD_COLUMN else name) for name in columns}
+        types = {name: field_type(cls, "time" if name == _TIME_FIELD_COLUMN else name) for name in columns}
         types["time"] = "float64"
         return {name: to_array(values, types.get(name, "")) for name, values in columns.items()}
 
@@ -265,11 +270,18 @@ class Bag:
         Raises:
             BagError: the bytes cannot be decoded, or the definition is missing or wrong.
         """
+        return self._decode(stored, None)
+
+    def _decode(self, stored: RawMessage, view: View | None) -> Message:
         try:
             cls = self._class_by_id.get(stored.connection.id)
             if cls is None:
                 cls = self._class_by_id[stored.connection.id] = self.message_class(stored.connection)
-            message: Message = cls._decode(stored.data, 0, len(stored.data))
+            message: Message
+            if view is None:
+                message = cls._decode(stored.data, 0, len(stored.data))
+            else:
+                message = cls._decode_arrays(stored.data, 0, len(stored.data), view)
         except MessageError as error:
             location = f"message on {stored.connection.topic} at {stored.time / 1e9:.6f}"
             raise BagError(self.path, f"{location}: {error}") from error
@@ -417,30 +429,3 @@ def bag_topics(path: str | os.PathLike[str]) -> dict[str, tuple[str, int, int]]:
     """
     with Bag(path) as bag:
         return {topic.name: (topic.type, topic.messages, topic.connections) for topic in bag.summary().topics}
-
-
-def _leaf_paths(message: Message, prefix: str = "") -> Iterator[str]:
-    for name in message.__slots__:
-        value = getattr(message, name)
-        if isinstance(value, Message):
-            yield from _leaf_paths(value, f"{prefix}{name}.")
-        elif isinstance(value, (bool, int, float, str, Time, Duration)):
-            yield prefix + name
-
-
-def _field_value(value: Any, path: str) -> Any:
-    for name in path.split("."):
-        value = getattr(value, name)
-    return value.to_sec() if isinstance(value, (Time, Duration)) else value
-
-
-def _field_type(cls: type[Message], path: str) -> str:
-    """Return a field's type, for example ``float32[]``; empty if the message has no such field."""
-    type_name = ""
-    for name in path.split("."):
-        if type_name in ("time", "duration"):
-            return "int64"
-        if type_name:
-            cls = nested_classes(cls)[type_name]
-        type_name = dict(zip(cls.__slots__, cls._slot_types, strict=True)).get(name, "")
-    return type_name

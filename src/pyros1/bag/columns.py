@@ -1,9 +1,12 @@
-"""Converts the values of a field in many messages to one numpy array."""
+"""The fields of messages as columns: their paths, values and types, and a field of many messages as one numpy array."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any
+
+from pyros1.ground.timing import Duration, Time
+from pyros1.msgs.base import Message, nested_classes
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -41,3 +44,32 @@ def to_array(values: Sequence[Any], type_name: str) -> NDArray[Any]:
     for index, value in enumerate(values):
         objects[index] = value
     return objects
+
+
+def leaf_paths(message: Message, prefix: str = "") -> Iterator[str]:
+    """Yield the paths of a message's fields that are single values, such as ``pose.position.x``."""
+    for name in message.__slots__:
+        value = getattr(message, name)
+        if isinstance(value, Message):
+            yield from leaf_paths(value, f"{prefix}{name}.")
+        elif isinstance(value, (bool, int, float, str, Time, Duration)):
+            yield prefix + name
+
+
+def field_value(value: Any, path: str) -> Any:
+    """Return the value of a message's field; times are in seconds."""
+    for name in path.split("."):
+        value = getattr(value, name)
+    return value.to_sec() if isinstance(value, (Time, Duration)) else value
+
+
+def field_type(cls: type[Message], path: str) -> str:
+    """Return a field's type, for example ``float32[]``; empty if the message has no such field."""
+    type_name = ""
+    for name in path.split("."):
+        if type_name in ("time", "duration"):
+            return "int64"
+        if type_name:
+            cls = nested_classes(cls)[type_name]
+        type_name = dict(zip(cls.__slots__, cls._slot_types, strict=True)).get(name, "")
+    return type_name

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from pyros1.msgs.base import AnyMsg, Message, Service
     from pyros1.msgs.definition_cache import DefinitionCache
     from pyros1.msgs.dynamic import from_definition
+    from pyros1.msgs.records import record_dtype
 
 __path__ = generated.make_search_path(__path__)
 
@@ -46,13 +47,23 @@ def load_service(type_name: str) -> type[Service]:
     return cls
 
 
-__all__ = ["AnyMsg", "DefinitionCache", "Message", "Service", "from_definition", "load_message", "load_service"]
+__all__ = [
+    "AnyMsg",
+    "DefinitionCache",
+    "Message",
+    "Service",
+    "from_definition",
+    "load_message",
+    "load_service",
+    "record_dtype",
+]
 
 
 _EXPORTS = {
     **dict.fromkeys(("AnyMsg", "Message", "Service"), "pyros1.msgs.base"),
     "DefinitionCache": "pyros1.msgs.definition_cache",
     "from_definition": "pyros1.msgs.dynamic",
+    "record_dtype": "pyros1.msgs.records",
 }
 
 

@@ -12,7 +12,8 @@ are first used, so that creating a class is cheap and unused functions cost noth
   they are ignored;
 * ``cls._read(buffer, start, end)``: a message from the beginning of ``buffer[start:end]`` and the offset after it;
 * ``cls._decode_arrays(buffer, start, end, view, exact=False)``, ``cls._read_arrays(...)``: the same, but numeric arrays
-  are created by ``view(buffer, position, count, struct_code)``, see ``array_views.py``;
+  are created by ``view(buffer, position, count, struct_code)``, see ``array_views.py``; so are arrays of messages of
+  fixed size, by ``view(buffer, position, count, message_class)``, unless that returns None;
 * ``cls._copy(msg)``: a copy equal to the encoded and decoded message, made without encoding it.
 """
 
@@ -30,8 +31,8 @@ if TYPE_CHECKING:
 
 Buffer = bytes | bytearray | memoryview
 Frame = bytes | list[bytes | memoryview]
-View = Callable[[bytes, int, int, str], Any]
-"""Creates a numeric array from (buffer, position, number of elements, struct code)."""
+View = Callable[[bytes, int, int, "str | type[Message]"], Any]
+"""Creates an array from (buffer, position, number of elements, struct code or class of messages of fixed size)."""
 _M = TypeVar("_M", bound="Message")
 
 _GENERATOR_MODULES = {
@@ -217,11 +218,7 @@ class Message(metaclass=MessageType):
             return False
         for name in _field_names(type(self)):
             own_value, other_value = getattr(self, name, None), getattr(other, name, None)
-            if (
-                own_value is not other_value
-                and (own_value == other_value) is not True
-                and not _equal_values(own_value, other_value)
-            ):
+            if own_value is not other_value and not _equal_values(own_value, other_value):
                 return False
         return True
 
@@ -235,10 +232,15 @@ class Message(metaclass=MessageType):
 
 
 def _equal_values(a: object, b: object) -> bool:
-    """Return whether two values are equal even if ``==`` is not true, like a list and a tuple, or numpy arrays."""
+    """Return whether two values are equal; unlike with ``==``, a list may equal a tuple or a numpy array of numbers."""
     if isinstance(a, (list, tuple)) and isinstance(b, (list, tuple)):
-        return tuple(a) == tuple(b)
-    result: Any = a == b
+        return len(a) == len(b) and (a == b or tuple(a) == tuple(b))
+    try:
+        if hasattr(a, "__len__") and hasattr(b, "__len__") and len(a) != len(b):
+            return False  # numpy would repeat a single element
+        result: Any = a == b
+    except (TypeError, ValueError):  # arrays of other shapes or kinds, or without a length
+        return False
     if isinstance(result, bool):
         return result
     return bool(result.all()) if hasattr(result, "all") else bool(result)  # numpy compares element by element

@@ -15,6 +15,7 @@ from typing import Any
 from pyros1.ground.errors import DeserializationError, MessageError, SerializationError
 from pyros1.msgs.base import Buffer, Message, message_class
 from pyros1.msgs.factory import MAX_EMPTY_ELEMENTS
+from pyros1.msgs.records import check_records, is_record_array
 from pyros1.msgs.spec import BUILTINS, STRUCT_CODES
 
 
@@ -104,6 +105,9 @@ def _check_field(cls: Any, slot_type: str, value: Any, name: str) -> None:
         raise SerializationError(f"field {name} must be a list or tuple type, not {_describe(value)}")
     if length >= 0 and len(value) != length:
         raise SerializationError(f"field {name} has {len(value)} elements, {slot_type} takes {length}")
+    if base in cls._classes and is_record_array(value):
+        check_records(value, cls._classes[base], name)
+        return
     for element in value:
         _check_element(cls, base, element, name + "[]")
 

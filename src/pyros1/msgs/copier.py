@@ -16,6 +16,7 @@ from pyros1.msgs import arrays
 from pyros1.msgs.base import Message
 from pyros1.msgs.encoder import ENCODE_ERRORS, retry_expression
 from pyros1.msgs.generator import TIME_CODES, Fields, FunctionBuilder, field_groups, fields_of, split_type
+from pyros1.msgs.records import unpack_messages
 from pyros1.msgs.spec import STRUCT_CODES
 
 
@@ -122,6 +123,9 @@ class Copier(FunctionBuilder):
             self.emit(f"{target} = [{self.ref(_copy_time, 'time')}({arguments}) for {element} in {variable}]")
         else:
             top_level_flags = f"{self.ref(repeat, 'repeat')}(False)"
+            if nested._fixed_size:  # it may be a numpy array
+                unpacked = f"{self.ref(unpack_messages, 'unpack')}({variable}, {self.ref(nested, 'cls')})"
+                self.emit(f"if {variable}.__class__ is not list: {variable} = {unpacked}")
             self.emit(f"{target} = list(map({self._copier_name(nested)}, {variable}, {top_level_flags}))")
 
 

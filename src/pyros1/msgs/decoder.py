@@ -263,6 +263,19 @@ class Decoder(FunctionBuilder):
     def _emit_fixed_size_array(self, nested: type[Message], size: int, count: str, target: str) -> None:
         """Emit code that decodes an array of messages of one fixed size."""
         begin = self.checked_advance(count, size)
+        if not self.uses_view:
+            self._emit_objects(nested, size, count, begin, target)
+            return
+        arguments = f"{self.arguments.buffer}, {begin}, {count}, {self.ref(nested, 'cls')}"
+        records = self.assign("records", f"{self.arguments.view}({arguments})")
+        lines, self.lines = self.lines, []
+        self._emit_objects(nested, size, count, begin, target)
+        loop_lines, self.lines = self.lines, lines
+        self.block(f"if {records} is None:", loop_lines)
+        self.block("else:", [f"{target} = {records}"])
+
+    def _emit_objects(self, nested: type[Message], size: int, count: str, begin: str, target: str) -> None:
+        """Emit code that creates a list of ``count`` messages of ``size`` bytes from the bytes up to the position."""
         loop = self._make_loop(nested)
         if loop is None or loop.has_moved:  # decoding an element takes more than unpacking values
             offset_name = self.unique_name("i")

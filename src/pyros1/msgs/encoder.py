@@ -15,6 +15,7 @@ from pyros1.msgs import arrays
 from pyros1.msgs.base import Message
 from pyros1.msgs.generator import TIME_CODES, Fields, FunctionBuilder, field_groups, fields_of, split_type
 from pyros1.msgs.numpy_compat import retry_with_plain_numbers
+from pyros1.msgs.records import pack_messages
 from pyros1.msgs.spec import STRUCT_CODES
 
 LARGE_BODY_SIZE = 16384
@@ -136,7 +137,12 @@ class Encoder(FunctionBuilder):
             self.add_piece(f"{self.ref(arrays.pack_times, 'times')}({variable}, '{TIME_CODES[base]}')")
         else:
             element = self.unique_name("each")
-            self.add_piece(f"b''.join([{self._encoder_name(nested)}({element}) for {element} in {variable}])")
+            joined = f"b''.join([{self._encoder_name(nested)}({element}) for {element} in {variable}])"
+            if nested._fixed_size:  # it may be a numpy array
+                self.has_large_pieces = True
+                packed = f"{self.ref(pack_messages, 'pack')}({variable}, {self.ref(nested, 'cls')})"
+                joined += f" if {variable}.__class__ is list else {packed}"
+            self.add_piece(joined)
 
 
 def make_encode_frame(cls: type[Message]) -> Callable[[Any], Any]:

@@ -20,6 +20,7 @@ from typing import Any
 from pyros1.ground.errors import DeserializationError, LengthError, MessageError
 from pyros1.msgs.base import Buffer, Message, View
 from pyros1.msgs.check import MessageWalker, decoding_error
+from pyros1.msgs.records import is_record_array
 
 HANDLER_NAME = "rosmsg"
 """Name of the error handler that genpy registers with `codecs`."""
@@ -173,20 +174,37 @@ def _shorten(message: Message, lengths: list[int]) -> None:
     """Shorten the last byte arrays of fixed length to the given lengths."""
     fields = list(_fixed_bytes(message))
     for (owner, name), length in zip(fields[-len(lengths) :], lengths, strict=True):
-        setattr(owner, name, getattr(owner, name)[:length])
+        if owner is not None:
+            setattr(owner, name, getattr(owner, name)[:length])
 
 
-def _fixed_bytes(message: Message) -> Iterator[tuple[Message, str]]:
-    """Yield the byte arrays of fixed length in a message, each as (message that contains it, name of the field)."""
+def _fixed_bytes(message: Message) -> Iterator[tuple[Message | None, str]]:
+    """Yield the byte arrays of fixed length in a message, each as (message that contains it, name of the field); the
+    message is None if it is an element of a numpy array.
+    """
     for name, slot_type in zip(message.__slots__, message._slot_types, strict=True):
         base, bracket, count = slot_type.partition("[")
         value = getattr(message, name)
         if bracket and base in ("uint8", "char"):
             if count != "]":
                 yield message, name
+        elif is_record_array(value):  # the zeros at the end stay
+            yield from [(None, name)] * (len(value) * _num_fixed_bytes(message._classes[base]))
         elif base in message._classes:
             for part in value if bracket else [value]:
                 yield from _fixed_bytes(part)
+
+
+def _num_fixed_bytes(cls: type[Message]) -> int:
+    """Return the number of byte arrays of fixed length in a message of fixed size."""
+    total = 0
+    for slot_type in cls._slot_types:
+        base, _, count = slot_type.partition("[")
+        if base in cls._classes:
+            total += _num_fixed_bytes(cls._classes[base]) * (int(count[:-1]) if count else 1)
+        elif count and base in ("uint8", "char"):
+            total += 1
+    return total
 
 
 class _RepairWalker(MessageWalker):

@@ -16,7 +16,7 @@ from pyros1.node.log.levels import WARN
 from pyros1.node.publishing.publication import CLOSE_TIMEOUT, Publication
 from pyros1.node.publishing.publisher import Publisher
 from pyros1.node.subscribing.hints import DEFAULT_TRANSPORTS, Hints
-from pyros1.node.subscribing.subscriber import Subscriber, array_view
+from pyros1.node.subscribing.subscriber import Subscriber
 from pyros1.node.subscribing.subscription import Subscription
 from pyros1.node.topic_type import topic_type
 
@@ -166,14 +166,18 @@ class Topics:
             queue_size: maximum number of queued messages per publisher; None for no limit.
             hints: how to connect to publishers.
             direct: whether to call the callback in the receiving thread, even in a node that spins.
-            arrays: the type of numeric arrays, see `array_view`.
+            arrays: the type of numeric arrays, see `find_view`.
             stream: receives the messages undecoded, instead of the callback.
             driver: receives the messages if the topic has only streams that drop nothing; None for the node's threads.
             deadline: receives the messages and calls the callback.
             in_publisher: whether to call the callback in the thread of a publisher in this process.
         """
         context = self._context
-        view = array_view(arrays)
+        view = None
+        if arrays is not None:
+            from pyros1.msgs.array_views import find_view  # noqa: PLC0415  few programs use them
+
+            view = find_view(arrays)
         context.check_process()
         with self._lock:
             context.check_running()
@@ -366,7 +370,9 @@ class TopicMethods:
             tcp_nodelay: whether to ask publishers to send small messages without delay.
             arrays: the type of numeric arrays, which all have one dimension: None for bytes (uint8) and tuples;
                 "memoryview" or "numpy" for read-only arrays of the field's type that refer to the received bytes,
-                without a copy.
+                without a copy. With "numpy", so are arrays of messages of fixed size, such as PoseArray's ``poses``:
+                numpy.recarray of shape (n,) with `pyros1.msgs.record_dtype`, so ``message.poses.position.x`` is an
+                array of shape (n,).
             transports: one or several transports in order of preference: "tcp" (TCPROS), "local" (shared memory and
                 Unix sockets, for pyros1 publishers of the same user on this machine; used by default), "udp" (UDPROS:
                 lost messages are not sent again, and nothing waits for them; see https://wiki.ros.org/ROS/UDPROS).

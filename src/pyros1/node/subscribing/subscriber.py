@@ -23,28 +23,6 @@ _M = TypeVar("_M")
 Decode = Callable[..., Any]
 
 
-def array_view(arrays: str | None) -> View | None:
-    """Return the function that creates the numeric arrays of a subscriber's messages.
-
-    Args:
-        arrays: None for bytes, tuples and lists; "memoryview"; "numpy".
-
-    Raises:
-        ValueError: ``arrays`` is something else.
-    """
-    if arrays is None:
-        return None
-    from pyros1.msgs.array_views import make_numpy_view, memoryview_view  # noqa: PLC0415  few programs use them
-
-    if arrays == "memoryview":
-        return memoryview_view
-    if arrays == "numpy":
-        import numpy  # noqa: PLC0415  not cheap
-
-        return make_numpy_view(numpy)
-    raise ValueError(f'arrays must be None, "memoryview" or "numpy", not {arrays!r}')
-
-
 def _make_view_decoder(cls: Any, view: View) -> Decode:
     if cls is AnyMsg:
         return AnyMsg._decode
