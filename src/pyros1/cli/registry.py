@@ -101,7 +101,7 @@ def find_command(name: str) -> CommandEntry | None:
 
 
 def stock_names() -> dict[str, tuple[str, ...]]:
-    """Return the equivalent arguments of ``pyros1`` by name of stock program."""
+    """Map the name of each stock program to the arguments of ``pyros1`` that do the same."""
     args_by_program: dict[str, tuple[str, ...]] = {}
     for name, entry in commands().items():
         if entry.stock:

@@ -22,7 +22,7 @@ PTH_NAME = "pyros1-rospy.pth"
 """Name of the .pth file, which Python reads at startup. If pyros1 is uninstalled, the file has no effect."""
 
 STUBS_FOLDER = "pyros1_rospy_stubs"
-"""Name of the folder with stubs, next to the .pth file, which adds it to Python's path. It contains no modules."""
+"""Name of the stubs folder, next to the .pth file, which adds the folder to `sys.path`; it has only .pyi files."""
 
 
 class SiteError(Error):

@@ -144,7 +144,7 @@ CATALOGUE = (
 
 
 def find_example(name: str, api: str = APIS[0]) -> Example:
-    """Return the example with a name.
+    """Return the example with the given name.
 
     Args:
         name: the example's name.

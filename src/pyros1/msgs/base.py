@@ -31,6 +31,7 @@ if TYPE_CHECKING:
 
 Buffer = bytes | bytearray | memoryview
 Frame = bytes | list[bytes | memoryview]
+"""The bytes sent for a message: its length and its body, in one piece or in several."""
 View = Callable[[bytes, int, int, "str | type[Message]"], Any]
 """Creates an array from (buffer, position, number of elements, struct code or class of messages of fixed size)."""
 _M = TypeVar("_M", bound="Message")

@@ -45,7 +45,7 @@ class Simulator:
         self._node = node
         self._world = World()
         self._lock = threading.Lock()  # guards the world; never held while waiting
-        # Held while turtles are added or removed, which may take long, since it includes calls to the master.
+        # Held while turtles are added or removed, which may take a long time, since it includes calls to the master.
         self._population_lock = threading.Lock()
         self._interfaces: dict[str, _TurtleInterface] = {}
         self._drawn_version, self._drawn_at = -1, float("-inf")

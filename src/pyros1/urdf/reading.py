@@ -90,7 +90,7 @@ def _read_links(root: Element) -> dict[str, None]:
         if not name:
             raise UrdfError("a link has no name: <link name=...>")
         if name in links:
-            raise UrdfError(f"there are two links {_escaped(name)}: rename one of them")
+            raise UrdfError(f"two links are named '{_escaped(name)}': rename one of them")
         links[name] = None
     if not links:
         raise UrdfError("the robot has no links: add at least one <link name=...>")

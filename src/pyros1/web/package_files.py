@@ -96,7 +96,7 @@ class PackageFiles:
             except Error:
                 raise FileError(f"there is no package {package} here") from None
             finally:
-                self._indexed_at = self._clock()  # after the search, which may take long
+                self._indexed_at = self._clock()  # after the search, which may take a long time
 
     def _read_file(self, uri: str, path: str) -> bytes:
         try:

@@ -69,7 +69,7 @@ class Parameters:
         """Set a parameter, or replace all parameters in a namespace.
 
         Raises:
-            RequestError: pages may not see everything that would be set or replaced.
+            RequestError: something that would be set or replaced is hidden from pages.
             MasterUnreachableError: the master does not respond.
         """
         name = _full_name(name)

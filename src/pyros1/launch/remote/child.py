@@ -20,7 +20,7 @@ from pyros1.ground.errors import Error, LaunchError
 from pyros1.launch.plan import NodePlan, Plan
 from pyros1.launch.reading.loader import STDIN_NAME, load_plan
 from pyros1.launch.reading.resources import Resources
-from pyros1.launch.running.api import LaunchServer, Triple
+from pyros1.launch.running.api import LaunchServer, Response
 from pyros1.launch.running.console import Console
 from pyros1.launch.running.logs import make_run_folder, run_log
 from pyros1.launch.running.options import Options
@@ -121,7 +121,7 @@ class _ChildServer(LaunchServer):
             supervisor, address, f"part {child.name} of another launch", allowlist=make_allowlist(address.allowed)
         )
 
-    def dispatch(self, method: str, params: Sequence[Any]) -> Triple:
+    def dispatch(self, method: str, params: Sequence[Any]) -> Response:
         if method == "launch":
             return self._child.launch(str(params[0]) if params else "")
         if method == "shutdown":
@@ -217,7 +217,7 @@ class Child:
                 master.set_param(server.param_name(), server.uri)
         master.close()
 
-    def launch(self, xml: str) -> Triple:
+    def launch(self, xml: str) -> Response:
         """Start the nodes in a launch file. Called by the parent.
 
         Args:
@@ -269,7 +269,7 @@ class Child:
         spec.errors_to_file = not spec.to_screen
         return label if self._supervisor.start(spec) else ""
 
-    def shutdown(self) -> Triple:
+    def shutdown(self) -> Response:
         """Stop everything, and return when everything has stopped. Called by the parent."""
         self.stop()
         self._shut_down_event.wait(self._options.sigint_timeout + self._options.sigterm_timeout + _END_TIMEOUT)

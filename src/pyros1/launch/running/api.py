@@ -25,7 +25,8 @@ from pyros1.net.xmlrpc_server import XmlRpcServer, make_unknown_method_fault
 if TYPE_CHECKING:
     from pyros1.net.allowlist import Allowlist
 
-Triple = list[Any]
+Response = list[Any]
+"""[code, message, value], as for all XML-RPC methods of ROS."""
 
 
 class LaunchServer:
@@ -78,13 +79,13 @@ class LaunchServer:
         self._server.close()
         self._loop.stop()
 
-    def dispatch(self, method: str, params: Sequence[Any]) -> Triple:
+    def dispatch(self, method: str, params: Sequence[Any]) -> Response:
         """Execute a call and return ``[code, message, value]``.
 
         Raises:
             XmlRpcFault: the method is unknown.
         """
-        methods: dict[str, Callable[[Sequence[Any]], Triple]] = {
+        methods: dict[str, Callable[[Sequence[Any]], Response]] = {
             "get_pid": lambda _: [1, str(os.getpid()), os.getpid()],
             "list_processes": self._list_processes,
             "get_node_names": lambda _: [1, "node names", [process.spec.label for process in self._supervisor.active]],
@@ -97,11 +98,11 @@ class LaunchServer:
             raise make_unknown_method_fault(method)
         return methods[method](params)
 
-    def _list_processes(self, params: Sequence[Any]) -> Triple:
+    def _list_processes(self, params: Sequence[Any]) -> Response:
         lists = [_spawn_counts(self._supervisor.active), _spawn_counts(self._supervisor.dead)]
         return [1, "processes on parent machine", lists]
 
-    def _status(self, params: Sequence[Any]) -> Triple:
+    def _status(self, params: Sequence[Any]) -> Response:
         usages = group_usages()
         now = time.monotonic()
         dead = self._supervisor.dead
@@ -122,7 +123,7 @@ class LaunchServer:
         caller_socket = self._server.caller_socket
         return "" if caller_socket is None else self._check_caller(caller_socket)
 
-    def _control(self, params: Sequence[Any]) -> Triple:
+    def _control(self, params: Sequence[Any]) -> Response:
         supervisor = self._supervisor
         verbs = {"stop": supervisor.stop_node, "start": supervisor.start_node, "restart": supervisor.restart_node}
         if len(params) != 2 or params[0] not in [*verbs]:  # a list, as the value may be unhashable
@@ -136,7 +137,7 @@ class LaunchServer:
         supervisor.call_soon(lambda: verbs[params[0]](process))
         return [1, f"will {params[0]} {process.spec.label}", 1]
 
-    def _process_info(self, params: Sequence[Any]) -> Triple:
+    def _process_info(self, params: Sequence[Any]) -> Response:
         name = params[0] if params else None
         for process in [*self._supervisor.active, *self._supervisor.dead]:
             if process.spec.label == name:

@@ -46,14 +46,14 @@ class PeerWatch:
 
     Args:
         publication: the publication to watch.
-        joined, left: called with a `Peer`.
+        on_joined, on_left: called with a `Peer`.
         log: logs exceptions raised by the functions.
     """
 
-    def __init__(self, publication: Publication, joined: PeerCallback, left: PeerCallback, log: Log) -> None:
+    def __init__(self, publication: Publication, on_joined: PeerCallback, on_left: PeerCallback, log: Log) -> None:
         self._publication = publication
-        self._on_joined = joined
-        self._on_left = left
+        self._on_joined = on_joined
+        self._on_left = on_left
         self._previous_links: tuple[Link, ...] = ()
         self._notifier = Notifier(f"subscribers of {publication.topic}", log, max_pending=None)
         publication.change_listeners.append(self._update)

@@ -85,7 +85,7 @@ class Subscription:
             self.dispatcher.add(subscriber)
             self._set_limit()
         stream = subscriber.stream
-        may_block = stream is None or stream.wants_newest  # a callback may take long
+        may_block = stream is None or stream.wants_newest  # a callback may take a long time
         if may_block and self.delivery.driver.cooperative:
             self.delivery.submit(lambda: self.delivery.links.move(self.context.delivery_threads))
         self.delivery.submit(lambda: self.dispatcher.activate(subscriber), by_callback=True)

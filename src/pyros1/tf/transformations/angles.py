@@ -22,14 +22,16 @@ def _axes_name(first: int, is_odd: int, repeats_first: int, is_rotating: int) ->
     return "r" + letters[::-1] if is_rotating else "s" + letters
 
 
-_CODES = {key: code for code in product(range(3), range(2), range(2), range(2)) for key in (_axes_name(*code), code)}
+_AXES_CODES = {
+    key: code for code in product(range(3), range(2), range(2), range(2)) for key in (_axes_name(*code), code)
+}
 
 
 def _axes_code(axes: Axes) -> tuple[int, int, int, int]:
     key = axes.lower() if isinstance(axes, str) else axes
-    if key not in _CODES:
+    if key not in _AXES_CODES:
         raise KeyError(f"axes must be s or r and three of x, y, z, without repetition of neighbours, not {axes!r}")
-    return _CODES[key]
+    return _AXES_CODES[key]
 
 
 def quaternion_from_euler(ai: float, aj: float, ak: float, axes: Axes = "sxyz") -> Array:

@@ -166,8 +166,8 @@ class OpenBag:
         return [topic.name for name in names if (topic := self.topic(name)) is not None]
 
     def topic(self, name: str) -> BagTopic | None:
-        """Return the topic with a name; None if there is no such topic. A missing or superfluous leading slash in the
-        name does not matter.
+        """Return the named topic; None if there is none. A missing or superfluous leading slash in the name does not
+        matter.
         """
         other_form = name[1:] if name.startswith("/") else f"/{name}"
         return self.topics.get(name) or self.topics.get(other_form)

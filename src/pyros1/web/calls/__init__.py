@@ -2,7 +2,7 @@
 
 The function takes the robot and the call's arguments, which its docstring lists after "Args". A module's ``CALLS``
 contains its functions by the second part of the call's name. A read-only server refuses those in the module's
-``CHANGES``. Calls in `LONG_CALLS` may take long; their functions also take the page's `ServiceCalls`.
+``CHANGES``. Calls in `LONG_CALLS` may take a long time; their functions also take the page's `ServiceCalls`.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ _MODULES = frozenset(
     )
 )
 LONG_CALLS = frozenset({"services.call", "guide.check"})
-"""Calls that may take long, as they wait for a service or a test."""
+"""Calls that may take a long time, as they wait for a service or a test."""
 
 
 def run(robot: Robot, name: str, args: Mapping[str, Any], service_calls: ServiceCalls | None = None) -> Any:

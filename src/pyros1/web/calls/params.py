@@ -15,7 +15,7 @@ from pyros1.web.views.view import string_arg
 
 def tree(robot: Robot, args: Mapping[str, Any]) -> Any:
     """Return all parameters that pages may see, in one flat object: full name -> value."""
-    value_by_name = {name: _to_json(value) for name, value in flatten(robot.parameters.get("/"))}
+    value_by_name = {name: _to_json_types(value) for name, value in flatten(robot.parameters.get("/"))}
     return {name: value for name, value in sorted(value_by_name.items()) if name}
 
 
@@ -40,16 +40,15 @@ def delete(robot: Robot, args: Mapping[str, Any]) -> None:
     robot.parameters.delete(name)
 
 
-def _to_json(value: Any) -> Any:
+def _to_json_types(value: Any) -> Any:
+    """Return a value that JSON can represent: values of other types, and numbers that are not finite, are strings."""
     if isinstance(value, dict):
-        return {str(key): _to_json(child) for key, child in value.items()}
+        return {str(key): _to_json_types(child) for key, child in value.items()}
     if isinstance(value, (list, tuple)):
-        return [_to_json(child) for child in value]
+        return [_to_json_types(child) for child in value]
     if isinstance(value, float) and not math.isfinite(value):
         return str(value)
-    if isinstance(value, str):
-        return value
-    if isinstance(value, (int, float, bool)) or value is None:
+    if isinstance(value, (str, int, float, bool)) or value is None:
         return value
     return str(value)
 

@@ -1,4 +1,4 @@
-"""Creates the frames sent to viewers (no I/O)."""
+"""Creates the WebSocket frames sent to viewers (no I/O)."""
 
 from __future__ import annotations
 

@@ -43,7 +43,7 @@ class Bridge:
 
     Args:
         robot: the robot, with the access rules for clients.
-        call_threads: run the clients' service calls, which may take long.
+        call_threads: run the clients' service calls, which may take a long time.
     """
 
     def __init__(self, robot: Robot, call_threads: ThreadPool) -> None:

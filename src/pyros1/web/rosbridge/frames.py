@@ -1,4 +1,4 @@
-"""Creates the frames sent to clients (no I/O)."""
+"""Creates the WebSocket frames sent to clients (no I/O)."""
 
 from __future__ import annotations
 

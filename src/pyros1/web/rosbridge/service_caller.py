@@ -33,7 +33,7 @@ class ServiceCaller:
         self._types: dict[tuple[str, str], str] = {}
 
     def call(self, id: Id, call: CallService) -> list[Frame]:
-        """Call a service, and return the frames with the response or the error. This may take long."""
+        """Call a service, and return the frames with the response or the error. This may take a long time."""
         try:
             values, result = self._call_service(call), True
         except Error as error:

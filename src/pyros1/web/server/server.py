@@ -71,7 +71,7 @@ _MAX_CONCURRENT_CALLS = 16
 _MAX_FINAL_REQUESTS = 64
 """Maximum number of a page's remaining requests that are handled after the page has disconnected."""
 _MAX_THREADS = 32
-"""Maximum number of threads for pushes, and also of the separate threads for calls, which may take long."""
+"""Maximum number of threads for pushes, and also of the separate threads for calls, which may take a long time."""
 _MAX_LOGGED_ERRORS = 100
 _CLEANUP_PERIOD = 10.0
 """Seconds between cleanups of publishers that are no longer used."""

@@ -1,4 +1,4 @@
-"""A thread pool for work that may take long. A pool from `concurrent.futures` would delay the program's exit."""
+"""A thread pool for work that may take a long time. A pool from `concurrent.futures` would delay the program's exit."""
 
 from __future__ import annotations
 

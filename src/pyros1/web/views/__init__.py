@@ -41,7 +41,7 @@ VIEW_NAMES = frozenset(_CLASS_PATHS)
 
 
 def view_class(name: str) -> type[View]:
-    """Load and return the class of the view with a name, which must be in `VIEW_NAMES`."""
+    """Load and return the class of the view with the given name, which must be in `VIEW_NAMES`."""
     module, _, class_name = _CLASS_PATHS[name].rpartition(".")
     cls: type[View] = getattr(import_module(f"pyros1.web.views.{module}"), class_name)
     return cls

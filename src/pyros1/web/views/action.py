@@ -23,7 +23,7 @@ _MAX_GOALS_WITH_DETAILS = 10
 class ActionView(View):
     """The goals that have been sent to an action's server.
 
-    Args (of the page):
+    Args (sent by the page):
         action: the action's name, which is the prefix of its topics.
 
     Pushes ``{"goals": [{"id", "stamp", "status", "text", "feedbacks", "feedback": tree, "result": tree}, ...]}``,

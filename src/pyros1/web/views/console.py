@@ -18,7 +18,7 @@ _MAX_ENTRIES, _MAX_CHARACTERS = 2_000, 1_000_000
 class ConsoleView(View):
     """The log messages that the page does not have yet.
 
-    Args (of the page):
+    Args (sent by the page):
         after: number of the last message that the page has; 0 if it has none.
         run: id of the run of the server in which this number was assigned. If the server has been restarted since, all
             stored messages are sent.

@@ -73,7 +73,7 @@ def page_image(arrival: Arrival) -> tuple[dict[str, Any], bytes]:
 class ImageView(View):
     """The images on a topic, which the page converts to colours.
 
-    Args (of the page):
+    Args (sent by the page):
         topic: the topic's full name.
 
     Pushes the result of `page_image`, with "count" (images received so far) and "hz".

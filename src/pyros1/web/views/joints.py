@@ -41,7 +41,7 @@ class JointsView(View):
     joints, this view can. If several views are opened to publish the joints, only the first one does; when the first is
     closed, another takes over.
 
-    Args (of the page):
+    Args (sent by the page):
         description: name of the parameter with the robot description. The joints' topic is joint_states, in the same
             namespace.
         publish: whether to publish the joints while this view is open, if no other node does.

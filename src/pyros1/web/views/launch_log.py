@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 class LaunchLogView(View):
     """The ends of a process's log files, as they grow.
 
-    Args (of the page):
+    Args (sent by the page):
         launch: name of the parameter that the launch has set.
         process: the process's label.
 

@@ -30,7 +30,7 @@ _MAX_WINDOWS = 100
 class MessageView(View):
     """The newest message on a topic.
 
-    Args (of the page):
+    Args (sent by the page):
         topic: the topic's full name.
         windows: path of a long array -> index of the first element to display, such as ``{"ranges": 64}``.
         frozen: whether to keep displaying the current message.

@@ -23,7 +23,7 @@ _MAX_BUSY_SHARE = 0.05
 class ParamView(View):
     """The value of a parameter that is a string.
 
-    Args (of the page):
+    Args (sent by the page):
         param: the parameter's full name.
 
     Pushes ``{"text": TEXT}``, or ``{"text": null, "why": TEXT}`` for a parameter that is not set or not a string.

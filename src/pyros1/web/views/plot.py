@@ -25,7 +25,7 @@ _POLLS_PER_REFRESH = 30
 class PlotView(View):
     """The curves of a plot.
 
-    Args (of the page):
+    Args (sent by the page):
         curves: a list of ``{"id": N, "text": TEXT, "stamped": bool}``; see `pyros1.web.transforms.curves.Curve`.
 
     Pushes ``{"now": TIME, "curves": [{"id", "part", "count"}, ...], "problems": {ID: TEXT}, "waiting": {ID: TEXT}}``

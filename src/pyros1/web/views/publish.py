@@ -18,7 +18,7 @@ _MIN_RATE, _MAX_RATE = 0.01, 1000.0
 class PublishView(View):
     """Publishes a message at a given rate while the view is open; the page may change the message and the rate.
 
-    Args (of the page):
+    Args (sent by the page):
         topic, type: the names of the topic and of its message type.
         value: the message as JSON; see `pyros1.msgs.json_form`.
         latch: whether later subscribers also receive the last message.

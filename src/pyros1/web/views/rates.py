@@ -22,7 +22,7 @@ MAX_TOPICS = 50
 class RatesView(View):
     """The traffic on chosen topics, to which the server subscribes while this view is open.
 
-    Args (of the page):
+    Args (sent by the page):
         topics: a list of the topics' full names.
 
     Pushes ``{TOPIC: {"hz": N, "bytes": N per second} or {"problem": TEXT}}``, with null for numbers that are not known

@@ -27,7 +27,7 @@ _MAX_CHOICES_LENGTH = 100_000
 class ReconfigureView(View):
     """A node's dynamic_reconfigure parameters, and their values.
 
-    Args (of the page):
+    Args (sent by the page):
         node: the node's name, or the namespace of its parameters.
 
     Pushes ``{"parameters": [{"name", "type", "groups", "description", "min", "max", "default", "choices"}, ...],

@@ -26,7 +26,7 @@ _REFRESH_PERIOD = 1.0
 class TurtlesView(View):
     """The turtles of a node: their poses, and their drawing, which stock turtlesim does not publish.
 
-    Args (of the page):
+    Args (sent by the page):
         node: the node's name; empty for the first turtlesim_node found.
 
     Pushes the parts that have changed of ``{"facts": {"node", "nodes", "there"}, "turtles": {name: [x, y, theta]},

@@ -1,6 +1,6 @@
 """``clean check`` prints the size of the log files, and ``clean purge`` removes log files (L179).
 
-Files outside the log folders are never removed, and logs that are being written only with ``--running``.
+Files outside the log folders are never removed. Logs that are still being written are removed only with ``--running``.
 """
 
 from __future__ import annotations

@@ -20,7 +20,7 @@ def _enable(invocation: Invocation, options: Any, args: list[str]) -> None:
 
     file, errors = enable()
     for error in errors:
-        print(f"WARNING: no stubs: {error}", file=sys.stderr)
+        print(f"WARNING: no stubs for editors: {error}", file=sys.stderr)
     print(f"wrote {file}")
     rospy_file = installed_rospy()
     if rospy_file is None and os.environ.get(PREFERENCE_VARIABLE):

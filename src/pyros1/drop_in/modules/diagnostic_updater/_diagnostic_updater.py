@@ -111,7 +111,7 @@ class DiagnosticTaskVector:
             self.addedTaskCallback(task)
 
     def removeByName(self, name: str) -> bool:
-        """Remove the first task with a name; return whether there was one."""
+        """Remove the first task with the given name; return whether there was one."""
         with self.lock:
             match = next((task for task in self.tasks if task.name == name), None)
             if match is not None:

@@ -1,4 +1,4 @@
-"""Times of messages (https://wiki.ros.org/msg#Fields)."""
+"""The types ``time`` and ``duration`` of message fields (https://wiki.ros.org/msg#Fields)."""
 
 from pyros1.drop_in.module_attributes import module_getattr
 from pyros1.ground.timing import Duration, Time, TVal

@@ -189,7 +189,7 @@ class ProcessMonitor:
         return name in self.get_active_names()
 
     def get_process(self, name: str) -> Process | None:
-        """Return the running process with a name; None if there is none."""
+        """Return the running process with the given name; None if there is none."""
         return next((process for process in self.procs if process.name == name), None)
 
     def get_active_names(self) -> list[str]:
@@ -203,7 +203,7 @@ class ProcessMonitor:
         ]
 
     def kill_process(self, name: str) -> bool:
-        """Stop the process with a name; return whether there was one. Raise RLException if the name is not a string."""
+        """Stop the named process; return whether there was one. Raise RLException if the name is not a string."""
         if not isinstance(name, str):
             raise RLException(f"kill_process takes in a process name but was given: {name}")
         process = self.get_process(name)

@@ -28,10 +28,10 @@ def _topic_error(text: str) -> Exception:
 
 
 def create_publisher(topic_name: str, topic_type: str, latch: bool, disable_rostime: bool = True) -> tuple[Any, Any]:
-    """Start a node, and return a publisher with the class of its messages.
+    """Start a node, and return a publisher and its message class.
 
     Raises:
-        ROSTopicException: there is no definition of the type, or its name has no package.
+        ROSTopicException: there is no definition of the type, or the type's name has no package.
     """
     name = script_resolve_name(NAME, topic_name)
     try:

@@ -7,9 +7,9 @@ import numpy
 from pyros1.tf.rotation import EPS as _EPS
 from pyros1.tf.transformations import *  # noqa: F403  like stock: all its functions
 
-# Name of Euler angles, such as "sxyz" -> index of the first axis, and three flags (0 or 1): whether the order of the
-# axes is odd, whether the first axis is repeated at the end, and whether the axes rotate.
 _NEXT_AXIS = [1, 2, 0, 1]
+# Name of Euler angles, such as "sxyz" -> index of the first axis, and three flags (0 or 1): whether the axes are in odd
+# (not cyclic) order, whether the first axis is repeated at the end, and whether the axes rotate.
 _AXES2TUPLE = {
     frame
     + "xyz"[first]

@@ -19,7 +19,7 @@ _MAX_SECONDS = 4.29e9  # the sum of two such times in nanoseconds fits in 64 bit
 class BagCursorView(BagView):
     """The last message on each topic at or before a time, as if all topics were latched.
 
-    Args (of the page):
+    Args (sent by the page):
         path: path of an open bag.
         time: the time in seconds since the bag's start.
         topics: the names of the topics.

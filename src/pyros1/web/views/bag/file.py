@@ -26,7 +26,7 @@ class _ViewClosedError(Error):
 class BagFileView(View):
     """The description of a bag's contents. The bag stays open while this or another view of it exists.
 
-    Args (of the page):
+    Args (sent by the page):
         path: path of the bag.
 
     Pushes ``{"reading": bytes, "size": bytes}`` while a bag without an index is scanned, and then ``{"problem":
@@ -91,7 +91,7 @@ class BagFileView(View):
 class BagView(View):
     """Base class of the views of an open bag.
 
-    Args (of the page):
+    Args (sent by the page):
         path: path of a bag that a `BagFileView` has opened.
     """
 

@@ -23,7 +23,7 @@ _MAX_SECONDS = 4.29e9  # the sum of two such times in nanoseconds fits in 64 bit
 class BagPicturesView(BagView):
     """Thumbnails of the images on a topic at several times, pushed one by one.
 
-    Args (of the page):
+    Args (sent by the page):
         path: path of an open bag.
         topic: name of a topic with images.
         times: times in seconds since the bag's start; for each, the last image at or before this time is displayed.

@@ -21,7 +21,7 @@ _MAX_SECONDS = 4.29e9  # the sum of two such times in nanoseconds fits in 64 bit
 class BagPlayView(BagView):
     """The playback of a bag, which ends when this view is closed.
 
-    Args (of the page):
+    Args (sent by the page):
         path: path of an open bag.
         rate: the speed factor; 2 plays twice as fast as recorded.
         loop, paused, clock: see `pyros1.web.bags.playback.PlaybackSettings`.

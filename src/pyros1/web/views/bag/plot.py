@@ -33,7 +33,7 @@ _MAX_SECONDS = 4.29e9  # the sum of two such times in nanoseconds fits in 64 bit
 class BagPlotView(BagView):
     """Curves of recorded numbers. While a thread reads the bag, partial results are displayed.
 
-    Args (of the page):
+    Args (sent by the page):
         path: path of an open bag.
         curves: a list of ``{"id": N, "text": TEXT}``; see `pyros1.web.transforms.curves.Curve`.
         begin, end: the time range, in seconds since the bag's start.

@@ -17,7 +17,7 @@ _MAX_SECONDS = 4.29e9  # the sum of two such times in nanoseconds fits in 64 bit
 class BagTimelineView(BagView):
     """The rows of a timeline, one per topic.
 
-    Args (of the page):
+    Args (sent by the page):
         path: path of an open bag.
         begin, end: the times at the left and right edge, in seconds since the bag's start.
         columns: number of columns.

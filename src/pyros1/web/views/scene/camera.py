@@ -27,7 +27,7 @@ _STAMP_SIZE = 12
 class CameraView(View):
     """The newest image on a topic, with its camera: base class of the views of cameras.
 
-    Args (of the page):
+    Args (sent by the page):
         topic: the full name of a topic with images.
         info: the full name of the CameraInfo topic; empty for the topic ``camera_info`` in the same namespace.
         fixed: the frame in which the camera's pose is expressed.

@@ -29,7 +29,7 @@ MAX_IMAGE_BYTES = 32 << 20
 class SceneDepthView(CameraView):
     """A depth image as a point cloud, with colours from another image.
 
-    Args (of the page):
+    Args (sent by the page):
         topic, info, fixed: see `CameraView`; the images are depth images.
         colour: the full name of a topic with colour images from the same viewpoint; empty for none.
         most: approximate maximum number of points sent.

@@ -22,7 +22,7 @@ _DEFAULT_FRAME = "map"
 class SceneFramesView(View):
     """The poses of all frames, relative to one of them.
 
-    Args (of the page):
+    Args (sent by the page):
         fixed: the frame in which poses are expressed; empty for the root of a tree, or ``map``.
         robot: if no fixed frame is given, the root of this frame's tree is used; if it is in no tree, that of the
             largest tree.

@@ -24,7 +24,7 @@ RESUBSCRIBE_PERIOD = 2.0
 class SceneInteractiveView(View):
     """The interactive markers on a topic.
 
-    Args (of the page):
+    Args (sent by the page):
         topic: the full name of the topic with updates, which ends in ``/update``.
 
     Pushes ``{"kind": "interactive", "all": BOOL, "new": [...], "moved": [...], "gone": [[SERVER, NAME], ...]}``; see

@@ -31,7 +31,7 @@ MAX_UPDATES = 100
 class SceneTopicView(View):
     """The newest message on a topic as a shape; on a topic with markers, all markers.
 
-    Args (of the page):
+    Args (sent by the page):
         topic: the topic's full name. Updates to an OccupancyGrid are received on ``TOPIC_updates``.
         fixed: the frame in which poses are expressed.
         by: the field that colours a cloud; empty to let the server choose one.

@@ -322,7 +322,7 @@ class SubscriberImpl(TopicImpl):
                 with_error_logging(call, callback)(message)
 
     def get_stats(self) -> tuple[str, list[tuple[int, int, int, int, bool]]]:
-        """Return (topic, [(id, bytes, messages, -1, whether it is connected)])."""
+        """Return (topic, [(id, bytes, messages, -1 for the unknown number of drops, whether it is connected)])."""
         return self.name, [
             (connection.id, connection.stat_bytes, connection.stat_num_msg, -1, not connection.done)
             for connection in self.connections
