@@ -9,7 +9,7 @@ import rospy
 import tf2_ros
 
 rospy.init_node("asking", anonymous=True)
-client = tf2_ros.BufferClient(sys.argv[1])
+client = tf2_ros.BufferClient(sys.argv[1], timeout_padding=rospy.Duration(20))  # 2 s are too few for a busy machine
 assert client.wait_for_server(rospy.Duration(20))
 ZERO = rospy.Time()
 
