@@ -62,6 +62,7 @@ OWN_MODULES = frozenset(
         "large_arrays",
         "nonstandard_definitions",
         "numpy_compat",
+        "records",
         "repair",
         "spec",
         "stubs",
