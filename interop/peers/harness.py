@@ -63,6 +63,17 @@ def until(reached: Callable[[], Any], what: str, timeout: float = DEADLINE) -> A
         time.sleep(0.02)
 
 
+_THREAD_ERROR = re.compile(r"^Exception in thread .*\n(?:Traceback .*\n(?: .*\n)*(?:\w.*\n)?(?:\n.*\n\n)?)+", re.M)
+
+
+def without_thread_errors(stderr: str) -> str:
+    """What a stock tool printed on stderr, without the tracebacks of its threads.
+
+    On a busy machine, a stock tool that is about to exit may print them: e.g. its server still waits for connections.
+    """
+    return _THREAD_ERROR.sub("", stderr)
+
+
 def _descendants(pid: int) -> list[int]:
     """The children of a process, their children and so on."""
     children: dict[int, list[int]] = {}

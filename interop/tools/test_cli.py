@@ -16,7 +16,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
-from harness import SOURCE, Master, Process, our_tools, stock_tools, write_tool
+from harness import SOURCE, Master, Process, our_tools, stock_tools, without_thread_errors, write_tool
 
 OWN_MASTER = True
 
@@ -131,10 +131,6 @@ _VARYING = [
 ]
 
 
-# On a busy machine a thread of a stock tool that is about to end prints how it failed.
-_ENDING_THREAD = re.compile(r"^Exception in thread .*\n(?:Traceback .*\n(?: .*\n)*(?:\w.*\n)?(?:\n.*\n\n)?)+", re.M)
-
-
 def normal(text: str) -> str:
     for pattern, replacement in _VARYING:
         text = pattern.sub(replacement, text)
@@ -145,7 +141,7 @@ def compare(system: Master, tools: Path, words: list[str], stdin: str = "", **en
     programs = ["/usr/bin/" + words[0], str(tools / words[0])]
     with ThreadPoolExecutor(2) as both:  # most of a tool's time is waiting
         stock, ours = both.map(lambda program: ask(system, program, words[1:], stdin, **environ), programs)
-    expected = [stock[0], normal(stock[1]), normal(_ENDING_THREAD.sub("", stock[2]))]
+    expected = [stock[0], normal(stock[1]), normal(without_thread_errors(stock[2]))]
     assert [ours[0], normal(ours[1]), normal(ours[2])] == expected
 
 

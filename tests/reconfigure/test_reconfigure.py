@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from pyros1.ground.errors import NodeError, ServiceError, WaitTimeoutError
-from pyros1.msgs.dynamic_reconfigure.msg import BoolParameter, GroupState, IntParameter, StrParameter
+from pyros1.msgs.dynamic_reconfigure.msg import BoolParameter, ConfigDescription, GroupState, IntParameter, StrParameter
 from pyros1.msgs.dynamic_reconfigure.msg import Config as Message
 from pyros1.msgs.dynamic_reconfigure.srv import Reconfigure
 from pyros1.reconfigure import CallbackError, Client, Config, ParameterError, Parameters, Server
@@ -155,3 +155,37 @@ def test_servers_that_cannot_begin(make_node: Any, parameters: Parameters) -> No
 def test_nobody_there(make_node: Any) -> None:
     with pytest.raises(WaitTimeoutError):
         Client(make_node("panel"), "nobody", timeout=0.1)
+
+
+@pytest.mark.parametrize("first", ["configuration", "description"])
+def test_a_configuration_waits_for_the_description_of_its_groups(
+    make_node: Any, parameters: Parameters, first: str
+) -> None:
+    """The two topics arrive in either order; without the description, a configuration would lack its groups."""
+    node = make_node("motor")
+    root = parameters.config_description
+    values = {**parameters.defaults, "groups": root}
+    messages = {
+        "configuration": encode(values),
+        "description": encode_description(root, parameters.max, parameters.min, parameters.defaults),
+    }
+    node.advertise_service("~set_parameters", Reconfigure, lambda request: Reconfigure._response_class())
+    publishers = {
+        "configuration": node.advertise("~parameter_updates", Message, latch=True),
+        "description": node.advertise("~parameter_descriptions", ConfigDescription, latch=True),
+    }
+    configs: queue.Queue[Any] = queue.Queue()
+    parameter_lists: queue.Queue[Any] = queue.Queue()
+    updates: queue.Queue[Any] = queue.Queue()
+    panel = make_node("panel")
+    client = Client(panel, "motor", 10, configs.put, parameter_lists.put)
+    panel.subscribe("motor/parameter_updates", Message, updates.put)  # is called after the client
+    for kind in sorted(publishers, key=first.__ne__):
+        with pytest.raises(WaitTimeoutError):
+            client.config(0)
+        assert configs.empty()
+        publishers[kind].publish(messages[kind])
+        (updates if kind == "configuration" else parameter_lists).get(timeout=10)
+    config = configs.get(timeout=10)
+    assert config == client.config(10) and config.groups.groups.Lamp.on is False
+    client.close()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 import time
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
@@ -53,6 +54,9 @@ class Client:
         self._condition = Condition()
         self._config: Any = None
         self._description: Any = None  # the dynamic_reconfigure/ConfigDescription
+        # A configuration gets its groups from the description, and the two topics arrive in either order.
+        self._lock = threading.Lock()
+        self._config_is_pending = False  # whether on_config waits for the description
         self._group_tree: Any = None
         node.wait_for_service(f"{self.name}/set_parameters", timeout)
         self._service = node.service(f"{self.name}/set_parameters", Reconfigure)
@@ -65,18 +69,22 @@ class Client:
         """Return the configuration last published by the other node: a `Config`, with its groups.
 
         Args:
-            timeout: the time in seconds to wait for the first configuration; None for no limit.
+            timeout: the time in seconds to wait for the first configuration, and for the description that names the
+                parameters of each group; None for no limit.
 
         Raises:
-            WaitTimeoutError: no configuration arrived in time.
+            WaitTimeoutError: no configuration or no description arrived in time.
             NodeShutdownError: this node is shutting down.
         """
-        self._wait_for(lambda: self._config is not None, "the configuration", timeout)
+        deadline = None if timeout is None else time.monotonic() + timeout
+        self._wait_for(lambda: self._config is not None, "the configuration", deadline)
+        self._wait_for(lambda: self._description is not None, "the description of the parameters", deadline)
         return self._decode_config(self._config)
 
     def groups(self, timeout: float | None = None) -> Any:
         """Return the tree of groups, whose ``parameters`` are lists of dictionaries. See `config` for the errors."""
-        self._wait_for(lambda: self._description is not None, "the description of the parameters", timeout)
+        deadline = None if timeout is None else time.monotonic() + timeout
+        self._wait_for(lambda: self._description is not None, "the description of the parameters", deadline)
         return self._group_tree
 
     def description(self, timeout: float | None = None) -> list[dict[str, Any]]:
@@ -110,30 +118,39 @@ class Client:
 
     def _decode_config(self, message: Any) -> Any:
         values = decode(message, self._make)
-        if self._description is None:
-            return values
         names_by_group_id = {
             group.id: [parameter.name for parameter in group.parameters] for group in self._description.groups
         }
         return with_groups(values, message.groups, names_by_group_id, self._make)
 
     def _on_description_message(self, message: Any) -> None:
-        self._group_tree = decode_description(message, self._make)
-        self._description = message
+        with self._lock:
+            self._group_tree = decode_description(message, self._make)
+            self._description = message
+            config_was_pending, self._config_is_pending = self._config_is_pending, False
         self._condition.notify_all()
         if self.on_description is not None:
             self.on_description(self.description())
+        if config_was_pending:
+            self._call_on_config(self._config)
 
     def _on_update_message(self, message: Any) -> None:
-        self._config = message
+        with self._lock:
+            self._config = message
+            self._config_is_pending = self._description is None
+            is_complete = not self._config_is_pending
         self._condition.notify_all()
+        if is_complete:
+            self._call_on_config(message)
+
+    def _call_on_config(self, message: Any) -> None:
         if self.on_config is not None:
             self.on_config(self._decode_config(message))
 
-    def _wait_for(self, has_arrived: Callable[[], bool], description: str, timeout: float | None) -> None:
-        deadline = None if timeout is None else time.monotonic() + timeout
-        while not self._condition.wait_for(has_arrived, POLL_INTERVAL):
+    def _wait_for(self, has_arrived: Callable[[], bool], description: str, deadline: float | None) -> None:
+        remaining = POLL_INTERVAL if deadline is None else deadline - time.monotonic()
+        while not self._condition.wait_for(has_arrived, min(remaining, POLL_INTERVAL)):
             if not self._node.ok():
                 raise NodeShutdownError(f"{self._node.name} is shutting down")
-            if deadline is not None and time.monotonic() >= deadline:
+            if deadline is not None and (remaining := deadline - time.monotonic()) <= 0:
                 raise WaitTimeoutError(f"timeout exceeded while waiting for {description} of {self.name}")
