@@ -109,6 +109,8 @@ def test_other_arrays_that_fit(dtype: Any) -> None:
     [
         (numpy.zeros(3, POINT), r"field poses takes an array with the dtype record_dtype\(Pose\), not \[\('x'"),
         (numpy.zeros((2, 2), POSE), r"one dimension, not of shape \(2, 2\)"),
+        (numpy.zeros((), POSE), r"field poses must be an array of one dimension, not of shape \(\)"),
+        (numpy.array(5), r"field poses must be a list or tuple type, not ndarray array\(5\)"),
         (numpy.zeros(2, POSE[::-1]), r"record_dtype\(Pose\)"),
         (numpy.zeros(2, [("position", POINT), ("orientation", [*POINT, ("w", "c16")])]), r"record_dtype\(Pose\)"),
         (numpy.zeros((2, 7)), r"field poses\[\] must be of type geometry_msgs/Pose"),
@@ -172,6 +174,10 @@ def test_byte_arrays_that_are_cut() -> None:
     assert (bytes(message.c), message.a["u"].tolist(), bytes(message.b)) == (b"cc", [[101, 101]], b"x")
     message = decoded(cls, b"ccd")
     assert message.a["u"].tolist() == [[100, 0]]
+    small = f"uint8[2] u\nB[2] b\n{SEPARATOR}\nMSG: p/B\nuint8[1] v"
+    cls = from_definition("p/T", f"uint8[3] c\nA[2] a\n{SEPARATOR}\nMSG: p/A\n{small}")
+    message = decoded(cls, b"c")
+    assert (bytes(message.c), message.a["u"].tolist()) == (b"c", [[0, 0], [0, 0]])
 
 
 def test_views_by_name() -> None:
