@@ -38,6 +38,8 @@ from pyros1.bag.format.compression import check_size
 from pyros1.bag.format.records import U32, U64, RecordError
 from pyros1.bag.limits import chunk_limit
 
+_PIECE_SIZE = 1 << 20
+"""Maximum number of bytes that are decompressed at a time."""
 _RECOVERY_HINT = "; `mcap recover` of the MCAP tools recovers the intact part"
 
 McapMessage = tuple[Channel, int, memoryview]
@@ -222,15 +224,23 @@ class McapReader:
     def _decompress(self, compression: str, stored: memoryview, size: int) -> bytes:
         """Return the content, up to ``size + 1`` bytes, so that a damaged chunk cannot exhaust memory."""
         make_decompressor = self._choose_decompressor(compression)
-        remaining: Any = stored
+        data: Any = stored
         parts: list[bytes] = []
         total = 0
         try:
-            while remaining and total <= size:  # there may be several frames
-                decompressor = make_decompressor()
-                parts.append(decompressor.decompress(remaining, size + 1 - total))
+            decompressor = make_decompressor()
+            while total <= size:
+                # In pieces: some decompressors allocate in advance as much as they may return.
+                parts.append(decompressor.decompress(data, min(size + 1 - total, _PIECE_SIZE)))
                 total += len(parts[-1])
-                remaining = decompressor.unused_data if decompressor.eof else b""
+                data = b""
+                if decompressor.eof:
+                    data = decompressor.unused_data
+                    if not data:
+                        break
+                    decompressor = make_decompressor()  # there may be several frames
+                elif not parts[-1]:
+                    break  # it is truncated
         except Exception as error:  # each module has its own errors
             raise RecordError(f"the chunk's {compression} data are damaged: {error}") from error
         return parts[0] if len(parts) == 1 else b"".join(parts)
