@@ -97,7 +97,7 @@ def test_publisher_and_subscriber(package: str, run: Start, ros_listen: Start) -
     run(package, "publisher.py", "_rate:=50")
     assert all(-1.0 <= message.data <= 1.0 for message in numbers.wait(5))
     subscriber = run(package, "subscriber.py")
-    subscriber.wait_for(r"\[INFO\] .*: -?[01]\.\d+, the mean of 3 is -?[01]\.\d+")
+    subscriber.wait_for(r"\[INFO\] .*: -?[01]\.\d+, the mean of 3 numbers is -?[01]\.\d+")
     assert "data: " in stock("rostopic", "echo", "-n", "1", "/numbers")
 
 

@@ -66,10 +66,10 @@ class Server:
         self._names = GoalNames(node.name)
         self._table: GoalTable[Tracked] = GoalTable(Duration.from_sec(kept))
         self._goals_by_name: dict[str, ServerGoal] = {}
-        self._status_array: Any = load_message("actionlib_msgs/GoalStatusArray")
+        self._status_array_class: Any = load_message("actionlib_msgs/GoalStatusArray")
         self._closed = False
         self._status_publisher = node.advertise(
-            f"{self.name}/status", self._status_array, queue_size=_QUEUE_SIZE, latch=True
+            f"{self.name}/status", self._status_array_class, queue_size=_QUEUE_SIZE, latch=True
         )
         self._result_publisher = node.advertise(f"{self.name}/result", self.types.action_result, queue_size=_QUEUE_SIZE)
         self._feedback_publisher = node.advertise(
@@ -115,7 +115,7 @@ class Server:
             now = self.node.now()
             for expired in self._table.forget(now):
                 self._goals_by_name.pop(expired.status.goal_id.id, None)
-            message = self._status_array(status_list=[tracked.status for tracked in self._table.goals])
+            message = self._status_array_class(status_list=[tracked.status for tracked in self._table.goals])
             message.header.stamp = now
             self._status_publisher.publish(message)
 

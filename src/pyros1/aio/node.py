@@ -143,7 +143,7 @@ class Node:
         except BaseException as error:
             if self._starting_node is not None:
                 # A cancellation does not stop the thread that creates the node.
-                self._request_shutdown("the program no longer waits for the node")
+                self._request_shutdown("startup was cancelled")
             if self._signals is not None:
                 self._stop_polling_signals()
                 self._signals.restore()

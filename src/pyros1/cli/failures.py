@@ -59,7 +59,7 @@ def flush_stdout() -> None:
 
 
 def ignore_closed_pipe() -> int:
-    """Make the interpreter exit silently although the reader of stdout has closed the pipe. Return exit code 0."""
+    """Suppress the error at exit that stdout's pipe was closed by its reader. Return exit code 0."""
     output.discard_output()
     return 0
 

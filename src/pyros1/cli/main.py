@@ -15,7 +15,7 @@ def entry(argv: list[str] | None = None, *, alone: bool | None = None) -> int:
     Args:
         argv: the command line, including the program's name; None for ``sys.argv``. If the name is a stock tool's, such
             as ``rostopic``, the program acts as that tool.
-        alone: whether this process only runs the command; defaults to True if `argv` is None.
+        alone: whether this process exists only to run the command; by default, whether `argv` is None.
 
     Returns:
         The exit code.

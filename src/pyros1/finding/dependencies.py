@@ -80,13 +80,13 @@ class Packages:
 
     def dependents(self, name: str) -> list[str]:
         """Return the packages that depend on a package directly, sorted."""
-        return sorted(dependent for dependent in self.by_name if name in self._readable_dependencies(dependent))
+        return sorted(dependent for dependent in self.by_name if name in self._dependencies_or_empty(dependent))
 
     def all_dependents(self, name: str) -> list[str]:
         """Return the packages that depend on a package directly or indirectly, sorted."""
         dependents: dict[str, list[str]] = {}
         for package_name in self.by_name:
-            for dependency in self._readable_dependencies(package_name):
+            for dependency in self._dependencies_or_empty(package_name):
                 dependents.setdefault(dependency, []).append(package_name)
         result: set[str] = set()
         pending = list(dependents.get(name, []))
@@ -123,7 +123,7 @@ class Packages:
                 yield from self._visit_dependencies(dependency, visited)
                 yield dependency
 
-    def _readable_dependencies(self, name: str) -> Iterable[str]:
+    def _dependencies_or_empty(self, name: str) -> Iterable[str]:
         """Return a package's direct dependencies; empty if its manifest is invalid, since one invalid manifest must not
         stop a search.
         """

@@ -285,7 +285,7 @@ def manifest_text(path: str) -> str:
 
     Raises:
         OSError: the file cannot be read.
-        ValueError: the path cannot be a file name.
+        ValueError: the path is not a legal file name; for example, it contains a NUL character.
     """
     with open(path, encoding="utf-8", errors="replace", opener=_open_nonblocking) as file:
         return file.read(_MAX_MANIFEST_SIZE) if stat.S_ISREG(os.fstat(file.fileno()).st_mode) else ""

@@ -262,7 +262,7 @@ def _format_table(table: Block, width: int, style: _Style) -> Iterator[str]:
 
 
 def _wrap(text: str, width: int, prefix: str, style: _Style) -> list[str]:
-    """Wrap a text to a width; return its lines. All lines after the first are indented by the length of the prefix."""
+    """Wrap text to a width; return its lines. All lines after the first are indented by the length of the prefix."""
     filled = textwrap.fill(
         text, width, initial_indent=prefix, subsequent_indent=" " * len(prefix), break_on_hyphens=False
     )

@@ -20,7 +20,7 @@ from pyros1.msgs.spec import BUILTINS, STRUCT_CODES
 
 
 class _TooLargeError(SerializationError, OverflowError):
-    """A float does not fit its field. Programs written for stock expect OverflowError."""
+    """A float does not fit its field. Programs written for stock ROS expect OverflowError."""
 
 
 def encoding_error(cls: type[Message], message: Any, error: Exception) -> SerializationError:
@@ -99,7 +99,8 @@ def _check_field(cls: Any, slot_type: str, value: Any, name: str) -> None:
         return
     elif is_byte_array and getattr(getattr(value, "dtype", None), "itemsize", 1) != 1:
         raise SerializationError(
-            f"field {name} takes bytes or an array of uint8, not of {value.dtype}: pass its tobytes(), or convert it"
+            f"field {name} takes bytes or an array of uint8, but got an array of {value.dtype}: pass array.tobytes(), "
+            "or convert the array to uint8"
         )
     elif not isinstance(value, (list, tuple, bytes)) and not hasattr(value, "__len__"):
         raise SerializationError(f"field {name} must be a list or tuple type, not {_describe(value)}")

@@ -19,7 +19,7 @@ from pyros1.msgs.records import pack_messages
 from pyros1.msgs.spec import STRUCT_CODES
 
 LARGE_BODY_SIZE = 16384
-"""Size in bytes from which bodies are sent as a list of buffers, without copying their large arrays."""
+"""Bodies of at least this many bytes are sent as a list of buffers, without copying their large arrays."""
 
 _PREFIX_SIZE = 4
 """Size in bytes of a frame's length prefix."""

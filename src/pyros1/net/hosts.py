@@ -181,7 +181,7 @@ def parse_uri(uri: str, scheme: str = "http") -> tuple[str, int]:
     """Split ``scheme://host:port/`` into host (without brackets) and port.
 
     Raises:
-        ProtocolError: the URI has another form, or no port (for http, the default is 80).
+        ProtocolError: the URI is malformed, or has no port (http defaults to 80).
     """
     match = _URI.match(uri)
     if match is None or match.group(1).lower() != scheme:

@@ -40,7 +40,7 @@ def parse_ports(text: str) -> PortRange:
     """Parse a range such as ``40000-40099``, or a single port such as ``40000``.
 
     Raises:
-        SettingError: the text has another form.
+        SettingError: the text is malformed.
     """
     match = re.fullmatch(r"\s*(\d{1,5})\s*(?:-\s*(\d{1,5})\s*)?", text, re.ASCII)
     if match:

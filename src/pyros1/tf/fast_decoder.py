@@ -18,7 +18,7 @@ Row = tuple[str, str, int, Transform]
 
 _unpack_count = Struct("<I").unpack_from
 _unpack_header = Struct("<4I").unpack_from  # sequence number, seconds, nanoseconds, length of the parent's name
-_unpack_numbers = Struct("<7d").unpack_from
+_unpack_transform = Struct("<7d").unpack_from
 _NS_PER_S = 1_000_000_000
 MAX_CACHED_NAMES = 10_000
 """Maximum number of cached names: a sender that keeps inventing new ones must not exhaust memory."""
@@ -71,7 +71,7 @@ def make_decoder(decode_message: Callable[..., Any]) -> Callable[..., Any]:
                 begin = position + 4
                 position = begin + length
                 child = buffer[begin:position]
-                numbers = _unpack_numbers(buffer, position)
+                numbers = _unpack_transform(buffer, position)
                 position += 56
                 if position > end:
                     break

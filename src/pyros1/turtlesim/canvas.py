@@ -1,4 +1,4 @@
-"""The turtles' drawing as pixels, which limits the memory for it, and tells a turtle the colour below itself."""
+"""The picture that the turtles draw, as pixels: memory use is fixed, and a turtle can ask for the colour under it."""
 
 from __future__ import annotations
 

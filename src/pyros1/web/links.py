@@ -100,7 +100,7 @@ def startup_lock(file: Path) -> Iterator[Callable[[], None]]:
 
 
 def running_link(file: Path) -> str | None:
-    """Return the link from a server's file, or None if the server does not respond."""
+    """Return the URL stored in a server's link file, or None if the server does not respond."""
     try:
         link = json.loads(file.read_text(encoding="utf-8")[:_MAX_BYTES])["link"]
         base = link.partition("?")[0]

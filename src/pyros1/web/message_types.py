@@ -69,7 +69,7 @@ class MessageTypes:
             UnknownTypeError: the type is not installed, and no message has arrived, now or before.
             DefinitionError: the type's definition is invalid.
             MessageError: the publisher's definition cannot be used.
-            RequestError: there is no master yet, or pages may not see the topic.
+            RequestError: there is no master yet, or pages are not allowed to see the topic.
         """
         try:
             return load_message(name)

@@ -14,12 +14,12 @@ _HIDDEN = object()
 
 
 class Parameters:
-    """Access to parameters for pages. From a namespace, the parameters that pages may not see are left out.
+    """Access to parameters for pages. From a namespace, the parameters that pages are not allowed to see are left out.
 
     Args:
         master: the master with the parameters.
         access: the access rules.
-        check_visible: raises an error if pages may not see a name.
+        check_visible: raises an error if pages are not allowed to see a name.
     """
 
     def __init__(self, master: MasterClient, access: Access, check_visible: Callable[[str], None]) -> None:
@@ -34,7 +34,7 @@ class Parameters:
             name: a full name; ``/`` for all parameters.
 
         Raises:
-            RequestError: pages may not see the parameter.
+            RequestError: pages are not allowed to see the parameter.
             ParameterNotSetError: the parameter is not set.
             MasterUnreachableError: the master does not respond.
         """
@@ -81,7 +81,7 @@ class Parameters:
         """Delete a parameter, or all parameters in a namespace.
 
         Raises:
-            RequestError: pages may not see everything that would be deleted.
+            RequestError: pages are not allowed to see everything that would be deleted.
             ParameterNotSetError: the parameter is not set.
             MasterUnreachableError: the master does not respond.
         """

@@ -105,7 +105,7 @@ class Robot:
         """Call a listener with each message on a topic; see `Hub.listen`.
 
         Raises:
-            RequestError: there is no master yet, or pages may not see the topic.
+            RequestError: there is no master yet, or pages are not allowed to see the topic.
         """
         self.check_running()
         try:
@@ -163,7 +163,7 @@ class Robot:
         """Check that pages may see a topic, service or parameter.
 
         Raises:
-            RequestError: pages may not see the name.
+            RequestError: pages are not allowed to see the name.
         """
         if not self.access.may_see(name):
             raise RequestError(f"{name} is not among those that this server shows (--topics)")

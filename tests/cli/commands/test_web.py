@@ -236,7 +236,7 @@ def test_rviz_alone_shows_its_usual_file(start: Start, tmp_path: Path) -> None:
         (["bag", "/etc/passwd"], "ERROR: /etc/passwd: this is not a bag file\n"),
         (["-s", "rqt_bag", "/dev/null"], "ERROR: /dev/null: the file is empty: nothing was recorded\n"),
         (["rqt_bag", "/usr"], "ERROR: /usr is a folder, not a bag; --bags /usr shows its bags\n"),
-        (["--most-pages", "0"], "--most-pages must be from 1 to 10000"),
+        (["--max-pages", "0"], "--max-pages must be from 1 to 10000"),
     ],
 )
 def test_wrong_words(start: Start, words: list[str], said: str) -> None:

@@ -63,14 +63,14 @@ def test_the_states_of_processes(tmp_path: Path) -> None:
                 ProcessSpec(f"{name}-1", f"/{name}", ["/bin/sleep", "60"], dict(os.environ), str(tmp_path))
             )
         stopping, restarting, _ = supervisor.active
-        stopping.is_stopped, restarting.is_restarting = True, True
+        stopping.stopped_by_user, restarting.is_restarting = True, True
         assert states() == ["stopping", "stopping", "running"]
         policy = ExitPolicy(respawn=True)
         supervisor.start(ProcessSpec("d-1", "/d", ["/bin/true"], dict(os.environ), str(tmp_path), exit_policy=policy))
         ended = supervisor.find("/d")
         assert ended.wait(time.monotonic() + 20)
         assert states()[3:] == ["waiting"]
-        ended.is_stopped = True
+        ended.stopped_by_user = True
         assert states()[3:] == ["stopped"]
         supervisor.start(ProcessSpec("e-1", "/e", ["/bin/false"], dict(os.environ), str(tmp_path)))
         supervisor.start(ProcessSpec("f-1", "/f", ["/bin/true"], dict(os.environ), str(tmp_path)))
@@ -109,7 +109,7 @@ def test_who_may_not_control_it_sees_it_but_not_its_secrets(tmp_path: Path) -> N
         launch = client.call("status")[2]["launch"]
         assert (launch["title"], launch["pid"], launch["refusal"]) == ("robot.launch", os.getpid(), "not for you")
         assert callers and callers[0][0] == "127.0.0.1"
-        assert not supervisor.find("/a").is_stopped
+        assert not supervisor.find("/a").stopped_by_user
     finally:
         supervisor.shut_down()
         client.close()

@@ -352,7 +352,7 @@ def test_nodes_are_stopped_started_and_restarted_by_hand(bench: Bench) -> None:
     node = supervisor.find("/node-1")
     with Running(bench) as running:
         running.do(lambda: supervisor.stop_node(node), "[node-1] stopped")
-        assert node.is_stopped and not node.alive and node.spawn_count == 1
+        assert node.stopped_by_user and not node.alive and node.spawn_count == 1
         running.do(lambda: supervisor.start_node(node), "process[node-1]: started with pid")
         assert node.alive and node.spawn_count == 2
         running.do(lambda: supervisor.restart_node(node), "process[node-1]: started with pid")
@@ -391,7 +391,7 @@ def test_a_node_that_is_still_ending_is_started_again(bench: Bench) -> None:
     with Running(bench) as running:
         running.do(lambda: bench.supervisor.stop_node(node), "[node-1] stopping")
         running.do(lambda: bench.supervisor.start_node(node), "[node-1] restarting process")
-        assert node.spawn_count == 2 and not node.is_stopped
+        assert node.spawn_count == 2 and not node.stopped_by_user
     assert "[node-1] stopped" not in bench.out.getvalue()
 
 

@@ -69,7 +69,7 @@ def until(socket_: ClientConnection, fits: Callable[[dict[str, Any]], bool]) -> 
 
 
 def test_as_many_pages_as_the_server_admits(serve: Callable[..., Served]) -> None:
-    server = serve(token="t", most_pages=2)
+    server = serve(token="t", max_pages=2)
     with page(server, "t"):
         with connect(f"ws://localhost:{server.port}/?token=t", open_timeout=PATIENCE):  # a program of rosbridge
             with pytest.raises(InvalidStatus, match="503") as refusal:

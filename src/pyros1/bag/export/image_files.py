@@ -34,7 +34,7 @@ class ImageFileWriter:
     """Writes images to ``folder/<topic>/<stamp>.png``; the stamp is the one in the header, or the time in the bag if
     the stamp is 0.
 
-    Images whose numbers PNG cannot store become TIFF files. Compressed images are written unchanged, except that
+    Images whose pixel type PNG cannot store become TIFF files. Compressed images are written unchanged, except that
     compressed 32FC1 depth images become TIFF files in metres.
 
     Args:

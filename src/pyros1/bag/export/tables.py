@@ -13,7 +13,7 @@ from pyros1.msgs.base import nested_classes
 Emit = Callable[[str], object]
 
 _VALUES_PER_WRITE = 1000
-"""Number of values of a row that are joined for one write."""
+"""A row is written in pieces of at most this many values."""
 
 _UINT8_TYPES = ("uint8", "char")
 _TIME_TYPES = ("time", "duration")

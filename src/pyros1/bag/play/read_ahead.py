@@ -18,8 +18,8 @@ MAX_AHEAD_BYTES = 32 << 20
 _MAX_BATCH_BYTES = 1 << 20
 _MAX_BATCH_MESSAGES = 500
 _MESSAGE_OVERHEAD = 1500
-"""Bytes counted per message in addition to its data. This is more than it takes, to limit the number of messages: the
-garbage collector visits them all.
+"""Bytes counted per message in addition to its data. Deliberately higher than the real overhead, so that the limit in
+bytes also limits the number of messages: each of them adds garbage collection time.
 """
 _MAX_STATIC_CHUNKS = 20
 """Number of chunks at the beginning of a bag that are read for static transforms."""

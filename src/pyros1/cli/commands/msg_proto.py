@@ -1,6 +1,6 @@
 """``pyros1 msg-proto msg|srv TYPE``: a template for ``topic pub`` or ``service call``, like rosmsg-proto (L89).
 
-Shells run this command for completion.
+Stock's rosbash runs it for tab completion.
 """
 
 from __future__ import annotations

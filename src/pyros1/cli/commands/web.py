@@ -51,8 +51,8 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
     """Serve the page until a signal arrives, or open a panel in a server that is running. Return the exit code."""
     if options.port is not None and not 0 <= options.port <= 65535:
         raise UsageError(f"the port must be from 0 to 65535, not {options.port}")
-    if options.most_pages is not None and not 1 <= options.most_pages <= _MAX_PAGES_LIMIT:
-        raise UsageError(f"--most-pages must be from 1 to {_MAX_PAGES_LIMIT}, not {options.most_pages}")
+    if options.max_pages is not None and not 1 <= options.max_pages <= _MAX_PAGES_LIMIT:
+        raise UsageError(f"--max-pages must be from 1 to {_MAX_PAGES_LIMIT}, not {options.max_pages}")
     if options.list_plugins:
         print("\n".join(name for name in GUI_PROGRAMS if name.startswith("rqt_") and name != "rqt_gui"))
         return 0
@@ -147,7 +147,7 @@ def _serve(
 
     environ = with_listen_options(os.environ, options)
     address = addresses_from_environment(environ, invocation.special)
-    optional_settings = {"token": options.token, "most_pages": options.most_pages}
+    optional_settings = {"token": options.token, "max_pages": options.max_pages}
     access = Access(
         names=_host_names(options.host, options.names),
         any_address=options.host in _ALL_INTERFACES,
@@ -351,7 +351,7 @@ COMMAND = Command(
             help="folder in which pages may open and record bags (default: the current folder); may be repeated",
         ),
         Option(
-            "--most-pages",
+            "--max-pages",
             type="int",
             metavar="COUNT",
             help="maximum number of connected pages, rosbridge clients and viewers (default: 64)",

@@ -22,10 +22,11 @@ def _set_chunk_limit(option: object, option_name: str, value: str, parser: Any) 
 CHUNK_LIMIT_OPTION = Option(
     "--chunk-limit",
     type="str",
-    metavar="MB",
+    metavar="MIB",
     action="callback",
     callback=_set_chunk_limit,
     pyros1_only=True,
-    help=f"read chunks of bags up to MB mebibytes (default {DEFAULT_CHUNK_LIMIT >> 20}, or ${CHUNK_LIMIT_VARIABLE})",
+    help="refuse bag chunks that are larger than MIB mebibytes when uncompressed "
+    f"(default {DEFAULT_CHUNK_LIMIT >> 20}, or ${CHUNK_LIMIT_VARIABLE})",
 )
 """The option of all verbs that read bags."""

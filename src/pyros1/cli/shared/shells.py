@@ -41,7 +41,7 @@ class Shell:
     Attributes:
         setup_code: code that sets up the shell, with placeholders such as ``@@bin`` and ``@@names``.
         undo_code: code that reverts the setup if the shell was set up, and otherwise runs ``@@otherwise``.
-        source_format: the line that makes the shell read a command's output, with braces for the command.
+        source_format: format string of the line that sources a command's output; ``{}`` is replaced by the command.
     """
 
     setup_code: str

@@ -37,7 +37,7 @@ def parse_conditions(text: str, namespace: str, name: str) -> list[Condition]:
         name: the node's base name, for private names.
 
     Raises:
-        LaunchError: a condition has another form.
+        LaunchError: a condition is malformed.
     """
     conditions = []
     for word in text.split():

@@ -186,8 +186,8 @@ def _describe_process(process: Process, usage: Usage, now: float, *, has_ended: 
 
 def _state(process: Process, has_ended: bool) -> str:
     if process.alive:
-        return "stopping" if process.is_stopped or process.is_restarting else "running"
-    if process.is_stopped:
+        return "stopping" if process.stopped_by_user or process.is_restarting else "running"
+    if process.stopped_by_user:
         return "stopped"
     if has_ended:
         return "died" if process.exit_code else "finished"

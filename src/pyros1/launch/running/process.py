@@ -40,7 +40,7 @@ class Process:
         spawn_count: how many times the process has been started.
         exit_code: the exit code, negative for a signal; None while the process is running.
         started_at: time of the last start, in seconds of the monotonic clock.
-        is_stopped: whether the user has stopped the process, and may start it again.
+        stopped_by_user: whether the user has stopped the process, and may start it again.
         is_restarting: whether to start the process again as soon as it has exited.
         machine: name of the process's machine; empty for this machine.
         is_disconnected: whether the machine is currently unreachable.
@@ -55,7 +55,7 @@ class Process:
     spawn_count: int = 0
     exit_code: int | None = None
     started_at: float = 0.0
-    is_stopped: bool = False
+    stopped_by_user: bool = False
     is_restarting: bool = False
     machine: str = ""
     is_disconnected: bool = False

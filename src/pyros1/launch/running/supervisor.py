@@ -198,7 +198,7 @@ class Supervisor:
         if self.on_process_exit is not None:
             self.on_process_exit(process)
         log_hint = f"\nlog file: {spec.log_base}*.log" if spec.log_base else ""
-        if process.is_stopped or process.is_restarting:
+        if process.stopped_by_user or process.is_restarting:
             self._finish_stop(process)
             return False
         if process.exit_code:
@@ -287,7 +287,7 @@ class Supervisor:
         """
         for process in processes:
             process.is_disconnected = False
-            if process.is_restart_due and not process.is_stopped:
+            if process.is_restart_due and not process.stopped_by_user:
                 self._restart(process)
 
     # User requests while it runs --------------------------------------------------------------------------------------
@@ -305,18 +305,18 @@ class Supervisor:
 
     def stop_node(self, process: Process) -> None:
         """Stop a process until it is started again. Must be called in the thread of `run`."""
-        process.is_stopped, process.is_restarting = True, False
+        process.stopped_by_user, process.is_restarting = True, False
         self._stop_process(process)
 
     def end_node(self, process: Process) -> None:
         """Stop a process as if it had exited by itself: it may be respawned. Must be called in the thread of `run`."""
-        process.is_stopped = process.is_restarting = False
+        process.stopped_by_user = process.is_restarting = False
         self._stop_process(process)
 
     def start_node(self, process: Process) -> None:
         """Start a process that was stopped or has exited. Must be called in the thread of `run`."""
-        process.is_restarting = process.alive and (process.is_stopped or process.is_restarting)
-        process.is_stopped = False
+        process.is_restarting = process.alive and (process.stopped_by_user or process.is_restarting)
+        process.stopped_by_user = False
         if not process.alive:
             self._timers.pop(process.spec.label, None)
             self._dead.pop(process.spec.label, None)
@@ -328,7 +328,7 @@ class Supervisor:
         if not process.alive:
             self.start_node(process)
             return
-        process.is_stopped, process.is_restarting = False, True
+        process.stopped_by_user, process.is_restarting = False, True
         self._stop_process(process)
 
     def _stop_process(self, process: Process, stage: int = 0) -> None:

@@ -234,7 +234,7 @@ class Dispatcher:
 
 
 def _expect_array(source: Source, message: Any, size: int) -> None:
-    """Tell a TCP link where the array of a large message was in its frame."""
+    """Tell a TCP link where a large message has its array, so that it can receive the next one's without copying it."""
     array_layout = find_layout(type(message))
     if array_layout is not None and isinstance(source, TcpSource):
         array = getattr(message, array_layout.field, None)

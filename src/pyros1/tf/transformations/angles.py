@@ -16,7 +16,7 @@ Axes = str | tuple[int, int, int, int]
 
 
 def _axes_name(first: int, is_odd: int, repeats_first: int, is_rotating: int) -> str:
-    """Return the name, such as ``sxyz``, of the axis sequence with a code of four integers."""
+    """Return the name, such as ``sxyz``, of the Euler axis sequence that four integers encode."""
     j = (first + 1 + is_odd) % 3
     letters = "".join("xyz"[axis] for axis in (first, j, first if repeats_first else 3 - first - j))
     return "r" + letters[::-1] if is_rotating else "s" + letters

@@ -158,7 +158,7 @@ def _fixed_point(matrix: Array) -> Array:
     Raises:
         ValueError: the matrix's last row is not 0, 0, 0, 1, or the matrix contains infinite numbers or nan.
     """
-    if not np.isfinite(matrix).all():  # LAPACK would hang on some of them
+    if not np.isfinite(matrix).all():  # LAPACK can hang on inf and nan
         raise ValueError("the matrix contains infinite numbers or nan")
     if not abs(matrix[3] - (0.0, 0.0, 0.0, 1.0)).max() < _TOLERANCE:
         raise ValueError("the last row of the matrix must be 0, 0, 0, 1")

@@ -36,7 +36,7 @@ class BagFolders:
         """Return the resolved path of a bag that pages may see.
 
         Raises:
-            RequestError: the file does not exist, or pages may not see it.
+            RequestError: the file does not exist, or pages are not allowed to see it.
         """
         path = self._resolve(raw_path)
         if path not in self._files and not self._is_inside(path) and path not in self._also_allowed:
@@ -56,7 +56,7 @@ class BagFolders:
         """Return the resolved path of a folder that pages may see.
 
         Raises:
-            RequestError: the folder does not exist, or pages may not see it.
+            RequestError: the folder does not exist, or pages are not allowed to see it.
         """
         path = self._resolve(raw_path)
         if not self._is_inside(path):

@@ -61,7 +61,7 @@ class Library:
                 error to stop the scan.
 
         Raises:
-            RequestError: pages may not see the bag, or too many bags are open.
+            RequestError: pages are not allowed to see the bag, or too many bags are open.
             BagError: the bag cannot be read.
         """
         key = self._file_key(raw_path)

@@ -1,4 +1,4 @@
-"""Calls that send and cancel the goals of actions (https://wiki.ros.org/actionlib)."""
+"""API calls from the web page that send and cancel action goals (https://wiki.ros.org/actionlib)."""
 
 from __future__ import annotations
 

@@ -45,7 +45,7 @@ def kill(robot: Robot, args: Mapping[str, Any]) -> None:
     name = string_arg(args, "node")
     if name == robot.node.name:
         raise RequestError(
-            f"{name} is the node of this page's server: stop pyros1 web in the terminal where it was started"
+            f"{name} belongs to this page's server: to stop it, press Ctrl-C in the terminal where `pyros1 web` runs"
         )
     node = robot.graph.node_api(_find_uri(robot, name), _TIMEOUT)
     try:

@@ -22,7 +22,7 @@ class FrameError(Error):
 
 @dataclass(frozen=True)
 class Subscribe:
-    """Send the messages of channels. Each pair is the viewer's id of the subscription, and the channel's id."""
+    """Request to subscribe to channels. Each pair is the viewer's id of the subscription, and the channel's id."""
 
     pairs: tuple[tuple[int, int], ...]
 

@@ -158,7 +158,7 @@ def choices(cls: type[Message]) -> dict[str, list[list[Any]]]:
 
 
 def _runs(constants: list[Constant]) -> list[list[Constant]]:
-    """Split constants into runs of increasing values, since there may be one run per field, in the same order."""
+    """Start a new run when the value decreases: authors often list one group of constants per field, in that order."""
     runs: list[list[Constant]] = []
     for constant in constants:
         previous = runs[-1][-1].value if runs else None

@@ -175,7 +175,7 @@ def _prepare_field(cls: type[Message], field_type: str, value: Any, now: Time) -
         return [_prepare_field(cls, base_type, each, now) for each in value]
     if bracket and base_type in _UINT8_TYPES and isinstance(value, str):
         return _decode_base64(value)
-    if base_type in _FLOAT_TYPES:  # clients receive null for NaN
+    if base_type in _FLOAT_TYPES:  # clients get null for NaN, and send it back
         return math.nan if value is None else value
     if base_type in _TIME_TYPES and not bracket:
         return value if base_type == "time" and value == "now" else _time_fields(value)

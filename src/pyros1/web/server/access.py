@@ -49,7 +49,7 @@ class Access:
         topics: patterns such as ``/camera/*`` for the topics, services and parameters that pages may see; empty for
             all.
         allowlist: decides which machines may connect; None for all machines that can reach the server.
-        most_pages: maximum number of connected pages, programs and viewers.
+        max_pages: maximum number of connected pages, programs and viewers.
         bags: folders whose bags pages may see, and into which they may record; also single bags that pages may see.
         granted: bags that pages may also see, added while the server runs; see `pyros1.web.bags.granted_files`.
     """
@@ -61,7 +61,7 @@ class Access:
     topics: tuple[str, ...] = ()
     origins: Collection[str] = ()
     allowlist: Allowlist | None = None
-    most_pages: int = MAX_PAGES
+    max_pages: int = MAX_PAGES
     bags: tuple[str, ...] = ()
     granted: Container[Path] = ()
 

@@ -194,8 +194,8 @@ class WebServer:
             return _text_response(HTTPStatus.FORBIDDEN, "Pages of other sites may not connect.\n")
         if problem := self._access.token_problem(request.path):
             return _text_response(HTTPStatus.UNAUTHORIZED, f"{problem}\n")
-        if self._num_pages >= self._access.most_pages:
-            message = f"At most {self._access.most_pages} pages and programs may be connected (option --most-pages).\n"
+        if self._num_pages >= self._access.max_pages:
+            message = f"At most {self._access.max_pages} pages and programs may be connected (option --max-pages).\n"
             return _text_response(HTTPStatus.SERVICE_UNAVAILABLE, message)
         return None
 

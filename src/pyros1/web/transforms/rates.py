@@ -76,10 +76,10 @@ class _Sample(NamedTuple):
 
 
 class CountMeter:
-    """Measures the rate of messages on one connection from the counts that the sending node reports at each check.
+    """Measures the rate of messages on one connection from the counts that the sending node reports when it is polled.
 
     Args:
-        at: the time of the first check.
+        at: the time of the first poll.
         messages: number of messages that were sent until then.
         size: the messages' total size in bytes.
     """

@@ -23,7 +23,7 @@ _TIMEOUT = 2.0
 _MAX_LAUNCHES = 50
 _RETRY_DELAY = 10.0
 """Seconds for which a launch that did not respond is not queried again, so that it does not delay the others."""
-_MAX_BUSY_SHARE = 0.1
+_MAX_POLL_FRACTION = 0.1
 """Maximum share of time spent on requests: if there are many processes, launches are queried less often."""
 
 
@@ -51,7 +51,7 @@ class LaunchesView(View):
             self._describe_launch(param, uri, reply) for (param, uri), reply in self._query_launches(selected).items()
         ]
         self.period = (
-            max(_MIN_PERIOD, (monotonic() - start) / _MAX_BUSY_SHARE) if not self._unreachable else _MIN_PERIOD
+            max(_MIN_PERIOD, (monotonic() - start) / _MAX_POLL_FRACTION) if not self._unreachable else _MIN_PERIOD
         )
         return Push({"launches": entries, "more": len(params) - len(selected)})
 

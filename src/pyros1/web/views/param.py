@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 MAX_TEXT_LENGTH = 16 << 20
 """Maximum number of characters sent to a page."""
 _MIN_PERIOD = 1.0
-_MAX_BUSY_SHARE = 0.05
+_MAX_POLL_FRACTION = 0.05
 """Maximum share of time spent on requests: a long string, which takes long, is requested less often."""
 
 
@@ -40,7 +40,7 @@ class ParamView(View):
     def poll(self) -> Push | None:
         started_at = monotonic()
         data = self._refresh()
-        self.period = max(_MIN_PERIOD, (monotonic() - started_at) / _MAX_BUSY_SHARE)
+        self.period = max(_MIN_PERIOD, (monotonic() - started_at) / _MAX_POLL_FRACTION)
         if data == self._last_pushed:
             return None
         self._last_pushed = data

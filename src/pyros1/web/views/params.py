@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from pyros1.web.robot import Robot
 
 _MIN_PERIOD = 1.5
-_MAX_BUSY_SHARE = 0.05
+_MAX_POLL_FRACTION = 0.05
 """Maximum share of time spent on checks: if there are many parameters, they are checked less often."""
 
 
@@ -31,7 +31,7 @@ class ParamsView(View):
     def poll(self) -> Push | None:
         started_at = monotonic()
         changed = self._changes.update(self.robot.master.get_param("/"), self.robot.access.may_see)
-        self.period = max(_MIN_PERIOD, (monotonic() - started_at) / _MAX_BUSY_SHARE)
+        self.period = max(_MIN_PERIOD, (monotonic() - started_at) / _MAX_POLL_FRACTION)
         return None if changed is None else Push(changed)
 
     def change(self, args: Mapping[str, Any]) -> None:

@@ -297,7 +297,7 @@ def _parse_quantity(option: str, text: str, units: dict[str, int]) -> float:
     """Parse a number with an optional unit. Return it in the smallest unit.
 
     Raises:
-        UsageError: the string has another form.
+        UsageError: the string is malformed.
     """
     number_text = text.rstrip("".join(units) + "".join(units).upper() + "B")
     unit = text[len(number_text) :].lower().removesuffix("b")

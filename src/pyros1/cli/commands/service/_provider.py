@@ -17,7 +17,7 @@ ERROR_CODE = 2
 
 
 def service_name(invocation: Invocation, args: list[str]) -> str:
-    """Return the full name of the service that the only argument names.
+    """Return the full name of the service given as the single argument.
 
     Raises:
         UsageError: there is no argument or more than one.

@@ -125,7 +125,7 @@ def get_master_uri_env() -> str:
 
 
 def remap_localhost_uri(uri: str, force_localhost: bool = False) -> str:
-    """Return an address with the name by which others reach this machine in place of "localhost".
+    """Replace "localhost" in a URI with the name by which other machines reach this one.
 
     Args:
         uri: an address.

@@ -43,7 +43,7 @@ def _is_registered(index: int, topic: str, node: str) -> bool:
 
 
 def is_publisher(topic: str, publisher_id: str) -> bool:
-    """Return whether a node publishes a topic, according to the master; both names are full.
+    """Return whether a node publishes a topic, according to the master; both names must be fully resolved.
 
     Raises:
         IOError: the master does not respond.

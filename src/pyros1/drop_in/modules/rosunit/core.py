@@ -90,7 +90,7 @@ def rostest_name_from_path(pkg_dir: str, test_file: str) -> str:
 def create_xml_runner(
     test_pkg: str, test_name: str, results_file: str | None = None, is_rostest: bool = False
 ) -> XMLTestRunner:
-    """Return a runner of tests that writes their results into a file.
+    """Return a test runner that writes its results to a file.
 
     Args:
         test_pkg: the test's package.

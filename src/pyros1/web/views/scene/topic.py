@@ -143,7 +143,7 @@ class SceneTopicView(View):
     def _grid_shape(self, arrival: Arrival, is_new: bool) -> Shape | None:
         if self._grid is None:
             self._grid = Grid()
-            with suppress(RequestError):  # pages may not see the updates
+            with suppress(RequestError):  # pages are not allowed to see the updates
                 self._unsubscribe_updates = self.robot.listen(self._topic + UPDATES_SUFFIX, self._on_grid_update)
         with self._grid_lock:
             if is_new and self._grid.message is arrival.arrays:

@@ -113,7 +113,7 @@ class _FileHandler(logging.Handler):
 
 
 def configure(level: int) -> str:
-    """Set the levels of Python's loggers, unless the file that ROS_PYTHON_LOG_CONFIG_FILE names exists.
+    """Set the levels of Python's loggers, unless ROS_PYTHON_LOG_CONFIG_FILE names an existing file.
 
     Args:
         level: rospy's level of the logger ``rosout``.

@@ -21,7 +21,7 @@ class Mean:
     def on_number(self, message):
         self.count += 1
         self.sum += message.data
-        self.node.log.info("%.3f, the mean of %d is %.3f", message.data, self.count, self.sum / self.count)
+        self.node.log.info("%.3f, the mean of %d numbers is %.3f", message.data, self.count, self.sum / self.count)
 
 
 with pyros1.Node("subscriber") as node:

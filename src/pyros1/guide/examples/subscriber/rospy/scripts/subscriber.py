@@ -20,7 +20,7 @@ class Mean:
     def on_number(self, message):
         self.count += 1
         self.sum += message.data
-        rospy.loginfo("%.3f, the mean of %d is %.3f", message.data, self.count, self.sum / self.count)
+        rospy.loginfo("%.3f, the mean of %d numbers is %.3f", message.data, self.count, self.sum / self.count)
 
 
 if __name__ == "__main__":

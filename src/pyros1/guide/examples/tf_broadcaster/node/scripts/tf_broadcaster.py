@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Publishes the frames of a robot with a laser that circles the origin of the world.
+"""Publishes the frames of a robot that circles the origin of the world and carries a laser.
 
 pyros1 run my_package tf_broadcaster.py
 pyros1 tf tree                                   world -> base_link -> laser
