@@ -23,6 +23,7 @@ from pyros1.ground.errors import (
 )
 from pyros1.ground.names import SEP
 from pyros1.ground.terminal_text import one_line, untrusted
+from pyros1.net.spin_wait import POLLING_PAUSED
 
 UNKNOWN_TYPE = "unknown type"
 """The displayed type of a topic whose type no node has reported to the master."""
@@ -90,6 +91,8 @@ class Connection(NamedTuple):
         direction: ``i`` for inbound, ``o`` for outbound or ``b`` for both.
         local_port, peer, socket: the port, peer and socket if the node reports them, otherwise None. LOCAL connections
             have port 0.
+        polling_paused: whether the subscription has ``low_latency=True``, but its node does not poll for messages now,
+            since its machine is busy.
     """
 
     id: Any
@@ -101,6 +104,7 @@ class Connection(NamedTuple):
     local_port: str | None = None
     peer: str | None = None
     socket: str | None = None
+    polling_paused: bool = False
 
 
 class Graph:
@@ -246,13 +250,23 @@ def parse_bus_entry(entry: Any) -> Connection:
         raise ProtocolError(f"not an entry of getBusInfo: {entry!r}"[:200])
     connection_id, destination, direction, transport, topic = entry[:5]
     connected = bool(entry[5]) if len(entry) > 5 else True
-    match = _CONNECTION_INFO.match(entry[6]) if len(entry) > 6 and isinstance(entry[6], str) else None
+    description = entry[6] if len(entry) > 6 and isinstance(entry[6], str) else ""
+    match = _CONNECTION_INFO.match(description)
     port, peer, sock = match.groups() if match else (None, None, None)
     destination, direction, transport, topic = (
         untrusted(str(part)) for part in (destination, direction, transport, topic)
     )
     return Connection(
-        connection_id, destination, direction, transport, topic, connected, port, peer and untrusted(peer), sock
+        connection_id,
+        destination,
+        direction,
+        transport,
+        topic,
+        connected,
+        port,
+        peer and untrusted(peer),
+        sock,
+        polling_paused=description.endswith(POLLING_PAUSED),
     )
 
 

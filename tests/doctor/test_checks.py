@@ -13,7 +13,7 @@ from pyros1.doctor.finding import Finding
 from pyros1.doctor.local_facts import setting_problems
 from pyros1.doctor.machine_checks import check_machine
 from pyros1.doctor.topic_checks import check_topics, missing_edges, similar_topic_name
-from pyros1.graph import Connection, SystemState
+from pyros1.graph import Connection, SystemState, parse_bus_entry
 
 HERE = "192.0.2.7"
 
@@ -35,6 +35,21 @@ def one_topic(nodes: dict[str, NodeFacts], **facts: Any) -> System:
 
 def link(topic: str, direction: str, other: str, connected: bool = True) -> Connection:
     return Connection(1, other, direction, "TCPROS", topic, connected)
+
+
+def test_low_latency_on_a_busy_machine() -> None:
+    entry = [0, "http://a:1/", "i", "TCPROS", "/t", True, "TCPROS connection on port 5 to [a:1 on socket 3]"]
+    quiet = parse_bus_entry(entry)
+    entry[-1] += ", polling paused"
+    busy = parse_bus_entry(entry)
+    assert (busy.local_port, busy.peer, busy.socket) == ("5", "a:1", "3")
+    nodes = {
+        "/a": NodeFacts("http://a:1/", "a", connections=[link("/t", "o", "/b")]),
+        "/b": NodeFacts("http://b:1/", "b", connections=[busy, busy, quiet]),
+    }
+    assert kinds(check_topics(one_topic(nodes)))["low-latency"].items == ("/b: /t",)
+    nodes["/b"].connections = [quiet]
+    assert "low-latency" not in kinds(check_topics(one_topic(nodes)))
 
 
 def test_the_debian_trap_127_0_1_1() -> None:

@@ -21,7 +21,7 @@ _MIN_SIMILARITY = 0.75
 
 def check_topics(system: System) -> list[Finding]:
     """Return the problems with the topics of a system."""
-    checks = (_check_clock, _check_types, _check_lengths, _check_unpublished, _check_connections)
+    checks = (_check_clock, _check_types, _check_lengths, _check_unpublished, _check_connections, _check_low_latency)
     return [finding for check in checks for finding in check(system)]
 
 
@@ -112,6 +112,27 @@ def _responses(
         for participant, reported in sorted(reported_types.items())
         if participant.topic == topic and reported.failure is None
     ]
+
+
+def _check_low_latency(system: System) -> Iterator[Finding]:
+    """Check for subscriptions with ``low_latency=True`` on machines that are too busy for it."""
+    paused = sorted(
+        {
+            f"{node}: {connection.topic}"
+            for node, facts in system.nodes.items()
+            for connection in facts.connections
+            if connection.polling_paused
+        }
+    )
+    if paused:
+        yield Finding(
+            "low-latency",
+            WARNING,
+            "The machines of the following nodes are too busy for low_latency=True: the nodes sleep until a message "
+            "arrives",
+            "move some programs to another machine, or reserve a processor for the node (isolcpus and taskset)",
+            tuple(paused),
+        )
 
 
 def _check_unpublished(system: System) -> Iterator[Finding]:

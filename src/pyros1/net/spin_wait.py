@@ -23,6 +23,11 @@ MIN_PAUSE: Final = 0.01
 MAX_PAUSE: Final = 1.0
 """Minimum and maximum duration in seconds of the pause in polling after an interruption by another program."""
 
+POLLING_PAUSED: Final = "polling paused"
+"""Note at the end of a connection's description in ``getBusInfo``: the subscription has ``low_latency=True``, but the
+node does not poll for its messages now, see `PollGuard`.
+"""
+
 DONTWAIT: Final = getattr(socket, "MSG_DONTWAIT", 0)
 """Flag for receiving without blocking; 0 if the system has none."""
 yield_processor: Final[Callable[[], object]] = getattr(os, "sched_yield", lambda: time.sleep(0))

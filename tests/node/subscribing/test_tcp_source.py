@@ -210,11 +210,14 @@ def test_polling_ends_while_others_need_the_processor(
     assert clock.polls_of(link) == 0, "it was not asked to poll"
     link.low_latency = True
     assert clock.polls_of(link) == pytest.approx(BUSY_POLL_TIME / clock.step, rel=0.01)
+    address = link.address
     clock.step = 2 * PREEMPTION_GAP
     assert clock.polls_of(link) == 1
+    assert link.address == f"{address}, polling paused"
     clock.step = 1e-6
     assert clock.polls_of(link) == 0
     sender.sendall(frame(image(1, 10)))
     assert receive(link, 1)[0] == [image(1, 10)], "messages come all the same"
     clock.now += MIN_PAUSE
+    assert link.address == address
     assert clock.polls_of(link) == pytest.approx(BUSY_POLL_TIME / clock.step, rel=0.01)

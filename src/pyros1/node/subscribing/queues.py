@@ -36,15 +36,18 @@ class Source(Protocol):
     Attributes:
         header: the publisher's connection header.
         uri: URI of the publisher's slave API.
-        transport, address: the link's transport and a description of its sockets, as reported by `getBusInfo`.
+        transport: the link's transport.
         messages: number of messages received so far.
     """
 
     header: dict[str, str]
     uri: str
     transport: str
-    address: str
     messages: int
+
+    @property
+    def address(self) -> str:
+        """The description of the link's sockets in ``getBusInfo``."""
 
     @property
     def connected(self) -> bool:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from pyros1.ground.errors import ProtocolError
 from pyros1.msgs.large_arrays import SplitBody
 from pyros1.net.socket_close import shutdown_and_close
-from pyros1.net.spin_wait import DONTWAIT, PollGuard, yield_processor
+from pyros1.net.spin_wait import DONTWAIT, POLLING_PAUSED, PollGuard, yield_processor
 from pyros1.net.timeouts import set_socket_timeouts
 from pyros1.node.subscribing.queues import Frames, Items
 from pyros1.wire.framing import FrameBuffer
@@ -71,6 +71,7 @@ class TcpSource:
     Attributes:
         header: the publisher's connection header.
         uri: URI of the publisher's slave API.
+        address: the link's description for ``getBusInfo``.
         messages, bytes_received: number of messages and bytes received so far.
         connected: whether the link is open.
         can_wait: whether `receive` can wait for RECEIVE_TIMEOUT seconds; otherwise it never waits.
@@ -99,15 +100,20 @@ class TcpSource:
         self.low_latency = False
         self._poll_guard = PollGuard()
         if sock.family == getattr(socket, "AF_UNIX", None):
-            self.address = f"LOCAL connection on port 0 to [127.0.0.1:0 on socket {self.fd}]"
+            self._address = f"LOCAL connection on port 0 to [127.0.0.1:0 on socket {self.fd}]"
             return
         try:
             peer_address, port = sock.getpeername(), sock.getsockname()[1]
-            self.address = (
+            self._address = (
                 f"TCPROS connection on port {port} to [{peer_address[0]}:{peer_address[1]} on socket {self.fd}]"
             )
         except OSError:
-            self.address = "TCPROS connection on port 0 to [unknown]"
+            self._address = "TCPROS connection on port 0 to [unknown]"
+
+    @property
+    def address(self) -> str:
+        is_paused = self.low_latency and perf_counter() < self._poll_guard.paused_until
+        return f"{self._address}, {POLLING_PAUSED}" if is_paused else self._address
 
     def receive(self, wait: bool = False) -> Batch | None:
         """Receive once from the socket.
