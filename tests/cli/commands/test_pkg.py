@@ -135,6 +135,14 @@ def test_files_of_packages(clean: Path, capfd: pytest.CaptureFixture[str], monke
     }.items():
         assert pkg(*words) == 0
         assert capfd.readouterr().out == expected
+    for value, reason in {"/no/such": "not found", "'": "No closing quotation", "/": "Permission denied"}.items():
+        for verb, variable in (("edit", "EDITOR"), ("cat", "CATTER")):
+            monkeypatch.setenv(variable, value)
+            assert pkg(verb, "one", "a.yaml") == 1
+            err = capfd.readouterr().err
+            assert f"program {value}: " in err and reason in err and f"set {variable} to an installed program" in err
+    monkeypatch.setenv("CATTER", " ")
+    assert pkg("cat", "one", "a.yaml") == 0 and capfd.readouterr().out == "a: 1\n"
     assert pkg("cp", "one", "a.yaml", "b.yaml") == 0 and Path("b.yaml").read_text() == "a: 1\n"
     assert pkg("mv", "-d", "one", "a.yaml", "one") == 0 and (clean / "one" / "a.yaml").is_file()
     assert pkg("cd", "one/nope") == 1

@@ -48,21 +48,24 @@ def _copy_or_move(program: str, args: list[str]) -> int:
 
 
 def _edit(args: list[str]) -> int:
-    editor = os.environ.get("EDITOR") or next((name for name in ("vim", "nano", "vi") if shutil.which(name)), "vi")
-    return _run_with_file(editor, find_file(args, "rosed package file"))
+    default = next((name for name in ("vim", "nano", "vi") if shutil.which(name)), "vi")
+    return _run_with_file("EDITOR", default, find_file(args, "rosed package file"))
 
 
 def _cat(args: list[str]) -> int:
-    return _run_with_file(os.environ.get("CATTER") or "cat", find_file(args, "roscat package file"))
+    return _run_with_file("CATTER", "cat", find_file(args, "roscat package file"))
 
 
-def _run_with_file(program: str, path: str) -> int:
+def _run_with_file(variable: str, default: str, path: str) -> int:
+    """Run the program that an environment variable names, or the default program, with a file; return its exit code."""
     sys.stdout.flush()
-    command = shlex.split(program)
     try:
+        command = shlex.split(os.environ.get(variable, "")) or [default]
         return subprocess.run([*command, path], check=False).returncode
-    except FileNotFoundError:
-        raise FilesError(f"program {command[0]} not found: set EDITOR to an installed editor") from None
+    except (OSError, ValueError) as error:  # ValueError: a quotation mark is missing
+        reason = "not found" if isinstance(error, FileNotFoundError) else error
+        name = os.environ.get(variable) or default
+        raise FilesError(f"program {name}: {reason}; set {variable} to an installed program") from None
 
 
 _LOCATION_ARGUMENT = Argument("package[/folder]", "package|package_folder", optional=True)
