@@ -148,7 +148,7 @@ def test_nodes_loggers_and_their_end(make_node: Make, robot: Robot) -> None:
     assert calls.run(robot, "nodes.loggers", {"node": "/worker"})[0][1].lower() == "error"
     calls.run(robot, "nodes.kill", {"node": "/worker"})
     assert ended.wait(PATIENCE)
-    with pytest.raises(RequestError, match="of this page's server"):
+    with pytest.raises(RequestError, match="belongs to this page's server"):
         calls.run(robot, "nodes.kill", {"node": robot.node.name})
 
 

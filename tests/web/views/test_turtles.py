@@ -85,14 +85,22 @@ def test_two_simulators_and_stocks_without_a_drawing(make_node: Make, watch: Mak
     assert not watched.until(lambda data: "facts" in data)["facts"]["there"]
     for node, y in (("left", 1.0), ("right", 2.0)):
         make_node(node, namespace=f"/{node}").advertise("turtle1/pose", Pose, latch=True).publish(1.0, y, 0.0, 0.0, 0.0)
+    shown: dict[str, Any] = {}
+
+    def wait_until_shown(**parts: Any) -> None:
+        """Wait for parts, which may come together or one after the other."""
+        if not all(shown.get(name) == part for name, part in parts.items()):
+            watched.until(
+                lambda data: shown.update(data) or all(shown.get(name) == part for name, part in parts.items())
+            )
+
     watched.view.change({})
     both = ["/left/left", "/right/right"]
-    watched.until(lambda data: data.get("facts") == {"node": both[0], "nodes": both, "there": True})
-    watched.until(lambda data: data.get("turtles") == {"turtle1": [1.0, 1.0, 0.0]})
+    wait_until_shown(facts={"node": both[0], "nodes": both, "there": True}, turtles={"turtle1": [1.0, 1.0, 0.0]})
     watched.view.change({"node": both[1]})
-    watched.until(lambda data: data.get("turtles") == {"turtle1": [1.0, 2.0, 0.0]})
+    wait_until_shown(turtles={"turtle1": [1.0, 2.0, 0.0]})
     watched.view.change({"node": "/nobody"})
-    watched.until(lambda data: data.get("facts") == {"node": "/nobody", "nodes": both, "there": False})
+    wait_until_shown(facts={"node": "/nobody", "nodes": both, "there": False})
 
 
 def test_numbers_that_are_none(make_node: Make, watch: Make) -> None:
