@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from harness import DEADLINE, SOURCE, free_port, start_program, until
+from harness import DEADLINE, SOURCE, free_port, until
 
 pytestmark = pytest.mark.ours_only
 
@@ -105,7 +105,7 @@ class Place:
         """Start a launcher."""
         command = ["/usr/bin/roslaunch"] if who == "stock" else [sys.executable, "-m", "pyros1", "launch"]
         pipe = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
-        return start_program([*command, *words], cwd=self.folder, env=self.environ, text=True, **{**pipe, **more})
+        return subprocess.Popen([*command, *words], cwd=self.folder, env=self.environ, text=True, **{**pipe, **more})
 
     def run(self, who: str, *words: str, ready: Callable[[], Any] = lambda: False) -> Done:
         """Run a launcher until it ends, or until *ready*, and Ctrl-C."""
@@ -156,7 +156,7 @@ def running(place: Place) -> Iterator[xmlrpc.client.ServerProxy]:
 
 def start_master(place: Place) -> subprocess.Popen[str]:
     """Start a stock master."""
-    return start_program(
+    return subprocess.Popen(
         ["rosmaster", "--core", "-p", place.uri.rpartition(":")[2]],
         env=place.environ,
         stdout=subprocess.DEVNULL,

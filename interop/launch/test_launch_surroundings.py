@@ -14,7 +14,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from harness import SOURCE, free_port, start_program, until
+from harness import SOURCE, free_port, until
 
 from pyros1.finding.python_modules import DROP_IN_START
 
@@ -67,7 +67,7 @@ def told(who: str, folder: Path) -> dict[str, str]:
         "TELL_TO": str(tell_to),
         "MODULES": DROP_IN_START,
     }
-    with start_program(
+    with subprocess.Popen(
         [*command, "tell.launch"], cwd=folder, env=environ, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
     ) as launcher:
         until(lambda: launcher.poll() is not None or all(map(Path.exists, names)), "all nodes have told")

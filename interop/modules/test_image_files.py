@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 import pytest
 from faces import command, environ
-from harness import STOCK_PYTHON, Master, run_program
+from harness import STOCK_PYTHON, Master
 
 MASTERS = ("ours",)
 OWN_MASTER = True
@@ -34,9 +34,9 @@ def run(face: str, master: Master, *words: str, program: Path = PROGRAM) -> str:
     if "OpenCV" in face:
         surroundings["PYROS1_ROSPY"] = "pyros1"
         words = (STOCK_PYTHON, *words[1:])
-    code, out, err = run_program(words, surroundings, timeout=120)
-    assert code == 0, f"on {face}: {err[-3000:]}"
-    return out
+    done = subprocess.run(words, env=surroundings, capture_output=True, text=True, timeout=120, check=False)
+    assert done.returncode == 0, f"on {face}: {done.stderr[-3000:]}"
+    return done.stdout
 
 
 def read(face: str, master: Master, folder: Path) -> Images:

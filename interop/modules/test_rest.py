@@ -32,4 +32,4 @@ def test_nodes(launcher: Master, name: str) -> None:
     ],
 )
 def test_the_same_as_stock(master: Master, name: str) -> None:
-    assert faces.same(master, (PROGRAMS / f"{name}.py").read_text(), fork=name != "small", ROS_ROOT="/usr/share/ros")
+    assert faces.same(master, (PROGRAMS / f"{name}.py").read_text(), ROS_ROOT="/usr/share/ros")

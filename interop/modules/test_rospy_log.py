@@ -155,12 +155,7 @@ def shown(text: str) -> str:
 
 
 def test_messages(launcher: Master) -> None:
-    said = same(
-        launcher,
-        HEAD + LOG,
-        fork=False,
-        ROSCONSOLE_FORMAT="${severity} ${message} ${logger} ${line} ${function} ${node}",
-    )
+    said = same(launcher, HEAD + LOG, ROSCONSOLE_FORMAT="${severity} ${message} ${logger} ${line} ${function} ${node}")
     assert "ZeroDivisionError" in said and "HANDLER WARNING rosout to both" in said
 
 

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import re
+import subprocess
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
 import pytest
 from faces import FACES, command, environ, run, same
-from harness import Master, run_program
+from harness import Master
 
 MASTERS = ("ours",)
 CASES = """
@@ -39,12 +40,20 @@ def run_tests(face: str, master: Master, text: str, *words: str) -> tuple[int, s
     program.write_text(text)
     home = master.home / f"home_{face}"
     variables = environ(face, master, ROS_HOME=str(home), ROS_TEST_RESULTS_DIR=None)
-    code, out, _ = run_program([*command(face, program), *words], variables)
-    out = PLACES.sub("", out).replace(str(home), "HOME")
+    done = subprocess.run(
+        [*command(face, program), *words],
+        env=variables,
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+        stdin=subprocess.DEVNULL,
+    )
+    out = PLACES.sub("", done.stdout).replace(str(home), "HOME")
     for old, new in ESCAPES:
         out = out.replace(old, new)
     files = sorted(home.rglob("*.xml")) if home.exists() else []
-    return code, out, [results(file) for file in files]
+    return done.returncode, out, [results(file) for file in files]
 
 
 def results(file: Path) -> object:

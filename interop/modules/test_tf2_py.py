@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import json
+import subprocess
 from pathlib import Path
 from typing import Any
 
 import pytest
 from faces import command, environ, same
-from harness import Master, run_program
+from harness import Master
 from tf_cases import STRANGE, random_case, settle
 from tf_questions import Question
 from tf_questions import same as close
@@ -19,10 +20,17 @@ PROGRAM = Path(__file__).resolve().parents[1] / "peers" / "tf_stock.py"
 
 def ask(face: str, master: Master, questions: list[Question]) -> list[Any]:
     """Return the answers of a face."""
-    words, variables = command(face, PROGRAM), environ(face, master)
-    code, out, err = run_program(words, variables, stdin=json.dumps(questions), timeout=120)
-    assert code == 0, f"{face}: {err[-3000:]}"
-    text = out.replace("is in the buffe,", "is in the buffer,")  # stock cuts off what is longer than its array
+    done = subprocess.run(
+        command(face, PROGRAM),
+        input=json.dumps(questions),
+        env=environ(face, master),
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
+    )
+    assert done.returncode == 0, f"{face}: {done.stderr[-3000:]}"
+    text = done.stdout.replace("is in the buffe,", "is in the buffer,")  # stock cuts off what is longer than its array
     answers: list[Any] = json.loads(text)
     return answers
 

@@ -452,7 +452,7 @@ def test_publishing(launcher: Master) -> None:
 
 
 def test_rates(talker: Master) -> None:
-    faces.same(talker, HEAD + RATES, fork=False)
+    faces.same(talker, HEAD + RATES)
 
 
 def test_parameters(launcher: Master, tmp_path: object) -> None:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import subprocess
 import sys
 from pathlib import Path
 
-from harness import SOURCE, STOCK_PYTHON, Master, Process, run_program
+from harness import SOURCE, STOCK_PYTHON, Master, Process
 
 START = SOURCE / "pyros1" / "drop_in" / "start"
 FACES = ("stock", "ours")
@@ -32,39 +33,25 @@ def start(face: str, master: Master, text: str, *arguments: str, **extra: str | 
     return process
 
 
-def run(
-    face: str,
-    master: Master,
-    text: str,
-    *arguments: str,
-    timeout: float = 60,
-    fork: bool = True,
-    **extra: str | None,
-) -> str:
-    """Run a program to its end, and return what it printed to stdout; a failure fails the test with its stderr.
-
-    Args:
-        face: ``stock`` or ``ours``.
-        master: the environment.
-        text: the program.
-        arguments: its arguments.
-        timeout: seconds after which it is ended.
-        fork: whether it may be a fork of a process that has imported stock's modules; not if it looks at its stack, or
-            is about what happens while they are imported.
-        extra: more environment variables; None takes one away.
-    """
+def run(face: str, master: Master, text: str, *arguments: str, timeout: float = 60, **extra: str | None) -> str:
+    """Run a program to its end, and return what it printed to stdout; a failure fails the test with its stderr."""
     program = master.home / f"program_{face}.py"
     program.write_text(text)
-    words = [*command(face, program), *arguments]
-    code, out, err = run_program(words, environ(face, master, **extra), cwd=Path.cwd(), timeout=timeout, fork=fork)
-    assert code == 0, f"on {face}: exit code {code}\n{out[-3000:]}\n{err[-6000:]}"
-    return out
+    done = subprocess.run(
+        [*command(face, program), *arguments],
+        env=environ(face, master, **extra),
+        capture_output=True,
+        text=True,
+        timeout=timeout,
+        check=False,
+        stdin=subprocess.DEVNULL,
+    )
+    assert done.returncode == 0, f"on {face}: exit code {done.returncode}\n{done.stdout[-3000:]}\n{done.stderr[-6000:]}"
+    return done.stdout
 
 
-def same(
-    master: Master, text: str, *arguments: str, timeout: float = 60, fork: bool = True, **extra: str | None
-) -> str:
-    """Run a program on both, require the same output, and return it. See `run` for the arguments."""
-    stock, ours = (run(face, master, text, *arguments, timeout=timeout, fork=fork, **extra) for face in FACES)
+def same(master: Master, text: str, *arguments: str, timeout: float = 60, **extra: str | None) -> str:
+    """Run a program on both, require the same output, and return it."""
+    stock, ours = (run(face, master, text, *arguments, timeout=timeout, **extra) for face in FACES)
     assert ours == stock
     return ours

@@ -6,6 +6,7 @@ import atexit
 import contextlib
 import functools
 import importlib.util
+import json
 import os
 import random
 import re
@@ -22,8 +23,6 @@ from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
-
-from forked import ForkServer
 
 PEERS = Path(__file__).resolve().parent
 INTEROP = PEERS.parent
@@ -112,8 +111,8 @@ class Process:
         self._unread: deque[str] = deque()
         self._changed = threading.Condition()
         self._ended = False
-        self.child = start_program(
-            command,
+        self.child = subprocess.Popen(
+            list(command),
             env=dict(environ),
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
@@ -293,107 +292,84 @@ class Peer(Process):
         return self.wait()
 
 
-@functools.cache
-def stock_tools() -> ForkServer:
-    """Stock's tools; they end with this process."""
-    modules = ("rostopic", "rosnode", "rosservice", "rosparam", "rosmsg", "rosgraph", "rosbag")
-    tools = ForkServer([STOCK_PYTHON], modules, Path("/usr/bin"))
-    atexit.register(tools.close)
-    return tools
-
-
-@functools.cache
-def stock_roslaunch() -> ForkServer:
-    """Stock's roslaunch; apart, since rosparam teaches the YAML library of its process about angles."""
-    tools = ForkServer([STOCK_PYTHON], ("roslaunch",), Path("/usr/bin"))
-    atexit.register(tools.close)
-    return tools
-
-
-@functools.cache
-def stock_programs() -> ForkServer:
-    """Programs on stock's rospy; they end with this process."""
-    modules = ("beneath:rospy", "beneath:rosmaster", "std_srvs.srv", "geometry_msgs.msg", "sensor_msgs.msg")
-    server = ForkServer([STOCK_PYTHON, "-W", "ignore::DeprecationWarning"], modules, PEERS)
-    atexit.register(server.close)
-    return server
-
-
-def as_fork(command: Sequence[str], environ: Mapping[str, str]) -> tuple[ForkServer, list[str]] | None:
-    """Return how to start a program as a fork, if it is a Python program of stock's or one for stock's Python: the
-    server, and the words of the command from the program's path on.
-    """
-    words = list(command)
-    if "PYROS1_ROSPY" in environ or "drop_in" in environ.get("PYTHONPATH", ""):
-        return None  # it runs on our modules
-    if words[0] == STOCK_PYTHON:
-        words.pop(0)
-        while words[0] in ("-u", "-W"):
-            del words[: 1 + (words[0] == "-W")]
-        if words[0].startswith("-"):
-            return None
-    else:
-        path = shutil.which(words[0])
-        if path is None or not path.startswith(("/usr/bin/ros", "/usr/lib/")):
-            return None
-        with open(path, "rb") as file:
-            if b"python" not in file.readline(200):
-                return None
-        words[0] = path
-    return (stock_roslaunch() if words[0].endswith("/roslaunch") else stock_programs()), words
-
-
-def start_program(command: Sequence[str], **options: Any) -> subprocess.Popen[Any]:
-    """Start a program, as a fork if possible; options as for Popen."""
-    forked = as_fork(command, options["env"])
-    if forked is None:
-        return subprocess.Popen(list(command), **options)
-    server, words = forked
-    return server.start(words, **options)
-
-
-def run_program(
-    command: Sequence[str],
-    environ: Mapping[str, str],
-    *,
-    cwd: str | os.PathLike[str] = "/",
-    stdin: str = "",
-    timeout: float = 60,
-    with_errors: bool = False,
-    fork: bool = True,
-) -> tuple[int, str, str]:
-    """Run a program to its end, as a fork if possible; returns exit code, stdout and stderr.
+class ForkedTools:
+    """Command-line tools written in Python, started quickly: see ``forked_tools.py``.
 
     Args:
-        command: program and arguments.
-        environ: the whole environment.
-        cwd: its working directory.
-        stdin: its standard input.
-        timeout: seconds after which it is ended.
-        with_errors: whether stdout contains stderr.
-        fork: whether it may be a fork.
+        python: path of the interpreter.
+        modules: what to import once.
+        folder: where programs are that are given by their names.
     """
-    forked = as_fork(command, environ) if fork else None
-    if forked is not None:
-        server, words = forked
-        return server.ask(words, environ, cwd=cwd, stdin=stdin, timeout=timeout, with_errors=with_errors)
-    done = subprocess.run(
-        command,
-        env=dict(environ),
-        cwd=cwd,
-        input=stdin,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT if with_errors else subprocess.PIPE,
-        text=True,
-        errors="surrogateescape",
-        timeout=timeout,
-        check=False,
-    )
-    return done.returncode, done.stdout, done.stderr or ""
+
+    def __init__(self, python: str, modules: Sequence[str], folder: Path) -> None:
+        self._folder = folder
+        self._asking = threading.Lock()
+        self._server = subprocess.Popen(
+            [python, str(PEERS / "forked_tools.py"), *modules],
+            env={"PATH": "/usr/bin:/bin", "LANG": "C.UTF-8", "ROS_HOSTNAME": "localhost", "PYTHONPATH": str(SOURCE)},
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+        )
+
+    def ask(
+        self,
+        words: Sequence[str],
+        environ: Mapping[str, str],
+        *,
+        cwd: str | os.PathLike[str] = "/",
+        stdin: str = "",
+        timeout: float = 30,
+    ) -> tuple[int, str, str]:
+        """Run a tool to its end; returns exit code (negative for a signal), stdout and stderr.
+
+        Args:
+            words: the program, the name or path of a Python script, and its arguments.
+            environ: the whole environment of the program.
+            timeout: seconds after which SIGALRM ends it.
+        """
+        question = {
+            "words": [str(self._folder / words[0]), *words[1:]],
+            "cwd": str(cwd),
+            "env": dict(environ),
+            "stdin": stdin,
+            "timeout": round(timeout),
+        }
+        with self._asking:
+            assert self._server.stdin is not None and self._server.stdout is not None
+            print(json.dumps(question), file=self._server.stdin, flush=True)
+            line = self._server.stdout.readline()
+        assert line, f"no answer to {words}"
+        answer = json.loads(line)
+        return answer["code"], answer["out"], answer["err"]
+
+    def close(self) -> None:
+        """End it."""
+        assert self._server.stdin is not None and self._server.stdout is not None
+        self._server.stdin.close()
+        self._server.wait(DEADLINE)
+        self._server.stdout.close()
 
 
 @functools.cache
-def our_tools() -> ForkServer:
+def stock_tools() -> ForkedTools:
+    """Stock's tools; they end with this process."""
+    modules = ("rostopic", "rosnode", "rosservice", "rosparam", "rosmsg", "rosgraph", "rosbag")
+    tools = ForkedTools(STOCK_PYTHON, modules, Path("/usr/bin"))
+    atexit.register(tools.close)
+    return tools
+
+
+@functools.cache
+def stock_roslaunch() -> ForkedTools:
+    """Stock's roslaunch; apart, since rosparam teaches the YAML library of its process about angles."""
+    tools = ForkedTools(STOCK_PYTHON, ("roslaunch",), Path("/usr/bin"))
+    atexit.register(tools.close)
+    return tools
+
+
+@functools.cache
+def our_tools() -> ForkedTools:
     """Our commands under stock's names; they end with this process."""
     modules = [
         "main",
@@ -410,7 +386,7 @@ def our_tools() -> ForkServer:
     folder = tempfile.TemporaryDirectory(prefix="pyros1-tools-")
     for name in ("rostopic", "rosnode", "rosservice", "rosparam", "rosmsg", "rossrv", "rosmsg-proto", "roslaunch"):
         write_tool(Path(folder.name), name)
-    tools = ForkServer([sys.executable], [f"pyros1.cli.{name}" for name in modules], Path(folder.name))
+    tools = ForkedTools(sys.executable, [f"pyros1.cli.{name}" for name in modules], Path(folder.name))
     atexit.register(folder.cleanup)
     atexit.register(tools.close)
     return tools
@@ -439,7 +415,6 @@ def child_environ(home: Path, uri: str | None, python: str, extra: Mapping[str, 
         "HOME": str(home),
         "LANG": "C.UTF-8",
         "PYTHONUNBUFFERED": "1",
-        "OPENBLAS_NUM_THREADS": "1",  # its threads look for work all the time, and there is nearly none
         "ROS_MASTER_URI": uri,
         "ROS_HOSTNAME": "localhost",
         "ROS_HOME": str(home),

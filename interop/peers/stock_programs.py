@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import re
+import subprocess
 import sys
 from collections.abc import Iterable
 from pathlib import Path
 
 from faces import START, environ
-from harness import SOURCE, STOCK_PYTHON, Master, Process, run_program
+from harness import SOURCE, STOCK_PYTHON, Master, Process
 
 PACKAGES = Path("/usr/lib/python3/dist-packages")
 CATKIN = ("catkin", "catkin_pkg", "pyparsing", "dateutil", "docutils", "six", "Cryptodome", "gnupg")
@@ -42,9 +43,18 @@ def said(
     face: str, master: Master, modules: Path, words: list[str], cwd: Path | None = None, **extra: str | None
 ) -> tuple[int, str]:
     """Return the exit code and the output of a program that ends by itself, without what differs between two runs."""
-    variables = surroundings(face, master, modules, **extra)
-    code, out, _ = run_program(command(face, words), variables, cwd=cwd or Path.cwd(), with_errors=True)
-    return code, comparable(out)
+    done = subprocess.run(
+        command(face, words),
+        env=surroundings(face, master, modules, **extra),
+        cwd=cwd,
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+    return done.returncode, comparable(done.stdout)
 
 
 def begin(face: str, master: Master, modules: Path, words: list[str], **extra: str | None) -> Process:

@@ -15,7 +15,7 @@ from shlex import split
 from typing import Any
 
 import pytest
-from harness import STOCK_PYTHON, Master, Process, run_program, until
+from harness import STOCK_PYTHON, Master, Process, until
 
 from pyros1.node import Node
 from pyros1.tf import Buffer, TransformListener
@@ -145,7 +145,14 @@ def test_wrong_arguments_end_with_the_same_code(launcher: Master) -> None:
     ]
     for mine, other in cases:
         codes = [
-            run_program(command, launcher.environ(python), timeout=30)[0]
+            subprocess.run(
+                command,
+                env=launcher.environ(python),
+                stdin=subprocess.DEVNULL,
+                capture_output=True,
+                timeout=30,
+                check=False,
+            ).returncode
             for command, python in ((mine, "ours"), (other, "stock"))
         ]
         assert codes[0] == codes[1], mine

@@ -13,8 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from forked import ForkServer
-from harness import INTEROP, Master, our_tools, stock_tools
+from harness import INTEROP, ForkedTools, Master, our_tools, stock_tools
 from named_tools import named_tool
 
 import pyros1
@@ -108,7 +107,7 @@ def serve(node: pyros1.Node, original: str, space: str) -> None:
     node.advertise_service(f"{space}/set_parameters", "dynamic_reconfigure/Reconfigure", change)
 
 
-def ask(tools: ForkServer, words: list[str], environ: dict[str, str]) -> tuple[int, str, bool]:
+def ask(tools: ForkedTools, words: list[str], environ: dict[str, str]) -> tuple[int, str, bool]:
     """Exit code, output, and whether it complained."""
     code, out, err = tools.ask(words, environ)
     # Where rosdep is installed but was never set up, a machine is slow, or ours has a hint.
