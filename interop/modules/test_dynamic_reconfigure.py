@@ -285,7 +285,7 @@ except rospy.ROSException as error:
 def show(config):
     return [(key, config[key]) for key in sorted(config) if key != "groups"]
 client = Client("/server", timeout=20)
-first = client.get_configuration(timeout=20)
+first = client.get_configuration(timeout=0.0)
 if "again" in sys.argv:  # as the one before began
     first = client.update_configuration(
         {"int_": 1, "size": 1, "double_": 1, "str_": "a", "bool_": True, "inner": 1, "word": "b"}

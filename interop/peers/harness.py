@@ -87,7 +87,7 @@ def _descendants(pid: int) -> list[int]:
     return found[1:]
 
 
-def _stacks(pid: int) -> str:
+def stacks(pid: int) -> str:
     """What the threads of a Python process are at, if py-spy is here and may look."""
     spy = Path(sys.executable).with_name("py-spy")
     if not spy.exists():
@@ -184,7 +184,7 @@ class Process:
             code = self.child.wait(timeout)
         except subprocess.TimeoutExpired:
             raise AssertionError(
-                f"{self.label} did not end within {timeout} s\n{self.transcript()}{_stacks(self.pid)}"
+                f"{self.label} did not end within {timeout} s\n{self.transcript()}{stacks(self.pid)}"
             ) from None
         self._reader.join(timeout)
         return code

@@ -14,6 +14,7 @@ from typing import Any
 
 import pytest
 from browsing import Browser, Web, start_chromium
+from harness import stacks
 
 from pyros1.master.server import Master
 from pyros1.node import Node
@@ -99,8 +100,10 @@ def start_web(environ: dict[str, str], tmp_path: Path) -> Iterator[Callable[...,
         try:
             rest, _ = process.communicate(timeout=10)
         except subprocess.TimeoutExpired:
+            where = stacks(process.pid)
             process.kill()
-            raise
+            rest, _ = process.communicate()
+            raise AssertionError(f"pyros1 web did not end within 10 s of SIGTERM: {rest}\n{where}") from None
         assert "Traceback" not in rest, rest
 
 

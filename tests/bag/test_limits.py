@@ -171,14 +171,14 @@ def test_a_chunk_that_claims_much_costs_little(bombs: Path, tmp_path: Path, comm
     assert "MemoryError" not in done.stderr
     assert str(path) in done.stderr
     if name != "lies":
-        assert "the limit is 16777216 (--chunk-limit MB raises it" in done.stderr
+        assert "the limit is 16777216 (--chunk-limit MIB raises it" in done.stderr
 
 
 def test_play_too(bombs: Path, tmp_path: Path, master: Master) -> None:
     environ = {"ROS_MASTER_URI": master.uri, "ROS_HOSTNAME": "127.0.0.1", "ROS_HOME": str(tmp_path)}
     done = run(250, "bag", "play", "-d", "0", str(bombs / "bz2.bag"), folder=tmp_path, **environ)
     assert done.returncode == 1
-    assert "--chunk-limit MB raises it" in done.stderr
+    assert "--chunk-limit MIB raises it" in done.stderr
 
 
 @pytest.mark.parametrize("command", ["api", "bag reindex --output-dir .", "bag info --freq"])

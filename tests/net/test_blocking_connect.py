@@ -82,8 +82,11 @@ def test_a_timeout_of_the_check_is_not_taken_for_another(monkeypatch: pytest.Mon
 def test_a_silent_name_server(monkeypatch: pytest.MonkeyPatch) -> None:
     answer = threading.Event()
     monkeypatch.setattr("pyros1.net.resolve.resolve_host", lambda host: ["127.0.0.1"] * answer.wait(10))
-    with pytest.raises(UnknownHostError, match="'slow' cannot be resolved here: no answer from the name server"):
-        blocking_connect("slow", 1, 0.5, nothing)
+    for seconds in (0.5, 0.0):
+        with pytest.raises(UnknownHostError, match="'slow' cannot be resolved here: no answer from the name server"):
+            blocking_connect("slow", 1, seconds, nothing)
+    with pytest.raises(TimeoutError, match="no answer within 0 s"):
+        blocking_connect("127.0.0.1", 1, 0.0, nothing)
     answer.set()
 
 

@@ -200,6 +200,13 @@ def silent_name(monkeypatch: pytest.MonkeyPatch) -> Iterator[threading.Event]:
     end.set()
 
 
+def test_a_deadline_that_passes_before_the_wait_for_a_name_server(silent_name: threading.Event) -> None:
+    client = XmlRpcClient("http://slow:1/", timeout=0.0)
+    with pytest.raises(UnknownHostError, match="'slow' cannot be resolved here: no answer from the name server"):
+        client.call("m")
+    client.close()
+
+
 def test_a_silent_name_server(silent_name: threading.Event) -> None:
     client = XmlRpcClient("http://slow:1/", timeout=0.05)
     before = threading.active_count()

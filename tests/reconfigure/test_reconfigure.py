@@ -188,4 +188,8 @@ def test_a_configuration_waits_for_the_description_of_its_groups(
         (updates if kind == "configuration" else parameter_lists).get(timeout=10)
     config = configs.get(timeout=10)
     assert config == client.config(10) and config.groups.groups.Lamp.on is False
+    publishers["description"].publish(messages["description"])
+    parameter_lists.get(timeout=10)
+    publishers["configuration"].publish(encode({**values, "rate": 20.0}))
+    assert configs.get(timeout=10)["rate"] == 20.0, "a further description is no further configuration"
     client.close()

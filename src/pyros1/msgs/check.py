@@ -104,14 +104,14 @@ def _check_field(cls: Any, slot_type: str, value: Any, name: str) -> None:
         )
     elif not isinstance(value, (list, tuple, bytes)) and not hasattr(value, "__len__"):
         raise SerializationError(f"field {name} must be a list or tuple type, not {_describe(value)}")
-    is_checked = base in cls._classes and is_record_array(value)
-    if is_checked:
+    holds_records = base in cls._classes and is_record_array(value)
+    if holds_records:
         check_records(value, cls._classes[base], name)
     elif getattr(value, "ndim", 1) == 0:  # a numpy array without a length
         raise SerializationError(f"field {name} must be a list or tuple type, not {_describe(value)}")
     if length >= 0 and len(value) != length:
         raise SerializationError(f"field {name} has {len(value)} elements, {slot_type} takes {length}")
-    if not is_checked:
+    if not holds_records:
         for element in value:
             _check_element(cls, base, element, name + "[]")
 

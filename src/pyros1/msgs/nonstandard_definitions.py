@@ -118,10 +118,10 @@ def _is_prefix(cls: type[Message], other: type[Message]) -> bool:
 
 
 def _interpretations(type_name: str, full_text: str) -> Iterator[type[Message]]:
-    """Yield the classes that a text with unusual separators, titles, blanks or line endings may stand for.
+    """Yield candidate classes for a definition with nonstandard separators, ``MSG:`` lines, whitespace or line endings.
 
-    First, only nested types that are missing are replaced with installed types; then also those in the text, since the
-    text may be truncated.
+    The first candidate takes only those nested types from the installed packages that the text lacks. The second takes
+    all nested types from there that are installed, since the text may be truncated.
     """
     if len(full_text) > MAX_TEXT_LENGTH:
         return

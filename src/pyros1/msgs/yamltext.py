@@ -74,7 +74,7 @@ def quoted_pieces(text: str, column: int = 0) -> Iterator[str]:
             column += end - start + len(escape)
             start = end + 1
         elif end - start >= _MAX_PIECE_LENGTH:
-            yield text[start : end - 1]  # not up to `end`, where a line might be folded
+            yield text[start : end - 1]  # keeps one character back: a fold at `end` needs text before it
             column += end - 1 - start
             start = end - 1
         if 0 < end < last and (character == " " or start >= end) and column + end - start > _FOLD_COLUMN:

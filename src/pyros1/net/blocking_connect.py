@@ -19,7 +19,7 @@ POLL_INTERVAL = 0.2
 
 
 class _DeadlineExceeded(TimeoutError):
-    """The deadline has passed. Any other TimeoutError was raised by ``check``."""
+    """The deadline of `blocking_connect` has passed. Distinguishes this from a TimeoutError raised by ``check``."""
 
 
 def blocking_connect(host: str, port: int, seconds: float, check: Callable[[], object]) -> socket.socket:
@@ -66,18 +66,19 @@ def blocking_connect(host: str, port: int, seconds: float, check: Callable[[], o
 
 def _resolve(host: str, next_wait: Callable[[], float]) -> list[str]:
     lookup = HostLookup(host)
-    last_timeout: TimeoutError | None = None
     while True:
         try:
             seconds = next_wait()
         except _DeadlineExceeded as error:
-            if last_timeout is None:
-                raise
-            raise UnknownHostError(host, last_timeout) from error
+            try:
+                lookup.wait(0)
+            except OSError as reason:
+                raise UnknownHostError(host, reason) from error
+            raise
         try:
             return lookup.wait(seconds)
-        except TimeoutError as error:
-            last_timeout = error
+        except TimeoutError:
+            pass
         except OSError as error:
             raise UnknownHostError(host, error) from error
 

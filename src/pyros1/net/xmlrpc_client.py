@@ -186,7 +186,8 @@ class XmlRpcClient:
         if self._closed:
             raise OSError("closed")
         try:
-            addresses = self._lookup.wait(_remaining_time(transfer_deadline))
+            # A deadline that has passed already has the same explanation.
+            addresses = self._lookup.wait(max(transfer_deadline.remaining(), 0.0))
         except TimeoutError as error:
             raise UnknownHostError(self._host, error) from error
         except OSError as error:

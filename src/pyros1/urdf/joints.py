@@ -8,7 +8,7 @@ from math import isfinite, pi
 from typing import Any
 
 from pyros1.ground.terminal_text import one_line
-from pyros1.urdf.model import MOVING_TYPES, Joint, Mimic, Robot, UrdfError, limit_warnings
+from pyros1.urdf.model import MOVING_TYPES, Joint, Mimic, Robot, UrdfError, truncate_warnings
 
 MAX_SOURCE_TOPICS = 100
 SLIDERS_TOPIC = "sliders"
@@ -149,7 +149,7 @@ class JointStates:
                 f"joint {_escaped(name)} follows {_escaped(leaders.pop(name).joint)}, which does not move"
             )
         self.followers = _resolve_followers(leaders, self.warnings)
-        self.warnings = limit_warnings(self.warnings)
+        self.warnings = truncate_warnings(self.warnings)
         self.names = tuple(joints)
         self.joint_types = {name: joint.type for name, joint in joints.items()}
         self.free_joints = {

@@ -89,7 +89,7 @@ class Robot:
     warnings: tuple[str, ...] = field(default=())
 
 
-def limit_warnings(warnings: list[str]) -> list[str]:
+def truncate_warnings(warnings: list[str]) -> list[str]:
     """Return the first `MAX_WARNINGS` warnings; if there are more, add a line with the number of the others."""
     num_more = len(warnings) - MAX_WARNINGS
     return [*warnings[:MAX_WARNINGS], f"and {num_more} more like these"] if num_more > 0 else warnings

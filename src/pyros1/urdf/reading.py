@@ -13,7 +13,7 @@ from xml.etree.ElementTree import Element, ParseError
 from pyros1.ground.suggest import did_you_mean
 from pyros1.ground.terminal_text import one_line
 from pyros1.tf.rotation import IDENTITY, Transform, Vector, from_angles
-from pyros1.urdf.model import JOINT_TYPES, MOVING_TYPES, Joint, Limit, Mimic, Robot, UrdfError, limit_warnings
+from pyros1.urdf.model import JOINT_TYPES, MOVING_TYPES, Joint, Limit, Mimic, Robot, UrdfError, truncate_warnings
 
 MAX_DESCRIPTION_LENGTH = 64 << 20
 """Maximum number of characters in a description."""
@@ -60,7 +60,7 @@ def read_robot(text: str) -> Robot:
         children[joint.child] = joint.name
         joints[joint.name] = joint
     _check_mimics(joints, warnings)
-    return Robot(root.get("name", ""), tuple(links), joints, tuple(limit_warnings(warnings)))
+    return Robot(root.get("name", ""), tuple(links), joints, tuple(truncate_warnings(warnings)))
 
 
 def _parse(text: str) -> Element:

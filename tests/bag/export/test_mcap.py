@@ -8,6 +8,7 @@ Feature: MCAP files with ROS 1 messages, exported and imported unchanged -- `pyr
 from __future__ import annotations
 
 import os
+import random
 import struct
 import sys
 import zlib
@@ -242,6 +243,17 @@ def test_compressed_data_may_be_in_several_frames(tmp_path: Path) -> None:
     record = mcap.pack_record(mcap.OP_CHUNK, fields, mcap.pack_string("zstd"), U64.pack(len(stored)), stored)
     with McapReader(write(tmp_path / "x.mcap", record)) as reader:
         assert [time - START for _, time, _ in reader.messages()] == [0, 10**7]
+
+
+@pytest.mark.parametrize("compression", ["", "lz4", "zstd"])
+def test_chunks_that_are_decompressed_in_several_pieces(tmp_path: Path, compression: str) -> None:
+    """Of random bytes, which stay as large, and of zeros, which become small."""
+    bodies = [text("x"), random.Random(1).randbytes(1_500_000), bytes(3_000_000), text("y")]
+    records = [message(1, index, body) for index, body in enumerate(bodies)]
+    large = chunk(b"".join([schema(), channel(1, "/a"), *records]), compression)
+    with McapReader(write(tmp_path / "x.mcap", large)) as reader:
+        assert [bytes(body) for _, _, body in reader.messages()] == bodies
+        reader.check()
 
 
 def test_what_is_not_ros_1_is_left_out_and_named(run: Run, tmp_path: Path) -> None:

@@ -207,7 +207,7 @@ def check_index(index: Sequence[ChunkIndex], chunks: Mapping[int, ChunkIndex], l
         if open_bytes > limit:
             raise RecordError(
                 f"chunks that overlap in time hold {open_bytes} bytes together; the limit is {limit} "
-                "(--chunk-limit MB raises it, if you trust the file)"
+                "(--chunk-limit MIB raises it, if you trust the file)"
             )
 
 

@@ -18,7 +18,7 @@ def check_size(size: int, limit: int) -> None:
     """Raise LimitError if a chunk or record claims to hold more bytes than the limit."""
     if size > limit:
         raise LimitError(
-            f"it claims to hold {size} bytes; the limit is {limit} (--chunk-limit MB raises it, if you trust the file)"
+            f"it claims to hold {size} bytes; the limit is {limit} (--chunk-limit MIB raises it, if you trust the file)"
         )
 
 

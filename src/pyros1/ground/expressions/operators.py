@@ -11,7 +11,8 @@ from typing import Any
 
 from pyros1.ground.expressions.limits import MAX_BITS, ExpressionError, check_limit, size
 
-_STAR_WIDTH = re.compile(r"[%)][#0 +-]*\*|\.\*")
+# A width or precision that is taken from the arguments, as in "%*d" and "%.*f".
+_STAR_WIDTH_PATTERN = re.compile(r"[%)][#0 +-]*\*|\.\*")
 
 
 def _invert(value: Any) -> Any:
@@ -90,7 +91,7 @@ def _check_repetition(sequence: Any, count: Any, limit: int) -> None:
 def _check_format_widths(template: str | bytes | bytearray, limit: int) -> None:
     if not isinstance(template, str):
         raise ExpressionError("only strings can be formatted with %")
-    if _STAR_WIDTH.search(template):
+    if _STAR_WIDTH_PATTERN.search(template):
         raise ExpressionError("strings cannot be formatted with a width of *")
     # Each number in the string is counted as if it were a width or precision.
     numbers = (number.lstrip("0")[:9] for number in re.findall(r"[0-9]+", template))

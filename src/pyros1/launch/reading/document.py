@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from xml.parsers.expat import ExpatError
 
-# This facade imports 10 ms faster than defusedxml.expatreader.
+# defusedxml.ElementTree is imported 10 ms faster than defusedxml.expatreader.
 from defusedxml.common import DefusedXmlException  # type: ignore[import-untyped]  # it has no stubs
 from defusedxml.ElementTree import DefusedXMLParser  # type: ignore[import-untyped]  # it has no stubs
 

@@ -46,7 +46,7 @@ def check(robot: Robot, args: Mapping[str, Any], service_calls: ServiceCalls) ->
         which is the server's working directory.
 
     Raises:
-        RequestError: the step does not exist, or the pages of this server may see only some topics.
+        RequestError: the step does not exist, or the server restricts which topics pages can see (``--topics``).
         Error: the check failed, for example because there is no master.
     """
     step = args.get("step")

@@ -68,17 +68,17 @@ class Client:
         """Return the latest configuration; None if there is none in time.
 
         Args:
-            timeout: seconds to wait for the first configuration; None for no limit.
+            timeout: seconds to wait for the first configuration; None or 0 for no limit.
         """
-        return self._wait_or_none(self._client.config, timeout)
+        return self._wait_or_none(self._client.config, timeout or None)
 
     def get_parameter_descriptions(self, timeout: float | None = None) -> Any:
         """Return all parameters as dictionaries, or None; see `get_configuration`."""
-        return self._wait_or_none(self._client.description, timeout)
+        return self._wait_or_none(self._client.description, timeout or None)
 
     def get_group_descriptions(self, timeout: float | None = None) -> Any:
         """Return the tree of groups, or None; see `get_configuration`."""
-        return self._wait_or_none(self._client.groups, timeout)
+        return self._wait_or_none(self._client.groups, timeout or None)
 
     def update_configuration(self, changes: dict[str, Any]) -> Any:
         """Change parameters; return the new configuration, or None if this node shuts down.
@@ -139,6 +139,18 @@ class Client:
             value(parameters)
 
     description_callback = property(get_description_callback, set_description_callback)
-    config = property(lambda self: self.get_configuration(0), doc="The latest configuration; None before the first.")
-    param_description = property(lambda self: self.get_parameter_descriptions(0), doc="All parameters; None at first.")
-    group_description = property(lambda self: self.get_group_descriptions(0), doc="The groups; None at first.")
+
+    @property
+    def config(self) -> Any:
+        """The latest configuration; None before the first."""
+        return self._wait_or_none(self._client.config, 0)
+
+    @property
+    def param_description(self) -> Any:
+        """All parameters; None at first."""
+        return self._wait_or_none(self._client.description, 0)
+
+    @property
+    def group_description(self) -> Any:
+        """The groups; None at first."""
+        return self._wait_or_none(self._client.groups, 0)

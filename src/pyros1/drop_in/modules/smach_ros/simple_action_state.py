@@ -34,7 +34,7 @@ class SimpleActionState(CallState):
         server_wait_timeout: rospy.Duration to wait for the server.
     """
 
-    # The current phase of the state.
+    # Values of `_status`.
     WAITING_FOR_SERVER = 0
     INACTIVE = 1
     ACTIVE = 2
