@@ -63,14 +63,14 @@ def rosbridge(data: bytes) -> None:
 def _answered(message: Any) -> None:
     """Send a message back, as JSON and as CBOR."""
     sent = values.decode(_IMU, encode(message))
-    json.loads(frames.to_json(values.for_json(sent)))
+    json.loads(frames.to_json(sent))
     frames.to_cbor(values.for_cbor(sent))
 
 
 def cbor(data: bytes) -> None:
     """Write what a robot sends for clients."""
     sent = values.decode(_IMU, data)
-    json.loads(frames.to_json(values.for_json(sent)))
+    json.loads(frames.to_json(sent))
     frames.to_cbor(values.for_cbor(sent))
 
 
@@ -134,7 +134,7 @@ _DEEP = [bombs.nested(b"[", b"]"), bombs.nested(b'{"a":', b"}", b"1"), b'{"op":'
 
 def _rosbridge() -> list[bytes]:
     publish = json.dumps({"op": "publish", "topic": "/t", "msg": _MESSAGE})
-    parts = [*frames.compress_and_split(publish, "png", 100, "p")]
+    parts = [*frames.split(frames.compress(publish, "png"), 100, "p")]
     call = {"op": "call_service", "id": 7, "service": "/s", "args": [1, 2]}
     subscribe = {"op": "subscribe", "topic": "/t", "throttle_rate": 5, "queue_length": 1, "compression": "cbor"}
     texts = (publish, "\n".join(parts), json.dumps(call), json.dumps(subscribe))

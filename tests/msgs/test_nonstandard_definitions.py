@@ -131,6 +131,17 @@ def test_a_cache_searches_once_in_vain(monkeypatch: pytest.MonkeyPatch) -> None:
     assert cache.get(OWN._type, OWN._md5sum, "garb%led Wo[rd garbled")._md5sum == OWN._md5sum
 
 
+def test_classes_that_are_cached() -> None:
+    cache = DefinitionCache()
+    known, garbled = (OWN._type, OWN._md5sum, OWN._full_text), (OWN._type, OWN._md5sum, "garb%led")
+    assert cache.get_cached(*known) is None
+    with pytest.raises(DefinitionError):
+        cache.get(*garbled)
+    assert cache.get_cached(*garbled) is None
+    assert cache.get_cached(*known) is None
+    assert cache.get(*known) is cache.get_cached(*known)
+
+
 def test_unknown_nested_types_are_not_compared_with_all_that_are_installed(monkeypatch: pytest.MonkeyPatch) -> None:
     # A peer decides on the number of names, and to look for similar ones takes milliseconds for each.
     compared: list[str] = []

@@ -73,7 +73,7 @@ def bridge(**frame: Any) -> Use:
             assert ready.wait(PATIENCE)
             ready.clear()
             done = client.handle(())
-        told, _ = client.take(monotonic())
+        told = client.take(monotonic()).frames
         assert not list(told)
 
     return use
@@ -120,7 +120,7 @@ def test_clients_call_the_service_that_the_first_remapping_names(robot: Robot, m
     for name in ("a", "/a"):
         client = Client(robot, lambda function: function(), lambda: None)
         assert client.handle([json.dumps({"op": "call_service", "service": name, "id": "1"})])
-        told, _ = client.take(monotonic())
+        told = client.take(monotonic()).frames
         (answer,) = map(json.loads, told)
         assert answer["values"] == {"success": True, "message": "/b"}
         client.close()

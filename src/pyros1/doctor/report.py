@@ -17,7 +17,8 @@ from pyros1.ground.terminal_text import one_line
 MAX_ROWS = 200
 """Maximum number of rows in a table. The other rows are only counted."""
 _LIBRARIES = (
-    "rosbags", "defusedxml", "PyYAML", "lz4", "numpy", "xacro", "websockets", "pillow", "cbor2", "av", "cryptography",
+    "rosbags", "defusedxml", "PyYAML", "lz4", "numpy", "xacro", "websockets", "pillow", "cbor2", "orjson", "av",
+    "cryptography",
 )  # fmt: skip
 _OPTIONAL_LIBRARIES = ("rospkg", "catkin-pkg", "setuptools", "pip")
 _VARIABLES = re.compile(

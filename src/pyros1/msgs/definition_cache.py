@@ -21,6 +21,15 @@ class DefinitionCache:
         self._prefer_installed = prefer_installed
         self._results: dict[tuple[str, str, str], type[Message] | MessageError] = {}
 
+    def get_cached(self, type_name: str, md5sum: str, full_text: str) -> type[Message] | None:
+        """Return the class if `get` has found it before; otherwise None. This never takes long.
+
+        Args:
+            type_name, md5sum, full_text: see `get`.
+        """
+        result = self._results.get((type_name, md5sum, full_text))
+        return result if isinstance(result, type) else None
+
     def get(self, type_name: str, md5sum: str, full_text: str, others: Iterable[str] = ()) -> type[Message]:
         """Return the class for a connection header's ``type``, ``md5sum`` and ``message_definition``.
 

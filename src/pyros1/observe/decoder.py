@@ -26,14 +26,17 @@ class Decoder:
         Raises:
             DefinitionError, UnknownTypeError: the publisher sent no usable definition, and none is installed.
         """
-        header = raw._connection_header or {}
-        name, md5sum, text = header.get("type", ""), header.get("md5sum", ""), header.get("message_definition", "")
+        name, md5sum, text = _header_fields(raw)
         if self._type_name and self._type_name != name:
             try:
                 return self._cache.get(self._type_name, md5sum, text)
             except MessageError:
                 pass
         return self._cache.get(name, md5sum, text)
+
+    def cached_class(self, raw: AnyMsg) -> type[Message] | None:
+        """Return the class of a raw message if it has been created for an earlier message, else None."""
+        return self._cache.get_cached(*_header_fields(raw))
 
     def decode(self, raw: AnyMsg) -> Message:
         """Return the message that a raw message contains.
@@ -43,3 +46,8 @@ class Decoder:
         """
         message: Message = self.message_class(raw)._decode(raw._buff, 0, len(raw._buff))
         return message
+
+
+def _header_fields(raw: AnyMsg) -> tuple[str, str, str]:
+    header = raw._connection_header or {}
+    return header.get("type", ""), header.get("md5sum", ""), header.get("message_definition", "")

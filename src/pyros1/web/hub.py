@@ -46,13 +46,14 @@ class Arrival:
         arrived_at: time of reception in seconds, as returned by `time.monotonic`.
     """
 
-    __slots__ = ("_arrays", "_decoder", "_message", "arrived_at", "raw", "time")
+    __slots__ = ("_arrays", "_class", "_decoder", "_message", "arrived_at", "raw", "time")
 
     def __init__(self, raw: AnyMsg, time: float, arrived_at: float, decoder: Decoder) -> None:
         self.raw = raw
         self.time = time
         self.arrived_at = arrived_at
         self._decoder = decoder
+        self._class: type[Message] | None = None
         self._message: Message | None = None
         self._arrays: Message | None = None
 
@@ -63,7 +64,16 @@ class Arrival:
         Raises:
             MessageError: the publisher sent no usable definition.
         """
-        return self._decoder.message_class(self.raw)
+        if self._class is None:
+            self._class = self._decoder.message_class(self.raw)
+        return self._class
+
+    @property
+    def has_class(self) -> bool:
+        """Whether `message_class` is available without first creating it, which can take a second."""
+        if self._class is None:
+            self._class = self._decoder.cached_class(self.raw)
+        return self._class is not None
 
     @property
     def message(self) -> Message:

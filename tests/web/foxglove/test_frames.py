@@ -2,16 +2,7 @@
 
 from __future__ import annotations
 
-import pytest
-from websockets.frames import Frame, Opcode
-
 from pyros1.web.foxglove import frames
-
-
-@pytest.mark.parametrize("size", [0, 1, 125, 126, 65_535, 65_536, 100_000])
-def test_frames_around_messages_are_those_of_the_library(size: int) -> None:
-    data = bytes(size)
-    assert frames.websocket_frame(data) == Frame(Opcode.BINARY, data).serialize(mask=False)
 
 
 def test_times() -> None:

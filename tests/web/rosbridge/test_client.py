@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import threading
 from collections.abc import Callable
+from contextlib import ExitStack
 from time import monotonic
 from typing import Any
 
@@ -14,6 +15,7 @@ from hypothesis import strategies as st
 
 from pyros1.msgs import AnyMsg
 from pyros1.msgs.sensor_msgs.msg import Imu
+from pyros1.msgs.std_msgs.msg import MultiArrayDimension, MultiArrayLayout, String
 from pyros1.web.robot import Robot
 from pyros1.web.rosbridge.client import MAX_CALLS, Client
 from pyros1.web.rosbridge.outbox import MAX_FRAME_BYTES
@@ -99,7 +101,7 @@ def test_any_operations(robot: Robot, frames: list[dict[str, Any]]) -> None:
         while not done:
             client.pending_subscriptions.abandon()
             done = client.handle(())
-        told, _ = client.take(monotonic())
+        told = client.take(monotonic()).frames
         assert all(isinstance(frame, (str, bytes)) for frame in told)
     finally:
         client.close()
@@ -123,6 +125,41 @@ def test_messages_that_cannot_be_decoded_are_told_once(robot: Robot, make_node: 
         assert [json.loads(frame)["op"] for frame in told] == ["status"]
     finally:
         client.close()
+
+
+@pytest.mark.parametrize(
+    ("kind", "size", "compression", "is_quick"),
+    [
+        (String, 10, "none", True),
+        (String, 10, "png", False),
+        (String, 20_000, "none", False),
+        (String, 20_000, "cbor", True),
+        (String, 2_000_000, "cbor", False),
+        (String, 20_000, "cbor-raw", True),
+        (String, 2_000_000, "cbor-raw", False),
+        (MultiArrayLayout, 10, "cbor", True),
+        (MultiArrayLayout, 2_000, "cbor", False),
+    ],
+)
+def test_which_messages_are_encoded_quickly(
+    robot: Robot, make_node: Callable[..., Any], kind: Any, size: int, compression: str, is_quick: bool
+) -> None:
+    """But the first one of a type never is: its class must be created."""
+    publisher = make_node("talker").advertise("topic", kind, latch=True)
+    publisher.publish(String("x" * size) if kind is String else MultiArrayLayout(dim=[MultiArrayDimension()] * size))
+    with ExitStack() as stack:
+        for expected in (is_quick and compression == "cbor-raw", is_quick):
+            came = threading.Event()
+            client = Client(robot, lambda function: None, came.set)
+            stack.callback(client.close)
+            client.handle([json.dumps({"op": "subscribe", "topic": "/topic", "compression": compression})])
+            frames: list[Any] = []
+            while not frames:
+                assert came.wait(20)
+                came.clear()
+                due = client.take(monotonic())
+                frames = list(due.frames)
+            assert due.is_quick == expected
 
 
 @pytest.mark.parametrize("text", ["", "Header header", "%"])

@@ -93,7 +93,7 @@ def test_an_error_has_the_id_of_the_operation() -> None:
 @pytest.mark.parametrize("compression", ["none", "png"])
 @pytest.mark.parametrize("size", [None, 16, 100])
 def test_parts_are_put_together(compression: str, size: int | None) -> None:
-    parts = [*frames.compress_and_split(PUBLISH, compression, size, "p")]
+    parts = [*frames.split(frames.compress(PUBLISH, compression), size, "p")]
     intake = FrameDecoder()
     for part in reversed(parts[1:]):  # in any order
         assert intake.decode(part) is None

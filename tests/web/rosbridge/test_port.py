@@ -7,6 +7,9 @@ import json
 import queue
 import threading
 from collections.abc import Callable
+from contextlib import ExitStack
+from random import Random
+from time import sleep
 from typing import Any
 
 import cbor2
@@ -205,6 +208,40 @@ def test_subscribe(serve: Serve, make_node: MakeNode) -> None:
         publisher.publish(2.5)
         enqueue(socket_, "subscribe", topic="/number", type="std_msgs/String", id="d")
         assert "std_msgs/Float64" in hear(socket_)["msg"]
+
+
+@pytest.mark.parametrize("clients", [1, 3])
+@pytest.mark.parametrize("compression", ["none", "cbor"])
+def test_messages_of_any_size_arrive_in_order(
+    serve: Serve, make_node: MakeNode, compression: str, clients: int
+) -> None:
+    """Small ones are sent as they arrive, larger ones after a thread has encoded them: none may overtake another."""
+    publisher = make_node("talker").advertise("words", String, queue_size=1000)
+    random = Random(clients)
+    texts = [f"{number} " + "x" * random.choice([0, 0, 0, 10, 9_000, 40_000, 150_000]) for number in range(120)]
+    server = serve(token="")
+    with ExitStack() as stack:
+        links = [stack.enter_context(client(server, max_queue=None)) for _ in range(clients)]
+        for each in links:
+            enqueue(each, "subscribe", topic="words", type="std_msgs/String", compression=compression)
+            settle(each)
+        for text in texts:
+            publisher.publish(text)
+            sleep(random.choice([0.0, 0.0, 0.001, 0.003]))
+        for each in links:
+            assert [hear(each)["msg"]["data"] for _ in texts] == texts
+
+
+def test_messages_that_arrive_too_often_are_sent_later(serve: Serve, make_node: MakeNode) -> None:
+    publisher = make_node("talker").advertise("number", Float64)
+    with client(serve(token="")) as socket_:
+        enqueue(socket_, "subscribe", topic="number", type="std_msgs/Float64", throttle_rate=100, queue_length=5)
+        settle(socket_)
+        for _ in range(2):  # the first message of a type takes another way than later ones
+            for number in range(4):
+                publisher.publish(float(number))
+            assert [hear(socket_)["msg"]["data"] for _ in range(4)] == [0, 1, 2, 3]
+            sleep(0.1)
 
 
 def test_status_messages_as_the_client_wants_them(serve: Serve) -> None:

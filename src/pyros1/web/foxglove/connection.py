@@ -15,7 +15,6 @@ from typing import Any
 
 from websockets.asyncio.server import ServerConnection
 from websockets.exceptions import ConnectionClosed
-from websockets.protocol import State
 
 from pyros1 import __version__
 from pyros1.ground.errors import Error
@@ -26,6 +25,7 @@ from pyros1.web.foxglove.outbox import Outbox, QueuedMessage
 from pyros1.web.foxglove.state_machine import Action, StateMachine
 from pyros1.web.foxglove.viewer_context import ViewerContext
 from pyros1.web.hub import Arrival
+from pyros1.web.server.sending import send_frames
 from pyros1.web.server.waiting import MAX_PENDING_SECONDS, PendingOperations, wait_for_event, wait_until_done
 from pyros1.web.service_calls import ServiceCalls
 
@@ -140,8 +140,7 @@ class Viewer:
     # Outgoing ---------------------------------------------------------------------------------------------------------
 
     async def _send(self, outgoing: list[Frame]) -> None:
-        for frame in outgoing:
-            await self._connection.send(frame)
+        await send_frames(self._connection, outgoing)
 
     async def _send_messages(self) -> None:
         with contextlib.suppress(ConnectionClosed):
@@ -155,11 +154,7 @@ class Viewer:
                         if (subscription := self._subscriptions.get(each.ticket))
                         is not None  # the subscription may have ended meanwhile
                     ]
-                    if len(outgoing) > 1 and self._connection.state is State.OPEN:
-                        # Small messages are sent together: sending each separately would cost ten times as much.
-                        self._connection.transport.write(b"".join(map(frames.websocket_frame, outgoing[:-1])))
-                    for last in outgoing[-1:]:
-                        await self._connection.send(last)  # waits while the viewer is slow
+                    await send_frames(self._connection, outgoing)  # waits while the viewer is slow
                     await asyncio.sleep(0)  # lets other tasks run
                 await self._messages_available.wait()
 

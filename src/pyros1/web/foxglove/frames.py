@@ -115,16 +115,6 @@ def message(subscription: int, time: int, payload: bytes) -> bytes:
     return _MESSAGE_HEADER.pack(1, subscription, time) + payload
 
 
-def websocket_frame(frame: bytes) -> bytes:
-    """Wrap a binary frame in a WebSocket frame (RFC 6455, 5.2), as servers send it: unfragmented and unmasked."""
-    length = len(frame)
-    if length < 126:
-        return bytes((0x82, length)) + frame
-    if length < 1 << 16:
-        return struct.pack(">BBH", 0x82, 126, length) + frame
-    return struct.pack(">BBQ", 0x82, 127, length) + frame
-
-
 def time(now: int) -> Frame:
     """Return the frame that tells viewers the time.
 

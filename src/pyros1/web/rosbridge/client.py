@@ -10,7 +10,7 @@ import threading
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from functools import partial
-from typing import Any
+from typing import NamedTuple
 
 from pyros1.ground.errors import Error
 from pyros1.web.hub import Arrival
@@ -22,12 +22,32 @@ from pyros1.web.rosbridge.outbox import Frame, Outbox, TopicQueue
 from pyros1.web.rosbridge.provided_services import ProvidedServices
 from pyros1.web.rosbridge.publishers import Publishers
 from pyros1.web.rosbridge.service_caller import ServiceCaller
+from pyros1.web.rosbridge.shared_encodings import SharedEncodings
 from pyros1.web.server.waiting import PendingOperations
 from pyros1.web.service_calls import MAX_CONCURRENT_CALLS
 
 MAX_TOPICS = 500
 MAX_CALLS = 500
 """Maximum number of a client's service calls, running and queued."""
+_MAX_QUICK_BYTES = 16_000
+"""Total size in bytes of messages that are encoded quickly: within about a millisecond."""
+_MAX_QUICK_RAW_BYTES = 1 << 20
+"""The same for messages that are only copied."""
+
+
+class DueFrames(NamedTuple):
+    """The frames that are due for a client.
+
+    Attributes:
+        frames: the frames, which are created lazily.
+        is_quick: whether creating them takes so little time that no other thread is needed.
+        next_time: the monotonic time at which to call `Client.take` again; None if there is nothing to do until
+            ``wake`` is called.
+    """
+
+    frames: Iterator[Frame]
+    is_quick: bool
+    next_time: float | None
 
 
 class Client:
@@ -38,6 +58,7 @@ class Client:
         run_in_thread: starts a function in another thread.
         wake: called, from any thread, when `take` may return something.
         resume: called, from any thread, when `handle` may continue.
+        shared_encodings: the frames of all clients.
 
     Attributes:
         pending_subscriptions: the subscriptions in progress.
@@ -50,6 +71,7 @@ class Client:
         run_in_thread: Callable[[Callable[[], object]], object],
         wake: Callable[[], object],
         resume: Callable[[], object] = lambda: None,
+        shared_encodings: SharedEncodings | None = None,
     ) -> None:
         self._robot = robot
         self._run_in_thread = run_in_thread
@@ -67,6 +89,7 @@ class Client:
         self._queued_calls: deque[tuple[Id, operations.CallService]] = deque()
         self._num_running_calls = 0
         self._num_messages = 0
+        self._shared_encodings = shared_encodings or SharedEncodings()
 
     def handle(self, received: Iterable[str | bytes]) -> bool:
         """Handle frames from the client in order. Errors are reported to the client.
@@ -203,15 +226,11 @@ class Client:
                 self._num_running_calls -= 1
         self._start_calls()
 
-    def take(self, now: float) -> tuple[Iterator[Frame], float | None]:
-        """Return the frames that are due, which are created lazily, and the time of the next call.
+    def take(self, now: float) -> DueFrames:
+        """Return the frames that are due.
 
         Args:
             now: monotonic time in seconds.
-
-        Returns:
-            The frames, and the monotonic time at which to call this again. The time is None if there is nothing to do
-            until `wake` is called.
         """
         ready_frames, arrivals, next_time = self.outbox.take(now)
         self._start_calls()
@@ -227,24 +246,16 @@ class Client:
                         queue.problem = str(error)
                         self._send_status("error", f"{queue.name}: {error}")
 
-        return generate(), next_time
+        return DueFrames(generate(), _is_quick(ready_frames, arrivals), next_time)
 
     def _message_frames(self, queue: TopicQueue, arrival: Arrival) -> Iterator[Frame]:
-        frame: dict[str, Any] = {"op": "publish", "topic": queue.name}
-        data = arrival.raw._buff
-        if queue.compression == "cbor-raw":
-            secs, fraction = divmod(arrival.time, 1)
-            yield frames.to_cbor({**frame, "msg": {"secs": int(secs), "nsecs": int(fraction * 1e9), "bytes": data}})
-            return
-        message = values.decode(arrival.message_class, data)
-        if queue.compression == "cbor":
-            yield frames.to_cbor({**frame, "msg": values.for_cbor(message)})
+        form, topic = queue.compression, queue.name
+        frame = self._shared_encodings.get(arrival, form, topic, lambda: _encode(arrival, form, topic))
+        if isinstance(frame, bytes):
+            yield frame
             return
         self._num_messages += 1
-        text = frames.to_json({**frame, "msg": values.for_json(message)})
-        yield from frames.compress_and_split(
-            text, queue.compression, queue.fragment_size, f"{queue.name}:{self._num_messages}"
-        )
+        yield from frames.split(frame, queue.fragment_size, f"{topic}:{self._num_messages}")
 
     def close(self) -> None:
         """End all subscriptions, publishers, services and calls."""
@@ -256,3 +267,31 @@ class Client:
         self._queues.clear()
         self._publishers.close()
         self._provided_services.close()
+
+
+def _is_quick(ready_frames: list[Frame], arrivals: list[tuple[TopicQueue, Arrival]]) -> bool:
+    """Return whether encoding messages takes so little time that using another thread would take longer."""
+    size, raw_size = 0, sum(map(len, ready_frames))
+    for queue, arrival in arrivals:
+        if queue.compression == "cbor-raw":
+            raw_size += len(arrival.raw._buff)
+        elif queue.compression == "png" or not arrival.has_class:
+            return False
+        elif queue.compression == "cbor" and values.is_flat(arrival.message_class):
+            raw_size += len(arrival.raw._buff)
+        else:
+            size += len(arrival.raw._buff)
+    return size <= _MAX_QUICK_BYTES and raw_size <= _MAX_QUICK_RAW_BYTES
+
+
+def _encode(arrival: Arrival, form: str, topic: str) -> Frame:
+    """Return the frame for a message; ``form`` is the client's form of compression."""
+    data = arrival.raw._buff
+    if form == "cbor-raw":
+        secs, fraction = divmod(arrival.time, 1)
+        raw = {"secs": int(secs), "nsecs": int(fraction * 1e9), "bytes": data}
+        return frames.to_cbor({"op": "publish", "topic": topic, "msg": raw})
+    message = values.decode(arrival.message_class, data)
+    if form == "cbor":
+        return frames.to_cbor({"op": "publish", "topic": topic, "msg": values.for_cbor(message)})
+    return frames.compress(frames.publish(topic, message), form)

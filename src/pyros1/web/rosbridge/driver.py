@@ -7,7 +7,6 @@ import contextlib
 from collections import deque
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor
-from itertools import islice
 from time import monotonic
 from typing import Any
 
@@ -15,8 +14,10 @@ from websockets.asyncio.server import ServerConnection
 from websockets.exceptions import ConnectionClosed
 
 from pyros1.web.robot import Robot
-from pyros1.web.rosbridge.client import Client
+from pyros1.web.rosbridge.client import Client, DueFrames
 from pyros1.web.rosbridge.outbox import Frame
+from pyros1.web.rosbridge.shared_encodings import SharedEncodings
+from pyros1.web.server.sending import keeps_up, send_frames, write_frames
 from pyros1.web.server.threads import ThreadPool
 from pyros1.web.server.waiting import MAX_PENDING_SECONDS, wait_for_event, wait_until_done
 
@@ -28,8 +29,9 @@ _LARGE_INPUT_BYTES = 1 << 20
 """Size in bytes above which a client's frames are decoded only when no other client's are, since decoding needs much
 more memory than the frames."""
 _MAX_LARGE_INPUTS = 1
-_BATCH_FRAMES = 64
-"""Number of frames created at a time."""
+_MAX_BATCH_FRAMES = 64
+_BATCH_BYTES = 256 << 10
+"""Size in bytes of the frames that are created and sent at a time; at least one is, whatever its size."""
 _POLL_PERIOD = 0.02
 """Seconds between checks of whether the client has read its responses."""
 _START_TIMEOUT = 10.0
@@ -51,12 +53,22 @@ class Bridge:
         self._threads = ThreadPool(_MAX_THREADS, "web: clients")
         self._call_threads = call_threads
         self._large_input_slots = asyncio.Semaphore(_MAX_LARGE_INPUTS)
+        self._shared_encodings = SharedEncodings()
 
     async def serve(self, connection: ServerConnection) -> None:
         """Serve a client until it disconnects."""
-        await _Driver(
-            connection, self._robot, self._threads.queue(), self._call_threads.queue(), self._large_input_slots
-        ).run()
+        self._shared_encodings.num_clients += 1
+        try:
+            await _Driver(
+                connection,
+                self._robot,
+                self._threads.queue(),
+                self._call_threads.queue(),
+                self._large_input_slots,
+                self._shared_encodings,
+            ).run()
+        finally:
+            self._shared_encodings.num_clients -= 1
 
     def close(self) -> None:
         """Cancel tasks that have not started, and accept no more."""
@@ -71,6 +83,7 @@ class _Driver:
         threads: Executor,
         call_threads: Executor,
         large_input_slots: asyncio.Semaphore,
+        shared_encodings: SharedEncodings,
     ) -> None:
         self._connection = connection
         self._robot = robot
@@ -79,13 +92,15 @@ class _Driver:
         self._loop = asyncio.get_running_loop()
         self._wake_event = asyncio.Event()
         self._wake_scheduled = False
+        self._due_frames: DueFrames | None = None  # taken by _on_wake, but not sent
+        self._is_send_idle = False  # the sending task waits for _wake_event
         self._disconnected = False
         self._input: deque[str | bytes] = deque()
         self._input_size = 0
         self._input_ready = asyncio.Event()  # frames were received, or the connection has ended
         self._input_drained = asyncio.Event()
         self._may_resume = asyncio.Event()
-        self._client = Client(robot, call_threads.submit, self._wake, self._resume)
+        self._client = Client(robot, call_threads.submit, self._wake, self._resume, shared_encodings)
 
     async def run(self) -> None:
         """Serve the client until it disconnects."""
@@ -143,21 +158,43 @@ class _Driver:
     async def _send(self) -> None:
         with contextlib.suppress(ConnectionClosed):
             while not self._disconnected:
+                due, self._due_frames = self._due_frames, None
+                if due is not None:
+                    await self._send_due(due)
                 self._wake_event.clear()
                 self._wake_scheduled = False
-                frames, frame_iterator, next_time = await self._run_in_thread(self._next_frames)
-                while frames:
-                    for frame in frames:
-                        await self._connection.send(frame)  # the only wait for a slow client
-                    frames = (
-                        await self._run_in_thread(_next_batch, frame_iterator) if len(frames) == _BATCH_FRAMES else []
-                    )
-                timeout = None if next_time is None else max(0.0, next_time - monotonic())
-                await wait_for_event(self._wake_event, timeout)
+                due = self._client.take(monotonic())
+                await self._send_due(due)
+                if due.next_time is None:
+                    self._is_send_idle = True
+                    await self._wake_event.wait()
+                    self._is_send_idle = False
+                else:
+                    await wait_for_event(self._wake_event, max(0.0, due.next_time - monotonic()))
 
-    def _next_frames(self) -> tuple[list[Frame], Iterator[Frame], float | None]:
-        frame_iterator, next_time = self._client.take(monotonic())
-        return _next_batch(frame_iterator), frame_iterator, next_time
+    async def _send_due(self, due: DueFrames) -> None:
+        while batch := (
+            # Using another thread would take longer than creating frames that are created quickly.
+            _next_batch(due.frames) if due.is_quick else await self._run_in_thread(_next_batch, due.frames)
+        ):
+            await send_frames(self._connection, batch)  # the only wait for a slow client
+
+    def _on_wake(self) -> None:
+        """Send what is due; called in the loop's thread.
+
+        As long as the client keeps up, this happens here, since waking the task takes as long as all the rest.
+        """
+        is_idle = self._is_send_idle and not self._wake_event.is_set() and not self._disconnected
+        if is_idle and keeps_up(self._connection):
+            self._wake_scheduled = False
+            due = self._client.take(monotonic())
+            if due.is_quick:
+                write_frames(self._connection, due.frames)
+                if due.next_time is None:
+                    return
+            else:
+                self._due_frames = due
+        self._wake_event.set()
 
     async def _run_in_thread(self, function: Callable[..., Any], *args: Any) -> Any:
         return await self._loop.run_in_executor(self._threads, function, *args)
@@ -166,8 +203,16 @@ class _Driver:
         if not self._wake_scheduled:  # most messages arrive while a check is already scheduled
             self._wake_scheduled = True
             with contextlib.suppress(RuntimeError):  # the loop is closed
-                self._loop.call_soon_threadsafe(self._wake_event.set)
+                self._loop.call_soon_threadsafe(self._on_wake)
 
 
-def _next_batch(frame_iterator: Iterator[Frame]) -> list[Frame]:
-    return list(islice(frame_iterator, _BATCH_FRAMES))
+def _next_batch(frames: Iterator[Frame]) -> list[Frame]:
+    """Return the next frames, limited in number and size; an empty list if there are none."""
+    batch: list[Frame] = []
+    size = 0
+    for frame in frames:
+        batch.append(frame)
+        size += len(frame)
+        if len(batch) == _MAX_BATCH_FRAMES or size >= _BATCH_BYTES:
+            break
+    return batch

@@ -4,17 +4,49 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from functools import lru_cache
 from typing import Any
 
+from pyros1.msgs import Message
 from pyros1.web.rosbridge import png
+from pyros1.web.rosbridge.json_text import write_message
 from pyros1.web.rosbridge.operations import BridgeError, Id
 
 _encode = json.JSONEncoder(ensure_ascii=True, allow_nan=False, separators=(",", ":")).encode
 
+LARGE_BYTES = 16 << 10
+"""Size in bytes above which data is not copied more often than necessary."""
+_CBOR_BYTES, _CBOR_MAP, _CBOR_TAG = 2, 5, 6
+"""Major types of CBOR."""
+
 
 def to_json(value: Any) -> str:
-    """Return a value as JSON, with null for NaN and infinity."""
+    """Return a value as JSON, with null for NaN and infinity.
+
+    Args:
+        value: a JSON value, a message, or a dict whose values may be messages.
+    """
+    pieces: list[str] = []
+    _write_json(value, pieces.append)
+    return "".join(pieces)
+
+
+def _write_json(value: Any, add: Callable[[str], object]) -> None:
+    if isinstance(value, Message):
+        write_message(value, add)
+    elif isinstance(value, dict) and any(isinstance(child, Message) for child in value.values()):
+        separator = "{"
+        for name, child in value.items():
+            add(f"{separator}{_encode(name)}:")
+            _write_json(child, add)
+            separator = ","
+        add("}")
+    else:
+        add(_json_text(value))
+
+
+def _json_text(value: Any) -> str:
     try:
         return _encode(value)
     except ValueError:
@@ -31,16 +63,61 @@ def _replace_non_finite(value: Any) -> Any:
     return value
 
 
+def publish(topic: str, message: Message) -> str:
+    """Return the frame with a message on a topic."""
+    pieces = [_start_of_publish(topic)]
+    write_message(message, pieces.append)
+    pieces.append("}")
+    return "".join(pieces)
+
+
+@lru_cache(1000)
+def _start_of_publish(topic: str) -> str:
+    return f'{{"op":"publish","topic":{_encode(topic)},"msg":'
+
+
 def to_cbor(value: Any) -> bytes:
     """Return a value as CBOR.
 
     Raises:
         BridgeError: cbor2 is not installed.
     """
-    return bytes(_cbor().dumps(value))
+    pieces: list[Any] = []
+    _write_cbor(value, pieces, _cbor())
+    return b"".join(pieces)
 
 
-def with_cbor_tag(tag: int, data: bytes) -> Any:
+def _write_cbor(value: Any, pieces: list[Any], cbor2: Any) -> None:
+    """Add the encoded value to ``pieces``. Large data is added as it is, since cbor2 would copy it several times."""
+    if isinstance(value, dict) and any(_contains_large_data(child) for child in value.values()):
+        pieces.append(_cbor_head(_CBOR_MAP, len(value)))
+        for name, child in value.items():
+            pieces.append(cbor2.dumps(name))
+            _write_cbor(child, pieces, cbor2)
+    elif isinstance(value, cbor2.CBORTag) and _contains_large_data(value.value):
+        pieces += (_cbor_head(_CBOR_TAG, value.tag), _cbor_head(_CBOR_BYTES, len(value.value)), value.value)
+    elif _contains_large_data(value):
+        pieces += (_cbor_head(_CBOR_BYTES, len(value)), value)
+    else:
+        pieces.append(cbor2.dumps(value))
+
+
+def _contains_large_data(value: Any) -> bool:
+    if isinstance(value, dict):
+        return any(map(_contains_large_data, value.values()))
+    data = getattr(value, "value", value)  # of a CBORTag
+    return isinstance(data, (bytes, memoryview)) and len(data) > LARGE_BYTES
+
+
+def _cbor_head(major_type: int, number: int) -> bytes:
+    """Return the beginning of a data item (RFC 8949, section 3)."""
+    if number < 24:
+        return bytes((major_type << 5 | number,))
+    size = next(size for size in (1, 2, 4, 8) if number < 1 << 8 * size)
+    return bytes((major_type << 5 | 23 + size.bit_length(),)) + number.to_bytes(size, "big")
+
+
+def with_cbor_tag(tag: int, data: bytes | memoryview) -> Any:
     """Return bytes with a CBOR tag, to be encoded by `to_cbor`.
 
     Raises:
@@ -76,20 +153,27 @@ def _id_field(id: Id) -> dict[str, Any]:
     return {} if id is None else {"id": id}
 
 
-def compress_and_split(frame: str, compression: str, fragment_size: int | None, id: str) -> Iterator[str]:
-    """Yield a frame in the form that the client has requested: unchanged, as a PNG image, or in fragments.
+def compress(frame: str, compression: str) -> str:
+    """Return a frame in the form that the client has requested: as a PNG image, or unchanged.
 
     Args:
         frame: a JSON document.
         compression: ``png`` for a PNG image; any other value for none.
-        fragment_size: maximum number of characters per fragment; None to send the frame in one piece.
-        id: the id for the fragments.
 
     Raises:
         BridgeError: Pillow is not installed.
     """
-    if compression == "png":
-        frame = to_json({"op": "png", "data": png.pack(frame)})
+    return f'{{"op":"png","data":"{png.pack(frame)}"}}' if compression == "png" else frame
+
+
+def split(frame: str, fragment_size: int | None, id: str) -> Iterator[str]:
+    """Yield a frame in fragments, if it is too large for the client.
+
+    Args:
+        frame: a JSON document.
+        fragment_size: maximum number of characters per fragment; None to send the frame in one piece.
+        id: the id for the fragments.
+    """
     if fragment_size is None or len(frame) <= fragment_size:
         yield frame
         return

@@ -79,10 +79,6 @@ class TopicQueue:
         self.fragment_size = min((request.fragment_size for request in requests if request.fragment_size), default=None)
         self.compression = requests[-1].compression
 
-    def due_time(self) -> float | None:
-        """Return the monotonic time from which the next message may be sent; None if no message is queued."""
-        return self.next_time if self.messages else None
-
     def pop(self) -> Arrival:
         """Remove and return the oldest message."""
         arrival = self.messages.popleft()
@@ -158,7 +154,7 @@ class Outbox:
         """
         with self._lock:
             ready_frames, self._frames, self._frames_size = list(self._frames), deque(), 0
-            due_queues = [queue for queue in self._queues if (time := queue.due_time()) is not None and time <= now]
+            due_queues = [queue for queue in self._queues if queue.messages and queue.next_time <= now]
             arrivals: list[tuple[TopicQueue, Arrival]] = []
             size = 0
             while due_queues and size < _BATCH_BYTES:
@@ -170,8 +166,9 @@ class Outbox:
                     if size >= _BATCH_BYTES:
                         break
                 due_queues = [queue for queue in due_queues if queue.messages and not queue.throttle]
-            if arrivals:  # queues from which nothing was taken now come first next time
+            if len(arrivals) > 1:  # queues from which nothing was taken now come first next time
                 self._queues.sort(key=lambda queue: queue.next_time)
-            next_time = min((time for queue in self._queues if (time := queue.due_time()) is not None), default=None)
-        arrivals.sort(key=lambda queue_and_arrival: queue_and_arrival[1].arrived_at)
+            next_time = min([queue.next_time for queue in self._queues if queue.messages], default=None)
+        if len(arrivals) > 1:
+            arrivals.sort(key=lambda queue_and_arrival: queue_and_arrival[1].arrived_at)
         return ready_frames, arrivals, next_time

@@ -12,7 +12,7 @@ from pyros1.web.robot import Robot
 from pyros1.web.rosbridge import frames
 from pyros1.web.rosbridge.operations import MAX_CALL_SECONDS, BridgeError, Id, ServiceResponse
 from pyros1.web.rosbridge.outbox import Outbox
-from pyros1.web.rosbridge.values import for_json, from_args
+from pyros1.web.rosbridge.values import from_args
 
 MAX_SERVICES = 200
 MAX_CALLS = 100
@@ -97,7 +97,7 @@ class ProvidedServices:
                 raise ServiceRefusal(f"the client that provides {name} is too busy")
             self._pending_calls[id] = call
         try:
-            self._outbox.enqueue(frames.call(name, id, for_json(request)))
+            self._outbox.enqueue(frames.call(name, id, request))
             finished = call.done.wait(MAX_CALL_SECONDS)
         finally:
             with self._lock:

@@ -11,7 +11,7 @@ from pyros1.web.robot import Robot
 from pyros1.web.rosbridge import frames, rosapi
 from pyros1.web.rosbridge.operations import BridgeError, CallService, Id
 from pyros1.web.rosbridge.outbox import Frame
-from pyros1.web.rosbridge.values import for_cbor, for_json, from_args
+from pyros1.web.rosbridge.values import for_cbor, from_args
 from pyros1.web.service_calls import ServiceCalls
 
 _PROBE_TIMEOUT = 2.0
@@ -40,13 +40,12 @@ class ServiceCaller:
             values, result = str(error), False
         response = frames.response(call.service, id, values, result)
         try:
-            uses_cbor = call.compression.startswith("cbor")
-            encoded = frames.to_cbor(response) if uses_cbor else frames.to_json(response)
+            encoded = frames.to_cbor(response) if _uses_cbor(call) else frames.to_json(response)
             if len(encoded) > MAX_CHARACTERS:
                 raise BridgeError(f"the response has {len(encoded)} characters; the limit is {MAX_CHARACTERS}")
             if isinstance(encoded, bytes):
                 return [encoded]
-            return [*frames.compress_and_split(encoded, call.compression, call.fragment_size, f"{id}:parts")]
+            return [*frames.split(frames.compress(encoded, call.compression), call.fragment_size, f"{id}:parts")]
         except BridgeError as error:
             return [frames.to_json(frames.response(call.service, id, str(error), False))]
 
@@ -67,7 +66,7 @@ class ServiceCaller:
         except ServiceError:
             self._types.pop(key, None)  # perhaps another node provides the service now, with another type
             raise
-        return (for_cbor if call.compression.startswith("cbor") else for_json)(response)
+        return for_cbor(response) if _uses_cbor(call) else response
 
     def _send_request(self, name: str, type_name: str, call: CallService) -> Any:
         node = self._robot.node
@@ -91,3 +90,7 @@ class ServiceCaller:
                 self._types.clear()
             self._types[name, uri] = type_name
         return type_name
+
+
+def _uses_cbor(call: CallService) -> bool:
+    return call.compression.startswith("cbor")

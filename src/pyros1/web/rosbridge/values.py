@@ -1,8 +1,7 @@
-"""Converts messages to and from the forms that clients use (no I/O).
+"""Converts messages to CBOR values, and from the JSON values that clients send (no I/O).
 
-In JSON, ``uint8[]`` and ``char[]`` are base64 strings, and NaN and infinity are null. In CBOR, an array of numbers is
-the array's bytes from the message, with a tag that specifies the type of the numbers
-(https://datatracker.ietf.org/doc/html/draft-ietf-cbor-array-tags-00).
+In CBOR, an array of numbers is the array's bytes from the message, with a tag that specifies the type of the numbers
+(https://datatracker.ietf.org/doc/html/draft-ietf-cbor-array-tags-00). `json_text` describes the form in JSON.
 """
 
 from __future__ import annotations
@@ -20,7 +19,7 @@ from pyros1.ground.timing import Time
 from pyros1.msgs import Message
 from pyros1.msgs.array_views import make_numpy_view
 from pyros1.msgs.json_form import from_json
-from pyros1.web.rosbridge.frames import with_cbor_tag
+from pyros1.web.rosbridge.frames import LARGE_BYTES, with_cbor_tag
 
 _UINT8_TYPES = ("uint8", "char")
 _FLOAT_TYPES = ("float32", "float64")
@@ -53,66 +52,68 @@ def decode(cls: type[Message], data: bytes) -> Message:
     return message
 
 
-def for_json(message: Message) -> dict[str, Any]:
-    """Return a message as a JSON value, in which numbers may still be NaN or infinite."""
-    return _to_dict(message, _json_array)
-
-
 def for_cbor(message: Message) -> dict[str, Any]:
     """Return a message as a value to be encoded as CBOR.
 
     Raises:
         BridgeError: cbor2 is not installed.
     """
-    return _to_dict(message, _cbor_array)
-
-
-def _to_dict(message: Message, convert_array: Callable[[Any, str], Any]) -> dict[str, Any]:
     fields = {}
-    for name, convert in _converters(type(message), convert_array):
+    for name, convert in _converters(type(message)):
         value = getattr(message, name)
         fields[name] = value if convert is None else convert(value)
     return fields
 
 
 @lru_cache(2000)
-def _converters(cls: type[Message], convert_array: Callable[[Any, str], Any]) -> list[tuple[str, _Converter | None]]:
+def _converters(cls: type[Message]) -> list[tuple[str, _Converter | None]]:
     return [
-        (name, _converter(cls, field_type, convert_array))
-        for name, field_type in zip(cls.__slots__, cls._slot_types, strict=True)
+        (name, _converter(cls, field_type)) for name, field_type in zip(cls.__slots__, cls._slot_types, strict=True)
     ]
 
 
-def _converter(cls: type[Message], field_type: str, convert_array: Callable[[Any, str], Any]) -> _Converter | None:
+def _converter(cls: type[Message], field_type: str) -> _Converter | None:
     base_type, bracket, _ = field_type.partition("[")
     if base_type in cls._classes:
-        convert_element: _Converter = lambda value: _to_dict(value, convert_array)  # noqa: E731 - it needs no name
+        convert_element: _Converter = for_cbor
     elif base_type in _TIME_TYPES:
         convert_element = _time_to_dict
     elif not bracket:
         return None
     else:
-        return list if base_type == "string" else lambda value: convert_array(value, base_type)
+        return list if base_type == "string" else lambda value: _cbor_array(value, base_type)
     return (lambda values: [convert_element(value) for value in values]) if bracket else convert_element
+
+
+@lru_cache(2000)
+def is_flat(cls: type[Message]) -> bool:
+    """Return whether converting a message takes about the same time whatever its size: only its numbers and strings
+    may have any size.
+    """
+    for field_type in cls._slot_types:
+        base_type, bracket, _ = field_type.partition("[")
+        nested = cls._classes.get(base_type)
+        if bracket and (nested is not None or base_type in (*_TIME_TYPES, "string", "bool")):
+            return False
+        if nested is not None and not is_flat(nested):
+            return False
+    return True
 
 
 def _time_to_dict(value: Any) -> dict[str, int]:
     return {"secs": value.secs, "nsecs": value.nsecs}
 
 
-def _json_array(value: Any, base_type: str) -> Any:
-    if base_type in _UINT8_TYPES:
-        return base64.b64encode(value.data if isinstance(value, np.ndarray) else bytes(value)).decode("ascii")
-    return value.tolist() if isinstance(value, np.ndarray) else list(value)
-
-
 def _cbor_array(value: Any, base_type: str) -> Any:
     if base_type in _UINT8_TYPES:
-        return bytes(value)
+        return _bytes_of(value) if isinstance(value, np.ndarray) else bytes(value)
     if base_type not in _CBOR_TAGS:
         return [bool(each) for each in value]
-    array = np.asarray(value, _numpy_type(base_type))
-    return with_cbor_tag(_CBOR_TAGS[base_type], array.tobytes())
+    return with_cbor_tag(_CBOR_TAGS[base_type], _bytes_of(np.asarray(value, _numpy_type(base_type))))
+
+
+def _bytes_of(array: np.ndarray[Any, Any]) -> bytes | memoryview:
+    return array.tobytes() if array.nbytes <= LARGE_BYTES else array.data.cast("B")
 
 
 def _numpy_type(base_type: str) -> str:

@@ -1,0 +1,112 @@
+"""Frames that several clients share."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+
+import pytest
+
+from pyros1.ground.errors import MessageError
+from pyros1.msgs import AnyMsg
+from pyros1.observe.decoder import Decoder
+from pyros1.web.hub import Arrival
+from pyros1.web.rosbridge.shared_encodings import SharedEncodings
+
+
+def arrival(size: int = 8) -> Arrival:
+    raw = AnyMsg()
+    raw._buff = bytes(size)
+    return Arrival(raw, 0.0, 0.0, Decoder())
+
+
+class Counter:
+    """Makes frames of a size, and counts them."""
+
+    def __init__(self, size: int = 10) -> None:
+        self.size = size
+        self.made = 0
+
+    def __call__(self) -> str:
+        self.made += 1
+        return "x" * self.size
+
+
+@pytest.mark.parametrize(("clients", "made"), [(1, 2), (2, 1)])
+def test_one_client_needs_no_memory_for_frames(clients: int, made: int) -> None:
+    shared, counter, message = SharedEncodings(), Counter(), arrival()
+    shared.num_clients = clients
+    assert shared.get(message, "none", "/a", counter) == shared.get(message, "none", "/a", counter)
+    assert counter.made == made
+
+
+def test_each_form_and_name_has_its_frame() -> None:
+    shared = SharedEncodings()
+    shared.num_clients = 2
+    message, other = arrival(), arrival()
+    keys = [(message, "none", "/a"), (message, "cbor", "/a"), (message, "none", "a"), (other, "none", "/a")]
+    for number, key in [*enumerate(keys)] * 2:
+        assert shared.get(*key, lambda number=number: f"frame {number}") == f"frame {number}"
+
+
+@pytest.mark.parametrize(("raw", "frame"), [(1 << 20, 10), (10, 1 << 20)])
+def test_what_is_kept_is_bounded(raw: int, frame: int) -> None:
+    shared = SharedEncodings()
+    shared.num_clients = 2
+    messages = [arrival(raw) for _ in range(100)]
+    counter = Counter(frame)
+    for message in messages:
+        shared.get(message, "none", "/a", counter)
+    for message in reversed(messages):
+        shared.get(message, "none", "/a", counter)
+    assert 100 - 17 < counter.made - 100 < 100
+
+
+def test_small_ones_are_bounded_too() -> None:
+    shared = SharedEncodings()
+    shared.num_clients = 2
+    messages = [arrival() for _ in range(20_000)]
+    counter = Counter()
+    for message in messages:
+        shared.get(message, "none", "/a", counter)
+    shared.get(messages[0], "none", "/a", counter)
+    assert counter.made == 20_001
+
+
+def test_a_frame_that_is_being_made_is_waited_for() -> None:
+    shared, message = SharedEncodings(), arrival()
+    shared.num_clients = 2
+    begun, may_end = threading.Event(), threading.Event()
+    results: list[str | bytes] = []
+
+    def slow() -> str:
+        begun.set()
+        assert may_end.wait(10)
+        return "frame"
+
+    def get(encode: Callable[[], str]) -> None:
+        results.append(shared.get(message, "none", "/a", encode))
+
+    counter = Counter()
+    threads = [threading.Thread(target=get, args=(slow,)), threading.Thread(target=get, args=(counter,))]
+    threads[0].start()
+    assert begun.wait(10)
+    threads[1].start()
+    may_end.set()
+    for thread in threads:
+        thread.join(10)
+    assert results == ["frame", "frame"]
+    assert counter.made == 0
+
+
+def test_errors_are_not_kept() -> None:
+    shared, message = SharedEncodings(), arrival()
+    shared.num_clients = 2
+
+    def fail() -> str:
+        raise MessageError("cut short")
+
+    for _ in range(2):
+        with pytest.raises(MessageError, match="cut short"):
+            shared.get(message, "none", "/a", fail)
+    assert shared.get(message, "none", "/a", Counter(2)) == "xx"
