@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import queue
 import threading
 from collections.abc import Callable
 from contextlib import ExitStack
@@ -123,6 +124,27 @@ def test_messages_that_cannot_be_decoded_are_told_once(robot: Robot, make_node: 
             arrived.clear()
             told += client.take(monotonic())[0]
         assert [json.loads(frame)["op"] for frame in told] == ["status"]
+    finally:
+        client.close()
+
+
+def test_many_messages_or_fragments_are_not_encoded_quickly(robot: Robot, make_node: Callable[..., Any]) -> None:
+    publisher = make_node("talker").advertise("topic", String)
+    wakes: queue.Queue[None] = queue.Queue()
+    client = Client(robot, lambda function: None, lambda: wakes.put(None))
+    try:
+        for fragment_size, count, is_quick in ((None, 1, False), (None, 32, True), (None, 33, False), (16, 1, False)):
+            request = {"op": "subscribe", "topic": "/topic", "type": "std_msgs/String", "fragment_size": fragment_size}
+            done = client.handle([json.dumps(request)])
+            until = monotonic() + 20
+            while (not done or client.pending_subscriptions) and monotonic() < until:
+                done = client.handle(())
+            for _ in range(count):
+                publisher.publish("x")
+                wakes.get(timeout=20)
+            due = client.take(monotonic())
+            assert len(list(due.frames)) >= count
+            assert due.is_quick == is_quick
     finally:
         client.close()
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import struct
 from typing import Any
 
 import cbor2
@@ -9,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pyros1.msgs.sensor_msgs.msg import Image, PointCloud2, PointField
+from pyros1.msgs.sensor_msgs.msg import ChannelFloat32, Image, PointCloud, PointCloud2, PointField
 from pyros1.web.rosbridge import frames, values
 
 from ...bodies import encode
@@ -32,6 +33,16 @@ def test_any_value(value: Any) -> None:
 def test_tags(tag: int, size: int) -> None:
     value = {"a": [1, 2], "b": {"c": frames.with_cbor_tag(tag, bytes(size))}}
     assert cbor2.loads(frames.to_cbor(value)) == {"a": [1, 2], "b": {"c": cbor2.CBORTag(tag, bytes(size))}}
+
+
+@pytest.mark.parametrize("size", [4096, 4097, 50_000])
+def test_large_arrays_in_arrays_of_messages(size: int) -> None:
+    numbers = [float(number % 1000) for number in range(size)]
+    cloud = PointCloud(channels=[ChannelFloat32("intensity", numbers)] * 2)
+    converted = values.for_cbor(values.decode(PointCloud, encode(cloud)))
+    found = cbor2.loads(frames.to_cbor({"op": "publish", "msg": converted}))["msg"]["channels"]
+    assert [each["values"].tag for each in found] == [85, 85]
+    assert [each["values"].value for each in found] == [struct.pack(f"<{size}f", *numbers)] * 2
 
 
 @pytest.mark.parametrize("size", [0, 3, 100_000])

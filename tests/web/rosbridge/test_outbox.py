@@ -143,3 +143,16 @@ def test_answers() -> None:
     outbox.remove(flow)
     outbox.put(flow, arrival(2))
     assert outbox.take(0.0) == ([], [], None)
+
+
+def test_topics_with_large_messages_take_turns() -> None:
+    outbox, flow, _ = made()
+    other = TopicQueue("/other")
+    other.add_subscription(add_subscription())
+    outbox.add(other)
+    turns = []
+    for now in range(6):
+        for queue in (flow, other):
+            outbox.put(queue, arrival(now, size=1_100_000))
+        turns.append([queue.name for queue, _ in outbox.take(float(now))[1]])
+    assert turns == [["/t"], ["/other"]] * 3

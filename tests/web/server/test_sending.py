@@ -6,6 +6,7 @@ import asyncio
 from typing import Any
 
 import pytest
+from websockets.exceptions import ConnectionClosed, ConnectionClosedError
 from websockets.frames import Frame, Opcode
 from websockets.protocol import State
 
@@ -20,6 +21,7 @@ class Link:
     def __init__(self) -> None:
         self.state = State.OPEN
         self.done: list[bytes] = []
+        self.is_reset = False
 
     @property
     def transport(self) -> Link:
@@ -32,10 +34,12 @@ class Link:
         return 0
 
     async def drain(self) -> None:
+        if self.is_reset:
+            raise ConnectionResetError
         self.done.append(b"drained")
 
     async def send(self, frame: str | bytes) -> None:
-        raise ConnectionError("closed")
+        raise ConnectionClosedError(None, None)
 
 
 def send(link: Link, *frames: str | bytes) -> list[bytes]:
@@ -65,6 +69,13 @@ def test_small_ones_are_written_together_in_order() -> None:
 def test_nothing_is_written_after_the_end(state: State) -> None:
     link = Link()
     link.state = state
-    with pytest.raises(ConnectionError):
+    with pytest.raises(ConnectionClosed):
         send(link, "a")
     assert link.done == []
+
+
+def test_a_reset_connection_is_closed() -> None:
+    link = Link()
+    link.is_reset = True
+    with pytest.raises(ConnectionClosed):
+        send(link, "a")

@@ -29,6 +29,7 @@ from pyros1.web.service_calls import MAX_CONCURRENT_CALLS
 MAX_TOPICS = 500
 MAX_CALLS = 500
 """Maximum number of a client's service calls, running and queued."""
+_MAX_QUICK_MESSAGES = 32
 _MAX_QUICK_BYTES = 16_000
 """Total size in bytes of messages that are encoded quickly: within about a millisecond."""
 _MAX_QUICK_RAW_BYTES = 1 << 20
@@ -234,23 +235,24 @@ class Client:
         """
         ready_frames, arrivals, next_time = self.outbox.take(now)
         self._start_calls()
+        is_quick = _is_quick(ready_frames, arrivals)
 
         def generate() -> Iterator[Frame]:
             yield from ready_frames
             for queue, arrival in arrivals:
                 try:
-                    yield from self._message_frames(queue, arrival)
+                    yield from self._message_frames(queue, arrival, may_wait=not is_quick)
                     queue.problem = ""
                 except Error as error:
                     if str(error) != queue.problem:  # report each problem only once
                         queue.problem = str(error)
                         self._send_status("error", f"{queue.name}: {error}")
 
-        return DueFrames(generate(), _is_quick(ready_frames, arrivals), next_time)
+        return DueFrames(generate(), is_quick, next_time)
 
-    def _message_frames(self, queue: TopicQueue, arrival: Arrival) -> Iterator[Frame]:
+    def _message_frames(self, queue: TopicQueue, arrival: Arrival, may_wait: bool) -> Iterator[Frame]:
         form, topic = queue.compression, queue.name
-        frame = self._shared_encodings.get(arrival, form, topic, lambda: _encode(arrival, form, topic))
+        frame = self._shared_encodings.get(arrival, form, topic, lambda: _encode(arrival, form, topic), may_wait)
         if isinstance(frame, bytes):
             yield frame
             return
@@ -271,8 +273,12 @@ class Client:
 
 def _is_quick(ready_frames: list[Frame], arrivals: list[tuple[TopicQueue, Arrival]]) -> bool:
     """Return whether encoding messages takes so little time that using another thread would take longer."""
+    if len(arrivals) > _MAX_QUICK_MESSAGES:
+        return False
     size, raw_size = 0, sum(map(len, ready_frames))
     for queue, arrival in arrivals:
+        if queue.fragment_size is not None:
+            return False
         if queue.compression == "cbor-raw":
             raw_size += len(arrival.raw._buff)
         elif queue.compression == "png" or not arrival.has_class:

@@ -57,7 +57,7 @@ class Bridge:
 
     async def serve(self, connection: ServerConnection) -> None:
         """Serve a client until it disconnects."""
-        self._shared_encodings.num_clients += 1
+        self._shared_encodings.add_client()
         try:
             await _Driver(
                 connection,
@@ -68,7 +68,7 @@ class Bridge:
                 self._shared_encodings,
             ).run()
         finally:
-            self._shared_encodings.num_clients -= 1
+            self._shared_encodings.remove_client()
 
     def close(self) -> None:
         """Cancel tasks that have not started, and accept no more."""
@@ -93,6 +93,7 @@ class _Driver:
         self._wake_event = asyncio.Event()
         self._wake_scheduled = False
         self._due_frames: DueFrames | None = None  # taken by _on_wake, but not sent
+        self._send_error: Exception | None = None  # raised in _on_wake
         self._is_send_idle = False  # the sending task waits for _wake_event
         self._disconnected = False
         self._input: deque[str | bytes] = deque()
@@ -158,6 +159,8 @@ class _Driver:
     async def _send(self) -> None:
         with contextlib.suppress(ConnectionClosed):
             while not self._disconnected:
+                if self._send_error is not None:
+                    raise self._send_error
                 due, self._due_frames = self._due_frames, None
                 if due is not None:
                     await self._send_due(due)
@@ -187,13 +190,16 @@ class _Driver:
         is_idle = self._is_send_idle and not self._wake_event.is_set() and not self._disconnected
         if is_idle and keeps_up(self._connection):
             self._wake_scheduled = False
-            due = self._client.take(monotonic())
-            if due.is_quick:
-                write_frames(self._connection, due.frames)
-                if due.next_time is None:
-                    return
-            else:
-                self._due_frames = due
+            try:
+                due = self._client.take(monotonic())
+                if due.is_quick:
+                    write_frames(self._connection, due.frames)
+                    if due.next_time is None:
+                        return
+                else:
+                    self._due_frames = due
+            except Exception as error:  # noqa: BLE001 - a bug, for which the sending task ends the connection
+                self._send_error = error
         self._wake_event.set()
 
     async def _run_in_thread(self, function: Callable[..., Any], *args: Any) -> Any:

@@ -108,7 +108,8 @@ def _write_floats(values: Any, add: _Add) -> None:
 def _array_text(values: np.ndarray[Any, Any]) -> str:
     if array_encoder is None:
         return _list_text(values.tolist())
-    return str(array_encoder(np.ascontiguousarray(values)), "ascii")
+    aligned = np.require(values, requirements=("C_CONTIGUOUS", "ALIGNED"))  # orjson reads the numbers in place
+    return str(array_encoder(aligned), "ascii")
 
 
 def _list_text(numbers: list[int] | list[float]) -> str:

@@ -166,7 +166,7 @@ class Outbox:
                     if size >= _BATCH_BYTES:
                         break
                 due_queues = [queue for queue in due_queues if queue.messages and not queue.throttle]
-            if len(arrivals) > 1:  # queues from which nothing was taken now come first next time
+            if size >= _BATCH_BYTES:  # queues from which nothing was taken now come first next time
                 self._queues.sort(key=lambda queue: queue.next_time)
             next_time = min([queue.next_time for queue in self._queues if queue.messages], default=None)
         if len(arrivals) > 1:

@@ -18,59 +18,73 @@ _Key = tuple[Arrival, str, str]
 
 
 class SharedEncodings:
-    """The most recent frames of all clients. Thread-safe.
-
-    Attributes:
-        num_clients: number of clients that use this object; with fewer than two, no frames are kept.
-    """
+    """The most recent frames of all clients. Thread-safe. With fewer than two clients, no frames are kept."""
 
     def __init__(self) -> None:
-        self.num_clients = 0
         self._lock = threading.Lock()
-        self._frames: OrderedDict[_Key, Future[Frame]] = OrderedDict()
+        self._num_clients = 0
+        self._pending: dict[_Key, Future[Frame]] = {}  # a thread is encoding them
+        self._frames: OrderedDict[_Key, Frame] = OrderedDict()
         self._size = 0
 
-    def get(self, arrival: Arrival, form: str, topic: str, encode: Callable[[], Frame]) -> Frame:
-        """Return the frame for a message.
+    def add_client(self) -> None:
+        """Increase the number of clients."""
+        with self._lock:
+            self._num_clients += 1
 
-        If another thread is just encoding it, wait for that.
+    def remove_client(self) -> None:
+        """Decrease the number of clients."""
+        with self._lock:
+            self._num_clients -= 1
+            if self._num_clients < 2:
+                self._frames.clear()
+                self._size = 0
+
+    def get(self, arrival: Arrival, form: str, topic: str, encode: Callable[[], Frame], may_wait: bool) -> Frame:
+        """Return the frame for a message.
 
         Args:
             arrival: the message.
             form: the client's form of compression.
             topic: the topic's name as sent by the client.
             encode: creates the frame.
+            may_wait: whether to wait if another thread is just encoding the message; otherwise encode it once more.
 
         Raises:
             Error: raised by ``encode``.
         """
-        if self.num_clients < 2:
+        if self._num_clients < 2:
             return encode()
         key = (arrival, form, topic)
         with self._lock:
-            found = self._frames.get(key)
-            if found is None:
-                mine: Future[Frame] = Future()
-                self._frames[key] = mine
-        if found is not None:
-            return found.result()
+            frame = self._frames.get(key)
+            if frame is not None:
+                return frame
+            pending = self._pending.get(key)
+            if pending is None:
+                result: Future[Frame] = Future()
+                self._pending[key] = result
+        if pending is not None:
+            return pending.result() if may_wait else encode()
         try:
             frame = encode()
         except BaseException as error:
             with self._lock:
-                self._frames.pop(key, None)
-            mine.set_exception(error)
+                del self._pending[key]
+            result.set_exception(error)
             raise
-        mine.set_result(frame)
         with self._lock:
-            self._size += _memory(key, frame)
-            while self._size > _MAX_BYTES and len(self._frames) > 1:
-                oldest, future = next(iter(self._frames.items()))
-                if not future.done():
-                    break
-                del self._frames[oldest]
-                self._size -= _memory(oldest, future.result())
+            del self._pending[key]
+            if self._num_clients >= 2:
+                self._keep(key, frame)
+        result.set_result(frame)
         return frame
+
+    def _keep(self, key: _Key, frame: Frame) -> None:
+        self._frames[key] = frame
+        self._size += _memory(key, frame)
+        while self._size > _MAX_BYTES and len(self._frames) > 1:
+            self._size -= _memory(*self._frames.popitem(last=False))
 
 
 def _memory(key: _Key, frame: Frame) -> int:

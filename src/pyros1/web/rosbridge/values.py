@@ -9,7 +9,7 @@ from __future__ import annotations
 import base64
 import math
 from collections.abc import Callable
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import Any
 
 import numpy as np
@@ -52,36 +52,42 @@ def decode(cls: type[Message], data: bytes) -> Message:
     return message
 
 
-def for_cbor(message: Message) -> dict[str, Any]:
-    """Return a message as a value to be encoded as CBOR.
+def for_cbor(message: Message, copy: bool = False) -> dict[str, Any]:
+    """Return a message as a value to be encoded by `frames.to_cbor`.
+
+    Args:
+        message: the message.
+        copy: whether large arrays are copied. Otherwise they are memoryviews, which `frames.to_cbor` accepts in dicts
+            and tags.
 
     Raises:
         BridgeError: cbor2 is not installed.
     """
     fields = {}
-    for name, convert in _converters(type(message)):
+    for name, convert in _converters(type(message), copy):
         value = getattr(message, name)
         fields[name] = value if convert is None else convert(value)
     return fields
 
 
 @lru_cache(2000)
-def _converters(cls: type[Message]) -> list[tuple[str, _Converter | None]]:
+def _converters(cls: type[Message], copy: bool) -> list[tuple[str, _Converter | None]]:
     return [
-        (name, _converter(cls, field_type)) for name, field_type in zip(cls.__slots__, cls._slot_types, strict=True)
+        (name, _converter(cls, field_type, copy))
+        for name, field_type in zip(cls.__slots__, cls._slot_types, strict=True)
     ]
 
 
-def _converter(cls: type[Message], field_type: str) -> _Converter | None:
+def _converter(cls: type[Message], field_type: str, copy: bool) -> _Converter | None:
     base_type, bracket, _ = field_type.partition("[")
     if base_type in cls._classes:
-        convert_element: _Converter = for_cbor
+        convert_element: _Converter = partial(for_cbor, copy=copy or bool(bracket))
     elif base_type in _TIME_TYPES:
         convert_element = _time_to_dict
     elif not bracket:
         return None
     else:
-        return list if base_type == "string" else lambda value: _cbor_array(value, base_type)
+        return list if base_type == "string" else lambda value: _cbor_array(value, base_type, copy)
     return (lambda values: [convert_element(value) for value in values]) if bracket else convert_element
 
 
@@ -104,16 +110,16 @@ def _time_to_dict(value: Any) -> dict[str, int]:
     return {"secs": value.secs, "nsecs": value.nsecs}
 
 
-def _cbor_array(value: Any, base_type: str) -> Any:
+def _cbor_array(value: Any, base_type: str, copy: bool) -> Any:
     if base_type in _UINT8_TYPES:
-        return _bytes_of(value) if isinstance(value, np.ndarray) else bytes(value)
+        return _bytes_of(value, copy) if isinstance(value, np.ndarray) else bytes(value)
     if base_type not in _CBOR_TAGS:
         return [bool(each) for each in value]
-    return with_cbor_tag(_CBOR_TAGS[base_type], _bytes_of(np.asarray(value, _numpy_type(base_type))))
+    return with_cbor_tag(_CBOR_TAGS[base_type], _bytes_of(np.asarray(value, _numpy_type(base_type)), copy))
 
 
-def _bytes_of(array: np.ndarray[Any, Any]) -> bytes | memoryview:
-    return array.tobytes() if array.nbytes <= LARGE_BYTES else array.data.cast("B")
+def _bytes_of(array: np.ndarray[Any, Any], copy: bool) -> bytes | memoryview:
+    return array.tobytes() if copy or array.nbytes <= LARGE_BYTES else array.data.cast("B")
 
 
 def _numpy_type(base_type: str) -> str:

@@ -52,7 +52,10 @@ async def send_frames(connection: Connection, frames: Sequence[str | bytes]) -> 
     if connection.state is not State.OPEN:
         await connection.send(frames[0])  # raises the error
     write_frames(connection, frames)
-    await connection.drain()
+    try:
+        await connection.drain()
+    except OSError:  # the connection was reset meanwhile
+        await connection.send(frames[-1])  # raises ConnectionClosed
 
 
 def keeps_up(connection: Connection) -> bool:
