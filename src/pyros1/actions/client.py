@@ -33,8 +33,8 @@ class Client:
 
     As a context manager, the client closes itself on exit.
 
-    The callbacks of goals run one after the other, in a separate thread, even in a node that spins. They may send goals
-    and wait for them.
+    The callbacks of goals run one after the other, in a separate thread, even in a node with ``callbacks="spin"``. They
+    may send goals and wait for them.
 
     Args:
         node: the node used for communication and time.

@@ -27,8 +27,8 @@ class Server:
 
     As a context manager, the server closes itself on exit.
 
-    The callbacks run in separate threads, even in a node that spins. They should return quickly: execute goals in other
-    threads.
+    The callbacks run in separate threads, even in a node with ``callbacks="spin"``. They should return quickly: execute
+    goals in other threads.
 
     Args:
         node: the node used for communication and time.

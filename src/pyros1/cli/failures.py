@@ -72,7 +72,7 @@ def did_you_mean(word: str, known_words: Iterable[str]) -> str:
 
 
 def other_commands_hint(verb: str) -> str:
-    """Return a hint about other commands with this verb, for example a tool of topic_tools typed after ``topic``."""
+    """Return a hint about the other commands that have this verb: ``topic relay`` should be ``topic_tools relay``."""
     from pyros1.cli import registry  # noqa: PLC0415 - only needed after a failure
     from pyros1.ground.suggest import SYNONYMS  # noqa: PLC0415
 

@@ -123,7 +123,7 @@ class Finder:
                     raise ModuleNotFoundError(message, name=name)
                 return ModuleSpec(name, MessageModuleLoader(self._library, package, kind), is_package=True)  # type: ignore[arg-type]
             case ["msg" | "srv" as kind, module] if module[:2] != "__" and self._library.has_package(package):
-                if module[0] != "_":  # TYPE, not _TYPE: check() raises an error with a hint
+                if module[0] != "_":  # e.g. std_msgs.msg.String for _String: check() raises an error with a hint
                     finder().check(f"{MSGS_PACKAGE}.{module_name(package)}.{kind}.{module}")
                 if module[1:] in self._type_names(package, kind):
                     return ModuleSpec(name, MessageModuleLoader(self._library, package, kind, module[1:]))  # type: ignore[arg-type]

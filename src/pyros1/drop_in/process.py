@@ -51,7 +51,7 @@ class Process:
     # Start ------------------------------------------------------------------------------------------------------------
 
     def start(self, make_node: Callable[[], Node], arguments: tuple[Any, ...]) -> Node:
-        """Start and return the node. Call the functions passed to `when_started`, in the order of these calls."""
+        """Start and return the node. Call the functions passed to `add_start_callback`, in the order of these calls."""
         self.is_starting = True
         try:
             node = make_node()
@@ -73,7 +73,7 @@ class Process:
         """Whether this process was forked from the node's process, whose threads it does not have."""
         return self.node is not None and os.getpid() != self._pid
 
-    def when_started(self, callback: Callable[[Node], object]) -> None:
+    def add_start_callback(self, callback: Callable[[Node], object]) -> None:
         """Call a function with the node: immediately, or as soon as it is started."""
         with self._lock:
             node = self.node
@@ -82,8 +82,8 @@ class Process:
                 return
         callback(node)
 
-    def cancel_when_started(self, callback: Callable[[Node], object]) -> None:
-        """Undo `when_started`, if the function has not been called yet."""
+    def remove_start_callback(self, callback: Callable[[Node], object]) -> None:
+        """Undo `add_start_callback`, if the function has not been called yet."""
         with self._lock:
             if callback in self._start_callbacks:
                 self._start_callbacks.remove(callback)

@@ -10,7 +10,7 @@ _ANNOTATION_NAMES = {"Any", "TYPE_CHECKING", "annotations"}
 
 
 def import_without_lock(name: str) -> Any:
-    """Import a module that is usually loaded already, like an import statement, and return it.
+    """Import a module as an import statement does, and return it. The module is usually loaded already.
 
     Before Python 3.11, `importlib.import_module` always acquires the module's lock, and a signal handler that does so
     while the main thread holds the lock deadlocks.

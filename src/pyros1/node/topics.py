@@ -165,7 +165,7 @@ class Topics:
             callback: called with each message.
             queue_size: maximum number of queued messages per publisher; None for no limit.
             hints: how to connect to publishers.
-            direct: whether to call the callback in the receiving thread, even in a node that spins.
+            direct: whether to call the callback in the receiving thread, even in a node with ``callbacks="spin"``.
             arrays: the type of numeric arrays, see `find_view`.
             stream: receives the messages undecoded, instead of the callback.
             driver: receives the messages if the topic has only streams that drop nothing; None for the node's threads.
@@ -366,7 +366,8 @@ class TopicMethods:
             type: message class, a type's name, or AnyMsg to receive any type.
             callback: called with each message. Calls for one topic never overlap.
             queue_size: maximum number of messages of each publisher queued for a slow callback; older ones are dropped
-                undecoded. None drops nothing, but slows publishers down; in a node that spins, None means 1000.
+                undecoded. None drops nothing, but slows publishers down; in a node with ``callbacks="spin"``, None
+                means 1000.
             tcp_nodelay: whether to ask publishers to send small messages without delay.
             arrays: the type of numeric arrays, which all have one dimension: None for bytes (uint8) and tuples;
                 "memoryview" or "numpy" for read-only arrays of the field's type that refer to the received bytes,

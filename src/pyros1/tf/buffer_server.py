@@ -58,8 +58,8 @@ class _Goal:
 class BufferServer:
     """Performs lookups for other nodes; responds when the transform is available or the timeout has expired.
 
-    Programs use it through a `BufferClient` instead of receiving all transforms themselves. In a node that spins, it
-    only responds while the node spins.
+    Programs use it through a `BufferClient` instead of receiving all transforms themselves. In a node with
+    ``callbacks="spin"``, it only responds while `spin` or `spin_once` runs.
 
     Args:
         node: the node whose topics and time are used.

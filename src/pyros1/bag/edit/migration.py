@@ -230,7 +230,8 @@ def _nested_types(old: MessageClass, new: MessageClass) -> list[tuple[str, str]]
 def _string_literal(text: str) -> str:
     """Return a triple-quoted Python literal for a string, so that no text from a bag can become code."""
     escaped = text.replace("\\", "\\\\").replace("\r", "\\r").replace('"""', '\\"\\"\\"')
-    # A program must not contain NUL, or surrogates, which stand for bytes that are not UTF-8, as in old comments.
+    # Python source must not contain NUL, or surrogates. These stand for bytes that are not UTF-8, for example in the
+    # comments of old .msg files.
     escaped = re.sub("[\0\ud800-\udfff]", lambda match: f"\\u{ord(match[0]):04x}", escaped)
     return f'"""\n{escaped}\n"""'
 

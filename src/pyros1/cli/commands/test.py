@@ -154,7 +154,7 @@ COMMAND = Command(
         Argument("arg_name:=value", "launch_arg", repeatable=True, optional=True),
         usage="[options] [package] <filename>",
         examples=[
-            ("my_robot all.test", "run the tests of a package's file"),
+            ("my_robot all.test", "run the tests in a package's file"),
             ("-t all.test", "let the tests write to the screen"),
         ],
         parse=parse_all_args,

@@ -18,11 +18,11 @@ MAX_BITS = 4096
 
 MAX_WORK = 10_000_000
 """Maximum work of an expression. An operation or function costs 1 for each item that it visits, or for each eight
-characters of a string; in addition, each evaluation of a node costs `STEP_COST`.
+characters of a string; in addition, each evaluation of a node of the syntax tree costs `STEP_COST`.
 """
 
 STEP_COST = 6
-"""Cost of evaluating a node or an item of a comprehension, or of accessing an item of a list."""
+"""Cost of evaluating a node of the syntax tree or an item of a comprehension, or of accessing an item of a list."""
 
 CALL_COST = 30
 """Cost of a call, in addition to the cost of the function."""

@@ -92,7 +92,7 @@ class TcpLink:
         self._is_idle = True
         self._is_blocked = False
         self._closed = False
-        self._is_timer_set = False  # whether the loop's timer is set
+        self._is_flush_scheduled = False  # by the loop's timer
         self._is_writable = False  # whether the socket accepts more
         self._in_event = False  # whether the loop is in `_on_event`
         self._streak = 0
@@ -212,7 +212,7 @@ class TcpLink:
                 self._block()
                 return
         self._is_blocked = False
-        if not self._is_timer_set:
+        if not self._is_flush_scheduled:
             self._is_idle = True
             self._streak = 0
 
@@ -224,12 +224,12 @@ class TcpLink:
             self._queue_unsent()
         self._frame_in_flight = None
         self._queue.discard_sent()
-        self._is_timer_set = self._is_blocked = False  # the interruption may have prevented the call to the loop
+        self._is_flush_scheduled = self._is_blocked = False  # the interruption may have prevented the call to the loop
         self._flush()
 
     def _set_timer(self) -> None:
-        if not self._is_timer_set:
-            self._is_timer_set = True
+        if not self._is_flush_scheduled:
+            self._is_flush_scheduled = True
             self._loop.call_later(FLUSH_DELAY, self._on_flush_timer)
 
     def _on_flush_timer(self) -> None:
@@ -237,7 +237,7 @@ class TcpLink:
         self._strand.do(self._flush_batch)
 
     def _flush_batch(self) -> None:
-        self._is_timer_set = False
+        self._is_flush_scheduled = False
         if self._closed or self._is_blocked:
             return
         is_busy = perf_counter() - self._last_send_at < FLUSH_DELAY

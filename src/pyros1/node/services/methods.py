@@ -53,7 +53,7 @@ class Services:
             name: the service's full name.
             service_class: the service class.
             handler: called with each request.
-            direct: whether to call the handler immediately, even in a node that spins.
+            direct: whether to call the handler immediately, even in a node with ``callbacks="spin"``.
 
         Raises:
             NodeError: this node already provides the service, or the process was forked.

@@ -42,7 +42,7 @@ class Subscriber(Generic[_M]):
         queue_size: maximum number of messages waiting for the callback; None for no limit.
         decode: creates a message from part of a buffer.
         stream: receives the messages undecoded, instead of the callback; None if there is a callback.
-        direct: whether the callback runs in the receiving thread even in a node that spins.
+        direct: whether the callback runs in the receiving thread even in a node with ``callbacks="spin"``.
         in_publisher: whether the callback may run in the thread of a publisher in this process.
         native_class: class of the message objects that the callback can receive as they are; None if their arrays must
             be converted first.
@@ -95,7 +95,8 @@ class Subscriber(Generic[_M]):
             return item
         if isinstance(item, SplitBody):
             return decode_split(self.type, self._layout, item, self._view, exact)
-        if not isinstance(item, bytes):  # of the same type, but from another definition; or with another kind of arrays
+        if not isinstance(item, bytes):
+            # A decoded message of the same type, whose class was made from another definition, or has other arrays.
             cls: Any = item.__class__
             item = cls._encode(item)
         body: bytes = item  # type: ignore[assignment]

@@ -138,8 +138,10 @@ class TcpSource:
         return self.take_received(count) if count else None
 
     def _poll_and_receive(self) -> int | None:
-        """Poll for bytes; return how many arrived, 0 at the end of the stream, or None if the caller must sleep: after
-        BUSY_POLL_TIME seconds without any, or on a busy machine.
+        """Poll for bytes; return how many arrived, or 0 at the end of the stream.
+
+        Return None if the caller should use a blocking call instead, since nothing arrived within BUSY_POLL_TIME
+        seconds, or since the machine is busy.
         """
         now = perf_counter()
         if now < self._poll_guard.paused_until:

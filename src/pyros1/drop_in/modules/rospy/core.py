@@ -35,7 +35,7 @@ def is_initialized() -> bool:
 def set_initialized(initialized: bool) -> None:
     """Set the result of `is_initialized` until the node is started. This does not start the node."""
     _overrides["initialized"] = initialized
-    PROCESS.when_started(lambda _: _overrides.pop("initialized", None))
+    PROCESS.add_start_callback(lambda _: _overrides.pop("initialized", None))
 
 
 def is_shutdown() -> bool:
@@ -149,7 +149,7 @@ def get_node_uri() -> str | None:
 def set_node_uri(uri: str | None) -> None:
     """Set the result of `get_node_uri` until the node is started. This does not change the node's URI."""
     _overrides["uri"] = uri
-    PROCESS.when_started(lambda _: _overrides.pop("uri", None))
+    PROCESS.add_start_callback(lambda _: _overrides.pop("uri", None))
 
 
 def get_ros_root(required: bool = False, env: Mapping[str, str] | None = None) -> str | None:

@@ -80,7 +80,7 @@ def _set_caller_id(caller_id: str) -> None:
     """
     namespace(caller_id)
     if not _program_name:
-        PROCESS.when_started(lambda _: _program_name.clear())
+        PROCESS.add_start_callback(lambda _: _program_name.clear())
     _program_name["id"] = caller_id
 
 

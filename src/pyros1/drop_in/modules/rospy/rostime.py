@@ -13,7 +13,7 @@ from rospy.exceptions import ROSInitException, ROSInterruptException, ROSTimeMov
 
 _rostime_cond = threading.Condition()
 _notifications_started: list[bool] = []
-"""Contains True once the condition is notified of changes, that is after the first `get_rostime_cond`."""
+"""Not empty if the condition is notified of changes of the time, that is after the first call of `get_rostime_cond`."""
 _program_time_and_clock: list[Any] = []
 """The time set by the program, and the time on /clock at that moment."""
 
@@ -236,7 +236,7 @@ def get_rostime_cond() -> threading.Condition:
     with _rostime_cond:
         if not _notifications_started:
             _notifications_started.append(True)
-            PROCESS.when_started(_start_notifications)
+            PROCESS.add_start_callback(_start_notifications)
     return _rostime_cond
 
 

@@ -134,7 +134,7 @@ class Topic:
 
     def unregister(self) -> None:
         """Close this publisher or subscriber; the topic is unregistered with the last one in the program."""
-        PROCESS.cancel_when_started(self._start)
+        PROCESS.remove_start_callback(self._start)
         with TOPICS.lock:
             impl, self.impl = self.impl, None
             handle, self._handle = self._handle, None
@@ -189,7 +189,7 @@ class Publisher(Topic):
             impl.set_queue_size(queue_size)
         if subscriber_listener is not None:
             impl.add_subscriber_listener(subscriber_listener)
-        PROCESS.when_started(self._start)
+        PROCESS.add_start_callback(self._start)
 
     def _start(self, node: pyros1.Node) -> None:
         super()._start(node)
@@ -287,7 +287,7 @@ class Subscriber(Topic):
                 impl.callbacks.append(self._entry)
         if tcp_nodelay:
             impl.set_tcp_nodelay(tcp_nodelay)
-        PROCESS.when_started(self._start)
+        PROCESS.add_start_callback(self._start)
 
     def _open(self, node: pyros1.Node, data_class: Any, impl: Any) -> Any:
         from rospy.impl.rosout import with_error_logging

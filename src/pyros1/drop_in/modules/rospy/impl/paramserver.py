@@ -76,7 +76,7 @@ class ParamServerCache:
         self._notifiers = [] if notifier is None else [notifier]
         if not self._watching:
             self._watching = True
-            PROCESS.when_started(lambda node: node.params.on_update(self._notify))
+            PROCESS.add_start_callback(lambda node: node.params.on_update(self._notify))
 
     def _notify(self, key: str, value: Any) -> None:
         for notifier in self._notifiers:

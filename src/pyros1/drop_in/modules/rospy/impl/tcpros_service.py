@@ -109,7 +109,7 @@ class ServiceImpl(_Service):
         self._server: Any = None
         self._ended = Event()
         SERVICES.register(self.resolved_name, self)
-        PROCESS.when_started(self._start)
+        PROCESS.add_start_callback(self._start)
 
     __getattr__ = class_getattr("Service", "pyros1's nodes serve connections themselves", frozenset(["protocol"]))
 
@@ -183,7 +183,7 @@ class ServiceImpl(_Service):
         if self.done:
             return
         self.done = True
-        PROCESS.cancel_when_started(self._start)
+        PROCESS.remove_start_callback(self._start)
         SERVICES.unregister(self.resolved_name, self)
         if self._server is not None:
             self._server.shutdown()

@@ -197,7 +197,7 @@ class PublisherImpl(TopicImpl):
     def add_subscriber_listener(self, l: Any) -> None:  # noqa: E741 - stock's name
         """Notify a `SubscribeListener` when subscribers connect and disconnect."""
         self.subscriber_listeners.append(l)
-        PROCESS.when_started(lambda _: self.start_notifications())
+        PROCESS.add_start_callback(lambda _: self.start_notifications())
 
     def start_notifications(self) -> None:
         """Start to notify the listeners, if the topic is already published."""
