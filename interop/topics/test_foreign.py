@@ -13,7 +13,6 @@ import contextlib
 import json
 import random
 import re
-import warnings
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -35,7 +34,7 @@ SEPARATOR = "\n" + "=" * 80 + "\n"
 TYPES = sorted(set(FORMULAS) - {"std_msgs/Empty"})
 CASES = 60
 
-pytestmark = pytest.mark.ours_only
+pytestmark = [pytest.mark.ours_only, pytest.mark.filterwarnings("ignore::UnicodeWarning")]
 
 
 class Case(NamedTuple):
@@ -178,12 +177,11 @@ class Viewer:
 
     def _taker(self, topic: str, decoder: Decoder) -> Callable[[AnyMsg], None]:
         def take(message: AnyMsg) -> None:
-            self.count[topic] += 1
             header = {"message_definition": "", **(message._connection_header or {})}
             self._bag.write_raw(topic, message._buff, header)
-            with contextlib.suppress(Error), warnings.catch_warnings():
-                warnings.simplefilter("ignore", UnicodeWarning)
+            with contextlib.suppress(Error):
                 self.texts[topic].append(str(decoder.decode(message)))
+            self.count[topic] += 1
 
         return take
 
@@ -273,8 +271,7 @@ def in_bag(path: Path) -> dict[str, list[str]]:
     texts: dict[str, list[str]] = {}
     with pyros1.bag.open(path) as bag:
         for name, message, _, connection in bag.messages(raw=True):
-            with contextlib.suppress(Error), warnings.catch_warnings():
-                warnings.simplefilter("ignore", UnicodeWarning)
+            with contextlib.suppress(Error):
                 cls = bag.message_class(connection)
                 texts.setdefault(name, []).append(str(cls().deserialize(message._buff)))
     return texts
