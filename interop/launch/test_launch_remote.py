@@ -34,8 +34,9 @@ PACKAGE = """<package format="2"><name>shouting</name><version>1.0.0</version><d
 <maintainer email="a@example.org">a</maintainer><license>BSD</license></package>"""
 SHOUT = """#!/bin/sh
 echo "from $(echo $SSH_CONNECTION | cut -d' ' -f1), home $ROS_HOME"
-sleep 1000
+exec sleep 1000
 """
+"""With exec, since Debian's shell may lose a Ctrl-C that arrives just before it forks."""
 
 
 @pytest.fixture

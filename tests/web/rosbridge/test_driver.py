@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import asyncio
+import threading
+from collections.abc import Iterator
 from typing import Any
 
 import pytest
@@ -74,24 +76,27 @@ class Silent(Talker):
     def __init__(self) -> None:
         super().__init__(0)
         self.written: list[bytes] = []
+        self.num_unread_bytes = 0
+        self.leaves = asyncio.Event()
+        self.was_drained = asyncio.Event()
         self.transport = self
 
     async def __anext__(self) -> bytes:
-        await asyncio.Event().wait()
+        await self.leaves.wait()
         raise StopAsyncIteration
 
     def get_write_buffer_size(self) -> int:
-        return 0
+        return self.num_unread_bytes
 
     def write(self, data: bytes) -> None:
         self.written.append(data)
 
     async def drain(self) -> None:
-        """All is read at once."""
+        self.was_drained.set()
 
 
 def test_a_fault_while_frames_are_made_ends_the_connection(monkeypatch: pytest.MonkeyPatch) -> None:
-    """It may not leave a client that hears nothing any more."""
+    """It may not leave a client that hears nothing any more, or lose frames silently."""
     clients: list[Client] = []
     monkeypatch.setattr(Client, "take", take_and_fail(clients))
     robot = Robot("http://localhost:1/", Access(), no_node)
@@ -113,12 +118,82 @@ def test_a_fault_while_frames_are_made_ends_the_connection(monkeypatch: pytest.M
 
 
 def take_and_fail(clients: list[Client]) -> Any:
-    """Return a `Client.take` that has nothing at first, and then fails."""
+    """Return a `Client.take` that fails once, the second time; at other times it has nothing."""
 
     def take(client: Client, now: float) -> DueFrames:
         clients.append(client)
-        if len(clients) > 1:
+        if len(clients) == 2:
             raise ZeroDivisionError
         return DueFrames(iter(()), True, None)
 
     return take
+
+
+def test_a_slow_client_is_waited_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What it has not read may not grow."""
+    made: list[Client] = []
+    take = Client.take
+
+    def note(client: Client, now: float) -> DueFrames:
+        made.append(client)
+        return take(client, now)
+
+    monkeypatch.setattr(Client, "take", note)
+    robot = Robot("http://localhost:1/", Access(), no_node)
+    calls = ThreadPool(1, "test: calls")
+    bridge = Bridge(robot, calls)
+
+    async def serve() -> list[bytes]:
+        client = Silent()
+        client.num_unread_bytes = 1
+        serving = asyncio.create_task(bridge.serve(client))  # type: ignore[arg-type]  # it is used like one
+        while not made:
+            await asyncio.sleep(0)
+        await asyncio.sleep(0)
+        made[0].outbox.enqueue("a frame")
+        await asyncio.wait_for(client.was_drained.wait(), 20)
+        serving.cancel()
+        await asyncio.gather(serving, return_exceptions=True)
+        return client.written
+
+    assert asyncio.run(serve()) == [b"\x81\x07a frame"]
+    bridge.close()
+    calls.shutdown(wait=True)
+
+
+def test_a_client_that_leaves_while_its_frames_are_made(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its end may not be missed: the connection would be served for ever."""
+    made: list[Client] = []
+    is_making, may_end = threading.Event(), threading.Event()
+
+    def make() -> Iterator[str]:
+        is_making.set()
+        assert may_end.wait(20)
+        yield "a frame"
+
+    def take(client: Client, now: float) -> DueFrames:
+        made.append(client)
+        return DueFrames(make(), False, None) if len(made) == 2 else DueFrames(iter(()), True, None)
+
+    monkeypatch.setattr(Client, "take", take)
+    robot = Robot("http://localhost:1/", Access(), no_node)
+    calls = ThreadPool(1, "test: calls")
+    bridge = Bridge(robot, calls)
+
+    async def serve() -> None:
+        client = Silent()
+        serving = asyncio.create_task(bridge.serve(client))  # type: ignore[arg-type]  # it is used like one
+        while not made:
+            await asyncio.sleep(0)
+        await asyncio.sleep(0)
+        made[0].outbox.enqueue("a frame")
+        await asyncio.to_thread(is_making.wait, 20)
+        client.leaves.set()
+        for _ in range(10):
+            await asyncio.sleep(0)
+        may_end.set()
+        await asyncio.wait_for(serving, 20)
+
+    asyncio.run(serve())
+    bridge.close()
+    calls.shutdown(wait=True)

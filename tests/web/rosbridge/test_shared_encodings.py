@@ -139,3 +139,16 @@ def test_frames_are_dropped_while_another_is_being_made() -> None:
 
     assert shared.get(arrival(), "png", "/a", slow, True) == "frame"
     assert counter.made == 41
+
+
+def test_nothing_is_kept_if_the_other_client_goes_meanwhile() -> None:
+    shared, message, counter = for_two(), arrival(), Counter()
+
+    def encode() -> str:
+        shared.remove_client()
+        return "frame"
+
+    shared.get(message, "none", "/a", encode, True)
+    shared.add_client()
+    shared.get(message, "none", "/a", counter, True)
+    assert counter.made == 1

@@ -12,8 +12,8 @@ import pytest
 from pyros1.ground.errors import MessageError
 from pyros1.ground.timing import Time
 from pyros1.msgs import Message, from_definition
-from pyros1.msgs.sensor_msgs.msg import CompressedImage, Imu, LaserScan
-from pyros1.msgs.std_msgs.msg import Float64, Header
+from pyros1.msgs.sensor_msgs.msg import CompressedImage, Imu, JointState, LaserScan
+from pyros1.msgs.std_msgs.msg import Float64, Header, UInt8MultiArray
 from pyros1.msgs.visualization_msgs.msg import MarkerArray
 from pyros1.web.rosbridge import frames, values
 
@@ -151,6 +151,22 @@ def test_headers_that_are_mentioned_get_the_time() -> None:
 def test_what_does_not_fit(cls: type[Message], value: Any) -> None:
     with pytest.raises(MessageError):
         encode(values.from_client(cls, value, NOW))
+
+
+@pytest.mark.parametrize(
+    ("cls", "is_flat"),
+    [
+        (Imu, True),
+        (LaserScan, True),
+        (CompressedImage, True),
+        (MarkerArray, False),
+        (JointState, False),  # an array of strings
+        (UInt8MultiArray, False),  # an array of messages in a nested message
+        (ALL, False),
+    ],
+)
+def test_types_whose_conversion_takes_equally_long(cls: type[Message], is_flat: bool) -> None:
+    assert values.is_flat(cls) == is_flat
 
 
 def test_args_as_lists() -> None:

@@ -161,9 +161,10 @@ class _Driver:
             while not self._disconnected:
                 if self._send_error is not None:
                     raise self._send_error
-                due, self._due_frames = self._due_frames, None
-                if due is not None:
+                if self._due_frames is not None:
+                    due, self._due_frames = self._due_frames, None
                     await self._send_due(due)
+                    continue  # the client may have disconnected, which must not be missed by clearing the event
                 self._wake_event.clear()
                 self._wake_scheduled = False
                 due = self._client.take(monotonic())
