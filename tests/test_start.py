@@ -28,8 +28,8 @@ LIBRARIES = {
 }
 LIBRARIES |= {"yaml"}
 """What pyros1 is installed with, or may be, but for defusedxml, which reads launch files."""
-SLOW = {"asyncio", "email", "http", "logging", "multiprocessing", "ssl", "unittest"}
-"""Modules of Python that take longer than most commands of ours."""
+SLOW = {"asyncio", "email", "hashlib", "http", "logging", "multiprocessing", "ssl", "unittest"}
+"""Modules of Python that take longer than most commands of ours. hashlib loads OpenSSL: 4 MB of memory."""
 XML = {"defusedxml", "urllib", "xml"}
 DEADLINE = 60.0
 

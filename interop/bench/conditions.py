@@ -1,4 +1,5 @@
-"""The conditions under which the steps are run: on a quiet machine, beside busy programs, with a quota, on one core.
+"""The conditions under which the steps are run: on a quiet machine, beside busy programs, on one core, with less of the
+processor's time.
 
 What is measured inherits the condition from the process that measures: a processor, a control group.
 """
@@ -15,7 +16,8 @@ from pathlib import Path
 QUIET = "quiet"
 _CPU_BURNER = "while True: pass"
 _MEMORY_BURNER = "source = bytearray(64 << 20); target = bytearray(len(source))\nwhile True: target[:] = source"
-_PERIOD = 100_000  # us, as containers have it
+_CONTAINER_PERIOD = 100_000  # us, as container runtimes set it
+_CLOCK_PERIOD = 4_000  # us; short, so that programs seem to run slowly rather than to stop for long
 
 
 @contextmanager
@@ -44,13 +46,17 @@ def pinned() -> Iterator[None]:
 
 
 @contextmanager
-def quota() -> Iterator[None]:
-    """All programs together may use the time of one core, as in a container with such a limit.
+def quota(cores: float, period: int) -> Iterator[None]:
+    """All programs together may use so much of the processors' time, as in a container with such a limit.
+
+    Args:
+        cores: the limit, as the number of cores that could be used all the time.
+        period: what is used in a period is limited, in microseconds.
 
     Raises:
         OSError: no control group can be made here; that needs root.
     """
-    parent, files = _cpu_controller()
+    parent, files = _cpu_controller(round(cores * period), period)
     group = parent / f"bench.{os.getpid()}"
     group.mkdir()
     try:
@@ -65,20 +71,29 @@ def quota() -> Iterator[None]:
         group.rmdir()
 
 
-def _cpu_controller() -> tuple[Path, Mapping[str, str]]:
-    """Return the folder of this process's control group, and the files that limit one inside it to one core."""
+def _cpu_controller(used: int, period: int) -> tuple[Path, Mapping[str, str]]:
+    """Return the folder of this process's control group, and the files that limit one inside it to so many microseconds
+    of each period.
+    """
     own = dict(line.split(":", 2)[1:] for line in Path("/proc/self/cgroup").read_text().splitlines())
     root = Path("/sys/fs/cgroup")
     for controllers, path in own.items():
         if "cpu" in controllers.split(","):  # version 1
-            files = {"cpu.cfs_period_us": str(_PERIOD), "cpu.cfs_quota_us": str(_PERIOD)}
+            files = {"cpu.cfs_period_us": str(period), "cpu.cfs_quota_us": str(used)}
             return root / "cpu" / path.lstrip("/"), files
-    return root / own[""].lstrip("/"), {"cpu.max": f"{_PERIOD} {_PERIOD}"}
+    return root / own[""].lstrip("/"), {"cpu.max": f"{used} {period}"}
+
+
+def slowed(share: float) -> AbstractContextManager[None]:
+    """A stand-in for processors of so much of the clock: all cores together may use that share of their time."""
+    return quota(share * len(os.sched_getaffinity(0)), _CLOCK_PERIOD)
 
 
 CONDITIONS: Mapping[str, Callable[[], AbstractContextManager[None]]] = {
     QUIET: nullcontext,
     "busy": busy,
-    "quota": quota,
+    "quota": lambda: quota(1, _CONTAINER_PERIOD),
     "pinned": pinned,
+    "half": lambda: slowed(0.5),
+    "quarter": lambda: slowed(0.25),
 }

@@ -11,6 +11,7 @@ from codec import LABELS
 from harness import INTEROP, STOCK_PYTHON
 from launch import ALONE, DOWN, KINDS, UP
 from master import FIGURES
+from memory import MASTER, NODE, WEB
 from model import COLUMNS, OURS, ROSCPP, ROSPY, Goal, Row, Step, at_least
 from steps import Command, Import, Program, Script, Together
 
@@ -72,6 +73,16 @@ def start() -> Iterator[Row]:
         }
         name = ours.replace(f"{INTEROP.parent}/", "")
         yield Row("start", name, "ms", "ms", steps, goal if ours == "topic list" else (), less=True)
+
+
+def memory() -> Iterator[Row]:
+    """Each with the most that ours may need."""
+    sides: dict[str, Step] = {OURS: Script("memory.py", "ours"), ROSPY: Script("memory.py", "rospy")}
+    yield Row("memory", MASTER, "MB", MASTER, sides, (Goal(25, most=True),), less=True)
+    sides = {**sides, ROSCPP: Script("memory.py", "roscpp")}
+    yield Row("memory", NODE, "MB", NODE, sides, (Goal(20, most=True),), less=True)
+    web: dict[str, Step] = {OURS: Script("memory.py", "ours", "--web", python=sys.executable)}
+    yield Row("memory", "server of the page, without a page", "MB", WEB, web, (Goal(60, most=True),), less=True)
 
 
 def launch() -> Iterator[Row]:

@@ -12,7 +12,7 @@ import itertools
 from collections.abc import Iterator
 
 from model import COLUMNS, FACE, OURS, ROSCPP, ROSPY, Goal, Row, Step, at_least
-from program_rows import bags, codec, launch, master, start
+from program_rows import bags, codec, launch, master, memory, start
 from steps import LOCAL, ControlLoop, Crowd, FanOut, Import, Program, Together
 
 
@@ -258,6 +258,7 @@ def all_rows() -> list[Row]:
         services,
         faces,
         process,
+        memory,
         master,
         start,
         launch,

@@ -245,18 +245,23 @@ class Script:
 
     Attributes:
         name: file name, here.
-        side: ``ours`` or ``stock``: what it measures.
+        side: ``ours`` or ``stock`` (or a kind of program): what it measures.
+        options: its other arguments.
+        python: the interpreter that runs it.
     """
 
     name: str
     side: str
+    options: str = ""
+    python: str = STOCK_PYTHON
 
     @property
     def label(self) -> str:
-        return f"{self.name} {self.side}"
+        return f"{self.name} {self.side} {self.options}".rstrip()
 
     def run(self, bench: Bench) -> dict[str, float]:
-        out = bench.output(STOCK_PYTHON, str(HERE / self.name), "--side", self.side, kind=OURS)
+        command = (self.python, str(HERE / self.name), "--side", self.side, *self.options.split())
+        out = bench.output(*command, kind=OURS)
         return {name: float(value) for name, value in json.loads(out.splitlines()[-1]).items()}
 
 

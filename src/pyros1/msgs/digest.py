@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 
 from pyros1.ground.errors import DefinitionError
+from pyros1.ground.md5 import md5_hex
 from pyros1.msgs.spec import MessageSpec, ServiceSpec
 
 SEPARATOR = "=" * 80
@@ -148,10 +149,4 @@ def _is_separator(line: str) -> bool:
 
 
 def _md5(text: str) -> str:
-    data = text.encode("utf-8", "surrogateescape")
-    try:  # hashlib loads OpenSSL, which would delay the start of every node
-        from _md5 import md5  # type: ignore[import-not-found]  # noqa: PLC0415
-    except ImportError:
-        from hashlib import md5  # noqa: PLC0415
-
-    return str(md5(data, usedforsecurity=False).hexdigest())
+    return md5_hex(text.encode("utf-8", "surrogateescape"))

@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from functools import cache
 from typing import Final
 
+from pyros1.ground.md5 import md5_hex
 from pyros1.wire.local import is_local_enabled
 
 _PREFIX: Final = "pyros1-"
@@ -22,8 +23,6 @@ def host_key() -> str:
     """Return the common key of programs that can share memory: those of the same user in the same network namespace
     since the last boot of the machine. It is an empty string if the system does not support this.
     """
-    import hashlib  # noqa: PLC0415 - slow to import, and most nodes do not need it
-
     required = ((os, "memfd_create"), (os, "geteuid"), (socket, "SO_PEERCRED"), (socket, "send_fds"))
     if not all(hasattr(module, name) for module, name in required):
         return ""
@@ -33,8 +32,7 @@ def host_key() -> str:
         network_namespace = os.readlink("/proc/self/ns/net")
     except (OSError, ValueError):
         return ""
-    text = f"{boot_id} {network_namespace} {os.geteuid()}"
-    return hashlib.sha256(text.encode()).hexdigest()[:32]
+    return md5_hex(f"{boot_id} {network_namespace} {os.geteuid()}".encode())
 
 
 def local_key(environ: Mapping[str, str]) -> str:
