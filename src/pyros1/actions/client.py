@@ -234,8 +234,8 @@ class Client:
 
     _wake = changed
 
-    def call(self, callback: Callable[[], object]) -> None:
-        """Queue one of the program's callbacks. It runs in a separate thread, so it may wait for goals."""
+    def queue_callback(self, callback: Callable[[], object]) -> None:
+        """Queue a callback of the program. It runs in a separate thread, so it may wait for goals."""
         self._callbacks.add(callback)
 
     @property

@@ -189,15 +189,15 @@ class ClientGoal:
             self._feedback_queue.append(feedback)
             callback = self._on_feedback
             if callback is not None:
-                self._client.call(lambda: callback(feedback))
+                self._client.queue_callback(lambda: callback(feedback))
         self._notify_listeners()
 
     def _on_stage_entered(self, stage: Stage) -> None:
         on_stage, on_done = self._on_stage, self._on_done
         if on_stage is not None:
-            self._client.call(lambda: on_stage(self, stage))
+            self._client.queue_callback(lambda: on_stage(self, stage))
         if stage is Stage.DONE and on_done is not None:
-            self._client.call(lambda: on_done(self))
+            self._client.queue_callback(lambda: on_done(self))
 
     def _notify_listeners(self) -> None:
         self._client.changed()

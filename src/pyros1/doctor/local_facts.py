@@ -104,9 +104,9 @@ def _disk_facts(folder: Path) -> Disk:
 def local_masters(environ: Mapping[str, str]) -> list[str]:
     """Return the URIs of the masters that are running on this machine."""
     ports = dict.fromkeys(MASTER_PORTS)
-    own_master = _host_and_port(environ.get("ROS_MASTER_URI") or DEFAULT_MASTER_URI)
-    if own_master is not None and own_master[0] in ("localhost", "127.0.0.1", socket.gethostname()):
-        ports[own_master[1]] = None
+    configured_address = _host_and_port(environ.get("ROS_MASTER_URI") or DEFAULT_MASTER_URI)
+    if configured_address is not None and configured_address[0] in ("localhost", "127.0.0.1", socket.gethostname()):
+        ports[configured_address[1]] = None
     uris = [f"http://localhost:{port}/" for port in ports]
     results = run_concurrently({uri: partial(_is_master, uri) for uri in uris}, _TIMEOUT)
     return [uri for uri, result in results.items() if result is True]

@@ -24,7 +24,7 @@ def _as_int(number: Any, name: str) -> int:
 def _has_fractions(number: Any) -> bool:
     """Return whether a value's type can represent fractions, such as numpy.float32 or Decimal."""
     number_type = type(number)
-    # Numpy arrays have __index__.
+    # numpy arrays have __index__, whatever their elements; __len__ identifies them.
     return hasattr(number_type, "__float__") and (
         not hasattr(number_type, "__index__") or hasattr(number_type, "__len__")
     )

@@ -302,7 +302,7 @@ class Registrar:
             self._is_master_unreachable = self._is_incomplete = False
         except Error as error:  # the next check tries again
             self._is_master_unreachable = isinstance(error, MasterUnreachableError)
-            self._context.log.peer_event(WARN, "registering again failed, will try again: %s", error)
+            self._context.log.peer_event(WARN, "could not register with the master again, will retry: %s", error)
 
 
 _UNREGISTER_METHOD_BY_REGISTER_METHOD = {

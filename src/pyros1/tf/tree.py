@@ -35,7 +35,7 @@ class Tree:
     def __init__(self, max_age: int) -> None:
         self.max_age = max_age
         self.frames: dict[str, Frame] = {}
-        self._has_slash_names = False  # whether any name still begins with a slash after its first slash was removed
+        self._has_double_slash_names = False  # whether a frame was named with two leading slashes; one is removed
 
     # Filling ----------------------------------------------------------------------------------------------------------
 
@@ -60,7 +60,7 @@ class Tree:
                     and not isnan(x + y + z)
                     and stamps
                     and time > stamps[-1]
-                    and not self._has_slash_names
+                    and not self._has_double_slash_names
                 ):
                     frame.append(time, (parent_frame, transform, squared_length), time - max_age)
                     frame.authority = authority
@@ -79,7 +79,7 @@ class Tree:
         frames = self.frames
         frame = frames.get(child)
         parent_frame = frames.get(parent)
-        if frame is None or parent_frame is None or frame is parent_frame or self._has_slash_names:
+        if frame is None or parent_frame is None or frame is parent_frame or self._has_double_slash_names:
             if parent[:1] == "/":
                 parent = parent[1:]
             if child[:1] == "/":
@@ -106,7 +106,7 @@ class Tree:
         frame = self.frames.get(name)
         if frame is None:
             frame = self.frames[name] = Frame(name)
-            self._has_slash_names = self._has_slash_names or name[0] == "/"
+            self._has_double_slash_names = self._has_double_slash_names or name[0] == "/"
         return frame
 
     def clear(self) -> None:

@@ -17,7 +17,7 @@ import pytest
 from pyros1.ground.errors import LaunchError
 from pyros1.launch.plan import ExitPolicy, MachinePlan, NodePlan
 from pyros1.launch.remote import agent
-from pyros1.launch.remote.over_ssh import SSH_VARIABLE, Machine, make_machine, ssh_words
+from pyros1.launch.remote.over_ssh import SSH_VARIABLE, Machine, make_machine, ssh_command
 from pyros1.launch.remote.process import RemoteProcess
 from pyros1.launch.running.console import Console
 from pyros1.launch.running.process import Process
@@ -281,11 +281,11 @@ def test_who_cannot_be_reached_is_said_before_anything_runs(environ: dict[str, s
 
 def test_the_tag_and_the_variable_make_the_command() -> None:
     settings = (("env-loader", "/my env.sh"), ("ssh-port", "2222"), ("user", "me"))
-    words = ssh_words(MachinePlan("m", "host", settings), {SSH_VARIABLE: "ssh -F 'my config'"})
+    words = ssh_command(MachinePlan("m", "host", settings), {SSH_VARIABLE: "ssh -F 'my config'"})
     assert words[:3] == ["ssh", "-F", "my config"]
     assert words[-7:-1] == ["-p", "2222", "-l", "me", "--", "host"]
     assert words[-1].startswith("exec sh -c ") and "/my env.sh" in words[-1]
-    assert ssh_words(MachinePlan("m", "host"), {})[0] == "ssh"
+    assert ssh_command(MachinePlan("m", "host"), {})[0] == "ssh"
 
 
 def test_a_machine_with_stock_ros_only_finds_nodes_with_rosrun(environ: dict[str, str], tmp_path: Path) -> None:

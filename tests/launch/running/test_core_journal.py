@@ -54,7 +54,7 @@ def leave(made: list[CoreJournal], home: Path, *calls: Any) -> Path:
 def test_a_killed_core_is_continued_under_its_run_id(made: list[CoreJournal], tmp_path: Path) -> None:
     leave(made, tmp_path, ("setParam", ["/", "/", {"run_id": "one", "x": 1}]), ("setParam", ["/a", "/run_id", "two"]))
     core, said = make(made, tmp_path)
-    assert core.run_id == "two" and core.previous is not None
+    assert core.previous_run_id == "two" and core.previous is not None
     assert said.lines == [f"restoring the state of the master that was killed (pid {os.getpid()})"]
     core.report(1, ["/rosout"])
     core.report(2, [f"/n{number}" for number in range(30)])
@@ -71,7 +71,7 @@ def test_calls_that_are_none_of_a_parameter_are_no_run_id(made: list[CoreJournal
         ("setParam", ["/a", "/run_id", 5]),
         ("setParam", ["/a", "/x", "y"]),
     )
-    assert make(made, tmp_path)[0].run_id is None
+    assert make(made, tmp_path)[0].previous_run_id is None
 
 
 def test_a_core_that_does_not_start_leaves_the_journal_for_the_next_one(
@@ -82,14 +82,14 @@ def test_a_core_that_does_not_start_leaves_the_journal_for_the_next_one(
     core.release()
     assert core.journal is None and path.exists()
     core.release()
-    assert make(made, tmp_path)[0].run_id == "one"
+    assert make(made, tmp_path)[0].previous_run_id == "one"
 
 
 def test_an_old_one_is_set_aside(made: list[CoreJournal], tmp_path: Path) -> None:
     path = leave(made, tmp_path, ("setParam", ["/a", "/x", 1]))
     os.utime(path, (time.time() - 3600,) * 2)
     core, said = make(made, tmp_path)
-    assert core.previous is None and core.run_id is None and core.journal is not None
+    assert core.previous is None and core.previous_run_id is None and core.journal is not None
     assert "none of its nodes is running" in said.lines[0] and str(path.with_suffix(".old")) in said.lines[0]
     assert path.with_suffix(".old").exists() and not path.exists()
 
@@ -122,7 +122,7 @@ def test_a_cut_one_is_used_as_far_as_it_goes(made: list[CoreJournal], tmp_path: 
     path = leave(made, tmp_path, ("setParam", ["/a", "/run_id", "one"]), ("setParam", ["/a", "/run_id", "two"]))
     path.write_bytes(path.read_bytes()[:-3])
     core, said = make(made, tmp_path)
-    assert core.run_id == "one" and "except for its last changes" in said.lines[0]
+    assert core.previous_run_id == "one" and "except for its last changes" in said.lines[0]
 
 
 def test_without_a_journal_a_core_runs_too(made: list[CoreJournal], tmp_path: Path) -> None:

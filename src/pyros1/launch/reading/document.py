@@ -19,7 +19,8 @@ from pyros1.ground.errors import LaunchError
 _MAX_DEPTH = 200
 _MAX_ENTITIES = 100
 _MAX_ENTITY_LENGTH = 256
-"""Maximum number of characters in an entity, so that a document is at most about 80 times as large as its file."""
+"""Maximum number of characters in an entity. A reference to one has at least 3, so a document is at most 85
+times as large as its file."""
 
 
 @dataclass(slots=True)

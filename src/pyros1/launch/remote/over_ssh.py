@@ -55,7 +55,7 @@ _DEFAULT_LOADER = "/opt/ros/noetic/env.sh"
 _ProcessFactory = Callable[[ProcessSpec, Callable[[Process], object], "Watchdog | None", "Screen | None"], Process]
 
 
-def ssh_words(machine: MachinePlan, environ: Mapping[str, str]) -> list[str]:
+def ssh_command(machine: MachinePlan, environ: Mapping[str, str]) -> list[str]:
     """Return the command that connects to a machine and runs the agent there.
 
     The settings of the ``<machine>`` tag take precedence over the user's ssh configuration. Without an ``env-loader``,
@@ -134,17 +134,17 @@ class Machine:
             self._threads.append(thread)
 
     def _start_ssh(self) -> None:
-        words = ssh_words(self.plan, self._environ)
+        command = ssh_command(self.plan, self._environ)
         with self._changed:
             if self._closed.is_set():
                 return
             try:
                 # In a new session, so that Ctrl-C does not close the connection before the nodes have exited.
                 self._ssh = subprocess.Popen(
-                    words, env=self._environ, stdin=subprocess.PIPE, stdout=subprocess.PIPE, start_new_session=True
+                    command, env=self._environ, stdin=subprocess.PIPE, stdout=subprocess.PIPE, start_new_session=True
                 )
             except OSError as error:
-                raise LaunchError(f"cannot run {words[0]}: {error.strerror}") from error
+                raise LaunchError(f"cannot run {command[0]}: {error.strerror}") from error
         source = _AGENT_FILE.read_bytes()
         self._write(b"%d\n%s" % (len(source), source))
         usage = (_LAUNCH_FOLDER / "running" / "usage.py").read_text("utf-8")
@@ -165,7 +165,7 @@ class Machine:
         self.close()
         raise LaunchError(
             f"cannot launch nodes on machine [{self.plan.name}] ({self.plan.address}): {reason}.\n"
-            f"Try: {shlex.join(ssh_words(self.plan, self._environ)[:-1])} python3 --version"
+            f"Try: {shlex.join(ssh_command(self.plan, self._environ)[:-1])} python3 --version"
         )
 
     def make_process_factory(self, node: NodePlan, run_id: str) -> _ProcessFactory:

@@ -58,7 +58,7 @@ class CoreJournal:
             console.line(f"restoring the state of the master that was killed (pid {self.previous.pid}){truncated}")
 
     @property
-    def run_id(self) -> str | None:
+    def previous_run_id(self) -> str | None:
         """The run id of the previous core; None if it is unknown."""
         value: Any = None
         for method, params in self.previous.calls if self.previous is not None else ():

@@ -126,8 +126,9 @@ class Session:
 
     def _master_uri(self) -> str:
         port = self.options.port
+        # A master that is bound to one address cannot be reached through localhost, as in the default URI.
         if port is None and not self.environ.get("ROS_MASTER_URI") and self._address.bind not in WILDCARD_ADDRESSES:
-            port = parse_uri(DEFAULT_MASTER_URI)[1]  # a master that listens on one address can be reached only there
+            port = parse_uri(DEFAULT_MASTER_URI)[1]
         if port is not None:
             return make_uri(self._address.advertised, port)
         return master_uri(self.environ, {})
@@ -270,7 +271,7 @@ class Session:
                 )
             run_id = run_id or master_run_id
         elif self._core_journal is not None:
-            run_id = run_id or self._core_journal.run_id
+            run_id = run_id or self._core_journal.previous_run_id
         run_id = run_id or str(uuid.uuid1())
         try:
             folder = make_run_folder(self.environ, run_id)

@@ -24,7 +24,8 @@ if TYPE_CHECKING:
     from pyros1.node.subscribing.threads import Driver
 
 MIN_LARGE_FRAME = 1 << 17
-"""Minimum size in bytes of a frame that is received in pieces, so that its array need not be copied."""
+"""Minimum size in bytes of a large frame, and of an array in it that is received straight into its own memory instead
+of being copied from the buffer."""
 MAX_RESERVED = 16 << 20
 """Maximum size in bytes of an array whose memory is reserved in advance, unless an array at least half as large was
 received before."""
@@ -284,7 +285,7 @@ class TcpLinks:
         return iter(list(self._links.values()))
 
     def get(self, fd: int) -> TcpSource | None:
-        """Return the link with a descriptor; None if it is closed."""
+        """Return the link that uses a file descriptor; None if it has been closed."""
         return self._links.get(fd)
 
     def open(self, link: TcpSource) -> Batch | None:

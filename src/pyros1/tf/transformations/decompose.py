@@ -153,7 +153,7 @@ def _eigenvector(matrix: Array, eigenvalue: float) -> Array:
 
 
 def _fixed_point(matrix: Array) -> Array:
-    """Return the point (x, y, z, 1) nearest to the origin among those that a matrix (4, 4) moves the least.
+    """Return the point (x, y, z, 1) that a 4x4 matrix moves the least; of several, the one nearest to the origin.
 
     Raises:
         ValueError: the matrix's last row is not 0, 0, 0, 1, or the matrix contains infinite numbers or nan.

@@ -172,7 +172,7 @@ class WebServer:
         host = request.headers.get("Host")
         if not self._access.is_own_name(host):
             return _text_response(
-                HTTPStatus.FORBIDDEN, "This server has a different name. Use the link that the server printed.\n"
+                HTTPStatus.FORBIDDEN, "This server does not answer to this host name. Use the link that it printed.\n"
             )
         path = urlsplit(request.path).path
         if path == SOCKET_PATH or (path in _ROSBRIDGE_PATHS and _is_websocket_request(request)):

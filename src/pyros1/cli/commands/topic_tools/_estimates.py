@@ -118,8 +118,8 @@ def _random_size(*args: Any, size: Any = None, **keywords: Any) -> float:
     return broadcast_size(*distribution_args, **keywords) if size is None else _shape_size(size)
 
 
-def _size_from_lengths(*lengths: Any) -> float:
-    return _shape_size(lengths)
+def _rand_size(*dimensions: Any) -> float:
+    return _shape_size(dimensions)
 
 
 def _tile_size(A: Any, reps: Any) -> float:
@@ -183,8 +183,8 @@ RANDOM_RESULT_SIZE_FUNCTIONS: Mapping[str, Callable[..., float]] = {
     "normal": _random_size,
     "uniform": _random_size,
     "randint": _random_size,
-    "rand": _size_from_lengths,
-    "randn": _size_from_lengths,
+    "rand": _rand_size,
+    "randn": _rand_size,
 }
 """The same as `RESULT_SIZE_FUNCTIONS`, for functions in ``numpy.random``."""
 

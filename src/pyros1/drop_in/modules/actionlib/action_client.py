@@ -123,7 +123,7 @@ class GoalManager:
         self.send_goal_fn = fn
 
     def register_cancel_fn(self, fn: Callable[[Any], object]) -> None:
-        """Set the function that sends the GoalID of a goal to cancel."""
+        """Set the function that sends a request to cancel a goal: its GoalID."""
         self.cancel_fn = fn
 
     def init_goal(

@@ -154,8 +154,8 @@ class CvBridge:
 
         Args:
             cvim: array of shape (height, width), or (height, width, channels) in the order BGR.
-            dst_format: "jpg", "png" or another format supported by OpenCV or Pillow. Numbers that the format cannot
-                represent are replaced with the nearest ones from 0 to 255.
+            dst_format: "jpg", "png" or another format supported by OpenCV or Pillow. Pixel values that the format
+                cannot represent are clipped to 0-255.
 
         Raises:
             TypeError: ``cvim`` is not an array.

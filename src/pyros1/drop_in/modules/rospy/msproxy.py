@@ -90,7 +90,7 @@ class MasterProxy:
         except ConnectionRefusedError:
             if node is None or node.ok() or client is not node.master:
                 raise
-        self._connect(client.uri)  # the node has closed its connection
+        self._connect(client.uri)  # this node has shut down and closed its connection: open a new one
         with stock_connection_errors():
             return action()
 

@@ -186,7 +186,7 @@ class Transformer:
         )
 
     def setUsingDedicatedThread(self, value: bool) -> None:
-        """Set whether another thread fills this buffer, so that a program can wait for transforms."""
+        """Declare whether another thread fills this buffer. If none does, waiting raises an exception."""
         self._using_dedicated_thread = value
 
     def getTFPrefix(self) -> str:
