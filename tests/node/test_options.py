@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import gc
+import os
+import threading
 import warnings
 from typing import Any
 
@@ -109,3 +111,33 @@ def test_what_peers_do_is_not_logged_below_the_nodes_level(make_node: Any, watch
     raw_peer(node).greet(callerid="/x").answer()
     log.saw("refused a connection from")
     assert len([text for text in log.texts if "refused" in text]) == 1
+
+
+@pytest.mark.skipif(not hasattr(os, "SCHED_FIFO"), reason="only Linux has real-time priorities")
+def test_a_real_time_priority(
+    make_node: Any, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """Feature: real-time priority of a node -- `node.realtime(50)`, `__priority:=50`, `<node priority="50">`."""
+    asked: dict[int, int] = {}
+    monkeypatch.setattr(
+        os, "sched_setscheduler", lambda thread, policy, param: asked.update({thread: param.sched_priority})
+    )
+    make_node("a", argv=["__priority:=50"])
+    assert set(asked.values()) == {50} and len(asked) > 1
+    node = make_node("b")
+    node.realtime(7)
+    assert asked[threading.get_native_id()] == 7
+    with pytest.raises(ValueError, match=r"realtime\(priority\) must be a whole number"):
+        node.realtime(100)
+    with pytest.raises(pyros1.SettingError, match=r"__priority:= must be a whole number .* not 'high'"):
+        make_node("c", argv=["__priority:=high"])
+
+    def refuse(*_: object) -> None:
+        raise PermissionError(1, "Operation not permitted")
+
+    monkeypatch.setattr(os, "sched_setscheduler", refuse)
+    with pytest.raises(pyros1.NodeError, match="the system does not permit it"):
+        node.realtime(50)
+    capfd.readouterr()
+    assert make_node("d", argv=["__priority:=50"]).ok()
+    assert "cannot get real-time priority 50: the system does not permit it" in capfd.readouterr().err

@@ -47,6 +47,7 @@ class NodePlan:
         wait_for: conditions to wait for before the node starts.
         wait_timeout: seconds to wait for these conditions; 0 for no limit.
         on_death: what to do when the node has ended; None for nothing.
+        priority: the real-time priority, 1 to 99; 0 for none.
         args_text, prefix_text: ``args`` and ``prefix`` as written in the file, after substitution.
     """
 
@@ -67,6 +68,7 @@ class NodePlan:
     wait_for: list[Condition] = field(default_factory=list)
     wait_timeout: float = DEFAULT_TIMEOUT
     on_death: OnDeath | None = None
+    priority: int = 0
     args_text: str = field(default="", compare=False)
     prefix_text: str = field(default="", compare=False)
 

@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Literal
 
 from pyros1.ground import names, terminal_text
-from pyros1.ground.errors import Error, NodeShutdownError
+from pyros1.ground.errors import Error, NodeError, NodeShutdownError, SettingError
 from pyros1.msgs import load_message
 from pyros1.net.hosts import addresses_from_environment
 from pyros1.net.hosts import master_uri as find_master_uri
@@ -79,7 +79,7 @@ class Node(TopicMethods, ServiceMethods, TimeMethods):
         MasterUnreachableError: no master responded within ``wait_for_master`` seconds.
         MasterError: the master refuses the node.
         NodeError: the node cannot listen on its address, or its ports are in use.
-        SettingError: PYROS1_ALLOW, PYROS1_BIND or PYROS1_PORTS is invalid.
+        SettingError: PYROS1_ALLOW, PYROS1_BIND, PYROS1_PORTS or ``__priority:=`` is invalid.
         ProtocolError: the master's URI is not valid, or the program that responds is not a master.
         SystemExit: SIGINT or SIGTERM was received before the node had started.
     """
@@ -159,6 +159,8 @@ class Node(TopicMethods, ServiceMethods, TimeMethods):
         self._context.address = address = addresses_from_environment(self.environ, self.arguments.special)
         self._host = address.advertised
         self._shutdown.watch(handle_signals)
+        if "__priority" in self.arguments.special:
+            self._apply_priority_argument()
         for warning in (*address.warnings, *argument_warnings(self.arguments)):
             self.log.warn("%s", warning)
         slave = SlaveApi(
@@ -193,6 +195,18 @@ class Node(TopicMethods, ServiceMethods, TimeMethods):
         self._clock.use_simulated_time()
         clock = load_message("rosgraph_msgs/Clock")
         self._topics.subscribe("/clock", clock, lambda message: self._clock.tick(message.clock), 1, direct=True)
+
+    def _apply_priority_argument(self) -> None:
+        from pyros1.ground.realtime import check_priority  # noqa: PLC0415 - few nodes need it
+
+        try:
+            priority = check_priority(self.arguments.special["__priority"], "__priority:=")
+        except ValueError as error:
+            raise SettingError(str(error)) from error
+        try:
+            self.realtime(priority)
+        except NodeError as error:  # the same launch file must start on a developer's machine
+            self.log.warn("%s", error)
 
     # Names ------------------------------------------------------------------------------------------------------------
 
@@ -283,6 +297,24 @@ class Node(TopicMethods, ServiceMethods, TimeMethods):
             return 0
         self._callback_queue.wait(timeout)
         return self._callback_queue.run_available()
+
+    def realtime(self, priority: int) -> None:
+        """Give the program a real-time priority (SCHED_FIFO): it runs as soon as it has work, even on a busy machine.
+
+        This holds for all threads of the process, and for the processes that it starts. A program that computes without
+        end then stops all others on its processor. ``__priority:=50`` on the command line does the same, but only logs
+        a warning if it is not permitted.
+
+        Args:
+            priority: 1 to 99; programs of a higher priority go first; 0 for none.
+
+        Raises:
+            ValueError: the priority is not a whole number from 0 to 99.
+            NodeError: the system has no such priorities, or the user may not set them.
+        """
+        from pyros1.ground.realtime import check_priority, set_priority  # noqa: PLC0415 - few nodes need it
+
+        set_priority(check_priority(priority, "realtime(priority)"), os.getpid())
 
     def on_shutdown(self, hook: Callable[[], object], early: bool = False) -> None:
         """Call ``hook`` when the node starts to shut down. Hooks can still publish.

@@ -265,3 +265,11 @@ def test_rosparam_loads_regular_files_only(tmp_path: Path, name: str) -> None:
     (tmp_path / "main.launch").write_text(f'<launch><rosparam command="load" file="{tmp_path / name}"/></launch>')
     with pytest.raises(LaunchError, match=r"error loading <rosparam> tag: cannot read .* it is not a regular file"):
         load_plan([str(tmp_path / "main.launch")], {}, resources)
+
+
+def test_real_time_priorities() -> None:
+    nodes = "".join(
+        f'<node pkg="p" type="t" name="{name}" {words}/>'
+        for name, words in (("a", 'priority="50"'), ("b", 'priority=""'), ("c", ""))
+    )
+    assert [node.priority for node in load(f"<launch>{nodes}</launch>").nodes] == [50, 0, 0]

@@ -44,6 +44,8 @@ NODES = [
     ('<node pkg="p" type=" " name="n"/>', "type must be non-empty."),
     (f'{NODE} output="both"/>', "output must be one of 'log', 'screen'."),
     (f'{NODE} cwd="/"/>', "cwd must be one of"),
+    (f'{NODE} priority="100"/>', "priority must be a whole number from 0 (none) to 99, not '100'"),
+    (f'{TEST} priority="50"/>', "<test> tags cannot have 'priority' attribute"),
     (f'{NODE} respawn_delay="soon"/>', "invalid float value for respawn_delay: soon"),
     (f"""{NODE} args="it's"/>""", "cannot split the 'args' attribute into arguments: No closing quotation in"),
     (f'{NODE} launch-prefix="nice \'"/>', "cannot split the 'launch-prefix' attribute into arguments"),

@@ -92,3 +92,27 @@ def test_a_launcher_that_does_not_listen_does_no_harm(launcher: Launcher) -> Non
     launcher.send(**{**START, "package": "none"})
     launcher.close()
     assert not launcher.thread.is_alive()
+
+
+@pytest.mark.skipif(not hasattr(os, "SCHED_FIFO"), reason="only Linux has real-time priorities")
+@pytest.mark.parametrize("permitted", [True, False])
+def test_a_real_time_priority(launcher: Launcher, monkeypatch: pytest.MonkeyPatch, permitted: bool) -> None:
+    asked = []
+
+    def set_scheduler(thread: int, policy: int, param: os.sched_param) -> None:
+        if not permitted:
+            raise PermissionError(1, "Operation not permitted")
+        asked.append((thread, policy, param.sched_priority))
+
+    monkeypatch.setattr(os, "sched_setscheduler", set_scheduler)
+    launcher.send(**START, priority=50)
+    started = launcher.receive()
+    assert started["event"] == "started"
+    launcher.send(do="usage")
+    refusal = None if permitted else launcher.receive()
+    assert launcher.receive()["event"] == "usage"
+    if refusal is None:
+        assert asked == [(started["pid"], os.SCHED_FIFO, 50)]
+    else:
+        assert (refusal["event"], refusal["stream"]) == ("output", 2)
+        assert refusal["text"].startswith("[it-1] cannot get real-time priority 50: [Errno 1] Operation not permitted")

@@ -11,6 +11,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -442,3 +443,21 @@ def test_that_it_was_started_is_said_before_what_it_says(bench: Bench) -> None:
     assert [line.split(" [")[0].split("] ")[-1] for line in said] == [
         word for life in (1, 2, 3) for word in ("process[again-1]: started with pid", f"life {life}")
     ]
+
+
+@pytest.mark.skipif(not hasattr(os, "SCHED_FIFO"), reason="only Linux has real-time priorities")
+@pytest.mark.parametrize("permitted", [True, False])
+def test_a_real_time_priority(bench: Bench, monkeypatch: pytest.MonkeyPatch, permitted: bool) -> None:
+    asked = []
+
+    def set_scheduler(thread: int, policy: int, param: os.sched_param) -> None:
+        if not permitted:
+            raise PermissionError(1, "Operation not permitted")
+        asked.append((thread, policy, param.sched_priority))
+
+    monkeypatch.setattr(os, "sched_setscheduler", set_scheduler)
+    assert bench.supervisor.start(replace(bench.spec("fast-1", "import signal; signal.pause()"), priority=50))
+    (process,) = bench.supervisor.active
+    assert asked == ([(process.pid, os.SCHED_FIFO, 50)] if permitted else [])
+    assert ("[fast-1] cannot get real-time priority 50: the system does not" in bench.err.getvalue()) != permitted
+    assert bench.supervisor.start(bench.spec("usual-2", "import signal; signal.pause()")) and len(asked) <= 1

@@ -44,7 +44,7 @@ ATTRIBUTES_BY_TAG: dict[str, tuple[str, ...]] = {
     "arg": ("name", "value", "default", "doc"),
     "include": ("file", "ns", "clear_params", "pass_all_args"),
     "group": ("ns", "clear_params", "wait-for", "wait-timeout"),
-    "node": (*_NODE_ATTRIBUTES, "on-death", "output", "cwd", "launch-prefix"),
+    "node": (*_NODE_ATTRIBUTES, "on-death", "priority", "output", "cwd", "launch-prefix"),
     "test": (*_TEST_ATTRIBUTES, "time-limit", "retry"),
     "param": ("name", "value", "textfile", "binfile", "command", "type"),
     "rosparam": ("command", "file", "param", "ns", "subst_value"),

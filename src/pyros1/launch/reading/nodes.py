@@ -10,6 +10,7 @@ from typing import Literal
 
 from pyros1.ground.errors import LaunchError
 from pyros1.ground.names import is_legal_base_name
+from pyros1.ground.realtime import check_priority
 from pyros1.launch.plan import ExitPolicy, NodePlan, Plan, TestPlan
 from pyros1.launch.reading.conditions import parse_conditions, parse_seconds
 from pyros1.launch.reading.convert import convert_bool
@@ -19,7 +20,7 @@ from pyros1.launch.reading.params import Attribute, ParamReader
 from pyros1.launch.reading.scope import Scope
 
 Children = Callable[[Element, Scope, dict[str, Callable[[Element, Scope], None]]], None]
-_ATTRIBUTES_NOT_FOR_TESTS = ("respawn", "respawn_delay", "output", "on-death")
+_ATTRIBUTES_NOT_FOR_TESTS = ("respawn", "respawn_delay", "output", "on-death", "priority")
 
 
 class NodeReader:
@@ -136,6 +137,7 @@ class NodeReader:
             plan.wait_timeout = parse_seconds(wait_timeout, "wait-timeout")
         on_death = text("on-death") or ""
         plan.on_death = parse_on_death(on_death, node_scope.namespace, name, plan.remappings)
+        plan.priority = self._parse_priority(text("priority"))
         if plan.exit_policy.respawn and plan.exit_policy.required:
             raise LaunchError("respawn and required cannot both be set to true.")
         if element.tag == "node":  # tests run one at a time
@@ -184,6 +186,15 @@ class NodeReader:
         if text == "screen":
             return "screen"
         raise LaunchError("output must be one of 'log', 'screen'.")
+
+    @staticmethod
+    def _parse_priority(text: str | None) -> int:
+        if not text:
+            return 0
+        try:
+            return check_priority(text, "priority")
+        except ValueError as error:
+            raise LaunchError(str(error)) from error
 
     @staticmethod
     def _parse_delay(text: str | None) -> float:

@@ -85,6 +85,8 @@ class Agent:
             self.send(event="failed", label=label, why=f"{type(error).__name__}: {error}")
         else:
             self.send(event="started", label=label, pid=node.pid)
+            if message.get("priority"):
+                self._set_priority(label, node.pid, message["priority"])
             threading.Thread(target=self._watch, args=(label, node), daemon=True).start()
 
     def _spawn(self, label: str, message: dict[str, Any]) -> subprocess.Popen[bytes]:
@@ -111,6 +113,16 @@ class Agent:
                 options["stderr"].close()
         self._nodes[label] = node
         return node
+
+    def _set_priority(self, label: str, pid: int, priority: int) -> None:
+        try:
+            for thread in os.listdir(f"/proc/{pid}/task"):
+                os.sched_setscheduler(int(thread), os.SCHED_FIFO, os.sched_param(priority))
+        except (FileNotFoundError, ProcessLookupError):  # it has ended
+            pass
+        except (OSError, AttributeError) as error:
+            text = f"[{label}] cannot get real-time priority {priority}: {error}\n"
+            self.send(event="output", label=label, stream=2, text=text)
 
     def _forward_output(self, label: str, number: int, pipe: IO[bytes]) -> None:
         for line in pipe:

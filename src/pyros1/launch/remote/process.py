@@ -84,6 +84,7 @@ class RemoteProcess(Process):
                 "cwd": node.cwd,
                 "run_id": self._run_id,
                 "screen": self.spec.to_screen,
+                "priority": self.spec.priority,
                 "again": bool(self.spawn_count),
             }
         )

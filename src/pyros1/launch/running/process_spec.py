@@ -25,6 +25,7 @@ class ProcessSpec:
             the ``on-death`` action of a required process.
         on_death_spec: the process to start when this process has exited without being stopped; None for no process.
         package: the node's package.
+        priority: the real-time priority, 1 to 99; 0 for none.
     """
 
     label: str
@@ -39,3 +40,4 @@ class ProcessSpec:
     on_death_spec: ProcessSpec | None = None
     errors_to_file: bool = False
     package: str = ""
+    priority: int = 0

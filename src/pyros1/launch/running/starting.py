@@ -233,6 +233,7 @@ class Starter:
             to_screen=self._outputs_to_screen(node),
             exit_policy=self._exit_policy(node),
             package=node.package,
+            priority=node.priority,
         )
 
     def _remote_spec(self, node: NodePlan, label: str) -> ProcessSpec:
@@ -246,6 +247,7 @@ class Starter:
             to_screen=self._outputs_to_screen(node),
             exit_policy=self._exit_policy(node),
             package=node.package,
+            priority=node.priority,
         )
 
     def _on_death_spec(self, node: NodePlan, spec: ProcessSpec) -> ProcessSpec | None:

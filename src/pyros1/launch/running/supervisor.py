@@ -14,8 +14,9 @@ import time
 from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Literal, NamedTuple
 
-from pyros1.ground.errors import LaunchError
+from pyros1.ground.errors import LaunchError, NodeError
 from pyros1.ground.interrupts import InterruptCounter, install_handler
+from pyros1.ground.realtime import set_priority
 from pyros1.launch.running.console import Console
 from pyros1.launch.running.process import KILL_SIGNAL, Process
 from pyros1.launch.running.process_spec import ProcessSpec
@@ -127,7 +128,13 @@ class Supervisor:
         return True
 
     def _print_start(self, process: Process) -> None:
-        self._console.bold(f"process[{process.spec.label}]: started with pid [{process.pid}]")
+        spec = process.spec
+        self._console.bold(f"process[{spec.label}]: started with pid [{process.pid}]")
+        if spec.priority and not process.machine:
+            try:
+                set_priority(spec.priority, process.pid)
+            except NodeError as error:
+                self._console.error(f"[{spec.label}] {error}")
 
     def _on_exit(self, process: Process) -> None:
         self._events.put(("exit", _Exit(process, process.spawn_count)))
