@@ -32,7 +32,7 @@ def test_wrong_ranges(text: str) -> None:
 
 def test_each_port_is_tried_once_from_a_random_one_on() -> None:
     ports = PortRange(50, 59)
-    orders = {tuple(ports.from_random_start()) for _ in range(100)}
+    orders = {tuple(ports.iterate_from_random_start()) for _ in range(100)}
     assert all(sorted(order) == [*range(50, 60)] for order in orders)
     assert len(orders) > 3
 

@@ -56,7 +56,7 @@ class Finder:
         self._uses_stock: bool | None = None
         self._library = finder().library
         self._index = PackageIndex(environ)
-        self._package_spec("std_msgs", [], "std_msgs")  # imports what it needs, for the reason above
+        self._package_spec("std_msgs", [], "std_msgs")  # a first lookup, which imports what later ones need
 
     @property
     def uses_stock(self) -> bool:

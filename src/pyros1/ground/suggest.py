@@ -91,7 +91,7 @@ def similar_remapping(word: str) -> str | None:
 
 
 def argument_hint(word: str) -> str:
-    """Return a hint for an argument that looks like a misspelt option or remapping, or an empty string.
+    """Return a hint if an argument looks like a misspelt option or remapping; otherwise an empty string.
 
     Args:
         word: the command-line argument.

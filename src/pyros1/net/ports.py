@@ -24,7 +24,7 @@ class PortRange(NamedTuple):
     def __str__(self) -> str:
         return f"{self.first}-{self.last}"
 
-    def from_random_start(self) -> Iterator[int]:
+    def iterate_from_random_start(self) -> Iterator[int]:
         """Yield all ports in order, starting at a random one and wrapping around.
 
         So a new node rarely gets the port of a node that has just exited, and that other nodes may still call.
@@ -110,7 +110,7 @@ def _bind_first_free(
     """Return a socket bound to ``port``, or to the first free port in ``ports``."""
     if port or ports is None:
         return _bind_or_explain(open_socket, bind, port)
-    for candidate in ports.from_random_start():
+    for candidate in ports.iterate_from_random_start():
         try:
             return _bind_or_explain(open_socket, bind, candidate)
         except OSError as error:

@@ -88,7 +88,7 @@ class Topics:
             new_publication.num_publishers = 1
             self._set_publications({**self.publications, name: new_publication})
             try:
-                # With the lock held, here and below, so that the master receives these calls in the right order.
+                # Called with the lock held, as in `_unadvertise`, so that the master receives the calls in order.
                 wait_for_registration = self._get_registrar().begin_register(
                     "registerPublisher", name, wire_type.name, context.uri
                 )

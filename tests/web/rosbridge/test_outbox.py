@@ -111,11 +111,11 @@ def test_wishes_together() -> None:
         add_subscription(key="a", throttle=0.5, queue_length=1, fragment_size=100, compression="png"),
         add_subscription(key="b", throttle=0.2, queue_length=5, compression="cbor"),
     )
-    assert (flow.throttle, flow.max_length, flow.fragment_size, flow.compression) == (0.2, 5, 100, "cbor")
+    assert (flow.throttle_period, flow.max_length, flow.fragment_size, flow.compression) == (0.2, 5, 100, "cbor")
     outbox.put(flow, arrival(1))
     outbox.take(1.0)
     flow.remove_subscription("b")
-    assert (flow.throttle, flow.max_length, flow.compression) == (0.5, 1, "png")
+    assert (flow.throttle_period, flow.max_length, flow.compression) == (0.5, 1, "png")
     outbox.put(flow, arrival(2))
     assert times(outbox, 1.4) == ([], 1.5)
     flow.add_subscription(add_subscription(key="c"))

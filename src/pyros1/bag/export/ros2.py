@@ -135,7 +135,7 @@ class Ros2Writer:
         return self._converters[key]
 
 
-class McapWriter(Ros2Writer):
+class Ros2McapWriter(Ros2Writer):
     """A new MCAP file with ROS 2 messages.
 
     Args:

@@ -84,7 +84,7 @@ class Publication(PublisherLinks):
                     try:
                         copy = message.__class__._copy(message)
                     except SerializationError as error:
-                        raise self._add_topic(error) from None
+                        raise self._with_topic(error) from None
                     for local_link in self._local:
                         local_link.send_copy(copy)
                 elif self._local or self.latch or message.__class__ is not self.message_class:
@@ -93,7 +93,7 @@ class Publication(PublisherLinks):
                     try:
                         frame = self._encode(message)
                     except SerializationError as error:
-                        raise self._add_topic(error) from None
+                        raise self._with_topic(error) from None
                     if self._shared:
                         self._send_frame(frame)
                     else:
@@ -118,9 +118,9 @@ class Publication(PublisherLinks):
                 return None, copy
             return self._encode(message) if cls is self.message_class else cls._encode_frame(message), copy
         except SerializationError as error:
-            raise self._add_topic(error) from None
+            raise self._with_topic(error) from None
 
-    def _add_topic(self, error: SerializationError) -> SerializationError:
+    def _with_topic(self, error: SerializationError) -> SerializationError:
         return SerializationError(f"{self.topic}: {error}")
 
     def _send(self, frame: Frame | None, copy: Any, source: object = None) -> None:
@@ -210,7 +210,7 @@ class Publication(PublisherLinks):
         try:
             frame = message.__class__._encode_frame(message)
         except SerializationError as error:
-            raise self._add_topic(error) from None
+            raise self._with_topic(error) from None
         self.strand.do(link.send, copy_frame(frame))
 
     def forget(self, source: object) -> None:

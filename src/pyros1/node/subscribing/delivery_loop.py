@@ -177,7 +177,7 @@ class DeliveryLoop:
                 self._release_ownership()
                 # New work has woken no thread, so check for it here. (`_has_work` would take as long as the rest.)
                 if self._closed:
-                    if not self._is_disposed:  # the driver's threads may have ended with the node
+                    if not self._is_disposed:  # the driver's threads, which otherwise do so, may have ended
                         self.close(wait=False)
                 elif self._ready_inboxes or self._readable or self._new_links or self._jobs or self._undelivered:
                     self.driver.wake(self)

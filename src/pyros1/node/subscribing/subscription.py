@@ -115,11 +115,11 @@ class Subscription:
         self.delivery.limit = limit
         if self._spin_queues is not None:
             self._spin_queues.limit = limit
-        subscribers_to_run = (
+        immediate_subscribers = (
             self.dispatcher.direct_subscribers if self.context.callback_queue is not None else subscribers
         )
-        self.delivery.in_publisher = bool(subscribers_to_run) and all(
-            subscriber.in_publisher for subscriber in subscribers_to_run
+        self.delivery.in_publisher = bool(immediate_subscribers) and all(
+            subscriber.in_publisher for subscriber in immediate_subscribers
         )
 
     # Publishers -------------------------------------------------------------------------------------------------------

@@ -132,12 +132,12 @@ class Watch:
         if self.closed or uri != self._node.uri:
             return
         if error is None or isinstance(error, XmlRpcFault):  # a node that does not have getPid is running as well
-            self._handle_alive(uri, requested_at, _parse_pid(reply))
+            self._handle_pid(uri, requested_at, _parse_pid(reply))
         else:
             self._is_request_pending = False
             self._handle_failure(error, requested_at, remaining_time)
 
-    def _handle_alive(self, uri: str, requested_at: float, pid: int | None) -> None:
+    def _handle_pid(self, uri: str, requested_at: float, pid: int | None) -> None:
         if not self._node.is_new_process(pid):
             self._is_request_pending = False
             self._was_stall_ignored = False

@@ -5,7 +5,8 @@ a point or direction (3,); further numbers are ignored. Angles are in radians. U
 vector of a vector of length 0, are nan, and numpy issues a warning.
 
 The convention of Euler angles is given by four letters: ``s`` (static axes) or ``r`` (rotating axes), and three axes in
-the order of rotation. ``sxyz`` is ROS's roll, pitch, yaw; ``rzyx`` is the same in reverse order.
+the order of rotation. ``sxyz`` is ROS's roll, pitch, yaw; ``rzyx`` describes the same rotation, with the angles as
+yaw, pitch, roll.
 """
 
 from __future__ import annotations

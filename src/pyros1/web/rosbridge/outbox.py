@@ -46,7 +46,7 @@ class TopicQueue:
         self.messages: deque[Arrival] = deque()
         self.size = 0
         self.max_length = MAX_MESSAGES
-        self.throttle = 0.0
+        self.throttle_period = 0.0
         self.last_arrival: Arrival | None = None
         self.next_time = float("-inf")
 
@@ -71,11 +71,11 @@ class TopicQueue:
 
     def _merge_settings(self) -> None:
         requests = list(self.requests.values())
-        throttle = min(request.throttle for request in requests)
-        self.next_time += throttle - self.throttle
-        self.throttle = throttle
+        throttle_period = min(request.throttle for request in requests)
+        self.next_time += throttle_period - self.throttle_period
+        self.throttle_period = throttle_period
         length = max(request.queue_length for request in requests)
-        self.max_length = min(length, MAX_MESSAGES) or (1 if throttle else MAX_MESSAGES)
+        self.max_length = min(length, MAX_MESSAGES) or (1 if throttle_period else MAX_MESSAGES)
         self.fragment_size = min((request.fragment_size for request in requests if request.fragment_size), default=None)
         self.compression = requests[-1].compression
 
@@ -162,10 +162,10 @@ class Outbox:
                     arrival = queue.pop()
                     size += len(arrival.raw._buff)
                     arrivals.append((queue, arrival))
-                    queue.next_time = now + queue.throttle
+                    queue.next_time = now + queue.throttle_period
                     if size >= _BATCH_BYTES:
                         break
-                due_queues = [queue for queue in due_queues if queue.messages and not queue.throttle]
+                due_queues = [queue for queue in due_queues if queue.messages and not queue.throttle_period]
             if size >= _BATCH_BYTES:  # queues from which nothing was taken now come first next time
                 self._queues.sort(key=lambda queue: queue.next_time)
             next_time = min([queue.next_time for queue in self._queues if queue.messages], default=None)

@@ -35,4 +35,4 @@ class ParamsView(View):
         return None if changed is None else Push(changed)
 
     def change(self, args: Mapping[str, Any]) -> None:
-        """Check immediately, since the page has changed something."""
+        """Accept the page's notice that it has changed something: the session then polls immediately."""

@@ -1,4 +1,4 @@
-"""Options shared by verbs of ``bag``, for the selection of messages and for compression, and parsing of times."""
+"""Options shared by verbs of ``bag`` (to select messages, for compression), and the parsing of times."""
 
 from __future__ import annotations
 

@@ -195,7 +195,7 @@ def _make_writer(format_name: str, temporary_path: str, topics: list[str], optio
         from pyros1.bag.export.mcap_writer import Ros1McapWriter  # noqa: PLC0415
 
         return Ros1McapWriter(temporary_path)
-    from pyros1.bag.export.ros2 import McapWriter, Ros2Writer  # noqa: PLC0415
+    from pyros1.bag.export.ros2 import Ros2McapWriter, Ros2Writer  # noqa: PLC0415
     from pyros1.bag.export.rosbags_types import distributions  # noqa: PLC0415
 
     if options.distro not in distributions():
@@ -204,7 +204,7 @@ def _make_writer(format_name: str, temporary_path: str, topics: list[str], optio
             f"--distro: unknown distribution {options.distro!r}{hint or '; known: ' + ', '.join(distributions())}", 2
         )
     if format_name == "mcap":
-        return McapWriter(temporary_path, options.distro)
+        return Ros2McapWriter(temporary_path, options.distro)
     return Ros2Writer(temporary_path, options.storage, options.distro)
 
 

@@ -45,7 +45,7 @@ class RosMsgProtoArgsException(Exception):
     """The tool rosmsg-proto has failed. This class is only for programs that refer to it."""
 
 
-def _library() -> Any:
+def _definition_library() -> Any:
     return finder().library
 
 
@@ -61,7 +61,7 @@ def list_types(package: str, mode: str = MODE_MSG, rospack: Any = None) -> list[
     """
     if mode not in (MODE_MSG, MODE_SRV):
         raise ValueError(f"Unknown mode for list_types: {mode}")
-    library = _library()
+    library = _definition_library()
     if not library.has_package(package):
         import rospkg
 
@@ -104,7 +104,7 @@ def iterate_packages(rospack: Any, mode: str) -> Iterator[tuple[str, str]]:
     """Yield each package that defines types, with the folder that contains the definitions."""
     if mode not in (MODE_MSG, MODE_SRV):
         raise ValueError(f"Unknown mode for iterate_packages: {mode}")
-    library = _library()
+    library = _definition_library()
     for package in library.packages():
         for folder in library.folders(package):
             subfolder = os.path.join(folder, mode[1:])
@@ -115,7 +115,7 @@ def iterate_packages(rospack: Any, mode: str) -> Iterator[tuple[str, str]]:
 
 def rosmsg_search(rospack: Any, mode: str, base_type: str) -> Iterator[str]:
     """Yield the full names of all types that have a given bare name."""
-    library = _library()
+    library = _definition_library()
     for package in library.packages():
         if base_type in _type_names(library, package, mode):
             yield f"{package}/{base_type}"
@@ -137,7 +137,7 @@ def spec_to_str(msg_context: Any, spec: Any, buff: Any = None, indent: str = "")
         ROSMsgException: the text would be too long.
     """
     if isinstance(spec, MessageSpec):
-        Digests(_library().message).dependencies(spec)  # raises an error if a type contains itself
+        Digests(_definition_library().message).dependencies(spec)  # raises an error if a type contains itself
         lines = _lines(spec, indent, [_MAX_LINES])
     else:
         lines = _registered_lines(msg_context, spec, indent, [_MAX_LINES])
@@ -156,7 +156,7 @@ def _lines(spec: MessageSpec, indent: str, remaining: list[int]) -> Iterator[str
             raise ROSMsgException(f"more than {_MAX_LINES} lines with all nested types")
         yield f"{indent}{field.type} {field.name}"
         if not field.is_builtin:
-            yield from _lines(_library().message(field.base), indent + "  ", remaining)
+            yield from _lines(_definition_library().message(field.base), indent + "  ", remaining)
 
 
 def _registered_lines(context: Any, spec: Any, indent: str, remaining: list[int]) -> Iterator[str]:
@@ -183,7 +183,7 @@ def get_msg_text(type_: str, raw: bool = False, rospack: Any = None) -> str:
     """
     name = "std_msgs/Header" if type_ == "Header" else type_
     try:
-        spec = _library().message(name)
+        spec = _definition_library().message(name)
         return str(spec.text) if raw else spec_to_str(None, spec)
     except (DefinitionError, UnknownTypeError) as error:
         raise ROSMsgException(f"Unable to load msg [{type_}]: {error}") from error
@@ -192,7 +192,7 @@ def get_msg_text(type_: str, raw: bool = False, rospack: Any = None) -> str:
 def get_srv_text(type_: str, raw: bool = False, rospack: Any = None) -> str:
     """Return the text of a service's definition; see `get_msg_text` for the arguments and errors."""
     try:
-        spec = _library().service(type_)
+        spec = _definition_library().service(type_)
         return (
             str(spec.text) if raw else "---\n".join(spec_to_str(None, part) for part in (spec.request, spec.response))
         )
