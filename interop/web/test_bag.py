@@ -336,6 +336,15 @@ def test_a_topic_that_begins_later_offers_its_first_message(
     assert browser.run(f"return {wide}") < 40  # the buttons are in one line
 
 
+def test_a_bag_without_messages_takes_no_keys(browser: Browser, start_web: Callable[..., Web], tmp_path: Path) -> None:
+    pyros1.bag.open(tmp_path / "nothing.bag", "w").close()
+    browser.open(start_web("--bags", str(tmp_path)).page("bag"))
+    browser.click(".files .entry.file", "nothing.bag")
+    browser.wait_for_text("This bag is empty")
+    for key in ("0", "-", "Home", "ArrowRight"):  # an error would be a complaint in the browser's console
+        browser.run(f"{BAG}.place.body.dispatchEvent(new KeyboardEvent('keydown', {{key: arguments[0]}}))", key)
+
+
 def test_an_empty_bag_and_a_record_dialog_say_what_to_do(
     browser: Browser, start_web: Callable[..., Web], tmp_path: Path
 ) -> None:

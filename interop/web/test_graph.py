@@ -17,6 +17,7 @@ from typing import Any
 from browsing import PATIENCE, Browser, Web
 
 from pyros1.msgs.std_msgs.msg import Float64, String
+from pyros1.web.links import panel_link
 
 GRAPH = "document.querySelector('.graph')?.graph"
 SHOWN = f"({GRAPH}?.model?.boxes.map((box) => box.id).sort() || [])"
@@ -248,6 +249,16 @@ def test_search_keys_and_files(
 def test_nothing_runs_or_all_is_hidden(browser: Browser, web: Web, make_node: Callable[..., Any]) -> None:
     browser.open(web.page("graph"))
     browser.wait_for_text("Everything is hidden")
+    browser.click(".nothing button", "Show them")
+    browser.wait(f"{DRAWN} > 0 && document.querySelector('.graph .nothing').hidden")
+
+
+def test_a_link_may_hide_what_this_page_does_not_know(
+    browser: Browser, web: Web, make_node: Callable[..., Any]
+) -> None:
+    browser.open(panel_link(web.link, "graph", {"hide": ["debug", 'a"b']}))
+    browser.wait_for_text("Everything is hidden")
+    press(browser, "r")
     browser.click(".nothing button", "Show them")
     browser.wait(f"{DRAWN} > 0 && document.querySelector('.graph .nothing').hidden")
 

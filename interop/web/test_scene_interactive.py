@@ -11,6 +11,7 @@ import os
 import queue
 import subprocess
 import sys
+import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -200,6 +201,25 @@ def test_turning_a_ring(page: Browser, heard: Ear) -> None:
     turn = heard.until_released()[-1].pose.orientation
     assert abs(turn.z) == pytest.approx(0.5**0.5, abs=0.02)
     assert turn.z * turn.w > 0  # from x to y
+
+
+def test_a_second_finger_leaves_the_first_its_marker(page: Browser, heard: Ear) -> None:
+    page.run(
+        f"""{HELPERS}
+        const finger = (kind, pointerId, [x, y]) => canvas.dispatchEvent(new PointerEvent(kind, {{
+            bubbles: true, cancelable: true, pointerId, button: 0, buttons: 1, clientX: x, clientY: y}}));
+        const [first, second] = [grip('axis', [0, 0, 0.2]), grip('plane', [0, 0, 0.2])];
+        finger('pointerdown', 1, first);
+        finger('pointerdown', 2, second);
+        finger('pointermove', 2, [second[0] + 60, second[1]]);
+        finger('pointerup', 2, second);
+        finger('pointerup', 1, first);"""
+    )
+    events = heard.until_released()
+    assert {each.marker_name for each in events} == {"axis"}
+    assert abs(events[-1].pose.position.y) < 1e-6
+    time.sleep(0.7)  # a marker that is held tells its place every 0.5 s; none is held now
+    assert page.run(f"return {SET}.known.size") == 5
 
 
 def test_a_button(page: Browser, heard: Ear) -> None:

@@ -54,6 +54,12 @@ test("it stays where it was put when there is a new layout", () => {
   assert.deepEqual(scene.items.get("n:/c").at, [200, 80]);
 });
 
+test("putting boxes back does nothing before there is a layout", () => {
+  const scene = new Scene();
+  scene.release(0);
+  assert.deepEqual(scene.bounds, [0, 0, 1, 1]);
+});
+
 test("it glides back", () => {
   const scene = arranged();
   scene.move("n:/b", 10, 20);

@@ -6,6 +6,7 @@ import { test } from "node:test";
 
 import * as THREE from "../../../src/pyros1/web/page/vendor/three/three.module.min.js";
 import { fieldOfView } from "../../../src/pyros1/web/page/lib/scene/camera_view.js";
+import { Display } from "../../../src/pyros1/web/page/lib/scene/displays.js";
 import { visibleLabels } from "../../../src/pyros1/web/page/lib/scene/label_overlap.js";
 import { PointBudget, RateMeter } from "../../../src/pyros1/web/page/lib/scene/point_budget.js";
 import { MapPlane } from "../../../src/pyros1/web/page/lib/scene/map.js";
@@ -52,6 +53,25 @@ test("a scan without a greatest range has all points that are somewhere", () => 
   const facts = { start: 0, step: Math.PI, least: null, most: null, count: 4, intensities: false };
   const [positions, , indices] = scanPoints(facts, Float32Array.of(1, Infinity, 2, NaN));
   assert.deepEqual([[...indices], positions[3]], [[0, 2], 2]);
+});
+
+test("a selected point is described also when its points are gone", () => {
+  const display = new Display("#1c7ed6", "PointCloud2");
+  const pose = [0, 0, 0, 0, 0, 0, 1];
+  const points = { buffer: Float32Array.of(1, 2, 3).buffer, offset: 0 };
+  display.update({ kind: "cloud", frame: "base", pose, count: 1, every: 1, fields: ["x"], by: "x", colour: "x", numbers: false }, points);
+  const [part] = display.parts();
+  display.set({ decay: 1 });
+  assert.deepEqual(part.points.about(0)[1], ["x, y, z", "1, 2, 3"]);
+});
+
+test("a mesh of a marker may come when the topic has another type", () => {
+  const display = new Display("#1c7ed6", "Marker");
+  display.update({ kind: "markers", new: [], gone: [], poses: {} });
+  const { markers } = display;
+  display.update({ kind: "path", frame: "base", pose: null });
+  markers.host.changed();
+  assert.equal(display.problem, "no transform to the frame base");
 });
 
 test("levels go from the least to the greatest number", () => {

@@ -44,6 +44,8 @@ class BagPanel {
     this.player = new Player(robot, { time: (time) => this._moved(time, true), selected: () => [...this.selected], problem: said("player") }, Boolean(settings.clock));
     this.recorder = new Recorder(robot, { open: (path) => this.open(path), problem: said("recorder") });
     this._build();
+    this.onTheme = () => { this.timeline.draw(); this.chart.resize(); };
+    addEventListener("themechange", this.onTheme);
     for (const text of texts(settings.curves)) this.chart.add(text);
     if (this.path) this.open(this.path, true);
     else this._choose();
@@ -76,8 +78,6 @@ class BagPanel {
     body.append(this.recorder.strip, this.about, this.content, this.other);
     body.bag = this; // for tests and debugging
     body.addEventListener("keydown", (event) => this._key(event));
-    this.onTheme = () => { this.timeline.draw(); this.chart.resize(); };
-    addEventListener("themechange", this.onTheme);
   }
 
   _problem(who, text) {
@@ -246,7 +246,7 @@ class BagPanel {
   }
 
   _key(event) {
-    if (!this.facts || event.target.matches("input, textarea, select") || event.ctrlKey || event.metaKey || event.altKey) return;
+    if (this.content.hidden || event.target.matches("input, textarea, select") || event.ctrlKey || event.metaKey || event.altKey) return;
     const size = this.timeline.view[1] - this.timeline.view[0];
     const jump = (by) => {
       this.seek(Math.max(0, Math.min(this.facts.length, this.time + by)));

@@ -8,6 +8,8 @@ import { Sheet } from "../lib/graph/side_sheet.js";
 
 const DEPTHS = [[-1, "group if many"], [0, "no groups"], [1, "groups: 1 level"], [2, "groups: 2 levels"], [3, "groups: 3 levels"]];
 const EXAMPLE_COMMAND = "pyros1 launch minimal_nodes minimal_simulator.launch";
+/** @type {ReturnType<typeof build>} */
+const NO_MODEL = { boxes: [], edges: [], groups: [], all: 0, unheard: 0, cut: 0 };
 const HIDDEN_BY_DEFAULT = ["debug", "tf", "leaf", "dead"];
 
 export default {
@@ -22,13 +24,19 @@ class GraphPanel {
     this.place = place;
     const { settings } = place;
     this.mode = MODES.some(([name]) => name === settings.mode) ? settings.mode : "active";
-    this.hide = new Set(Array.isArray(settings.hide) ? settings.hide : HIDDEN_BY_DEFAULT);
+    this.hide = new Set(Array.isArray(settings.hide) ? HIDE_OPTIONS.map(([name]) => name).filter((name) => settings.hide.includes(name)) : HIDDEN_BY_DEFAULT);
     this.depth = DEPTHS.some(([depth]) => depth === settings.depth) ? settings.depth : -1;
     this.toggled = new Set(Array.isArray(settings.toggled) ? settings.toggled.map(String) : []);
     this.rates = settings.rates !== false;
     this.chosen = null; // {id, kind: "box" | "edge"}
     this.pendingSelection = typeof settings.selected === "string" ? settings.selected : "";
+    this.model = NO_MODEL;
     this.matchIds = [];
+    this.next = 0; // index of the match that Enter goes to
+    this.hideChoices = [];
+    this.sheet = new Sheet(h("aside.sheet", { hidden: true, "aria-label": "details" }), place, {
+      choose: (id) => this._selectById(id), close: () => this._choose(null), unfold: (group) => this._fold(group),
+    });
     this._style();
     this._build();
     this.picture = new GraphView(this.canvas, place.body, {
@@ -115,13 +123,9 @@ class GraphPanel {
     this.stage = h("div.stage", {}, this.canvas, this.emptyMessage, this.status, this.note, h("div.zoom", {},
       view("+", "larger (+)", () => this.picture.camera.zoom(1.4)), view("−", "smaller (-)", () => this.picture.camera.zoom(1 / 1.4)),
       view("⤢", "show all (f)", () => this.picture.fit()), this.back));
-    const side = h("aside.sheet", { hidden: true, "aria-label": "details" });
-    this.sheet = new Sheet(side, this.place, {
-      choose: (id) => this._selectById(id), close: () => this._choose(null), unfold: (group) => this._fold(group),
-    });
     body.graph = this; // for tests and debugging
     body.classList.add("graph");
-    body.append(this.stage, side);
+    body.append(this.stage, this.sheet.element);
     body.addEventListener("keydown", (event) => this._key(event));
   }
 
@@ -204,8 +208,8 @@ class GraphPanel {
   }
 
   _empty() {
-    const any = this.model?.boxes.length;
-    this.emptyMessage.hidden = Boolean(any);
+    const any = this.model.boxes.length > 0;
+    this.emptyMessage.hidden = any;
     if (any) return;
     const what = !this.system ? this.trouble || "wait" : this.model.all ? "hidden" : "none";
     if (what === this.emptyReason) return;
@@ -235,7 +239,7 @@ class GraphPanel {
   }
 
   _choose(found) {
-    const [kind, of] = found?.box ? ["box", found.box] : found?.edge ? ["edge", found.edge] : [null, null];
+    const [kind, of] = found?.box ? ["box", found.box] : found?.edge ? ["edge", found.edge] : ["", null];
     this.chosen = of && { id: of.id, kind };
     this.sheet.show(of && { [kind]: of }, this.system);
     if (kind === "box") this.picture.reveal(of.id);
@@ -265,7 +269,7 @@ class GraphPanel {
   // Highlight the matches of the search, or the selection with its neighbours; dim everything else.
   _highlight() {
     const id = this.chosen?.id;
-    const edges = this.model?.edges || [];
+    const { edges } = this.model;
     if (this.matches) {
       const boxes = this.matches;
       this.picture.highlight(id, { boxes, edges: new Set(edges.filter(({ from, to }) => boxes.has(from) && boxes.has(to)).map((edge) => edge.id)) });
@@ -279,7 +283,7 @@ class GraphPanel {
   }
 
   _showMatches(move) {
-    this.matches = this.model && matching(this.model, this.search.value);
+    this.matches = this.system ? matching(this.model, this.search.value) : null;
     this.matchIds = this.matches ? [...this.matches] : [];
     if (move) this.next = 0;
     fill(this.count, this.matches ? `${this.matchIds.length} found` : "");

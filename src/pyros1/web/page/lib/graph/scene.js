@@ -54,7 +54,8 @@ export class Scene {
     this.movedBoxes = new Map(); // id -> [x, y]: boxes that the user has moved
     this.pendingOffsets = new Map(); // id -> [right, down]: the same for boxes that do not exist yet, as offsets from the layout's position
     this.begin = -Infinity;
-    this.bounds = [0, 0, 1, 1];
+    this.whole = [0, 0, 1, 1]; // of the layout: [left, top, right, bottom]
+    this.bounds = this.whole; // the same with the boxes that the user has moved
   }
 
   // Update rates only.
@@ -190,6 +191,7 @@ export class Scene {
     for (const { group, at } of this.frames.values()) {
       if (Math.abs(x - at[0]) <= at[2] / 2 && y >= at[1] - at[3] / 2 && y <= at[1] - at[3] / 2 + 26) return { group };
     }
+    /** @type {[number, {edge: any} | null]} */
     let [best, found] = [near, null];
     for (const { edge, at } of this.lines.values()) {
       const [left, top] = at.slice(-2);

@@ -47,16 +47,17 @@ export class Display {
 
   // Return what can be selected; see select_tool.js.
   parts() {
+    const { points, plane } = this; // they may be gone when a part is asked
     if (this.markers) return this.markers.parts();
     const about = () => [["frame", this.frame], ["shows", this.status], ...poseRows(this.object)];
-    if (this.points) return [{ object: this.points.object, about: () => [["frame", this.frame]], points: { ...this.points.places, about: (index) => this._aboutPoint(index) } }];
-    if (this.plane) return [{ object: this.object, about: (place) => [["frame", this.frame], ["shows", this.status], ...this.plane.about(place)] }];
+    if (points) return [{ object: points.object, about: () => [["frame", this.frame]], points: { ...points.places, about: (index) => this._aboutPoint(points, index) } }];
+    if (plane) return [{ object: this.object, about: (place) => [["frame", this.frame], ["shows", this.status], ...plane.about(place)] }];
     return [{ object: this.object, about }];
   }
 
-  _aboutPoint(index) {
+  _aboutPoint(points, index) {
     const { indices, values, by, bytes } = this.pointData || {};
-    const place = [...this.points.places.positions.slice(3 * index, 3 * index + 3)];
+    const place = [...points.places.positions.slice(3 * index, 3 * index + 3)];
     const rows = [["point", indices ? indices[index] : `${index} of the points drawn`], ["x, y, z", formatNumbers(place)]];
     if (values) rows.push([by, formatNumbers([values[index]])]);
     if (bytes) rows.push([by, `${bytes[4 * index + 2]}, ${bytes[4 * index + 1]}, ${bytes[4 * index]}`]);
@@ -259,6 +260,7 @@ export class Display {
   }
 
   _updateStatus() {
+    if (!this.markers) return; // a mesh of earlier ones was loaded
     const { count, faults, invisible } = this.markers;
     this.status = `${plural(count, "marker")}${invisible.size ? `, ${invisible.size} transparent (color.a is 0)` : ""}`;
     this.problem = this.missingFrame === undefined ? [...faults.values()][0] || "" : noTransformMessage(this.missingFrame);
@@ -303,7 +305,7 @@ function rotationOf(pose) {
 }
 
 // Links are untrusted input.
-function validOption(value, /** @type {Partial<import("./options.js").Control>} */ { kind, least, most, defaultValue } = {}) {
+function validOption(value, /** @type {Partial<import("./options.js").Control>} */ { kind, least = -Infinity, most = Infinity, defaultValue } = {}) {
   if (kind === "number") return Number.isFinite(value) ? Math.min(most, Math.max(least, value)) : defaultValue;
   if (kind === "colour") return /^#[0-9a-f]{6}$/i.test(value) ? value : defaultValue;
   return value;

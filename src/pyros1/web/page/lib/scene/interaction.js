@@ -28,6 +28,7 @@ export class Interaction {
     stage.before.push(this.before);
     this.enabled = true;
     this.waiting = []; // feedback that is not yet published
+    this.frameRequest = 0;
   }
 
   close() {
@@ -55,6 +56,7 @@ export class Interaction {
     const hit = this._hit(event);
     if (!hit || event.button === 1) return;
     event.stopPropagation();
+    if (this.drag) return; // by another finger
     const { control, point } = hit;
     const { marker } = control;
     if (event.button === 2 || control.facts.mode === MODE.MENU || control.facts.mode === MODE.NONE) {
@@ -67,8 +69,9 @@ export class Interaction {
     const turn = new THREE.Quaternion();
     if (control.facts.facing === FACING.VIEW) axis.copy(this.stage.camera.getWorldDirection(new THREE.Vector3())).negate();
     else axis.applyQuaternion((control.facts.facing === FACING.FIXED ? marker.outer : marker.inner).getWorldQuaternion(turn));
-    this.drag = { control, name: control.facts.name, mode: control.facts.mode, axis, marker, from: point.clone(), at: [event.offsetX, event.offsetY] };
-    marker.onReplaced = (again) => { this.drag.marker = again; }; // its server may send it again meanwhile
+    const drag = { control, pointer: event.pointerId, name: control.facts.name, mode: control.facts.mode, axis, marker, from: point.clone(), at: [event.offsetX, event.offsetY] };
+    this.drag = drag;
+    marker.onReplaced = (again) => { drag.marker = again; }; // its server may send it again meanwhile
     this._feedback(EVENT.POSE_UPDATE, point); // the order of all these is rviz's
     this._feedback(EVENT.MOUSE_DOWN, point);
     if (control.facts.mode === MODE.BUTTON) this._feedback(EVENT.BUTTON_CLICK, point);
@@ -80,6 +83,7 @@ export class Interaction {
       if (!event.buttons) this._hover(this._hit(event)?.control);
       return;
     }
+    if (event.pointerId !== this.drag.pointer) return;
     event.stopPropagation();
     if (DRAG_HANDLERS[this.drag.mode]) {
       const { ray } = this.stage.ray(event.offsetX, event.offsetY);
@@ -97,7 +101,7 @@ export class Interaction {
       return;
     }
     const { drag } = this;
-    if (!drag) return;
+    if (!drag || event.pointerId !== drag.pointer) return;
     event.stopPropagation();
     clearInterval(this.heartbeat);
     cancelAnimationFrame(this.frameRequest);
@@ -128,7 +132,7 @@ export class Interaction {
     if (this.drag) this._feedback(EVENT.POSE_UPDATE);
   }
 
-  _feedback(event, point = null, control = this.drag.control, entry = 0) {
+  _feedback(event, /** @type {THREE.Vector3 | null} */ point = null, control = this.drag?.control, entry = 0) {
     const marker = this.drag?.marker || control.marker;
     const { inner, outer, facts } = marker;
     // Like rviz: the feedback of markers locked to their frame uses that frame, that of others the fixed frame.

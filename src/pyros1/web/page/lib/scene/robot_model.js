@@ -25,8 +25,10 @@ export class RobotModel {
       alpha: { text: "opacity", kind: "number", defaultValue: 1, least: 0, most: 1, step: 0.05 },
       prefix: { text: "tf prefix", kind: "text", defaultValue: "" },
     };
+    /** @type {{visual: boolean, collision: boolean, alpha: number, prefix: string, concealed: string[]}} */
     this.options = { visual: true, collision: false, alpha: 1, prefix: "", concealed: [] }; // concealed: names of hidden links
     this.links = new Map(); // name -> {group, joint}
+    this.geometries = new Map(); // geometry as JSON -> its shape
     this.generation = 0;
     this.faults = [];
     this.loading = 0; // meshes and textures
@@ -41,7 +43,7 @@ export class RobotModel {
     if (text) {
       try {
         this.robot = readUrdf(text);
-        this._build();
+        this._build(this.robot);
       } catch (error) {
         this.why = error.message;
       }
@@ -95,9 +97,10 @@ export class RobotModel {
 
   // Return what can be selected; see select_tool.js.
   parts() {
+    const robot = this.robot?.name; // it may be gone when a part is asked
     return [...this.links].map(([name, { group, joint }]) => ({
       object: group,
-      about: () => [["robot", this.robot.name], ["link", name], ["joint", joint ? `${joint.name} (${joint.type})` : "none: it is the root"], ...poseRows(group)],
+      about: () => [["robot", robot], ["link", name], ["joint", joint ? `${joint.name} (${joint.type})` : "none: it is the root"], ...poseRows(group)],
     }));
   }
 
@@ -109,7 +112,7 @@ export class RobotModel {
   _clear() {
     this.generation += 1; // results of earlier loads are ignored
     this.links.clear();
-    this.geometries = new Map(); // geometry as JSON -> its shape
+    this.geometries.clear();
     this.faults = [];
     this.loading = 0;
     for (const child of [...this.object.children]) {
@@ -118,9 +121,8 @@ export class RobotModel {
     }
   }
 
-  _build() {
-    const { links, joints, roots } = this.robot;
-    this.faults.push(...this.robot.problems);
+  _build({ links, joints, roots, problems }) {
+    this.faults.push(...problems);
     this.shapes = [...links.values()].reduce((sum, { visuals, collisions }) => sum + visuals.length + collisions.length, 0);
     const below = new Map();
     for (const joint of joints) {
