@@ -15,11 +15,11 @@ const panels = await panelList().catch((error) => {
   fill(document.querySelector(".loading"), `The page cannot be loaded: ${error.message}. Please reload it.`);
   throw error;
 });
-const bar = document.getElementById("bar");
+const bar = elementOf("bar");
 const state = h("span.state", { role: "status" });
 const tabs = h("nav", { "aria-label": "views" });
 const menu = h("select.menu", { "aria-label": "all views", title: "all views", onchange: () => choose(menu.value) }); // for narrow windows
-const workspace = new Workspace(document.getElementById("workspace"), panels, robot, storeLayout);
+const workspace = new Workspace(elementOf("workspace"), panels, robot, storeLayout);
 const SHORTCUTS = 9; // number of panels with a keyboard shortcut
 let current = "";
 
@@ -33,6 +33,13 @@ fill(bar,
   h("button.quiet", { title: "copy a link to what is shown", "aria-label": "copy a link", onclick: copyLink }, "Link"),
   h("button.quiet", { title: "light or dark", "aria-label": "light or dark", onclick: toggleTheme }, "◐"),
 );
+
+// Return an element of index.html.
+function elementOf(id) {
+  const element = document.getElementById(id);
+  if (!element) throw new Error(`index.html has no element ${id}`);
+  return element;
+}
 
 function drawTabs() {
   const layoutName = panels.some((panel) => panel.name === current) ? null : current;

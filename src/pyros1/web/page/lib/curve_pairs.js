@@ -70,6 +70,7 @@ export function equal({ x, y }, width, height) {
 }
 
 // Return the point nearest to a position, in pixels: {trail, index} with numbers, or null if none is near enough.
+/** @returns {{trail: number, index: number} | null} */
 export function nearest(trails, place, box, width, height, reach) {
   const [scaleX, scaleY] = [width / (box.x[1] - box.x[0]), height / (box.y[1] - box.y[0])];
   let found = null;

@@ -32,14 +32,16 @@ export function pixelsOf({ encoding, width, height, step, bigendian }, data, ran
     if (step < width * bytes) throw new Error(`a row of ${width} pixels of ${encoding} has ${width * bytes} bytes, but step is ${step}`);
     if (data.length < step * (height - 1) + width * bytes) throw new Error(`data has ${data.length} bytes, which is too few for ${height} rows of ${step}`);
   };
+  const bayer = BAYER.exec(kind);
+  const multiple = MULTI_CHANNEL.exec(kind);
   if (PACKED_8[kind]) {
     requireBytes(PACKED_8[kind][0]);
     decodePacked8(out, data, width, height, step, PACKED_8[kind]);
   } else if (PACKED_16[kind]) {
     requireBytes(2 * PACKED_16[kind][0]);
     decodePacked16(out, data, width, height, step, PACKED_16[kind], bigendian);
-  } else if (BAYER.test(kind)) {
-    const [, order, bits] = BAYER.exec(kind);
+  } else if (bayer) {
+    const [, order, bits] = bayer;
     const size = Number(bits) / 8;
     requireBytes(size);
     decodeBayer(out, data, width, height, step, order.toUpperCase(), size, bigendian);
@@ -49,8 +51,8 @@ export function pixelsOf({ encoding, width, height, step, bigendian }, data, ran
   } else if (SINGLE_CHANNEL[kind]) {
     requireBytes(SINGLE_CHANNEL[kind][0]);
     return { pixels, ...decodeSingleChannel(out, data, width, height, step, SINGLE_CHANNEL[kind], bigendian, range) };
-  } else if (GETTERS[MULTI_CHANNEL.exec(kind)?.[1]]) {
-    const [, value, digit] = MULTI_CHANNEL.exec(kind);
+  } else if (multiple && GETTERS[multiple[1]]) {
+    const [, value, digit] = multiple;
     const [size, count] = [Number.parseInt(value, 10) / 8, Number(digit)];
     requireBytes(size * count);
     return { pixels, ...decodeMultiChannel(out, data, width, height, step, [size, GETTERS[value], count], bigendian, range) };

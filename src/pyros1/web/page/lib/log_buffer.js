@@ -7,12 +7,13 @@ export class LogBuffer {
   constructor(maxEntries, maxCharacters) {
     this.maxEntries = maxEntries;
     this.maxCharacters = maxCharacters;
-    this.clear();
+    this.entries = [];
+    this.size = 0; // characters
   }
 
   clear() {
     this.entries = [];
-    this.size = 0; // characters
+    this.size = 0;
   }
 
   push(entry) {

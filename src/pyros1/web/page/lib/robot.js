@@ -16,7 +16,7 @@ export class Robot extends EventTarget {
     this._streams = new Map();
     this._lastId = 0;
     this._retryDelay = 500;
-    this._connect();
+    this._socket = this._connect();
     // A browser may keep a page in its back/forward cache with its connection open: close it, to release what the page uses.
     addEventListener("pagehide", () => this._socket.close());
   }
@@ -52,12 +52,12 @@ export class Robot extends EventTarget {
     };
   }
 
+  // Return the socket of a new connection; a lost one is replaced.
   _connect() {
     const scheme = location.protocol === "https:" ? "wss:" : "ws:";
     const url = `${scheme}//${location.host}/ws?token=${encodeURIComponent(this.token)}`;
     const socket = new WebSocket(url, "pyros1.v1");
     socket.binaryType = "arraybuffer";
-    this._socket = socket;
     let opened = false;
     let lastReceived = performance.now();
     // A connection may die silently: the server is suspended, or this computer has changed its network.
@@ -84,10 +84,11 @@ export class Robot extends EventTarget {
       this._calls.clear();
       if (opened) this._setState("connecting", "the server does not answer; is pyros1 web running?");
       else this._explainRefusal();
-      setTimeout(() => this._connect(), this._retryDelay);
+      setTimeout(() => { this._socket = this._connect(); }, this._retryDelay);
       this._retryDelay = Math.min(MAX_RETRY_DELAY, this._retryDelay * 1.5);
     };
     socket.onclose = closed;
+    return socket;
   }
 
   async _requestAbout(isNew) {

@@ -34,6 +34,9 @@ class Console {
     this.count = 0; // messages received here
     this.dropped = 0;
     this.counts = countsOf([]);
+    this.buttons = new Map(); // level -> its button
+    this.fits = (_entry) => true; // whether an entry passes the filters
+    this.mark = (_entry) => false; // whether to mark it
     const { settings } = place;
     this.hidden = new Set(settings.hidden || []);
     this.search = settings.search || "";
@@ -129,7 +132,7 @@ class Console {
     this.mark = ([, , level, name, said, , , , topics]) => Boolean(this.marking) && !mark.problem
       && (mark.test(said) || mark.test(name) || mark.test(LEVEL_NAMES.get(level) || "info") || topics.some(mark.test));
     this.place.problem(text.problem || exclude.problem || node.problem || mark.problem || this.loaded?.note || "");
-    this.fits = (entry) => !this.hidden.has(entry[2]) && text.test(entry[4]) && (Boolean(exclude.problem) || !exclude.test(entry[4])) && (node.test(entry[3]) || (this.node && entry[8].some(node.test)));
+    this.fits = (entry) => !this.hidden.has(entry[2]) && text.test(entry[4]) && (Boolean(exclude.problem) || !exclude.test(entry[4])) && (node.test(entry[3]) || (Boolean(this.node) && entry[8].some(node.test)));
     this.filtered = (this.loaded || this.buffer).entries.filter(this.fits);
     this.place.save({ hidden: [...this.hidden], search: this.search, exclude: this.exclude, node: this.node, marking: this.marking });
     this._drawCounts();

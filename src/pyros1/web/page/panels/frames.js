@@ -20,6 +20,7 @@ class Frames {
     this.selected = place.settings.selected || "";
     this.search = "";
     this.drawn = null; // {shape, rows} of the current table
+    this.drawnFrames = new Set(); // names
     this.paused = false;
     place.tools.append(
       h("input", { placeholder: "find frames", "aria-label": "find frames", size: 14, oninput: (event) => { this.search = event.target.value.toLowerCase(); this._draw(); } }),
@@ -62,7 +63,7 @@ class Frames {
       if (!children.has(frame.parent)) children.set(frame.parent, []);
       children.get(frame.parent).push(frame);
     }
-    this.drawnFrames = new Set();
+    this.drawnFrames.clear();
     const rows = data.roots.flatMap((name) => this._rows({ name, root: true }, children, 0));
     const left = data.frames.filter((frame) => !this.drawnFrames.has(frame.name)); // frames in a loop, which no root contains
     this._drawRows([...rows, ...left.map((frame) => ({ frame, depth: 0, parent: false }))]);

@@ -21,6 +21,7 @@ class Picture {
     this.topic = place.settings.topic || "";
     this.quarterTurns = place.settings.turned || 0;
     this.range = place.settings.range || null;
+    this.at = 0; // when the latest image arrived
     this.choice = h("select.mono", { "aria-label": "topic", onchange: (event) => this._choose(event.target.value) });
     this.pause = h("button", { onclick: () => this._pause(!this.paused) });
     const limit = (index, hint) => h("input", {

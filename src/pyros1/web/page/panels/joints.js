@@ -25,6 +25,7 @@ class Joints {
     this.facts = null;
     this.pending = {}; // joint -> new position, not yet sent
     this.published = {}; // the same, of joints that are published from here
+    this.sendRequest = 0;
     if (!document.getElementById("joints-style")) {
       document.head.append(h("link", { id: "joints-style", rel: "stylesheet", href: "panels/joints.css" }));
     }

@@ -55,6 +55,7 @@ class Nodes {
   _receive(system) {
     this.system = system;
     const silent = new Set(system.silent);
+    /** @type {Map<string, Record<string, any>>} */
     const rows = new Map(Object.entries(system.nodes).map(([name, uri]) => [name, {
       name, uri, machine: machine(uri), state: silent.has(name) ? "silent" : "runs", dim: silent.has(name),
       publishes: [], subscribes: [], services: [], missing: [],

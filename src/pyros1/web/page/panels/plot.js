@@ -39,8 +39,10 @@ class Plot {
       redraw: () => this._layOut(),
     });
     this.range = null; // the zoomed range; null follows the newest data
-    this.now = null;
+    this.now = null; // of the robot
+    this.nowAt = 0; // when that was received
     this.charts = [];
+    this.lines = [];
     this.drawnAt = 0;
     this.ids = 0;
     this._build();

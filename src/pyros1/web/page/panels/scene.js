@@ -48,6 +48,8 @@ class Scene {
     this.look = new ViewChoice({ view, target }, { changed: () => this.saveSettings(), robot: () => this._robotAlone() });
     this.displays = new Map(); // key -> {key, topic, display, stream}
     this.types = {};
+    this.toolbox = new Toolbox(this, place.settings.tools);
+    this.list = this._displayList();
     this._build();
     const { notes } = place.settings; // what is in a file but not supported by this panel
     if (texts(notes)?.length) this.say(notes.join("\n"));
@@ -113,8 +115,7 @@ class Scene {
 
   _build() {
     const { body, tools } = this.place;
-    const file = h("input", { type: "file", accept: ".rviz,.yaml,.yml", hidden: true, onchange: () => this._open(file) });
-    this.toolbox = new Toolbox(this, this.place.settings.tools);
+    this.file = h("input", { type: "file", accept: ".rviz,.yaml,.yml", hidden: true, onchange: () => this._open(this.file) });
     const more = h("span.more", {}, h("label.check", {}, "follow", this.look.frames), this.toolbox.elements,
       h("button.quiet", { title: "back to the initial view", onclick: () => this.look.reset() }, "Reset"),
       h("button.quiet", { title: "save the image", onclick: () => this._png() }, "PNG"));
@@ -125,19 +126,21 @@ class Scene {
     this.status = h("div.word.mono", { hidden: true, role: "status" });
     this.pictures = h("div.pictures");
     this.view.append(this.pictures, this.status);
-    const element = h("div.displays");
-    this.list = new DisplayList(element, {
+    body.classList.add("scene");
+    body.append(this.list.element, this.view, this.file);
+  }
+
+  _displayList() {
+    return new DisplayList(h("div.displays"), {
       entries: () => [...this.displays.values()],
       hidden: (key) => this.hidden.has(key),
       show: (key, shown) => this._setHidden(key, shown),
       remove: (key) => this._remove(key),
       option: (key, name, value) => this._option(key, name, value),
       offers: () => addableDisplays(this.types, this.topics, this.robots),
-      open: () => file.click(),
+      open: () => this.file.click(),
       add: (key) => (key.startsWith(ROBOT_PREFIX) ? this._addRobot(key.slice(ROBOT_PREFIX.length)) : this._add(key)),
     });
-    body.classList.add("scene");
-    body.append(element, this.view, file);
   }
 
   saveSettings() {

@@ -24,6 +24,7 @@ class Turtles {
     this.facts = null;
     this.drawing = document.createElement("canvas");
     this.hasDrawing = false;
+    this.pendingDrawing = 0;
     if (!document.getElementById("turtles-style")) {
       document.head.append(h("link", { id: "turtles-style", rel: "stylesheet", href: "panels/turtles.css" }));
     }

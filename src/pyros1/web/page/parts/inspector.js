@@ -21,6 +21,7 @@ export class Inspector {
     this.freeze = h("button", { "aria-pressed": "false", title: "keep this message", onclick: () => this._freeze() }, "Freeze");
     this.figures = h("div.figures");
     this.problem = h("div.outcome.wrong", { role: "alert", hidden: true });
+    this.at = 0; // when the shown message arrived
     this.waiting = h("p.muted.hint", {}, "No message yet. This page is listening; messages will appear as they arrive.");
     this.element = h("div.inspector", {}, h("div.actions", {}, this.figures, h("span.gap"), this.freeze), this.problem, this.waiting, this.tree.element);
     this.stream = robot.stream("message", this._args(), {

@@ -10,6 +10,7 @@ export class Publisher {
     this.robot = robot;
     this.topic = topic;
     this.element = h("div.publisher", {}, h("p.muted.hint", {}, "…"));
+    this.outcome = outcome();
     this.stream = null;
     // It must not restart by itself, perhaps much later.
     this.onState = () => {
@@ -30,37 +31,37 @@ export class Publisher {
   }
 
   _build(form) {
+    const editor = new Editor(this.robot, form, { onchange: () => this._changed() });
     this.form = form;
-    this.editor = new Editor(this.robot, form, { onchange: () => this._changed() });
+    this.editor = editor;
     this.rate = h("input.num", { type: "number", min: 0.01, max: 1000, step: "any", value: 10, "aria-label": "rate in Hz", onchange: () => this._changed() });
     this.latch = h("input", { type: "checkbox", onchange: () => this._changed() });
-    this.repeat = h("button", { "aria-pressed": "false", onclick: () => (this.stream ? this._stop() : this._start()) }, "Repeat");
-    this.outcome = outcome();
-    fill(this.element, this.editor.element,
-      h("div.actions", {}, h("button.primary", { onclick: () => this._publishOnce() }, "Publish"),
+    this.repeat = h("button", { "aria-pressed": "false", onclick: () => (this.stream ? this._stop() : this._start(editor)) }, "Repeat");
+    fill(this.element, editor.element,
+      h("div.actions", {}, h("button.primary", { onclick: () => this._publishOnce(editor) }, "Publish"),
         this.repeat, h("label.check", {}, this.rate, "Hz"),
         h("label.check", { title: "later subscribers also receive the last message" }, this.latch, "latched")),
       this.outcome.element);
   }
 
-  async _publishOnce() {
+  async _publishOnce(editor) {
     try {
-      const { subscribers } = await this.robot.call("topics.publish", await this._args());
+      const { subscribers } = await this.robot.call("topics.publish", await this._args(editor));
       this.outcome.say(`${clock(Date.now() / 1000)}: sent to ${plural(subscribers, "subscriber")}`);
     } catch (error) {
       this.outcome.fail(error.message);
     }
   }
 
-  async _args() {
-    return { topic: this.topic, type: this.form.type, value: await this.editor.message(), latch: this.latch.checked, hz: Number(this.rate.value) };
+  async _args(editor) {
+    return { topic: this.topic, type: this.form.type, value: await editor.message(), latch: this.latch.checked, hz: Number(this.rate.value) };
   }
 
-  async _start() {
+  async _start(editor) {
     if (this.starting) return;
     this.starting = true;
     try {
-      const args = await this._args();
+      const args = await this._args(editor);
       if (this.closed) return;
       this.stream = this.robot.stream("publish", args, {
         data: ({ sent, subscribers, problem }) => (problem ? this.outcome.fail(problem) : this.outcome.say(`${sent} sent; ${plural(subscribers, "subscriber")}`)),
@@ -84,7 +85,7 @@ export class Publisher {
 
   // What is published at a rate follows the form; an invalid form changes nothing.
   _changed() {
-    if (!this.stream || this.editor.problem) return;
+    if (!this.stream || !this.editor || this.editor.problem) return;
     const value = this.editor.value;
     this.stream.change({ topic: this.topic, type: this.form.type, value, latch: this.latch.checked, hz: Number(this.rate.value) });
   }

@@ -268,6 +268,7 @@ export class Table {
   }
 }
 
+/** @returns {{path: string, below: Map<string, any>, rows: any[], count: number}} */
 function makeGroup(path) {
   return { path, below: new Map(), rows: [], count: 0 };
 }

@@ -17,6 +17,7 @@ export class Camera {
     this.y = 0;
     this.scale = 1; // pixels per unit
     this.pointers = new Map();
+    this.moved = 0; // pixels that the pointer has moved since it was pressed
     this.target = null;
     const listen = (name, use) => element.addEventListener(name, use, { passive: false });
     listen("wheel", (event) => this._wheel(event));

@@ -23,7 +23,9 @@ export class GraphView {
     this.chosen = null;
     this.highlighted = null;
     this.number = 0;
+    this.frame = 0; // of requestAnimationFrame; 0 for none
     this.widths = new Map(); // text widths in pixels
+    /** @type {{layout: number, shown?: number, frames: number[][]}} */
     this.times = { layout: 0, frames: [] };
     this.context = canvas.getContext("2d");
     this.family = getComputedStyle(document.body).fontFamily;
@@ -92,6 +94,7 @@ export class GraphView {
   }
 
   _applyLayout({ found, problem, seconds }) {
+    if (!this.request) return;
     const { what, model, at } = this.request;
     this.request = null;
     this.canvas.parentElement?.classList.remove("busy");

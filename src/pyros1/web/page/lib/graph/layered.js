@@ -7,6 +7,7 @@ const MIN_HEIGHT = 600;
 const MAX_ROWS = 16;
 
 // boxes: [{id, width, height}]; edges: [[from, to]]. Returns a Map: id -> [x, y] of the centre.
+/** @returns {Map<string, any>} */
 export function layered(boxes, edges, { down, aspect }) {
   const ids = boxes.map(({ id }) => id);
   const next = new Map(ids.map((id) => [id, []]));
@@ -36,7 +37,7 @@ function rankBoxes(ids, next) {
     const stack = [[start, 0]];
     seen.set(start, 1);
     while (stack.length) {
-      const top = stack.at(-1);
+      const top = stack[stack.length - 1];
       const [id, at] = top;
       const to = next.get(id)[at];
       if (to === undefined) {
@@ -83,6 +84,7 @@ function splitTallLayers(layers, sizes, most) {
   return layers.flatMap((layer) => {
     const height = layer.reduce((sum, id) => sum + sizes.get(id)[1] + GAP, 0);
     const count = Math.ceil(height / most);
+    /** @type {string[][]} */
     const columns = Array.from({ length: count }, () => []);
     layer.forEach((id, place) => columns[Math.floor((place * count) / layer.length)].push(id));
     return columns.map((ids, index) => ({
@@ -121,6 +123,7 @@ function wrapRows(columns, aspect) {
   let [best, found] = [Infinity, [columns]];
   for (let count = 1; count <= MAX_ROWS; count += 1) {
     const most = total / count;
+    /** @type {any[][]} */
     const rows = [[]];
     let [length, longest] = [0, 0];
     for (const column of columns) {
@@ -128,7 +131,7 @@ function wrapRows(columns, aspect) {
         rows.push([]);
         length = 0;
       }
-      rows.at(-1).push(column);
+      rows[rows.length - 1].push(column);
       length += column.width + column.room;
       longest = Math.max(longest, length);
     }

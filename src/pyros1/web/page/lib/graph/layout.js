@@ -205,9 +205,9 @@ export function curve([x1, y1], one, [x2, y2], other, down) {
 export function resample(line, count) {
   const lengths = [0];
   for (let index = 2; index < line.length; index += 2) {
-    lengths.push(lengths.at(-1) + Math.hypot(line[index] - line[index - 2], line[index + 1] - line[index - 1]));
+    lengths.push(lengths[lengths.length - 1] + Math.hypot(line[index] - line[index - 2], line[index + 1] - line[index - 1]));
   }
-  const total = lengths.at(-1);
+  const total = lengths[lengths.length - 1];
   const found = [];
   let at = 0;
   for (let number = 0; number < count; number += 1) {

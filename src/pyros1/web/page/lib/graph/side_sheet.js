@@ -17,6 +17,7 @@ export class Sheet {
     this.digest = "";
     this.updaters = []; // functions that update what changes often
     this.latest = null;
+    this.flow = (_topic) => undefined; // bytes per second, if known
   }
 
   // Show the selection: {box} or {edge} of a model; null closes the sheet.
@@ -130,17 +131,18 @@ export class Sheet {
       if (flow.textContent !== text) fill(flow, text);
     });
     this.latest?.close();
-    this.latest = new LatestMessage(this.place, name, type, publishers.length > 0, this.flow(name));
+    const latest = new LatestMessage(this.place, name, type, publishers.length > 0, this.flow(name));
+    this.latest = latest;
     return [name, "topic",
       h("dl", {}, h("dt", {}, "type"), h("dd.mono", {}, type || "unknown"), h("dt", {}, "flow"), flow),
       missing.length > 0 && h("p.trouble", {}, `${plural(missing.length, "connection")} ${missing.length === 1 ? "is" : "are"} missing.`),
       missing.length > 0 && findings(this.place.robot, "topic", name, true),
       this._list("publishers", publishers, (node) => this._nodeLink(node)),
       this._list("subscribers", subscribers, (node) => this._nodeLink(node)),
-      this.latest.element,
+      latest.element,
       h("div.buttons", {},
         h("button", { title: "the latest message as a tree", onclick: () => this.place.open("topics", { selected: name }) }, "Inspect"),
-        h("button", { title: "plot the first number of its messages; click another number to plot that one", onclick: () => this.latest.plot() }, "Plot"),
+        h("button", { title: "plot the first number of its messages; click another number to plot that one", onclick: () => latest.plot() }, "Plot"),
         !missing.length && findings(this.place.robot, "topic", name, false))];
   }
 

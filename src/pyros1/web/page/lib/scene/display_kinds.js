@@ -44,7 +44,8 @@ const VIEWS = { Camera: "scene_camera", DepthCloud: "scene_depth", Image: "image
 // Return {topic, kind, view} of a key: rviz's name of its display ("" if the topic has no publishers yet), and the
 // server's view for it. types: topic -> type.
 export function parseKey(key, types) {
-  const [, made, topic] = /^(?:(camera|depth):)?(.*)$/s.exec(key);
+  const made = /^(camera|depth):/.exec(key)?.[1];
+  const topic = made ? key.slice(made.length + 1) : key;
   const type = types[topic];
   const kind = made ? (IMAGE_TYPES.includes(type) ? KEY_PREFIXES[made] : "") : DISPLAY_TYPES[type] || "";
   return { topic, kind, view: VIEWS[kind] || "scene_topic" };

@@ -9,6 +9,7 @@ export class DisplayList {
     this.element = element;
     this.host = host;
     this.open = new Set(); // keys of entries whose options are visible
+    this.lines = new Map(); // key -> the line with the status
   }
 
   draw() {
@@ -16,7 +17,7 @@ export class DisplayList {
     const offers = this.host.offers();
     this.lines = new Map();
     const active = /** @type {HTMLElement | null} */ (document.activeElement);
-    const focused = this.element.contains(active) ? active.dataset.mark : null;
+    const focused = active && this.element.contains(active) ? active.dataset.mark : null;
     fill(this.element, h("h4", {}, h("button.quiet.fold-displays", { "aria-expanded": String(this.element.classList.contains("open")), onclick: ({ currentTarget }) => currentTarget.setAttribute("aria-expanded", String(this.element.classList.toggle("open"))) }, `Displays (${entries.length})`), h("button.quiet", { title: "show the displays of an rviz file", onclick: () => this.host.open() }, "Open …")), entries.map((entry) => this._row(entry)),
       offers.length ? h("h4", {}, "Add") : entries.every(({ fixed }) => fixed) && h("p.muted", {}, "No topics are published that can be drawn: scans, clouds, maps, markers, paths, poses, images."),
       offers.map((offer) => (offer.field ? this._field(offer) : h("button.quiet.add", { title: offer.text, onclick: () => this.host.add(offer.key) }, "+ ", h("span.mono", {}, offer.title), " ", h("span.muted", {}, offer.kind)))));
@@ -26,7 +27,7 @@ export class DisplayList {
 
   // Update the status of a display.
   updateStatus(/** @type {import("../../panels/scene.js").Entry} */ { key, display, trouble }) {
-    const line = this.lines?.get(key);
+    const line = this.lines.get(key);
     if (!line) return;
     const problem = trouble || display.problem;
     const text = problem || display.status || "";

@@ -18,7 +18,7 @@ export class FrameView {
   }
 
   // Enter the frame, at its origin or at a position in it.
-  enter(/** @type {{axis?: string, position?: number[], target?: number[]}} */ { axis, position = [0, 0, 0], target } = {}) {
+  enter(/** @type {{axis?: string, position?: number[], target?: number[]}} */ { axis = "x", position = [0, 0, 0], target } = {}) {
     this.axis = Object.hasOwn(AXIS_DIRECTIONS, axis) ? axis : "x";
     this.frame = new THREE.Matrix4();
     this.stage.camera.position.fromArray(position);

@@ -19,12 +19,16 @@ export class FrameSet {
     this.lines = new THREE.Group();
     this.object.add(this.lines);
     this.poses = new Map(); // name -> [x, y, z, qx, qy, qz, qw] in the fixed frame
+    this.parents = new Map(); // name -> that of its parent
+    this.unconnected = new Set(); // names
+    this.trees = []; // [root, number of frames] of those that are not connected
     this.controls = {
       names: { text: "names", kind: "check", defaultValue: true },
       axes: { text: "axes", kind: "check", defaultValue: true },
       lines: { text: "lines to parent frames", kind: "check", defaultValue: true },
       size: { text: "length of axes", kind: "number", defaultValue: 0.3, least: 0.01, most: 100, step: 0.05 },
     };
+    /** @type {{names: boolean, axes: boolean, lines: boolean, size: number, concealed: string[]}} */
     this.options = { names: true, axes: true, lines: true, size: 0.3, concealed: [] }; // concealed: names of hidden frames
     this.status = "no frames yet";
     this.problem = "";
@@ -44,6 +48,7 @@ export class FrameSet {
       dispose(axes);
       this.axes.delete(name);
     }
+    /** @type {number[]} */
     const ends = [];
     names.forEach((name, index) => {
       const pose = places.get(name);
@@ -62,7 +67,7 @@ export class FrameSet {
 
   // Explain why frames are not connected to the fixed one; empty if there are none.
   get disconnected() {
-    if (!this.unconnected?.size) return "";
+    if (!this.unconnected.size) return "";
     const each = this.trees.map(([root, count]) => `${root} (${count} frame${count === 1 ? "" : "s"})`).join(", ");
     const one = this.trees.length === 1;
     const no = this.poses.size ? `${this.unconnected.size} frames are not connected to ${this.fixed}` : `no frame is connected to ${this.fixed}`;

@@ -9,6 +9,7 @@ const PLANE_ROTATIONS = { xy: [0, 0], xz: [Math.PI / 2, 0], yz: [0, -Math.PI / 2
 export class Grid {
   constructor() {
     this.object = new THREE.Group();
+    this.page = [new THREE.Color(), new THREE.Color()]; // its colours of the lines: those in the middle, and the others
     this.status = "";
     this.problem = "";
     this.controls = {

@@ -100,7 +100,7 @@ export class InteractiveSet {
     const onReplaced = before?.onReplaced;
     const pose = onReplaced ? [...before.inner.position.toArray(), ...before.inner.quaternion.toArray()] : facts.pose;
     this._remove(key);
-    const marker = { set: this, facts, outer: new THREE.Group(), inner: new THREE.Group(), controls: [], onReplaced, hasPendingUpdate: onReplaced };
+    const marker = { set: this, facts, outer: new THREE.Group(), inner: new THREE.Group(), controls: /** @type {object[]} */ ([]), onReplaced, hasPendingUpdate: onReplaced };
     marker.outer.add(marker.inner);
     setPose(marker.inner, pose);
     for (const control of facts.controls) marker.controls.push(this._control(marker, control));

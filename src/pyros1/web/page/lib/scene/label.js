@@ -14,6 +14,7 @@ export function label(text, { height = 0.15, color = [1, 1, 1, 1], background = 
   const lines = String(text).slice(0, MAX_LENGTH).split("\n").slice(0, 12);
   const canvas = document.createElement("canvas");
   const context = canvas.getContext("2d");
+  if (!context) throw new Error("this browser has no canvas for texts");
   let size = totalPixels < MAX_TOTAL_PIXELS / 2 ? FONT_SIZE : SMALL_FONT;
   const font = () => `${size}px "Liberation Sans", Arial, Helvetica, "DejaVu Sans", sans-serif`;
   context.font = font();

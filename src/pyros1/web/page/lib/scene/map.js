@@ -34,6 +34,12 @@ export class MapPlane {
   constructor() {
     this.object = new THREE.Group();
     this.plane = null;
+    /** @type {THREE.DataTexture | null} */
+    this.texture = null;
+    this.cells = new Int8Array(0);
+    this.width = 0; // cells in a row
+    this.resolution = 1; // metres per cell
+    this.every = 1; // of this many cells across and down, one is shown
     this.scheme = "map";
     this.alpha = 0.7;
     this.behind = false;
@@ -93,13 +99,14 @@ export class MapPlane {
 
   _colour(low = 0, high = Infinity) {
     const colours = colourTable(this.scheme);
-    const { every, width, cells } = this;
-    const { width: columns, height: rows, data } = this.texture.image;
+    const { every, width, cells, texture } = this;
+    if (!texture) return;
+    const { width: columns, height: rows, data } = texture.image;
     const pixels = new Uint32Array(data.buffer);
     for (let row = Math.floor(low / every); row < rows && row * every < high; row += 1) {
       for (let column = 0, from = row * every * width; column < columns; column += 1, from += every) pixels[row * columns + column] = colours[cells[from] & 255];
     }
-    this.texture.needsUpdate = true;
+    texture.needsUpdate = true;
   }
 
   _clear() {

@@ -49,7 +49,7 @@ export function markerObject(marker, host) {
   }
   if (type === ARROW) return arrowMarker(marker);
   if (type === CUBE || type === SPHERE || type === CYLINDER) {
-    const mesh = new THREE.Mesh([null, CUBE_SHAPE, SPHERE_SHAPE, CYLINDER_SHAPE][type], solidMaterial(color));
+    const mesh = new THREE.Mesh({ [CUBE]: CUBE_SHAPE, [SPHERE]: SPHERE_SHAPE, [CYLINDER]: CYLINDER_SHAPE }[type], solidMaterial(color));
     mesh.scale.fromArray(scale.map((size) => Math.abs(size) || MIN_SIZE));
     return mesh;
   }

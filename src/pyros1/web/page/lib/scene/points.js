@@ -27,7 +27,7 @@ export function scanPoints(facts, numbers, by = "") {
 }
 
 // Scale values to bytes, from the minimum (0) to the maximum (255), or between given bounds.
-export function levels(values, bounds = null) {
+export function levels(values, /** @type {number[] | null} */ bounds = null) {
   const [least, most] = bounds || extent(values);
   const scale = bounds && most < least || most > least ? 255 / (most - least) : 0;
   return Uint8Array.from(values, (value) => Math.min(255, Math.max(0, (value - least) * scale)));
@@ -131,6 +131,7 @@ const COLOUR_ATTRIBUTES = { rgb: ["bgr", 4], rgba: ["bgr", 4], value: ["level", 
  * @property {number[] | null} [bounds]
  * @property {boolean} [local]
  */
+/** @typedef {THREE.Mesh<THREE.BufferGeometry, THREE.ShaderMaterial> | THREE.Points<THREE.BufferGeometry, THREE.ShaderMaterial>} Body */
 
 // Points whose buffers on the graphics card are reused while their number changes.
 export class PointSet {
@@ -149,7 +150,7 @@ export class PointSet {
     this.style = "pixels";
     this.count = 0;
     this.attributes = new Map(); // name -> attribute
-    this._build();
+    this.mesh = this._build();
   }
 
   // style: one of STYLES; size: in pixels; extent: in metres; flat: one colour for all, or null for their own;
@@ -161,7 +162,7 @@ export class PointSet {
     if (style !== this.style) {
       this.style = style;
       for (const [name, { array, itemSize, normalized }] of this.attributes) this.attributes.set(name, this._attribute(array, itemSize, normalized));
-      this._build();
+      this.mesh = this._build(this.mesh);
     }
     if (size !== undefined) uniforms.size.value = size * Math.min(2, globalThis.devicePixelRatio || 1);
     if (metres) uniforms.extent.value.set(...metres);
@@ -170,7 +171,7 @@ export class PointSet {
     if (alpha !== undefined) this._setAlpha(alpha);
     if (rainbow !== undefined) Object.assign(uniforms.rainbow, { value: rainbow });
     if (inverted !== undefined) Object.assign(uniforms.inverted, { value: inverted });
-    for (const [name, value] of [["low", low], ["high", high], ["tint", flat]]) if (value) uniforms[name].value.setStyle(value, THREE.LinearSRGBColorSpace); // the shader's colours are as they are shown
+    for (const [name, value] of Object.entries({ low, high, tint: flat })) if (value) uniforms[name].value.setStyle(value, THREE.LinearSRGBColorSpace); // the shader's colours are as they are shown
     if (flat !== undefined) this.isUniform = flat !== null;
     this.axisSettings = { bounds, local };
     uniforms.mode.value = this.isUniform ? 3 : MODES[this.colour];
@@ -186,7 +187,7 @@ export class PointSet {
     for (const each of [...this.attributes.keys()]) if (each !== "place" && each !== name) this._drop(each);
     this._setAttribute("place", positions, 3, false);
     if (name) this._setAttribute(name, bytes, size, true);
-    if (this.needsRebuild) this._build();
+    if (this.needsRebuild) this.mesh = this._build(this.mesh);
     const { geometry } = this.mesh;
     if (geometry instanceof THREE.InstancedBufferGeometry) geometry.instanceCount = this.count;
     else geometry.setDrawRange(0, this.count);
@@ -258,9 +259,8 @@ export class PointSet {
   }
 
   // Rebuild the object, for another style or larger buffers.
-  _build() {
+  _build(/** @type {Body | null} */ before = null) {
     this.needsRebuild = false;
-    const before = this.mesh;
     const { uniforms, solid } = this;
     const material = before && before.userData.solid === solid ? before.material : new THREE.ShaderMaterial({
       vertexShader: VERTEX_SHADER, fragmentShader: FRAGMENT_SHADER, uniforms, defines: solid ? { SOLID: "" } : {}, side: THREE.DoubleSide,
@@ -273,16 +273,18 @@ export class PointSet {
       geometry.instanceCount = this.count;
     } else geometry.setDrawRange(0, this.count);
     for (const [name, attribute] of this.attributes) geometry.setAttribute(!solid && name === "place" ? "position" : name, attribute);
-    this.mesh = solid ? new THREE.Mesh(geometry, material) : new THREE.Points(geometry, material);
-    this.mesh.frustumCulled = false;
-    this.mesh.userData.solid = solid;
-    this.mesh.raycast = (caster, hits) => this.hit?.(caster, hits);
+    /** @type {Body} */
+    const mesh = solid ? new THREE.Mesh(geometry, material) : new THREE.Points(geometry, material);
+    mesh.frustumCulled = false;
+    mesh.userData.solid = solid;
+    mesh.raycast = (caster, hits) => this.hit?.(caster, hits);
     if (before) {
       this.object.remove(before);
       before.geometry.dispose();
       if (before.material !== material) before.material.dispose();
     }
-    this.object.add(this.mesh);
+    this.object.add(mesh);
+    return mesh;
   }
 
   // Let rays of the mouse hit the points; there must be few.

@@ -126,8 +126,8 @@ export class Stage {
     return { name: this.name, ...place };
   }
 
-  set place(/** @type {View} */ { name, position, target, zoom, axis }) {
-    const good = (numbers) => Array.isArray(numbers) && numbers.length === 3 && numbers.every(Number.isFinite);
+  set place(/** @type {View} */ { name, position, target, zoom = 1, axis }) {
+    const good = /** @returns {numbers is number[]} */ (numbers) => Array.isArray(numbers) && numbers.length === 3 && numbers.every(Number.isFinite);
     this.view(name);
     if (this.isInFrame) this.frameView.enter(good(position) && good(target) ? { axis, position, target } : { axis });
     if (this.isInFrame || !good(position) || !good(target)) return;
@@ -298,7 +298,7 @@ function boundsOf(object) {
 function hasGraphicsCard() {
   const probe = document.createElement("canvas").getContext("webgl2");
   const names = probe?.getExtension("WEBGL_debug_renderer_info");
-  const name = names ? probe.getParameter(names.UNMASKED_RENDERER_WEBGL) : "";
+  const name = probe && names ? probe.getParameter(names.UNMASKED_RENDERER_WEBGL) : "";
   probe?.getExtension("WEBGL_lose_context")?.loseContext();
   return !/swiftshader|llvmpipe|softpipe|software|basic render/i.test(name);
 }

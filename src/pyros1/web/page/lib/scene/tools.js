@@ -20,6 +20,7 @@ export class ArrowTool {
   constructor(stage, colour, done) {
     this.stage = stage;
     this.done = done;
+    this.yaw = 0;
     this.material = new THREE.MeshStandardMaterial({ color: colour });
     this.arrow = arrowOf(1, 0.3, 0.08, 0.22, this.material);
     this.arrow.visible = false;
@@ -47,14 +48,14 @@ export class ArrowTool {
     if (!this.from) return;
     this.stage.canvas.setPointerCapture(event.pointerId);
     this.yaw = 0;
-    this._show();
+    this._show(this.from);
   }
 
   _move(event) {
     const to = this.from && this.stage.ground(event.offsetX, event.offsetY);
     if (!to) return;
     if (to.distanceTo(this.from) > 0.02) this.yaw = Math.atan2(to.y - this.from.y, to.x - this.from.x);
-    this._show();
+    this._show(this.from);
   }
 
   _up({ button }) {
@@ -70,9 +71,9 @@ export class ArrowTool {
     this.stage.draw();
   }
 
-  _show() {
+  _show({ x, y }) {
     this.arrow.visible = true;
-    setPose(this.arrow, [this.from.x, this.from.y, 0.02, 0, 0, Math.sin(this.yaw / 2), Math.cos(this.yaw / 2)]);
+    setPose(this.arrow, [x, y, 0.02, 0, 0, Math.sin(this.yaw / 2), Math.cos(this.yaw / 2)]);
     this.stage.draw();
   }
 }

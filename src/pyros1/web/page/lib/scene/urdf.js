@@ -21,6 +21,7 @@ export function readUrdf(text) {
   let shapes = 0;
   for (const element of children(robot, "link").slice(0, MAX_LINKS)) {
     const name = element.getAttribute("name") || "";
+    /** @type {{name: string, visuals: any[], collisions: any[]}} */
     const link = { name, visuals: [], collisions: [] };
     /** @type {Record<string, object[]>} */
     const lists = { visual: link.visuals, collision: link.collisions };

@@ -17,6 +17,7 @@ export class Chart {
     this.robot = robot;
     this.on = on;
     this.curves = []; // {id, text, lines: Map(part -> Points), problem, done}
+    this.lines = []; // {curve, points, label, and how it looks}
     this.ids = 0;
     this.legend = h("div.legend");
     this.bar = h("progress", { max: 1, value: 0, "aria-label": "reading" });
@@ -157,7 +158,7 @@ export class Chart {
     const style = getComputedStyle(document.documentElement);
     const colour = (name) => style.getPropertyValue(name).trim();
     const axis = { stroke: colour("--muted"), grid: { stroke: colour("--border"), width: 1 }, ticks: { show: false } };
-    this.plot = new uPlot({
+    const plot = new uPlot({
       width: Math.floor(width), height: Math.floor(height),
       padding: [8, RIGHT_MARGIN, 4, 0],
       legend: { show: false },
@@ -166,10 +167,11 @@ export class Chart {
       axes: [{ ...axis, show: false }, { ...axis, size: this.on.gutter(), values: (_, ticks) => tickLabels(ticks) }],
       series: [{}, ...this.lines.map((line) => ({ label: line.label, stroke: line.colour, dash: line.dash, width: 1.5, points: dots(line.colour) }))],
     }, [new Float64Array(0), ...this.lines.map(() => [])], this.area);
+    this.plot = plot;
     this.mark = h("i.cursor");
-    this.plot.over.append(this.mark);
-    const { over } = this.plot;
-    const seek = (event) => this.on.seek(this.plot.posToVal(event.clientX - over.getBoundingClientRect().left, "x"));
+    const { over } = plot;
+    over.append(this.mark);
+    const seek = (event) => this.on.seek(plot.posToVal(event.clientX - over.getBoundingClientRect().left, "x"));
     over.addEventListener("pointerdown", (event) => {
       seek(event);
       over.setPointerCapture(event.pointerId);
@@ -180,12 +182,13 @@ export class Chart {
   }
 
   _draw() {
-    if (!this.plot) return;
+    const { plot, lines } = this;
+    if (!plot) return;
     const [begin, end] = this.view;
-    const places = grid(begin, end, Math.max(50, this.plot.width - this.on.gutter() - RIGHT_MARGIN)); // the plot is measured later
-    this.plot.batch(() => {
-      this.plot.setData([places.times, ...this.lines.map((line) => sample(line.points, places))], false);
-      this.plot.setScale("x", { min: begin, max: end });
+    const places = grid(begin, end, Math.max(50, plot.width - this.on.gutter() - RIGHT_MARGIN)); // the plot is measured later
+    plot.batch(() => {
+      plot.setData([places.times, ...lines.map((line) => sample(line.points, places))], false);
+      plot.setScale("x", { min: begin, max: end });
     });
     this._mark();
   }
@@ -211,7 +214,7 @@ export class Chart {
 
   // Show the values at the cursor in the legend: those of the last points at or before it.
   _values() {
-    const { min, max } = this.plot?.scales.y || {};
+    const { min = NaN, max = NaN } = this.plot?.scales.y || {};
     for (const curve of this.curves) {
       if (!curve.mark) continue;
       const values = [...curve.lines.values()].map((points) => points.values[points.indexOf((this.time ?? 0) + 1e-9) - 1]);

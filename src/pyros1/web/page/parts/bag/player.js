@@ -17,6 +17,9 @@ export class Player {
     this.publish = false;
     this.onlySelected = false;
     this.time = 0;
+    this.previousTime = 0; // when the cursor was moved
+    this.frame = 0; // of requestAnimationFrame
+    this.opened = 0; // how often the stream was opened
     this._build();
   }
 

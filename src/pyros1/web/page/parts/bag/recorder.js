@@ -44,7 +44,7 @@ export class Recorder {
     const figures = [span(now.seconds, 0.1), bytes(now.bytes), plural(now.messages, "message")].join(" · ");
     const dropped = now.topics.reduce((sum, topic) => sum + topic.dropped, 0);
     const active = /** @type {HTMLElement | null} */ (document.activeElement);
-    const focused = this.strip.contains(active) ? active.dataset.what : "";
+    const focused = active && this.strip.contains(active) ? active.dataset.what : "";
     fill(this.strip,
       h("div.line", {}, h(running ? "i.dot.live" : "i.dot"), h("span", {}, running ? "Recording" : "Recorded"), h("b.mono", { title: now.path }, name), h("span.muted", {}, figures),
         dropped > 0 && h("span.wrong", {}, `${dropped} dropped`), h("span.gap"),

@@ -52,7 +52,7 @@ export class Thumbnails {
     const url = bytes.length ? URL.createObjectURL(new Blob([bytes], { type: "image/jpeg" })) : "";
     this.known.set(data.wanted, { ...data, url });
     while (this.known.size > CACHE_SIZE) {
-      const [first, { url: old }] = this.known.entries().next().value;
+      const [[first, { url: old }]] = this.known;
       URL.revokeObjectURL(old);
       this.known.delete(first);
     }

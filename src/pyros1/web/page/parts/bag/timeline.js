@@ -20,11 +20,16 @@ export class Timeline {
     this.facts = null;
     this.time = 0;
     this.view = [0, 1];
+    this.fullView = [0, 1]; // of the whole bag
     this.selected = new Set();
     this.rows = [];
     this.thumbnails = new Map(); // topic -> Thumbnails
     this.rowTops = [];
+    this.gutter = 0; // pixels beside the lanes; 0 until it is measured
+    this.width = 0; // pixels of the lanes
     this._build();
+    this.observer = new ResizeObserver(() => { this._measure(); this.draw(); });
+    this.observer.observe(this.element);
   }
 
   _build() {
@@ -40,8 +45,6 @@ export class Timeline {
     this.ruler.querySelector(".lane").addEventListener("pointerdown", (event) => this._pan(event));
     this.content.addEventListener("pointerdown", (event) => this._scrub(event));
     this.element.addEventListener("wheel", (event) => this._wheel(event), { passive: false });
-    this.observer = new ResizeObserver(() => { this._measure(); this.draw(); });
-    this.observer.observe(this.element);
   }
 
   close() {
@@ -93,7 +96,7 @@ export class Timeline {
     const style = getComputedStyle(this.element);
     const gutter = parseFloat(style.getPropertyValue("--gutter")) || 240;
     const narrow = style.getPropertyValue("--narrow").trim() === "1";
-    const moved = this.gutter !== undefined && this.gutter !== gutter;
+    const moved = this.gutter > 0 && this.gutter !== gutter;
     this.gutter = gutter;
     this.width = Math.max(50, this.element.clientWidth - gutter - RIGHT_MARGIN);
     if (narrow !== this.narrow) {

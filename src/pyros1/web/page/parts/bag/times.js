@@ -6,7 +6,7 @@ const STEPS = [1, 2, 5, 10, 15, 30, 60, 120, 300, 600, 900, 1800, 3600, 7200, 14
 export function ticks(begin, end, count) {
   const least = (end - begin) / count;
   const power = 10 ** Math.floor(Math.log10(least));
-  const step = least > 1 ? STEPS.find((size) => size >= least) || 86400 * Math.ceil(least / 86400) : [1, 2, 5, 10].map((factor) => factor * power).find((size) => size >= least * 0.999);
+  const step = least > 1 ? STEPS.find((size) => size >= least) || 86400 * Math.ceil(least / 86400) : [1, 2, 5, 10].map((factor) => factor * power).find((size) => size >= least * 0.999) ?? 10 * power;
   const times = [];
   for (let index = Math.ceil(begin / step); index * step <= end && times.length < 200; index += 1) times.push(index * step);
   return { step, times };

@@ -25,7 +25,7 @@ export function splitCurves(text) {
 export function roundTimes(origin, begin, end, count) {
   const least = (end - begin) / Math.max(2, count);
   const power = 10 ** Math.floor(Math.log10(least));
-  const step = [1, 2, 5, 10].map((factor) => factor * power).find((size) => size >= least);
+  const step = [1, 2, 5, 10].map((factor) => factor * power).find((size) => size >= least) ?? 10 * power;
   const first = Math.ceil((begin - origin) / step - 1e-6);
   const last = Math.floor((end - origin) / step + 1e-6);
   return Array.from({ length: Math.max(0, last - first + 1) }, (_, index) => origin + (first + index) * step);

@@ -82,7 +82,8 @@ export function timeChart(area, lines, size, on) {
   // Zoom around a position, which stays fixed.
   function scale(left, top, across, along) {
     const about = (/** @type {number[]} */ [least, most], here, factor) => [here - (here - least) / factor, here + (most - here) / factor];
-    if (along !== 1) chart.high = about([chart.scales.y.min, chart.scales.y.max], chart.posToVal(top, "y"), along);
+    const { min = NaN, max = NaN } = chart.scales.y;
+    if (along !== 1) chart.high = about([min, max], chart.posToVal(top, "y"), along);
     on.show(about(on.shown(), chart.posToVal(left, "x"), across));
   }
 }

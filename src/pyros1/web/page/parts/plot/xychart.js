@@ -162,7 +162,7 @@ export class XYChart {
   }
 
   _cursor() {
-    const { left, top } = this.plot.cursor;
+    const { left = -1, top = -1 } = this.plot.cursor;
     const before = this.found;
     this.found = null;
     if (left >= 0 && top >= 0) {
