@@ -23,7 +23,7 @@ DEFAULT_PORT: Final = 11311
 NOTIFY_TIMEOUT_S: Final = 10.0
 _SHUTDOWN_DELAY_S: Final = 0.1
 SPIN_TIME: Final = 150e-6
-"""Seconds that the loop polls before it sleeps: clients make many calls in a row, and waking up for each call would
+"""Seconds that the loop polls before it sleeps while calls follow each other quickly: waking up for each call would
 take longer than serving it."""
 
 

@@ -133,9 +133,9 @@ class Loop:
         name: the thread's name.
         on_error: called on the loop with each exception that a callback raises; the loop continues. None to write
             the traceback to stderr.
-        spin_time: seconds after an event during which the loop polls for the next one instead of sleeping. Useful for
-            a server whose clients send the next request right after a response, if waking up takes longer than the
-            work.
+        spin_time: seconds after an event during which the loop polls for the next one instead of sleeping, if the
+            previous one followed soon, too. Useful for a server whose clients send the next request right after a
+            response, if waking up takes longer than the work.
     """
 
     def __init__(
@@ -144,6 +144,7 @@ class Loop:
         self.name = name
         self._spin_time = spin_time
         self._poll_guard = PollGuard()
+        self._was_gap_short = False
         self._last_event_at = 0.0
         self._on_error = on_error or self._log_traceback
         self._error_reports: ErrorReports | None = None
@@ -367,7 +368,8 @@ class Loop:
         events: Iterable[tuple[int, int]] = ()
         if timeout != 0.0:
             now = monotonic()
-            spin_deadline = self._last_event_at + self._spin_time if now >= self._poll_guard.paused_until else 0.0
+            may_poll = self._was_gap_short and now >= self._poll_guard.paused_until
+            spin_deadline = self._last_event_at + self._spin_time if may_poll else 0.0
             while not events and now < spin_deadline:
                 events = select(0.0)
                 yield_processor()  # let other threads run first, such as that of the client
@@ -375,7 +377,10 @@ class Loop:
                 if self._poll_guard.is_interrupted(previous, now):
                     break
         events = events or select(timeout)
-        self._last_event_at = monotonic()
+        now = monotonic()
+        # Twice as long, since this includes the time to wake up, which is saved by polling.
+        self._was_gap_short = now - self._last_event_at < 2 * self._spin_time
+        self._last_event_at = now
         return events
 
     def _run_timers(self) -> None:
