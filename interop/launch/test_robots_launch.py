@@ -64,7 +64,9 @@ from actionlib.msg import TestAction, TestGoal
 rospy.init_node("client")
 client = actionlib.SimpleActionClient("move_base", TestAction)
 client.wait_for_server()
-client.send_goal_and_wait(TestGoal(1))
+client.send_goal(TestGoal(1))
+while not client.wait_for_result(rospy.Duration(5)) and not rospy.is_shutdown():
+    client.send_goal(TestGoal(1))  # stock's client may lose the first one
 rospy.set_param("~seen", client.get_state())
 rospy.spin()
 """
