@@ -309,7 +309,7 @@ def test_a_listener_may_add_nodes_and_its_errors_do_no_harm(uri: str, capfd: pyt
 
 
 def test_the_processes_of_a_launch_are_listed(uri: str) -> None:
-    run = ScriptRun(Plan(), Options(keep_running=True, show_title=False), [], make_resources())
+    run = ScriptRun(Plan(), Options(keep_running=True), [], make_resources())
     run.start()
     try:
         assert run.server_uri.startswith("http://localhost:")

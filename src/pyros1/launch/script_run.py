@@ -182,7 +182,7 @@ class ScriptRun:
         self._lock = threading.Lock()
         self._ended = threading.Event()
         self._session = Session(
-            plan, options, resources.packages, resources.environ, Console(title=options.show_title), self._on_started
+            plan, options, resources.packages, resources.environ, Console(title=False), self._on_started
         )
         self._session.supervisor.on_process_exit = self._notify_listeners
         self._thread = threading.Thread(target=self._run, name="launch", daemon=True)

@@ -104,7 +104,6 @@ class ROSLaunchParent:
             required=force_required,
             local=local_only,
             show_summary=show_summary,
-            show_title=False,
             sigint_timeout=sigint_timeout,
             sigterm_timeout=sigterm_timeout,
             notify_timeout=timeout,

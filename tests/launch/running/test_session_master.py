@@ -45,7 +45,7 @@ class Launch:
         self.out, self.err = Said(), Said()
         self.environ = environ
         console = Console(self.out, self.err, title=False)
-        options = {"show_title": False, "show_summary": False, "sigint_timeout": 0.1, **options}
+        options = {"show_summary": False, "sigint_timeout": 0.1, **options}
         self.session = Session(plan, Options(**options), PackageIndex(environ), environ, console, self.ended)
         self.while_up: Callable[[], object] = lambda: None
 

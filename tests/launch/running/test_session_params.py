@@ -43,7 +43,7 @@ def run(environ: dict[str, str], tmp_path: Path) -> Run:
             session.stop("enough")
 
         console = Console(said, said, title=False)
-        options = {"show_title": False, "show_summary": False, **options}
+        options = {"show_summary": False, **options}
         session = Session(plan, Options(**options), PackageIndex(environ), environ, console, end)
         session.run()
         return said.getvalue()

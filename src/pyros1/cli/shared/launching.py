@@ -60,7 +60,6 @@ def launch(plan: Plan, parsed_options: Any, resources: Resources, *, title: str)
         local=parsed_options.local_only,
         wait=parsed_options.wait_for_master,
         show_summary=not parsed_options.no_summary,
-        show_title=not parsed_options.disable_title,
         sigint_timeout=parsed_options.sigint_timeout,
         sigterm_timeout=parsed_options.sigterm_timeout,
         title=title,
@@ -70,7 +69,7 @@ def launch(plan: Plan, parsed_options: Any, resources: Resources, *, title: str)
         preload=getattr(parsed_options, "preload", False),
         journal=parsed_options.core and not getattr(parsed_options, "no_journal", False),
     )
-    console = Console(title=options.show_title)
+    console = Console(title=not parsed_options.disable_title)
     session = Session(plan, options, resources.packages, resources.environ, console)
     pid_file = Path(parsed_options.pid_file) if parsed_options.pid_file else None
     if pid_file is not None:

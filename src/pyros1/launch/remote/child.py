@@ -97,7 +97,7 @@ class _ParentConsole(Console):
     """A console that prints lines on the parent's screen."""
 
     def __init__(self, parent: Parent) -> None:
-        super().__init__(title=False)
+        super().__init__()
         self._parent = parent
         self._file: TextIO | None = None
 
@@ -154,7 +154,7 @@ class Child:
             self._log = log.open("a", encoding="utf-8", errors="replace")
         except OSError as error:
             raise LaunchError(f"cannot write log files: {error.strerror}: {error.filename}") from error
-        self._local_console = Console(title=False)
+        self._local_console = Console()
         self._local_console.line(f"... logging to {log}")
         try:
             self._parent = Parent(name, parent_uri)

@@ -18,7 +18,6 @@ class Options:
         local: whether to skip nodes on other machines.
         wait: whether to wait for a master instead of starting one.
         show_summary: whether to print the SUMMARY block.
-        show_title: whether to set the terminal's title.
         sigint_timeout: seconds between SIGINT and SIGTERM.
         sigterm_timeout: seconds between SIGTERM and SIGKILL.
         title: beginning of the terminal's title.
@@ -39,7 +38,6 @@ class Options:
     local: bool = False
     wait: bool = False
     show_summary: bool = True
-    show_title: bool = True
     sigint_timeout: float = 15.0
     sigterm_timeout: float = 2.0
     title: str = "roslaunch"

@@ -166,7 +166,7 @@ class TestRun:
         port = None if self.reuse_master else _free_port()
         if self.reuse_master:
             self._prepare_master()
-        options = Options(port=port, show_title=False, title="rostest")
+        options = Options(port=port, title="rostest")
         console = Console(self.out, self.err, title=False)
         self._session = Session(replace(self.plan, tests=[]), options, self.packages, self.environ, console)
         try:

@@ -96,7 +96,6 @@ class ROSLaunchRunner:
         self.options = Options(
             core=is_core,
             run_id=run_id,
-            show_title=False,
             sigint_timeout=sigint_timeout,
             sigterm_timeout=sigterm_timeout,
             notify_timeout=timeout,
