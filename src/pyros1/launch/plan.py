@@ -43,7 +43,7 @@ class NodePlan:
         exit_policy: whether, when the node exits, it is started again or the whole launch is shut down.
         machine: name of a declared machine; None for this machine.
         file: path of the launch file that defines the node.
-        line: the line in that file.
+        line: the line in that file; 0 if unknown.
         wait_for: conditions to wait for before the node starts.
         wait_timeout: seconds to wait for these conditions; 0 for no limit.
         on_death: what to do when the node has ended; None for nothing.

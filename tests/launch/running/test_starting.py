@@ -199,6 +199,8 @@ def test_a_node_that_cannot_be_found(make_starter: Callable[..., Starter]) -> No
     assert not recorder.specs
     text = recorder.err.getvalue()
     assert "cannot launch node of type [robot/dive]" in text and "at a.launch:3" in text and "drive" in text
+    starter.start(NodePlan("robot", "dive", "wheels", file="program.py"))
+    assert recorder.err.getvalue().endswith("at program.py\n"), "a program does not say in which line"
 
 
 def test_a_node_waits_for_what_it_needs(make_starter: Callable[..., Starter], master: Master) -> None:

@@ -36,7 +36,8 @@ if TYPE_CHECKING:
 
 
 def _location(node: NodePlan) -> str:
-    return f"\n  at {node.file}:{node.line}" if node.file else ""
+    place = f"{node.file}:{node.line}" if node.line else node.file
+    return f"\n  at {place}" if place else ""
 
 
 @dataclass
