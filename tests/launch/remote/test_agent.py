@@ -53,9 +53,12 @@ def launcher(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Launch
     (tmp_path / "far").mkdir()
     (tmp_path / "far" / "package.xml").write_text("<package><name>far</name></package>")
     (tmp_path / "far" / "stay").write_text("#!/bin/sh\nexec sleep 100\n")
-    (tmp_path / "far" / "stay").chmod(0o755)
+    (tmp_path / "far" / "tell").write_text("#!/bin/sh\npwd\necho 'an error' >&2\n")
+    for name in ("stay", "tell"):
+        (tmp_path / "far" / name).chmod(0o755)
     monkeypatch.setenv("ROS_PACKAGE_PATH", str(tmp_path / "far"))
     monkeypatch.setenv("ROS_HOME", str(tmp_path / "home"))
+    monkeypatch.delenv("ROS_LOG_DIR", raising=False)
     launcher = Launcher(monkeypatch)
     assert launcher.receive() == {"event": "ready", "pid": os.getpid()}
     assert usage.__file__ is not None
@@ -74,6 +77,20 @@ def test_silence_of_the_launcher_ends_the_nodes(launcher: Launcher, monkeypatch:
     assert launcher.receive() == {"event": "ended", "label": "it-1", "code": -signal.SIGINT}
     launcher.thread.join(DEADLINE)
     assert not launcher.thread.is_alive()
+
+
+@pytest.mark.parametrize("screen", [True, False])
+def test_the_output_of_nodes_goes_to_the_launcher_or_to_files(launcher: Launcher, tmp_path: Path, screen: bool) -> None:
+    launcher.send(**{**START, "type": "tell", "cwd": "ros_home", "screen": screen})
+    outputs, event = {}, launcher.receive()
+    while event["event"] != "ended":
+        if event["event"] == "output":
+            outputs[event["stream"]] = event["text"]
+        event = launcher.receive()
+    log_base = tmp_path / "home" / "log" / "run" / "it-1"
+    if not screen:
+        outputs = {n: Path(f"{log_base}-{name}.log").read_text() for n, name in ((1, "stdout"), (2, "stderr"))}
+    assert outputs == {1: f"{tmp_path / 'home'}\n", 2: "an error\n"}
 
 
 def test_messages_that_mean_nothing_are_ignored(launcher: Launcher) -> None:

@@ -125,8 +125,9 @@ class Agent:
             self.send(event="output", label=label, stream=2, text=text)
 
     def _forward_output(self, label: str, number: int, pipe: IO[bytes]) -> None:
-        for line in pipe:
-            self.send(event="output", label=label, stream=number, text=line.decode("utf-8", "replace"))
+        with pipe:
+            for line in pipe:
+                self.send(event="output", label=label, stream=number, text=line.decode("utf-8", "replace"))
 
     def _watch(self, label: str, node: subprocess.Popen[bytes]) -> None:
         readers = [
