@@ -39,11 +39,13 @@ PACKAGE = "<package format='2'><name>scripted</name></package>"
 RUN = """#!/bin/sh
 trap 'exit 0' INT
 touch "$ROS_HOME/began$1"
+echo "$1 began"
 [ "$1" = fail ] && exit 3
 while :; do sleep 0.05; done
 """
-FILE = """<launch><arg name="what" default="stay"/><param name="$(arg what)_p" value="1"/>
-<node pkg="scripted" type="run" name="$(arg what)" args="$(arg what)"/></launch>"""
+FILE = """<launch><arg name="what" default="stay"/><arg name="output" default="log"/>
+<param name="$(arg what)_p" value="1"/>
+<node pkg="scripted" type="run" name="$(arg what)" args="$(arg what)" output="$(arg output)"/></launch>"""
 
 
 class Listener:
@@ -140,14 +142,19 @@ def test_files_with_arguments_and_a_listener(uri: str, tmp_path: Path) -> None:
 
 def test_a_launch_ends_with_its_last_process(uri: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     file = str(tmp_path / "scripted" / "a.launch")
-    for verbose in (False, True):
-        parent = ROSLaunchParent(None, [(file, ["what:=fail"])], verbose=verbose, is_rostest=True)
+    for verbose, output in ((False, "screen"), (True, "log")):
+        words = ["what:=fail", f"output:={output}"]
+        parent = ROSLaunchParent(
+            None, [(file, words)], verbose=verbose, is_rostest=True, force_screen=verbose, force_log=not verbose
+        )
         parent.start()
         parent.spin()
         parent.shutdown()
         node = "Added node of type [scripted/run] in namespace [/]"
         told = f"... loading XML file [{file}]\nAdded parameter [/fail_p]\n{node}\n"
-        assert (told in capfd.readouterr().out) is verbose
+        said = capfd.readouterr().out
+        assert (told in said) is verbose
+        assert ("fail began\n" in said) is verbose, "the output goes where the launch says, not the file"
 
 
 def test_what_cannot_be_started_is_an_error(uri: str, tmp_path: Path) -> None:

@@ -250,6 +250,18 @@ def test_what_cannot_be_forked(preloader: Preloader, script: Any, environ: dict[
     assert preloader.start([good], environ, str(tmp_path / "no folder"), 1, 2) is None
 
 
+def test_another_interpreter_is_not_this_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """One of another virtual environment finds other packages, though it is a link to the same file."""
+    (tmp_path / "python3").symlink_to(sys.executable)
+    (tmp_path / "python9").write_text("#!/bin/sh\n")
+    for name in ("python3", "python9"):
+        (tmp_path / f"{name}-node").write_text(f"#!{tmp_path / name}\n")
+    words = [[str(tmp_path / f"{name}-node")] for name in ("python3", "python9")]
+    assert [python_script(each, {}) for each in words] == [None, None]
+    monkeypatch.setattr(sys, "executable", str(tmp_path / "python3"))
+    assert [python_script(each, {}) for each in words] == [words[0][0], None]
+
+
 def test_other_settings_of_python_get_another_server(
     preloader: Preloader, script: Any, environ: dict[str, str], tmp_path: Path
 ) -> None:

@@ -40,10 +40,11 @@ def test_entities_are_short_texts() -> None:
 def test_other_entities_are_refused() -> None:
     bomb = '<!DOCTYPE l [<!ENTITY a "aaaaaaaaaa"><!ENTITY b "&a;&a;&a;&a;">]><launch>&b;</launch>'
     outside = '<!DOCTYPE l [<!ENTITY a SYSTEM "file:///etc/passwd">]><launch>&a;</launch>'
+    markup = '<!DOCTYPE l [<!ENTITY a "<node/>">]><launch>&a;</launch>'
     long = f'<!DOCTYPE l [<!ENTITY a "{"x" * 1000}">]><launch>&a;</launch>'
     parameter = '<!DOCTYPE l [<!ENTITY % a "x">]><launch/>'
     many = "<!DOCTYPE l [" + "".join(f'<!ENTITY a{i} "x">' for i in range(1000)) + "]><launch/>"
-    for text in (bomb, outside, long, parameter, many):
+    for text in (bomb, outside, markup, long, parameter, many):
         with pytest.raises(
             LaunchError, match=r"^f.launch:1: Invalid roslaunch XML syntax: the entity '\w+' is not allowed: "
         ):

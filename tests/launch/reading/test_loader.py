@@ -87,6 +87,8 @@ def test_args_are_lazy_overridable_and_scoped_x57_x58_x60() -> None:
     )
     refuse('<group><arg name="g" value="2"/></group><param name="p" value="$(arg g)"/>', "requires the 'g' arg")
     refuse('<arg name="a" default="1"/><arg name="a"/>', "already been declared")
+    declared = load(f'<launch>{text}<arg name="fixed" value="3"/></launch>', r="0").args
+    assert [(arg.name, arg.default) for arg in declared.values()] == [("r", None), ("d", "1")], "those one can give"
     with pytest.raises(LaunchError, match="cannot override arg 'v'"):
         load('<launch><arg name="v" value="1"/></launch>', v="2")
 
@@ -108,6 +110,7 @@ INCLUDED = {
 def test_includes_x59() -> None:
     include = '<include file="$(dirname)/i.launch" ns="a"'
     assert params(f"{include}/>", INCLUDED) == {"/a/d": "z"}
+    assert not load(f"<launch>{include}/></launch>", INCLUDED).args, "only those of the file itself can be given"
     assert params(f'{include}><arg name="d" value="1"/></include>', INCLUDED) == {"/a/d": 1}
     assert params(f'<arg name="d" value="o"/>{include} pass_all_args="true"/>', INCLUDED) == {"/a/d": "o"}
     refuse(

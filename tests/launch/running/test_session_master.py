@@ -153,8 +153,17 @@ def test_a_master_on_one_address_gets_the_usual_port_there(
 ) -> None:
     monkeypatch.setattr("pyros1.launch.running.session.DEFAULT_MASTER_URI", f"http://localhost:{free_port}")
     launch = make(environ={"ROS_MASTER_URI": "", "ROS_HOSTNAME": "127.0.0.1", "PYROS1_BIND": "127.0.0.1"})
+    found: list[str] = []
+
+    def ask() -> None:
+        client = MasterClient("/test", f"http://127.0.0.1:{free_port}/")
+        found.append(client.lookup_node("/rosout"))
+        client.close()
+
+    launch.while_up = ask
     launch.run()
     assert f"\nROS_MASTER_URI=http://127.0.0.1:{free_port}/\n" in launch.out.getvalue()
+    assert found, "the rosout node runs there, too"
 
 
 def test_a_host_name_that_looks_wrong_is_warned_of(make: Callable[..., Launch], master: Master) -> None:
@@ -208,6 +217,18 @@ def test_a_launch_that_was_stopped_starts_no_more_nodes(make: Callable[..., Laun
     launch.session.supervisor.start = start_and_stop  # type: ignore[method-assign]
     launch.run()
     assert "process[first-1]: started" in launch.out.getvalue() and "second-2" not in launch.out.getvalue()
+
+
+def test_nodes_end_with_their_launcher(make: Callable[..., Launch], master: Master, opened: list[Any]) -> None:
+    """Also if it is killed: then the system closes its end of the pipe to the watchdog."""
+    launch = make(Plan(nodes=[NodePlan("robot", "drive", "wheels")]), {"ROS_MASTER_URI": master.uri})
+
+    def close_pipe() -> None:
+        next(process for process in opened if "watchdog" in str(process.args)).stdin.close()
+
+    launch.session.on_started = close_pipe
+    launch.run()
+    assert "[wheels-1] process has died" in launch.err.getvalue()
 
 
 def test_a_node_cannot_be_added_to_a_launch_that_does_not_run(make: Callable[..., Launch]) -> None:
