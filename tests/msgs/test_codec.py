@@ -192,6 +192,7 @@ def test_bool_is_any_byte_and_encodes_as_given() -> None:
     message = codec.decode(cls, b"\x05\x02\0\0\0\0\x09", 0, 7)
     assert (message.a, message.b) == (True, [False, True])
     assert body(cls(1, [True, 0])) == b"\1\2\0\0\0\1\0"
+    assert body(cls(1, range(2))) == b"\1\2\0\0\0\0\1"
 
 
 def test_times_of_the_whole_message_are_normalised_and_those_of_its_parts_are_as_received() -> None:
@@ -271,6 +272,7 @@ class NotOneNumber:
         ("int32[] x", 5, "field x must be a list or tuple type"),
         ("int32[] x", [1, None], "field x[] must be an integer type"),
         ("string[] x", ["a", 5], "field x[] must be of type bytes or an ascii string"),
+        ("bool[2] x", [True], "field x has 1 elements, bool[2] takes 2"),
         ("string[2] x", ["a"], "field x has 1 elements, string[2] takes 2"),
         ("bool[] x", [True, 300], "field x[] is not a bool"),
         ("time x", 5, "field x must be a time, not int 5"),
@@ -365,3 +367,14 @@ def test_g23_serialize_and_deserialize() -> None:
     for data in (b"", b"\5\1\0\0", b"\5"):
         with pytest.raises(DeserializationError, match="cannot decode p/T at byte"):
             cls().deserialize(data)
+
+
+@pytest.mark.parametrize(("length", "cut"), [(56, False), (57, True)])
+def test_long_values_are_cut_in_errors(length: int, cut: bool) -> None:
+    """60 characters are shown, with the name of the type and quotation marks."""
+    message = make("int32 x")()
+    message.x = "a" * (length - 2)
+    with pytest.raises(SerializationError) as caught:
+        codec.encode(message)
+    shown = str(caught.value).partition(", not ")[2]
+    assert shown == (f"str '{'a' * 52}..." if cut else f"str '{'a' * 54}'")

@@ -197,3 +197,12 @@ def test_any_text_gives_a_spec_or_the_documented_error(text: str) -> None:
             parse("pkg/T", text)  # type: ignore[operator]  # three functions of one shape
         except DefinitionError as error:
             assert str(error)
+
+
+@pytest.mark.parametrize("bits", [8, 16, 32, 64])
+def test_constants_at_the_ends_of_their_range(bits: int) -> None:
+    for kind, low, high in ((f"int{bits}", -(2 ** (bits - 1)), 2 ** (bits - 1) - 1), (f"uint{bits}", 0, 2**bits - 1)):
+        assert [constant(f"{kind} X={value}").value for value in (low, high)] == [low, high]
+        for value in (low - 1, high + 1):
+            with pytest.raises(DefinitionError, match=f"{value} does not fit in {kind}"):
+                constant(f"{kind} X={value}")

@@ -144,6 +144,8 @@ def test_large_texts_and_arrays_come_in_small_pieces() -> None:
 odd = st.text(" \n\t:'\"\\#%-?[]{},&*!|>=~.0123456789_eExXonyOffNULlTrue\xe9\u2028\U0001f600", max_size=200)
 
 
+@example("\xe9" * 19 + "ab" + "\xe9" * 20 + "cd")
+@example("\xe9" * 20 + "ab" + "\xe9" * 19 + "c d")
 @example("- " + "word " * 40)
 @example("it's " * 16 + " 'word " * 16 + "a" * 200)
 @example("'" + "a" * 100 + " b")

@@ -154,7 +154,8 @@ def test_a_server_that_does_not_answer_is_told_to_give_up(make_node: Make) -> No
     assert cancels.get(timeout=PATIENCE).id.startswith("/client-1-")
 
 
-def test_an_answer_that_was_lost_is_asked_for_again(make_node: Make) -> None:
+@pytest.mark.parametrize("lost", [STATUS.PREEMPTED, STATUS.SUCCEEDED, STATUS.ABORTED, STATUS.REJECTED, STATUS.RECALLED])
+def test_an_answer_that_was_lost_is_asked_for_again(make_node: Make, lost: int) -> None:
     """A server may see the one who listens to results after it has answered."""
     server = make_node("server")
     results: Any = server.advertise("/other/result", "tf2_msgs/LookupTransformActionResult")
@@ -164,14 +165,13 @@ def test_an_answer_that_was_lost_is_asked_for_again(make_node: Make) -> None:
 
     def answer(goal: Any) -> None:
         asked.append(goal.goal_id.id)
-        status = STATUS(goal.goal_id, STATUS.SUCCEEDED, "")
         if len(asked) > 1:
-            outcome: Any = results.type(status=status)
+            outcome: Any = results.type(status=STATUS(goal.goal_id, STATUS.SUCCEEDED, ""))
             outcome.result.transform.child_frame_id = "base"
             results.publish(outcome)
         else:
             for _ in range(2):
-                statuses.publish(status_list=[status])
+                statuses.publish(status_list=[STATUS(goal.goal_id, lost, "")])
 
     server.subscribe("/other/goal", "tf2_msgs/LookupTransformActionGoal", answer)
     assert statuses.wait_for_subscribers(timeout=PATIENCE)

@@ -132,6 +132,8 @@ def test_simulated_time(make_node: Make, master: Master, capfd: pytest.CaptureFi
     moving.send_transform(stamped("odom", "arm", 10, 2.0))
     assert buffer.can_transform("odom", "arm", timeout=1e6)
     assert not buffer.can_transform("odom", "base")
+    moving.send_transform(stamped("odom", "leg", 10, 2.0))  # time has not gone on
+    assert buffer.can_transform("odom", "leg", timeout=1e6) and buffer.can_transform("odom", "arm")
     assert "Detected jump back in time of" in capfd.readouterr().err
 
     listener.close()  # the buffer keeps what it has, and time goes on for those who wait

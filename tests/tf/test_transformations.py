@@ -210,7 +210,15 @@ def test_an_arcball_turns_with_the_mouse() -> None:
     ball.drag([200, 100])
     turned = ball.matrix()[:3, :3]
     assert np.allclose(turned @ (0, 0, 1), (0, 0, -1))  # the angle is twice that between the points
+    ball.setconstrain(True)
+    ball.down([100, 100])  # without axes, nothing is constrained
+    ball.drag([200, 100])
+    assert np.allclose(ball.matrix()[:3, :3], turned @ turned)
+    ball.setconstrain(False)
     ball.setaxes([0, 0, 1])
+    ball.down([100, 100])
+    ball.drag([0, 100])
+    assert np.allclose(ball.matrix()[:3, :3], turned)
     ball.setconstrain(True)
     assert ball.getconstrain()
     ball.down([150, 100])

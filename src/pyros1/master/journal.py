@@ -274,7 +274,7 @@ class Journal:
         self._close_file()
         for path in (self._path, self._path.with_suffix(".new")):
             with contextlib.suppress(OSError):
-                path.unlink(missing_ok=True)
+                path.unlink()
         self._is_broken = True
 
     def _close_file(self) -> None:

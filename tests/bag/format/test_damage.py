@@ -390,3 +390,15 @@ def test_echo_names_the_bag_in_which_a_message_cannot_be_shown(tmp_path: Path, c
     code, _, err = call_main(topic, "echo", "-b", path, "/a")
     assert code == 1
     assert err.startswith(f"ERROR: {path}: at 100.000000: a message of type [std_msgs/Int32] on /a cannot be printed: ")
+
+
+def test_a_byte_too_many_before_a_chunk_costs_nothing_else(make_bag: Make) -> None:
+    path = make_bag()
+    with BagReader(path) as bag:
+        place = bag.chunks[2].pos
+    whole = path.read_bytes()
+    path.write_bytes(whole[:place] + b"x" + whole[place:])
+    with path.open("rb") as file:
+        scanner = Scanner(BagFile(file))
+        assert sum(len(chunk.messages) for chunk in scanner.chunks()) == 100
+    assert [damage.offset for damage in scanner.damaged_places] == [place]

@@ -121,3 +121,19 @@ def test_times_are_those_of_the_content_if_the_index_contradicts_the_chunk(tmp_p
     path.write_bytes(data)
     with BagReader(path) as bag:
         assert sorted(bag.times()) == expected
+
+
+def test_chunks_that_overlap_are_read_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    header = {"type": b"a/B", "md5sum": b"*", "message_definition": b""}
+    with BagWriter(tmp_path / "x.bag") as writer:
+        conn = writer.add_connection("/x", header)
+        for first in range(3):
+            for time in range(first, 30, 3):
+                writer.write(conn, time, bytes([time]))
+            writer.flush()
+    read: list[int] = []
+    with BagReader(tmp_path / "x.bag") as bag:
+        content = bag.content
+        monkeypatch.setattr(bag, "content", lambda chunk: (read.append(chunk.pos), content(chunk))[1])
+        assert [message.data[0] for message in bag.messages()] == list(range(30))
+        assert read == [chunk.pos for chunk in bag.chunks] and len(read) == 3

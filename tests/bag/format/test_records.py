@@ -194,3 +194,13 @@ def test_a_message_of_an_old_bag_without_a_time_costs_only_itself() -> None:
     place = whole.index(b"\x08\0\0\0sec=", place) + 4
     count, found = scan(whole[:place] + b"xxx=" + whole[place + 4 :])
     assert count == 2 and len(found) == 1
+
+
+@pytest.mark.parametrize(
+    "data",
+    [number(4) + b"a=b", number(3) + b"abc", number(3) + b"a=b" + number(2) + b"cd", number(1) + b"a=bc"],
+    ids=["runs past the end", "no '='", "no '=' later", "no '=' within its length"],
+)
+def test_fields_that_are_not_whole(data: bytes) -> None:
+    with pytest.raises(RecordError, match="a header field runs past the header's end, or has no '='"):
+        parse_fields(data)
