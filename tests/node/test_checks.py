@@ -111,6 +111,7 @@ NODES: dict[str, tuple[dict[str, Any], str]] = {
     "module": ({"name": numpy}, "Node: name must be a str, not the module numpy"),
     "function": ({"name": print}, "Node: name must be a str, not the function print"),
     "ports": ({"ports": 40000}, "not 40000; for a range set PYROS1_PORTS"),
+    "one port": ({"ports": (0,)}, "not (0,); for a range set PYROS1_PORTS"),
     "level": ({"log_level": 1}, "a log level must be a str such as 'info', not 1"),
 }
 

@@ -140,7 +140,7 @@ class Registrar:
         while not job.done.wait(0.5):
             if self._closed and not self._thread.is_alive():
                 if job.registration is not None:
-                    return 0  # `close` unregisters everything
+                    return None  # `close` unregisters everything
                 raise NodeShutdownError(f"{self._context.name} is shutting down")
         if job.error is not None:
             raise job.error

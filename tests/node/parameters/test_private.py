@@ -88,4 +88,6 @@ def test_a_long_list_is_cut() -> None:
         " and 3 more (to delete one: pyros1 param delete /ns/n/a/b/0)"
     )
     assert len(line) < 500
+    (line,) = leftover_warning("/n", dict.fromkeys("abcde", 1), {})
+    assert "~d is 1, ~e is 1 (to delete one:" in line
     assert leftover_warning("/n", ValueError("not set"), {}) == leftover_warning("/n", {}, {}) == []

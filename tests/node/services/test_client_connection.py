@@ -22,6 +22,7 @@ class ManualLoop:
 
     def __init__(self) -> None:
         self.readable: dict[Any, Callable[[int], None]] = {}
+        self.timers = 0
 
     def register(self, sock: Any, mask: int, callback: Callable[[int], None]) -> None:
         self.readable[sock] = callback
@@ -33,13 +34,14 @@ class ManualLoop:
         function(*args)
 
     def call_later(self, delay: float, function: Callable[..., object], *args: Any) -> Timer:
+        self.timers += 1
         return Timer()
 
 
 class Ends:
     """A link of a provider, and its client."""
 
-    def __init__(self) -> None:
+    def __init__(self, persistent: str = "1") -> None:
         self.client, self.sock = socket.socketpair()
         self.sock.setblocking(False)
         self.loop = ManualLoop()
@@ -47,7 +49,7 @@ class Ends:
         self.link = ClientConnection(
             self.loop,  # type: ignore[arg-type]
             self.sock,
-            {"persistent": "1"},
+            {"persistent": persistent},
             b"",
             lambda data, start, end, header: b"",
             lambda job: "no worker is free",
@@ -56,9 +58,9 @@ class Ends:
         )
 
 
-@pytest.fixture
-def ends() -> Iterator[Ends]:
-    ends = Ends()
+@pytest.fixture(params=["1"])
+def ends(request: pytest.FixtureRequest) -> Iterator[Ends]:
+    ends = Ends(request.param)
     yield ends
     ends.client.close()
     ends.sock.close()
@@ -97,3 +99,12 @@ def test_a_client_that_leaves_while_its_request_is_waited_for(ends: Ends) -> Non
     on_readable(1)
     (error,) = ends.closed
     assert isinstance(error, ConnectionResetError) and not ends.loop.readable and ends.sock.fileno() == -1
+
+
+@pytest.mark.parametrize("ends", ["0", "1"], indirect=True)
+def test_one_time_limit_for_a_request_that_comes_in_parts(ends: Ends) -> None:
+    ends.link.begin(b"header")
+    for part in (b"\x02\0", b"\0\0", b"a"):
+        ends.client.send(part)
+        ends.loop.readable[ends.sock](1)
+    assert ends.loop.timers == 1 and not ends.closed

@@ -124,36 +124,62 @@ def test_a_watcher_that_stood_still_itself_asks_again(watcher: Any, fake: Any, h
     assert heard.alive(1) == [True]
 
 
+class Scene:
+    """A watch whose clock, node and master are the test's: it watches ``/x`` at ``http://x:1/``, which was found."""
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch, limit: float) -> None:
+        self.now = 0.0
+        self.asked: list[tuple[str, Callable[..., None], float]] = []
+        self.sightings: list[Sighting] = []
+        self.retries: list[Callable[[], None]] = []
+        self.num_lookups = 0
+        monkeypatch.setattr("pyros1.node.watching.watch.monotonic", lambda: self.now)
+        loop: Any = SimpleNamespace(call_later=lambda _delay, function: self.retries.append(function))
+        lookups: Any = SimpleNamespace(look_up=self._look_up)
+        rpc: Any = SimpleNamespace(call=self._call)
+        self.watch = Watch(loop, rpc, lookups, "/me", "/x", 60.0, limit, self.sightings.append, print)
+        self.watch.poll()
+        self.answer("getPid", [1, "", 7])
+        self.answer("getName", [1, "", "/x"])
+
+    def _look_up(self, _name: str, done: Callable[[str], None]) -> None:
+        self.num_lookups += 1
+        done("http://x:1/")
+
+    def _call(self, _uri: str, method: str, _params: object, done: Callable[..., None], timeout: float) -> None:
+        self.asked.append((method, done, timeout))
+
+    def answer(self, method: str, reply: object, error: Exception | None = None) -> None:
+        assert self.asked[-1][0] == method
+        self.asked[-1][1](reply, error)
+
+
 def test_after_standing_still_a_node_that_has_just_failed_gets_the_whole_limit(monkeypatch: pytest.MonkeyPatch) -> None:
     """Its failure is older than the limit only because this process was suspended."""
-    now, limit = [0.0], 1.0
-    asked: list[tuple[str, Callable[..., None], float]] = []
-    sightings: list[Sighting] = []
-    retries: list[Callable[[], None]] = []
+    limit = 1.0
+    scene = Scene(monkeypatch, limit)
+    scene.now = 10.0
+    scene.watch.poll()
+    scene.answer("getPid", None, UnreachableError("the connection was reset"))
+    scene.now = 10.1
+    scene.retries.pop()()
+    scene.now = 10.1 + 5 * limit + MIN_STALL
+    scene.answer("getPid", None, DeadlineError("did not answer"))
+    assert scene.asked[-1][2] == limit and [sighting.alive for sighting in scene.sightings] == [True]
 
-    def call(_uri: str, method: str, _params: object, done: Callable[..., None], timeout: float) -> None:
-        asked.append((method, done, timeout))
 
-    def answer(method: str, reply: object, error: Exception | None = None) -> None:
-        assert asked[-1][0] == method
-        asked[-1][1](reply, error)
-
-    monkeypatch.setattr("pyros1.node.watching.watch.monotonic", lambda: now[0])
-    loop: Any = SimpleNamespace(call_later=lambda _delay, function: retries.append(function))
-    lookups: Any = SimpleNamespace(look_up=lambda _name, done: done("http://x:1/"))
-    rpc: Any = SimpleNamespace(call=call)
-    watch = Watch(loop, rpc, lookups, "/me", "/x", 60.0, limit, sightings.append, print)
-    watch.poll()
-    answer("getPid", [1, "", 7])
-    answer("getName", [1, "", "/x"])
-    now[0] = 10.0
-    watch.poll()
-    answer("getPid", None, UnreachableError("the connection was reset"))
-    now[0] = 10.1
-    retries.pop()()
-    now[0] = 10.1 + 5 * limit + MIN_STALL
-    answer("getPid", None, DeadlineError("did not answer"))
-    assert asked[-1][2] == limit and [sighting.alive for sighting in sightings] == [True]
+def test_a_node_that_misses_one_deadline_is_lost_and_its_name_looked_up_at_once(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Another node of this name may be running already."""
+    scene = Scene(monkeypatch, limit=1.0)
+    scene.now = 10.0
+    scene.watch.poll()
+    scene.now = 11.0
+    num_lookups = scene.num_lookups
+    scene.answer("getPid", None, DeadlineError("did not answer"))
+    assert [sighting.alive for sighting in scene.sightings] == [True, False]
+    assert scene.num_lookups == num_lookups + 1
 
 
 def test_a_second_node_of_the_name_is_a_replacement(watcher: Any, fake: Any, fake_node: Any, heard: Heard) -> None:
