@@ -91,6 +91,16 @@ def test_messages_that_grow_leave_no_small_blocks_behind(pool: BlockPool) -> Non
     assert len(pool.blocks) <= MAX_FREE_BLOCKS + 1
 
 
+def test_as_many_free_blocks_as_allowed_are_kept(pool: BlockPool) -> None:
+    in_use: set[int] = set()
+    for _ in range(MAX_FREE_BLOCKS):
+        place = pool.place(frame(bytes(100_000)), in_use)
+        assert place is not None
+        in_use.add(place.block.number)
+    assert pool.place(frame(bytes(100_000)), set()) is not None
+    assert pool.blocks.keys() == in_use
+
+
 def test_no_descriptors(pool: BlockPool, monkeypatch: pytest.MonkeyPatch) -> None:
     def fail(*_: Any) -> int:
         raise OSError(errno.EMFILE, "Too many open files")

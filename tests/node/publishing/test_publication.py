@@ -115,6 +115,33 @@ def test_a_closed_publication_refuses_links(make_node: Any) -> None:
     assert publication.links == ()
 
 
+@pytest.mark.parametrize("wanted", [0, 1])
+def test_small_packets_are_sent_at_once_for_subscribers_that_want_it(make_node: Any, wanted: int) -> None:
+    talker = make_node("talker")
+    talker.advertise("t", Float64)
+    publication = publication_of(talker)
+    header = make_subscriber_header("/peer", "/t", publication.type, tcp_nodelay=bool(wanted))
+    with socket.create_server(("127.0.0.1", 0)) as server, socket.create_connection(server.getsockname()):
+        near, _ = server.accept()
+        context_of(talker).loop.run(publication.accept, near, header)
+        assert bool(near.getsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY)) == bool(wanted)
+
+
+def test_a_publication_that_its_own_work_closes_waits_for_nobody(
+    make_node: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As when a signal handler interrupts a publish() and ends the node."""
+    talker = make_node("talker")
+    talker.advertise("t", Float64)
+    publication = publication_of(talker)
+    clock = SimpleNamespace(sleep=lambda seconds: pytest.fail(f"slept {seconds} s"))
+    monkeypatch.setattr("pyros1.node.publishing.publication.time", clock)
+    publication.strand.do(publication.close, inf)
+    header = make_subscriber_header("/late", "/t", publication.type, tcp_nodelay=False)
+    with socket.socket() as late, pytest.raises(Refusal, match="no longer a publisher"):
+        publication.accept(late, header)
+
+
 def test_messages_that_are_queued_when_the_node_ends_are_sent(
     make_node: Any, raw_peer: Any, in_thread: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -264,7 +291,7 @@ def test_a_publisher_without_a_queue_waits_for_a_message_that_it_left_to_another
     in_thread(publisher.publish, Float64(7)).join()
     if not slept:
         strand.free.append(True)
-    assert slept and publication_of(talker).links[0].messages == 1
+    assert slept and max(slept) < 0.01 and publication_of(talker).links[0].messages == 1
     assert decode(Float64, peer.frame()) == Float64(7)
 
 

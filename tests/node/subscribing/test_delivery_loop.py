@@ -637,3 +637,14 @@ def test_a_callback_that_raises_what_nobody_catches_costs_no_other_message() -> 
         delivery.run(None)
     delivery.run(None)
     assert said == ["good", "bad", "next"]
+
+
+def test_a_full_inbox_is_emptied_in_place_of_a_busy_asyncio_loop() -> None:
+    said: list[object] = []
+    driver, inbox = _Driver(), here()
+    driver.cooperative = True
+    delivery = loop_with(driver, said.append)
+    delivery.inboxes.open(inbox)
+    for number in range(5):
+        delivery.push(inbox, number, 2)
+    assert said == [0, 1, 2, 3] and delivery.dropped == 0

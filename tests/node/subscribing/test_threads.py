@@ -152,7 +152,7 @@ def test_threads_whose_rest_is_over_at_the_same_moment_do_not_all_end(monkeypatc
             limits = script.all_wait()
         for _ in limits:
             script.time_is_over()
-        script.until(lambda limits: len(limits) == readers.MIN_WAITING_THREADS == len(reader_threads("pool")))
+        script.until(lambda limits: len(limits) == 2 == len(reader_threads("pool")))
     finally:
         pool.close()
 
