@@ -33,6 +33,7 @@ from pyros1.node.same_host import host_key, listen
 from pyros1.wire.header import encode_header
 
 from ..bodies import encode
+from ..parts import context_of
 
 pytestmark = [
     pytest.mark.skipif(not host_key(), reason="no shared memory on this system"),
@@ -447,6 +448,33 @@ def test_nothing_is_left_open(linked: Any, until: Any) -> None:
     subscriber.unregister()
     publisher.unregister()
     until(lambda: gc.collect() + 1 and not blocks() - before)
+
+
+def test_a_publisher_that_ends_frees_its_memory_without_its_loop(
+    make_node: Any, collect: Any, transport: str, until: Any
+) -> None:
+    """The loop of a node that shuts down makes no more calls."""
+    before, talker, got = blocks(), make_node("talker"), collect()
+    publisher = talker.advertise("/t", Image, queue_size=0)
+    subscriber = make_node("listener").subscribe("/t", Image, got, arrays="memoryview")
+    assert publisher.wait_for_subscribers(1, PATIENCE)
+    for number in range(3):
+        publisher.publish(image(number))
+    got.wait(3)
+    got.items.clear()
+    gc.collect()
+    publisher.publish(image(3))  # takes back the others
+    got.wait(1)
+    got.items.clear()
+    busy, leave = threading.Event(), threading.Event()
+    context_of(talker).loop.call_soon(lambda: busy.set() or leave.wait(PATIENCE))
+    assert busy.wait(PATIENCE)
+    try:
+        subscriber.unregister()
+        publisher.unregister()
+        until(lambda: gc.collect() + 1 and not blocks() - before)
+    finally:
+        leave.set()
 
 
 KILLED = """

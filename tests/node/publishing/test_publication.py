@@ -322,6 +322,24 @@ def test_a_message_for_the_process_goes_to_who_has_taken_its_place_meanwhile(
     assert decode(Float64, peers[0].frame()) == Float64(1.0)
 
 
+def test_a_message_for_the_process_goes_to_who_comes_before_its_turn(
+    make_node: Any, raw_peer: Any, collect: Any, until: Any
+) -> None:
+    talker, got = make_node("talker"), collect()
+    publisher = talker.advertise("t", Float64, queue_size=10)
+    make_node("listener").subscribe("t", Float64, got)
+    assert publisher.wait_for_subscribers(timeout=5)
+    strand = publication_of(talker).strand
+    occupy(strand)
+    peer = raw_peer(talker).greet(topic="/t", md5sum="*", type="*", callerid="/raw")
+    until(lambda: strand.jobs)  # the peer's link waits for its turn
+    publisher.publish(1.0)
+    strand.free.append(True)
+    strand.work()
+    assert "error" not in peer.answer() and peer.frame() == encode(Float64(1.0))
+    assert got.wait(1)[0].data == 1.0
+
+
 def test_sequence_numbers_begin_again(make_node: Any, collect: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("pyros1.node.publishing.publication.NUM_SEQUENCE_NUMBERS", 3)
     got = collect()

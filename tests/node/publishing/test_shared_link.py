@@ -193,6 +193,7 @@ def test_a_subscriber_that_closes_its_desk_has_left(ends: Ends) -> None:
     ends.desk.close()
     assert ends.ended.wait(PATIENCE)
     del kept[:]
+    assert ends.link.send_reference(ends.place()), "nothing more is to be sent"
 
 
 def test_a_publisher_that_takes_nothing_back_costs_no_memory(ends: Ends, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -492,6 +492,7 @@ class _Driver:
     def wake(self, _: Any) -> None: ...
     def register(self, fd: int, _: Any) -> None: ...
     def rearm(self, fd: int) -> None: ...
+    def unregister(self, fd: int) -> None: ...
 
 
 class _Here:
@@ -515,19 +516,30 @@ class _Dispatcher:
     def deliver_item(self, _: Any, item: Any) -> None:
         self._deliver(item)
 
+    def forget(self, _: Any) -> None: ...
+
 
 class _Link:
     """A TCP link whose messages came together with its header."""
 
     fd = 7
 
-    def __init__(self, messages: list[bytes]) -> None:
-        self._messages = messages
+    can_wait = low_latency = False
+    last_readable_at = 0.0
+
+    def __init__(self, messages: list[bytes], *, later: list[bytes] | None = None) -> None:
+        self._receives = [messages, later or []]
 
     def take_received(self, _: int) -> Frames:
+        return self.receive()
+
+    def receive(self, wait: bool = False) -> Frames:
         link: Any = self
-        frames = [(i, i + 4) for i in range(0, 4 * len(self._messages), 4)]
-        return Frames(link, b"".join(self._messages), frames)
+        messages = self._receives.pop(0)
+        frames = [(i, i + 4) for i in range(0, 4 * len(messages), 4)]
+        return Frames(link, b"".join(messages), frames)
+
+    def close(self) -> None: ...
 
 
 def here() -> Inbox:
@@ -577,6 +589,36 @@ def test_the_turn_of_a_link_is_over_after_a_while_if_others_wait(clock: Clock, o
         delivery.push(inbox, "other", 50)
     delivery.run(None)
     assert said == [*messages[:4], "other", *messages[4:]] if others else messages  # a turn of two, and another one
+
+
+def test_a_link_delivers_what_it_has_before_it_receives_more(clock: Clock) -> None:
+    said: list[object] = []
+
+    def deliver(item: object) -> None:
+        said.append(item)
+        clock.now += 0.6 * MAX_TURN_TIME
+
+    delivery = loop_with(_Driver(), deliver)
+    messages = [b"%04d" % number for number in range(12)]
+    link = _Link(messages[:8], later=messages[8:])
+    delivery.add(link)
+    delivery.run(link.fd)  # more has arrived when its first turn is over
+    assert said == messages[:8]
+    delivery.run(link.fd)
+    assert said == messages
+
+
+def test_nothing_is_delivered_after_the_end() -> None:
+    said: list[object] = []
+
+    def deliver(item: object) -> None:
+        said.append(item)
+        delivery.stop()
+
+    delivery = loop_with(_Driver(), deliver)
+    delivery.add(_Link([b"last", b"next", b"more"]))
+    delivery.run(None)
+    assert said == [b"last"]
 
 
 def test_while_callbacks_are_fast_the_clock_is_read_once_for_many_messages(clock: Clock) -> None:

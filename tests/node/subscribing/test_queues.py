@@ -7,7 +7,7 @@ from typing import Any
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pyros1.node.subscribing.queues import Backlog, Batch, Frames, Items
+from pyros1.node.subscribing.queues import Backlog, Batch, Frames, Inbox, InboxSet, Items
 
 
 @given(st.integers(1, 5), st.lists(st.tuples(st.sampled_from("abc"), st.integers())))
@@ -86,3 +86,17 @@ def test_messages_are_delivered_until_a_time(kind: Any, bodies: list[bytes], cou
     assert receiver.got == bodies[: count + 1]
     assert not batch.deliver_until(receiver, float("inf"))
     assert receiver.got == bodies and batch.newest(1) == []
+
+
+def test_room_that_is_made_just_before_the_wait_ends_it() -> None:
+    """Nobody tells a thread of it that does not wait yet."""
+    inboxes, inbox = InboxSet(), Inbox(LINK)
+    inbox.put(b"old", None)
+    looks: list[Any] = []
+
+    def has_ended() -> bool:
+        looks.append(inbox.take())  # as another thread would meanwhile
+        return False
+
+    inboxes.wait_for_room(inbox, 1, has_ended)
+    assert looks == [b"old"]

@@ -15,11 +15,14 @@ from pyros1.msgs import AnyMsg, load_message
 from pyros1.msgs.large_arrays import SplitBody, decode_split, find_layout
 from pyros1.net.spin_wait import DONTWAIT, MIN_PAUSE, PREEMPTION_GAP
 from pyros1.node.subscribing import tcp_source
+from pyros1.node.subscribing.queues import Backlog, Frames
 from pyros1.node.subscribing.tcp_source import (
     BUSY_POLL_TIME,
+    DRAIN_TIME,
     MIN_FLOOD_STREAK,
     MIN_LARGE_FRAME,
     FloodDetector,
+    TcpLinks,
     TcpSource,
 )
 
@@ -179,6 +182,53 @@ def test_a_flood_of_single_messages_is_let_accumulate_until_it_ends(monkeypatch:
     assert [receive_once() for _ in range(MIN_FLOOD_STREAK)][-1] == 4
     assert receive_once() == 5
     assert receive_once(size=1 << 20) == 5, "these are large"
+
+
+def test_links_that_move_are_waited_for_where_they_go() -> None:
+    calls: list[tuple[str, str, int]] = []
+
+    def driver(name: str) -> Any:
+        return SimpleNamespace(
+            cooperative=False,
+            register=lambda fd, _: calls.append((name, "register", fd)),
+            unregister=lambda fd: calls.append((name, "unregister", fd)),
+        )
+
+    old, new = driver("old"), driver("new")
+    delivery: Any = SimpleNamespace(driver=old)
+    links, link = TcpLinks(delivery, lambda link, reason: None), SimpleNamespace(fd=7, take_received=lambda _: None)
+    links.open(link)  # type: ignore[arg-type]
+    links.move(new)
+    assert calls == [("old", "register", 7), ("old", "unregister", 7), ("new", "register", 7)]
+    assert delivery.driver is new
+
+
+def test_floods_on_all_links_hold_callbacks_up_no_longer_than_on_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    now, step, count = [100.0], DRAIN_TIME / 20, 5
+    monkeypatch.setattr(tcp_source, "perf_counter", lambda: now[0])
+
+    class Flooded:
+        """Always has more to receive."""
+
+        def __init__(self, fd: int) -> None:
+            self.fd = fd
+            self.received = 0
+
+        def take_received(self, _: int) -> None: ...
+
+        def receive(self, _: bool) -> Frames:
+            self.received += 1
+            now[0] += step
+            link: Any = self
+            return Frames(link, b"", [])
+
+    delivery: Any = SimpleNamespace(driver=SimpleNamespace(cooperative=False, register=lambda *_: None))
+    links, flooded = TcpLinks(delivery, lambda link, reason: None), [Flooded(fd) for fd in range(count)]
+    for link in flooded:
+        links.open(link)  # type: ignore[arg-type]
+    links.drain(Backlog(1))
+    assert all(link.received for link in flooded)
+    assert now[0] - 100.0 < DRAIN_TIME + (count + 0.5) * step
 
 
 class Clock:
