@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
-from pyros1.ground.errors import NodeShutdownError
+from pyros1.ground.errors import NodeError, NodeShutdownError
 from pyros1.msgs.std_msgs.msg import Float64
 from pyros1.node.context import find_local_context
 
@@ -34,6 +35,15 @@ def test_pauses_end_with_the_node(make_node: Any, in_thread: Any) -> None:
         pausing.join()
     with pytest.raises(NodeShutdownError):
         context.check_running()
+
+
+def test_a_forked_process_is_told_that_it_is_one(make_node: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    context = context_of(make_node("a"))
+    context.check_process()
+    with monkeypatch.context() as patch:
+        patch.setattr("pyros1.node.context.os", SimpleNamespace(getpid=lambda: -1))
+        with pytest.raises(NodeError, match="forked from that of /a"):
+            context.check_process()
 
 
 def test_waits_for_links_end_with_the_node(make_node: Any, in_thread: Any) -> None:

@@ -218,7 +218,8 @@ def test_bad_calls_m05_m06_s13(node: Any, call_node: Any) -> None:
         call_node(node, "_shutdown", "/me")
     assert call_node(node, "getPid") == [-1, "missing required caller_id parameter", 0]
     assert call_node(node, "getPid", 5) == [-1, "caller_id must be a string", 0]
-    assert call_node(node, "getPid", "/me", 1) == [-1, "Error: bad call arity", 0]
+    for method in ("BusInfo", "BusStats", "MasterUri", "Name", "Pid", "Publications", "Subscriptions", "Uri"):
+        assert call_node(node, f"get{method}", "/me", 1) == [-1, "Error: bad call arity", 0]
     assert call_node(node, "requestTopic", "/me", "/t") == [-1, "Error: bad call arity", 0]
 
 

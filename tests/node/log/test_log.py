@@ -385,6 +385,17 @@ def test_a_forked_process_may_log_whatever_other_threads_were_doing(
     assert [line.partition(": ")[2] for line in lines] == ["before", "in the child", "of a peer", "held", "after"]
 
 
+def test_a_signal_handler_that_has_interrupted_a_write_may_close_the_log(
+    tmp_path: Path, in_thread: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    setting = Setting(path=str(tmp_path / "n.log"))
+    write = LogFile.write
+    monkeypatch.setattr(LogFile, "write", lambda file, text: (setting.sink.close(), write(file, text)))
+    in_thread(setting.log.info, "interrupted").join()
+    setting.sink.close()
+    assert "interrupted" in (tmp_path / "n.log").read_text()
+
+
 def test_messages_of_another_logging_system(tmp_path: Path, capsys: Any) -> None:
     setting = Setting({"ROSCONSOLE_FORMAT": "${logger} ${message} ${file} ${line} ${function}"}, str(tmp_path / "log"))
     place: dict[str, Any] = {"path": "/folder/own.py", "line": 7, "function": "f"}
