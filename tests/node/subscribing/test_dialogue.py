@@ -38,6 +38,18 @@ def test_the_way_to_a_publisher() -> None:
     assert talk.on_link_lost(None) == [do.EndAttempt(), do.Forget()]
 
 
+def test_the_local_transport_is_offered_until_it_fails_and_again_after_news() -> None:
+    talk, answer = make(), [1, "ready", ["PYROS1-LOCAL", "name"]]
+    assert talk.offers_local
+    talk.on_publisher_listed()
+    assert talk.on_topic_response(answer) == [do.ConnectLocal("name")]
+    assert talk.on_local_connect_failed() == [do.EndAttempt(), do.RequestTopic(report_silence=True)]
+    assert not talk.offers_local
+    assert talk.on_topic_response(answer)[-1] == do.Backoff(MIN_BACKOFF), "it was not offered"
+    talk.on_publisher_listed()
+    assert talk.offers_local and talk.on_topic_response(answer) == [do.ConnectLocal("name")]
+
+
 def test_datagrams() -> None:
     header = encode_header(GOOD)[4:]
     answer = [1, "", ["UDPROS", "talker", 6000, 7, 1500, header]]
