@@ -88,6 +88,12 @@ def test_whole_numbers_as_texts() -> None:
             codec.encode(from_json(load(f"std_msgs/{name}"), {"data": text}))
 
 
+def test_a_list_in_a_field_that_is_no_array_is_not_taken_apart() -> None:
+    message: Any = from_json(load("std_msgs/Float64"), {"data": ["one"]})
+    with pytest.raises(MessageError, match=r"^field data must be float type, not list \['one'\]$"):
+        codec.encode(message)
+
+
 def test_parts_of_a_message_and_words() -> None:
     cls = load("geometry_msgs/PointStamped")
     message: Any = from_json(cls, {"header": "auto", "point": {"x": 1}}, Time(7, 8))

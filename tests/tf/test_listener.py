@@ -134,7 +134,7 @@ def test_simulated_time(make_node: Make, master: Master, capfd: pytest.CaptureFi
     assert not buffer.can_transform("odom", "base")
     moving.send_transform(stamped("odom", "leg", 10, 2.0))  # time has not gone on
     assert buffer.can_transform("odom", "leg", timeout=1e6) and buffer.can_transform("odom", "arm")
-    assert "Detected jump back in time of" in capfd.readouterr().err
+    assert capfd.readouterr().err.count("Detected jump back in time of") == 1
 
     listener.close()  # the buffer keeps what it has, and time goes on for those who wait
     clock.publish(tick(Time(5)))

@@ -156,6 +156,8 @@ def test_other_spellings_of_values(text: str, value: Any) -> None:
         "<value><array><data><value><int>1</int><int>2</int></value></data></array></value>",
         "<value><what>1</what></value>",
         "<value><array></array></value><value>1</value>",
+        "<value><array><data><value>1</value></struct></value>",
+        "<value><struct><member><name>a</name><value>1</value></member></data></array></value>",
         "<value><struct><member><value>1</value></member></struct></value>",
         "<value><struct><member><name>a</name></member></struct></value>",
         "<value><struct><member><name>a</name><name>b</name></member></struct></value>",

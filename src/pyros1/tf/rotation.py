@@ -86,7 +86,7 @@ def product(steps: Sequence[Transform]) -> Transform:
 def invert(transform: Transform) -> Transform:
     """Return the inverse of a transform."""
     x, y, z, qx, qy, qz, qw = transform
-    inverted = multiply((0.0, 0.0, 0.0, -qx, -qy, -qz, qw), (-x, -y, -z, 0.0, 0.0, 0.0, 1.0))
+    inverted = multiply((0.0, 0.0, 0.0, -qx, -qy, -qz, qw), (-x, -y, -z, *IDENTITY[3:]))
     return (inverted[0], inverted[1], inverted[2], -qx, -qy, -qz, qw)
 
 

@@ -237,7 +237,7 @@ class Scanner:
             return b"", Messages(), {}
         return content, *read_content(content, partial=True)
 
-    def _continue_after(self, position: int, end: int, *, is_cut_off: bool) -> int:
+    def _continue_after(self, chunk_pos: int, end: int, *, is_cut_off: bool) -> int:
         """Return the offset at which to continue after a damaged chunk: its end if a record is there, or the next
         chunk.
         """
@@ -248,7 +248,7 @@ class Scanner:
             except RecordError:
                 if end >= self._file.size:
                     return end
-        return self._find_next_record(position + 1)
+        return self._find_next_record(chunk_pos + 1)
 
     def _read_loose(self, position: int) -> tuple[ScannedChunk | None, int]:
         """Read messages outside of chunks: those of an unfinished chunk, or of a bag of version 1.2.
