@@ -188,8 +188,8 @@ def test_substitution(launcher: Master, package: dict[str, str]) -> None:
 
 SHOW = """
 import sys
-def show(*words):  # in one piece: a launch prints, too
-    sys.stdout.write(" ".join(["=", *map(str, words)]) + "\\n")
+def show(*words):  # in one piece, and on a line of its own: a launch prints, too
+    sys.stdout.write("\\n" + " ".join(["=", *map(str, words)]) + "\\n")
 """
 PARENT = """
 import os, threading
