@@ -206,7 +206,7 @@ class Node(TopicMethods, ServiceMethods, TimeMethods):
         try:
             self.realtime(priority)
         except NodeError as error:  # the same launch file must start on a developer's machine
-            self.log.warn("%s", error)
+            self.log.warn("%s. The node runs without it", error)
 
     # Names ------------------------------------------------------------------------------------------------------------
 

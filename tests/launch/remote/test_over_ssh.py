@@ -77,11 +77,12 @@ class Bench:
     def back(self, processes: list[Process]) -> None:
         self.supervisor.call_soon(lambda: self.supervisor.resume(processes))
 
-    def start(self, kind: str, *, screen: bool = False, respawn: bool = False) -> bool:
+    def start(self, kind: str, *, screen: bool = False, respawn: bool = False, priority: int = 0) -> bool:
         node = NodePlan("far", kind, "it", "/ns/", ["a", "b c"], [("x", "y")], {"MARK": "set"})
         spec = ProcessSpec(
             "ns/it-1", "/ns/it", [f"far/{kind}"], {}, "", to_screen=screen, exit_policy=ExitPolicy(respawn)
         )
+        spec.priority = priority
         return self.supervisor.start(spec, self.machine.make_process_factory(node, "run"))
 
     @property
@@ -125,11 +126,12 @@ def test_that_it_was_started_is_said_before_what_it_says_and_how_it_ends(capsys:
         is_lost, master_uri, plan = False, "http://me:1/", MachinePlan("robot", "robot.example")
 
         def send(self, message: dict[str, Any]) -> None:
+            assert (message["do"], message["label"], message["priority"]) == ("start", "it-1", 50)
             process.handle_message({"event": "started", "pid": 7})
             process.handle_message({"event": "output", "stream": 1, "text": "hello\n"})
             process.handle_message({"event": "ended", "code": 3})
 
-    process = RemoteProcess(ProcessSpec("it-1", "/it", ["far/brief"], {}, ""), lambda ended: None)
+    process = RemoteProcess(ProcessSpec("it-1", "/it", ["far/brief"], {}, "", priority=50), lambda ended: None)
     process.attach(Quick(), NodePlan("far", "brief", "it", "/"), "run")  # type: ignore[arg-type]
     process.start(lambda started: print("started", started.pid))
     assert capsys.readouterr().out == "started 7\nhello\n"
@@ -399,3 +401,13 @@ def test_a_master_that_means_another_machine_there_is_warned_of(environ: dict[st
     plan = MachinePlan("robot", "robot.example")
     make_machine(plan, environ, f"http://{host}:11311/", STAGES, Console(io.StringIO(), err), list)
     assert f"get the master URI http://{host}:11311/, which refers to that machine, not to this one" in err.getvalue()
+
+
+@pytest.mark.skipif(not hasattr(os, "SCHED_FIFO"), reason="only Linux has real-time priorities")
+def test_only_the_agent_sets_the_priority_of_its_node(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A process on this machine may have the same id."""
+    asked: list[object] = []
+    monkeypatch.setattr(os, "sched_setscheduler", lambda *words: asked.append(words))
+    assert bench.start("brief", priority=50)
+    bench.supervisor.run()
+    assert asked == []

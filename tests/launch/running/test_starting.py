@@ -25,7 +25,10 @@ from pyros1.net.master_client import MasterClient
 
 PACKAGE = """<package format="2"><name>robot</name><version>1.0.0</version><description>A node.</description>
 <maintainer email="a@example.org">a</maintainer><license>BSD</license></package>"""
-SETTINGS: dict[str, Any] = {"exit_policy": ExitPolicy(respawn=True, respawn_delay=7.5, required=True)}
+SETTINGS: dict[str, Any] = {
+    "exit_policy": ExitPolicy(respawn=True, respawn_delay=7.5, required=True),
+    "priority": 50,
+}
 
 
 DEADLINE = 20.0
@@ -129,10 +132,11 @@ def test_a_node_is_started_as_its_plan_says(make_starter: Callable[..., Starter]
         True,
         True,
     )
+    assert spec.priority == 50
     assert recorder.kinds == ["wheels of run-id" if machine == "far" else None]
     starter.start(NodePlan("robot", "drive", "arm", machine=machine))
     spec = recorder.specs[1]
-    assert (spec.label, spec.exit_policy) == ("arm-2", ExitPolicy())
+    assert (spec.label, spec.exit_policy, spec.priority) == ("arm-2", ExitPolicy(), 0)
     assert (spec.to_screen, spec.on_death_spec, spec.ends_launch) == (False, None, False)
 
 

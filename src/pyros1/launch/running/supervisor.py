@@ -134,7 +134,7 @@ class Supervisor:
             try:
                 set_priority(spec.priority, process.pid)
             except NodeError as error:
-                self._console.error(f"[{spec.label}] {error}")
+                self._console.error(f"[{spec.label}] {error}. The node runs without it")
 
     def _on_exit(self, process: Process) -> None:
         self._events.put(("exit", _Exit(process, process.spawn_count)))
