@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from pyros1.cli.main import entry
+from pyros1.ground.interrupts import INTERRUPTED_EXIT_CODE
 
 
 @pytest.mark.parametrize(
@@ -30,3 +31,31 @@ def test_names_of_stocks_programs_and_misspelt_words(
     except SystemExit as end:
         found = int(str(end.code))
     assert found == code and said in capsys.readouterr().err
+
+
+class Interrupting:
+    """Raises KeyboardInterrupt while a class that contains it is created."""
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        raise KeyboardInterrupt
+
+
+def test_ctrl_c_while_a_class_is_created(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    """Python before 3.12 makes it a RuntimeError."""
+
+    def run_command(command: str, arguments: list[str]) -> int:
+        type("Created", (), {"field": Interrupting()})
+        return 0
+
+    monkeypatch.setattr("pyros1.cli.running.run_command", run_command)
+    assert entry(["pyros1", "wtf"]) == INTERRUPTED_EXIT_CODE
+    assert capsys.readouterr() == ("", "")
+
+
+def test_other_runtime_errors_are_bugs(monkeypatch: pytest.MonkeyPatch) -> None:
+    def run_command(command: str, arguments: list[str]) -> int:
+        raise RuntimeError("a bug")
+
+    monkeypatch.setattr("pyros1.cli.running.run_command", run_command)
+    with pytest.raises(RuntimeError, match="a bug"):
+        entry(["pyros1", "wtf"])

@@ -64,7 +64,9 @@ def dispatch(argv: list[str], alone: bool) -> int:
                 return _run_named_command(list(argv))
         finally:
             sys.stdout.flush()  # errors in Python's own flush at exit cannot be caught
-    except KeyboardInterrupt:
+    except (KeyboardInterrupt, RuntimeError) as error:
+        if not interrupts.is_keyboard_interrupt(error):
+            raise
         if alone:
             interrupts.die_by_signal()
         return interrupts.INTERRUPTED_EXIT_CODE

@@ -108,6 +108,15 @@ def raise_keyboard_interrupts() -> Iterator[None]:
         signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
+def is_keyboard_interrupt(error: BaseException) -> bool:
+    """Return whether an exception is a KeyboardInterrupt or was caused by one.
+
+    Before Python 3.12, a KeyboardInterrupt raised by ``__set_name__`` while a class is created becomes the cause of a
+    RuntimeError.
+    """
+    return isinstance(error, KeyboardInterrupt) or isinstance(error.__cause__, KeyboardInterrupt)
+
+
 def die_by_signal(signal_number: int = signal.SIGINT) -> NoReturn:
     """Kill this process with a signal, as if the signal had no handler."""
     signal.signal(signal_number, signal.SIG_DFL)

@@ -288,12 +288,17 @@ def test_a_program_that_was_given_up_does_not_run(
     preloader: Preloader, script: Any, environ: dict[str, str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """If a server answers too late, the launcher has started the node in the usual way: there must not be two."""
+    server = int(run(preloader, [script("import os\nprint(os.getppid())\n")], environ, tmp_path).out)
     words = [script("print('ran')\n")]
     reader, writer = os.pipe()
-    with monkeypatch.context() as patched:
-        patched.setattr("pyros1.launch.preload.preloader.REPLY_TIMEOUT", 0.01)
-        assert preloader.start(words, environ, str(tmp_path), writer, writer) is None
-    os.close(writer)
+    os.kill(server, signal.SIGSTOP)
+    try:
+        with monkeypatch.context() as patched:
+            patched.setattr("pyros1.launch.preload.preloader.REPLY_TIMEOUT", 0.01)
+            assert preloader.start(words, environ, str(tmp_path), writer, writer) is None
+    finally:
+        os.kill(server, signal.SIGCONT)
+        os.close(writer)
     assert run(preloader, words, environ, tmp_path).out == "ran\n"
     with os.fdopen(reader) as late:
         assert late.read() == ""
