@@ -6,7 +6,6 @@ import argparse
 import contextlib
 import difflib
 import os
-import random
 import shutil
 import signal
 import subprocess
@@ -20,7 +19,7 @@ from pathlib import Path
 
 import coverage
 from equivalent import name_of, names_in
-from mutate import Mutant, mutants
+from mutate import Mutant, choose, mutants
 
 ROOT = Path(__file__).resolve().parents[2]
 SOURCES = Path("src/pyros1")
@@ -90,7 +89,7 @@ def main() -> int:
             if line in (None, mutant.line)
         ]
         if options.sample is not None and options.sample < len(cases):
-            cases = random.Random(options.seed).sample(cases, options.sample)
+            cases = [cases[index] for index in choose([case.name for case in cases], options.sample, options.seed)]
         print(f"{len(cases)} mutants; the unchanged tests took {seconds:.0f} s", flush=True)
         result = run(cases, options.jobs, Path(folder), diffs=line is not None)
     return report(result, len(cases), options.seed)

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import ast
 import copy
-from collections.abc import Iterator
+import hashlib
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 COMPARISONS: dict[type[ast.cmpop], type[ast.cmpop]] = {
@@ -69,6 +70,23 @@ def mutants(source: bytes) -> list[Mutant]:
             if mutant.before != after and _compiles(mutant.apply(source)):
                 found[start, end, after] = mutant
     return sorted(found.values(), key=lambda mutant: (mutant.start, mutant.end, mutant.after))
+
+
+def choose(names: Sequence[str], count: int, seed: int) -> list[int]:
+    """Return the positions of a random sample of mutants, in random order.
+
+    Whether a mutant is chosen depends on its name, so a change of a module changes the sample only there.
+
+    Args:
+        names: the mutants' names; see `equivalent.name_of`.
+        count: the size of the sample.
+        seed: another seed, another sample.
+    """
+
+    def draw(position: int) -> bytes:
+        return hashlib.sha256(f"{seed} {names[position]}".encode()).digest()
+
+    return sorted(range(len(names)), key=draw)[:count]
 
 
 def _compiles(source: bytes) -> bool:

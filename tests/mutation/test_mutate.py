@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from .equivalent import name_of, names_in
-from .mutate import mutants
+from .mutate import choose, mutants
 
 ROOT = Path(__file__).resolve().parents[2]
 SOURCES = ROOT / "src" / "pyros1"
@@ -85,3 +85,13 @@ def test_each_equivalent_mutant_exists_and_has_a_reason() -> None:
         existing |= {name_of(path, source.decode(), mutant) for mutant in mutants(source)}
     assert [name for name in named if name not in existing] == []
     assert [name for name, reason in named.items() if not reason] == []
+
+
+def test_a_sample_changes_only_where_the_code_changes() -> None:
+    names = [f"module.py | line {number} | 1 -> 2" for number in range(1000)]
+    chosen = choose(names, 100, seed=1)
+    assert len(set(chosen)) == 100
+    assert chosen != choose(names, 100, seed=2)
+    changed = ["a new line", *names[:500], *names[501:]]
+    before, after = ({each[position] for position in choose(each, 100, 1)} for each in (names, changed))
+    assert len(before & after) >= 98
