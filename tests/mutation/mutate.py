@@ -5,7 +5,7 @@ from __future__ import annotations
 import ast
 import copy
 import hashlib
-from collections.abc import Iterator, Sequence
+from collections.abc import Container, Iterator, Sequence
 from dataclasses import dataclass
 
 COMPARISONS: dict[type[ast.cmpop], type[ast.cmpop]] = {
@@ -54,14 +54,19 @@ class Mutant:
         return f"{' '.join(self.before.split())}  ->  {' '.join(self.after.split())}"
 
 
-def mutants(source: bytes) -> list[Mutant]:
-    """Return all mutants of a module, in the order of its text; each of them compiles."""
+def mutants(source: bytes, only: Container[int] | None = None) -> list[Mutant]:
+    """Return all mutants of a module, in the order of its text; each of them compiles.
+
+    Args:
+        source: the module's text.
+        only: numbers of lines to which they are limited.
+    """
     lines = [0]
     for line in source.splitlines(keepends=True):
         lines.append(lines[-1] + len(line))
     found: dict[tuple[int, int, str], Mutant] = {}
     for node, texts in _changes(ast.parse(source)):
-        if node.end_lineno is None or node.end_col_offset is None:
+        if node.end_lineno is None or node.end_col_offset is None or (only is not None and node.lineno not in only):
             continue
         start = lines[node.lineno - 1] + node.col_offset
         end = lines[node.end_lineno - 1] + node.end_col_offset
