@@ -246,3 +246,19 @@ def test_a_machine_without_git(monkeypatch: pytest.MonkeyPatch) -> None:
 
     monkeypatch.setenv("PATH", "")
     assert commit() == "?"
+
+
+def test_the_quick_form_of_the_web_rows() -> None:
+    """A row of each protocol has figures."""
+    command = [sys.executable, str(BENCH / "web_bridges.py"), "--quick"]
+    result = subprocess.run(command, check=False, text=True, capture_output=True, timeout=100, stdin=subprocess.DEVNULL)
+    assert result.returncode == 0, result.stderr
+    rows = [[cell.strip() for cell in line.split("|")[1:-1]] for line in result.stdout.splitlines()[2:]]
+    assert [row[0] for row in rows] == [f"Float64, 500 Hz, {form}, 2 clients" for form in ("none", "foxglove", "page")]
+    assert all(float(cell) > 0 for row in rows for cell in row[1:4])
+
+
+def test_a_row_of_the_web_that_there_is_not() -> None:
+    command = [sys.executable, str(BENCH / "web_bridges.py"), "--only", "pigeons"]
+    result = subprocess.run(command, check=False, text=True, capture_output=True, timeout=100, stdin=subprocess.DEVNULL)
+    assert result.returncode == 2 and "pigeons" in result.stderr

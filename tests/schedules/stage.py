@@ -19,7 +19,7 @@ from .network import Network
 from .scheduler import Plan, Scheduler
 from .socket_module import SocketModule
 
-ROOMS = ("pyros1.net.", "pyros1.node.", "pyros1.master.", "pyros1.actions.", "pyros1.bag.record.")
+ROOMS = ("pyros1.net.", "pyros1.node.", "pyros1.master.", "pyros1.actions.", "pyros1.bag.record.", "pyros1.web.")
 
 
 class Stage:

@@ -106,8 +106,19 @@ def write(pixels: NDArray[np.uint16], level: int = 6) -> bytes:
     rows = np.empty((height, 1 + width * 2 * channels), np.uint8)
     rows[:, 0] = 1  # filter type 1: each byte is the difference from the previous pixel's byte
     rows[:, 1:] = np.diff(big_endian, axis=1, prepend=np.uint8(0)).reshape(height, -1)
-    header_body = _HEADER.pack(width, height, 16, _COLOUR_TYPES[channels], 0, 0, 0)
-    compressed_rows = zlib.compress(rows.tobytes(), level)
+    return make_file(width, height, 16, channels, zlib.compress(rows.tobytes(), level))
+
+
+def make_file(width: int, height: int, bits: int, channels: int, compressed_rows: bytes) -> bytes:
+    """Return the contents of a PNG file.
+
+    Args:
+        width, height: the size in pixels.
+        bits: bits per channel.
+        channels: number of channels, see `read`.
+        compressed_rows: the rows from top to bottom, each with its filter type before it, compressed with zlib.
+    """
+    header_body = _HEADER.pack(width, height, bits, _COLOUR_TYPES[channels], 0, 0, 0)
     return (
         _SIGNATURE
         + _make_chunk(b"IHDR", header_body)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ..stage import Scenario
-from . import bags, datagrams, goals, journal, lanes, nodes, publishing, sharing, subscribing, threads
+from . import bags, datagrams, goals, journal, lanes, nodes, publishing, sharing, subscribing, threads, web
 
 SHARES: dict[type[Scenario], int] = {
     lanes.Lanes: 200,
@@ -57,4 +57,8 @@ SHARES: dict[type[Scenario], int] = {
     nodes.Changing: 3,
     nodes.Succeeding: 2,
     nodes.Restarting: 3,
+    web.Sending: 30,
+    web.SendingSlowly: 30,
+    web.SendingUntilClosed: 30,
+    web.SendingUntilLost: 30,
 }

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -130,3 +131,53 @@ def test_what_waits_is_bounded_in_order_and_ends_with_the_newest(
     assert box.size == 0
     if puts:
         assert seen[tickets[puts[-1][0]]] == len(puts) - 1
+
+
+def free() -> tuple[Outbox, int, list[None]]:
+    woken: list[None] = []
+    box = Outbox(wake=lambda: woken.append(None))
+    ticket = box.open()
+    box.release()
+    assert box.is_free
+    return box, ticket, woken
+
+
+def test_a_message_is_sent_past_the_queue_if_nothing_is_there() -> None:
+    box, ticket, woken = free()
+    assert box.put(message(ticket, 1), may_send=True)
+    assert not box.is_free
+    box.end_sending(None)
+    assert box.take(ALL) == [] and not woken and box.size == 0
+    assert not box.put(message(ticket, 2)) and len(woken) == 1
+    box.release()
+    assert not box.put(message(ticket, 3), may_send=True)
+    assert [each.time for each in box.take(ALL)] == [2, 3]
+    assert not box.put(message(ticket, 4), may_send=True)  # those that were taken may not be sent yet
+    assert box.take(ALL)
+    box.release()
+    assert not box.put(message(ticket + 1, 5), may_send=True)  # of no subscription
+    assert box.is_free
+
+
+def test_what_comes_while_a_message_is_sent_waits() -> None:
+    box, ticket, woken = free()
+    other = box.open()
+    assert box.put(message(ticket, 1), may_send=True)
+    assert not box.put(message(other, 2), may_send=True)
+    assert box.take(ALL) == [] and not woken
+    box.end_sending(None)
+    assert len(woken) == 1
+    assert [each.time for each in box.take(ALL)] == [2]
+
+
+@pytest.mark.parametrize("is_closed", [False, True])
+def test_a_message_that_could_not_be_sent_waits(is_closed: bool) -> None:
+    box, ticket, woken = free()
+    unsent = message(ticket, 1)
+    assert box.put(unsent, may_send=True)
+    if is_closed:
+        box.close(ticket)
+    box.end_sending(unsent)
+    assert box.take(ALL) == ([] if is_closed else [unsent])
+    assert bool(woken) is not is_closed
+    assert box.size == 0

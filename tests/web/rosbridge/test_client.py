@@ -14,9 +14,11 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from pyros1.msgs import AnyMsg
-from pyros1.msgs.sensor_msgs.msg import Imu
+from pyros1.msgs import AnyMsg, Message
+from pyros1.msgs.sensor_msgs.msg import Image, Imu, LaserScan
 from pyros1.msgs.std_msgs.msg import MultiArrayDimension, MultiArrayLayout, String
+from pyros1.observe.decoder import Decoder
+from pyros1.web.hub import Arrival
 from pyros1.web.robot import Robot
 from pyros1.web.rosbridge.client import MAX_CALLS, Client
 from pyros1.web.rosbridge.outbox import MAX_FRAME_BYTES
@@ -256,3 +258,135 @@ def test_calls_wait_while_the_client_does_not_read_its_answers(robot: Robot) -> 
         assert len(begun) == 1
     finally:
         client.close()
+
+
+class Sender:
+    """Sends frames from the threads in which messages arrive, if it can."""
+
+    def __init__(self) -> None:
+        self.sent: list[Any] = []
+        self.can_send = True
+        self.before = lambda: None
+
+    def __call__(self, frames: Any) -> bool:
+        self.before()
+        if self.can_send:
+            self.sent += frames
+        return self.can_send
+
+
+class Bench:
+    """A client of a topic whose messages a test brings."""
+
+    def __init__(self, robot: Robot, monkeypatch: pytest.MonkeyPatch, cls: type[Message], **request: Any) -> None:
+        self.send = Sender()
+        self.faults: list[Exception] = []
+        self.wakes: list[None] = []
+        listeners: list[Callable[[Arrival], object]] = []
+        monkeypatch.setattr(
+            robot, "listen", lambda topic, listener, done: listeners.append(listener) or done() or (lambda: None)
+        )
+        self.client = Client(
+            robot,
+            lambda function: None,
+            lambda: self.wakes.append(None),
+            send_now=self.send,
+            on_fault=self.faults.append,
+        )
+        self.client.handle([json.dumps({"op": "subscribe", "topic": "/topic", **request})])
+        self.client.outbox.release()
+        self._listener = listeners[0]
+        self._header = {"type": cls._type, "md5sum": cls._md5sum, "message_definition": cls._full_text}
+        self._decoder = Decoder()
+        assert self.arrival(cls()).message_class  # made before, as by the first message
+
+    def arrival(self, message: Message | bytes) -> Arrival:
+        raw = AnyMsg(message if isinstance(message, bytes) else encode(message))
+        raw._connection_header = self._header
+        return Arrival(raw, 1.5, monotonic(), self._decoder)
+
+    def bring(self, message: Message | bytes) -> list[Any]:
+        """Bring a message; return the frames that were sent from this thread."""
+        self.send.sent.clear()
+        self._listener(self.arrival(message))
+        return self.send.sent[:]
+
+    def taken(self) -> list[Any]:
+        """What the loop takes and sends."""
+        frames = list(self.client.take(monotonic()).frames)
+        self.client.outbox.release()
+        return frames
+
+
+def test_messages_are_sent_from_the_threads_in_which_they_arrive(robot: Robot, monkeypatch: pytest.MonkeyPatch) -> None:
+    bench = Bench(robot, monkeypatch, String)
+    frame = '{"op":"publish","topic":"/topic","msg":{"data":"a"}}'
+    assert bench.bring(String("a")) == bench.bring(String("a")) == [frame]
+    assert not bench.wakes and not bench.taken()
+    bench.send.can_send = False
+    assert not bench.bring(String("a")) and bench.wakes
+    bench.send.can_send = True
+    assert not bench.bring(String("b"))  # it may not overtake the first
+    assert bench.taken() == [frame, frame.replace('"a"', '"b"')]
+    assert bench.bring(String("a")) == [frame]
+
+
+@pytest.mark.parametrize(
+    ("message", "request_", "is_sent"),
+    [
+        (String("x" * 15_000), {}, True),
+        (String("x" * 20_000), {}, True),
+        (String("x" * 2_000_000), {}, False),
+        (Image(data=bytes(1_000_000)), {}, True),
+        (Image(data=bytes(2_000_000)), {}, False),
+        (Image(data=bytes(2_000_000)), {"compression": "cbor"}, True),
+        (Image(data=bytes(2_000_000)), {"compression": "cbor-raw"}, True),
+        (LaserScan(ranges=[1.0] * 3_000), {}, True),
+        (LaserScan(ranges=[1.0] * 5_000), {}, False),
+        (LaserScan(ranges=[1.0] * 5_000), {"compression": "cbor"}, True),
+        (MultiArrayLayout(dim=[MultiArrayDimension(label="x" * 20_000)]), {"compression": "cbor"}, False),
+        (MultiArrayLayout(dim=[MultiArrayDimension(label="x")]), {"compression": "cbor"}, True),
+        (MultiArrayLayout(dim=[MultiArrayDimension(label="x" * 20_000)]), {}, False),
+        (String("x"), {"compression": "png"}, False),
+        (String("x"), {"fragment_size": 1_000}, False),
+        (String("x"), {"throttle_rate": 1}, False),
+        (String("x"), {"queue_length": 1}, True),
+    ],
+    ids=lambda each: "" if isinstance(each, Message) else None,
+)
+def test_which_messages_are_sent_where_they_arrive(
+    robot: Robot, monkeypatch: pytest.MonkeyPatch, message: Message, request_: dict[str, Any], is_sent: bool
+) -> None:
+    bench = Bench(robot, monkeypatch, type(message), **request_)
+    assert bool(bench.bring(message)) is is_sent
+    assert bool(bench.taken()) is not is_sent
+
+
+def test_a_class_that_must_be_made_first(robot: Robot, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It can take a second, in which no other client would get the topic's messages."""
+    bench = Bench(robot, monkeypatch, String)
+    monkeypatch.setattr(Arrival, "has_class", False)
+    assert not bench.bring(String("a"))
+    assert bench.taken()
+
+
+def test_a_message_that_cannot_be_decoded_where_it_arrives(robot: Robot, monkeypatch: pytest.MonkeyPatch) -> None:
+    bench = Bench(robot, monkeypatch, String)
+    assert not bench.bring(b"x") and not bench.bring(b"x")
+    (status,) = bench.taken()
+    assert json.loads(status)["op"] == "status"
+    assert bench.bring(String("a"))
+
+
+def test_a_fault_where_a_message_arrives(robot: Robot, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The topic's other clients may not notice; this client's connection ends."""
+
+    def fail() -> None:
+        raise ZeroDivisionError
+
+    bench = Bench(robot, monkeypatch, String)
+    bench.send.before = fail
+    assert not bench.bring(String("a"))
+    assert [type(each) for each in bench.faults] == [ZeroDivisionError]
+    bench.send.before = lambda: None
+    assert bench.bring(String("b"))

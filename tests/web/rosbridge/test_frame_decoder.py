@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import io
 import json
+import math
 from typing import Any
 
 import pytest
@@ -190,3 +191,14 @@ def test_any_fields(op: str, fields: dict[str, Any]) -> None:
         FrameDecoder().decode(json.dumps({**fields, "op": op}))
     except BridgeError as error:
         assert str(error)
+
+
+@pytest.mark.parametrize("size", [0, 1, 2, 3, 4, 11, 12, 13, 5_000])
+def test_pictures_of_texts_of_any_length(size: int) -> None:
+    text = "".join(chr(32 + number % 90) for number in range(size))
+    packed = png.pack(text)
+    unpacked = png.unpack(packed, 10_000)
+    assert unpacked.rstrip(b"\n") == text.encode() and len(unpacked) - size <= 3 * math.isqrt(size) + 3
+    with Image.open(io.BytesIO(base64.b64decode(packed))) as image:
+        assert (image.format, image.mode) == ("PNG", "RGB")
+        assert abs(image.width - image.height) <= 2

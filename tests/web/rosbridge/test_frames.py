@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import base64
+import json
 import struct
 from typing import Any
 
@@ -12,6 +14,7 @@ from hypothesis import strategies as st
 
 from pyros1.msgs.sensor_msgs.msg import ChannelFloat32, Image, PointCloud, PointCloud2, PointField
 from pyros1.web.rosbridge import frames, values
+from pyros1.web.server.sending import LargeFrame
 
 from ...bodies import encode
 
@@ -58,3 +61,30 @@ def test_messages_with_large_data(size: int) -> None:
             "op": "publish",
             "msg": cbor2.loads(cbor2.dumps(values.for_cbor(message))),
         }
+
+
+@pytest.mark.parametrize("size", [0, 10, 16_384, 16_385, 100_000])
+@pytest.mark.parametrize("type_", ["none", "array"])
+def test_frames_with_messages_in_cbor(size: int, type_: str) -> None:
+    data = bytes(size)
+    message = {"bytes": data} if type_ == "none" else {"x": [1, {"y": frames.with_cbor_tag(85, data)}], "bytes": data}
+    frame = frames.publish_cbor("/ä", message, size)
+    whole = b"".join(frame.pieces) if isinstance(frame, LargeFrame) else frame
+    assert cbor2.loads(whole) == {"op": "publish", "topic": "/ä", "msg": message}
+    if isinstance(frame, LargeFrame):
+        assert not frame.is_text and frame.size == len(whole)
+        assert any(piece is data for piece in frame.pieces), "large data is not copied"
+    assert isinstance(frame, LargeFrame) is (size > 16_384)
+
+
+@pytest.mark.parametrize("size", [3, 12_000, 12_300, 100_000])
+def test_frames_with_large_data_in_json(size: int) -> None:
+    data = bytes(range(256)) * (size // 256) + bytes(size % 256)
+    message = Image(encoding="ä", data=data, step=7)
+    frame = frames.publish("/t", values.decode(Image, encode(message)))
+    text = frames.as_text(frame)
+    found = json.loads(text)["msg"]
+    assert (base64.b64decode(found["data"]), found["encoding"], found["step"]) == (data, "ä", 7)
+    assert isinstance(frame, LargeFrame) is (size > 12_288)
+    if isinstance(frame, LargeFrame):
+        assert frame.is_text and frame.size == len(text) and len(frame.pieces) == 3

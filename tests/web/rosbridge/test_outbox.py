@@ -156,3 +156,86 @@ def test_topics_with_large_messages_take_turns() -> None:
             outbox.put(queue, arrival(now, size=1_100_000))
         turns.append([queue.name for queue, _ in outbox.take(float(now))[1]])
     assert turns == [["/t"], ["/other"]] * 3
+
+
+def free(*requests: Subscribe) -> tuple[Outbox, TopicQueue, list[None]]:
+    outbox, flow, woken = made(*requests)
+    outbox.release()
+    assert outbox.is_free
+    return outbox, flow, woken
+
+
+def test_a_message_is_sent_past_the_queue_if_nothing_is_there() -> None:
+    outbox, flow, woken = free()
+    first, second = arrival(1), arrival(2)
+    assert not outbox.put(flow, first) and woken  # not wanted
+    assert times(outbox, 0.0) == ([1], None)
+    outbox.release()
+    woken.clear()
+    assert not outbox.put(flow, first, may_send=True)  # it comes twice
+    assert outbox.put(flow, second, may_send=True)
+    assert not outbox.put(flow, second, may_send=True)
+    outbox.end_sending(flow, None, 5.0)
+    assert times(outbox, 9.0) == ([], None) and not woken
+    assert flow.next_time == 5.0 and flow.size == 0
+    outbox.release()
+    assert outbox.put(flow, arrival(3), may_send=True)
+
+
+def test_what_comes_while_a_message_is_sent_waits() -> None:
+    outbox, flow, woken = free()
+    assert outbox.put(flow, arrival(1), may_send=True)
+    assert not outbox.put(flow, arrival(2), may_send=True)
+    outbox.enqueue("a response")
+    outbox.release()
+    assert outbox.take(9.0) == ([], [], None) and not woken  # it would overtake the first
+    outbox.end_sending(flow, None, 5.0)
+    assert len(woken) == 1
+    assert not outbox.put(flow, arrival(3), may_send=True)
+    responses, found, again = outbox.take(9.0)
+    assert (responses, [each.arrived_at for _, each in found], again) == (["a response"], [2, 3], None)
+    assert not outbox.put(flow, arrival(4), may_send=True)  # those that were taken may not be sent yet
+    outbox.release()
+    assert not outbox.is_free  # the fourth waits
+    assert times(outbox, 9.0)[0] == [4]
+    outbox.enqueue("another response")
+    outbox.release()
+    assert not outbox.is_free
+    assert outbox.take(9.0)[0]
+    outbox.release()
+    assert outbox.is_free
+
+
+def test_a_message_that_could_not_be_sent_waits_before_later_ones() -> None:
+    outbox, flow, woken = free()
+    unsent = arrival(1)
+    assert outbox.put(flow, unsent, may_send=True)
+    outbox.put(flow, arrival(2))
+    outbox.end_sending(flow, unsent, 5.0)
+    assert len(woken) == 1 and flow.size == 2
+    assert times(outbox, 0.0) == ([1, 2], None)
+    outbox.release()
+    unsent = arrival(3)
+    assert outbox.put(flow, unsent, may_send=True)
+    outbox.end_sending(flow, unsent, 5.0)
+    assert len(woken) == 2
+    assert times(outbox, 0.0) == ([3], None)
+
+
+def test_a_message_that_could_not_be_sent_is_dropped_like_any_other() -> None:
+    outbox, flow, _ = free(add_subscription(queue_length=2))
+    unsent = arrival(1)
+    assert outbox.put(flow, unsent, may_send=True)
+    for number in (2, 3):
+        outbox.put(flow, arrival(number))
+    outbox.end_sending(flow, unsent, 5.0)
+    assert times(outbox, 0.0)[0] == [2, 3]
+
+
+def test_throttled_messages_and_those_of_no_subscription_are_not_sent_past_the_queue() -> None:
+    outbox, flow, _ = free(add_subscription(throttle=1.0))
+    assert not outbox.put(flow, arrival(1), may_send=True)
+    assert times(outbox, 0.0) == ([1], None)
+    outbox, flow, _ = free()
+    outbox.remove(flow)
+    assert not outbox.put(flow, arrival(1), may_send=True)

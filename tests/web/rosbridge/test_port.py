@@ -28,6 +28,7 @@ from pyros1.node import Node
 from pyros1.web.robot import Robot
 from pyros1.web.server.access import Access
 from pyros1.web.server.server import PROTOCOL
+from pyros1.web.server.shared_transport import SharedTransport
 
 Serve = Callable[..., Served]
 MakeNode = Callable[..., Any]
@@ -538,3 +539,34 @@ def test_an_answer_to_the_first_word_is_heard(serve: Serve, make_node: MakeNode)
             enqueue(socket_, "subscribe", topic="/echo", type="std_msgs/String")
             enqueue(socket_, "publish", topic="/words", msg={"data": f"word {number}"})
             assert hear(socket_)["msg"] == {"data": f"WORD {number}"}
+
+
+@pytest.mark.parametrize("compression", ["none", "cbor", "cbor-raw"])
+@pytest.mark.parametrize("size", [10, 500_000])
+def test_messages_need_no_other_thread(
+    serve: Serve, make_node: MakeNode, monkeypatch: pytest.MonkeyPatch, compression: str, size: int
+) -> None:
+    """Once nothing else is to be sent, the thread in which a message arrives sends it."""
+    sent: queue.Queue[bool] = queue.Queue()
+    send = SharedTransport.send
+
+    def note(transport: SharedTransport, pieces: Any) -> bool:
+        is_sent = send(transport, pieces)
+        sent.put(is_sent)
+        return is_sent
+
+    publisher = make_node("talker").advertise("image", Image)
+    with client(serve(token="")) as socket_:
+        enqueue(socket_, "subscribe", topic="/image", compression=compression)
+        settle(socket_)
+        publisher.wait_for_subscribers(timeout=PATIENCE)
+        publisher.publish(Image(data=bytes(size)))
+        hear(socket_)
+        monkeypatch.setattr(SharedTransport, "send", note)
+        is_sent = False
+        while not is_sent:  # the loop may still be busy with the one before
+            publisher.publish(Image(data=bytes(size)))
+            frame = hear(socket_)["msg"]
+            assert "bytes" in frame or len(frame["data"]) >= size
+            while not sent.empty():
+                is_sent |= sent.get()

@@ -10,7 +10,7 @@ from websockets.exceptions import ConnectionClosed, ConnectionClosedError
 from websockets.frames import Frame, Opcode
 from websockets.protocol import State
 
-from pyros1.web.server.sending import send_frames
+from pyros1.web.server.sending import LargeFrame, send_frames, send_now, shared_transport
 
 LARGE = b"b" * 100_000
 
@@ -63,6 +63,40 @@ def test_small_ones_are_written_together_in_order() -> None:
     assert b"".join(written) == b"\x81\x01a\x82\x01b" + Frame(Opcode.BINARY, LARGE).serialize(mask=False) + b"\x81\x01c"
     assert drained == b"drained"
     assert send(Link()) == []
+
+
+@pytest.mark.parametrize("size", [5, 100_000])
+@pytest.mark.parametrize("is_text", [False, True])
+def test_frames_in_pieces(size: int, is_text: bool) -> None:
+    pieces = (b"head", memoryview(bytes(size)), b"x" * size, b"end")
+    whole = b"".join(pieces)
+    *written, _ = send(Link(), LargeFrame(pieces, len(whole), is_text), "next")
+    opcode = Opcode.TEXT if is_text else Opcode.BINARY
+    assert b"".join(written) == Frame(opcode, whole).serialize(mask=False) + b"\x81\x04next"
+    assert any(piece is pieces[1] for piece in written), "it was copied"
+
+
+def test_connections_that_only_the_loop_uses() -> None:
+    assert shared_transport(Link()) is None
+    assert shared_transport(object()) is None
+
+
+class Shared:
+    """A transport that accepts nothing."""
+
+    def __init__(self) -> None:
+        self.offered: list[Any] = []
+
+    def send(self, pieces: Any) -> bool:
+        self.offered.append(pieces)
+        return False
+
+
+def test_frames_from_any_thread() -> None:
+    transport: Any = Shared()
+    assert send_now(transport, []) and not transport.offered
+    assert not send_now(transport, ["a", b"b"])
+    assert transport.offered == [[b"\x81\x01a\x82\x01b"]]
 
 
 @pytest.mark.parametrize("state", [State.CLOSING, State.CLOSED])

@@ -215,3 +215,20 @@ def test_calls(robot: Robot, make_node: Callable[..., Any]) -> None:
 def test_every_view_there_is_can_be_found(name: str) -> None:
     assert issubclass(views.view_class(name), View)
     assert isinstance(wire.Push(1).data, int)
+
+
+def test_only_the_first_of_many_updates_wakes(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The push at the known time shows the newest; each waking costs more than most messages."""
+    monkeypatch.setattr(views, "VIEW_NAMES", frozenset({"counter"}))
+    monkeypatch.setattr(views, "view_class", lambda name: Counter)
+    Counter.made = []
+    woken: list[None] = []
+    session = Session(None, lambda: woken.append(None))  # type: ignore[arg-type]  # these views need no robot
+    session.handle(Open(1, "counter", {}))
+    for now in (0.0, 1.0, 2.0):
+        assert poll(session, now)[0]
+        session.handle(Next(1))
+        woken.clear()
+        for _ in range(5):
+            Counter.made[0].wake()
+        assert len(woken) == (0 if now == 0.0 else 1)  # it wakes when it is made, too

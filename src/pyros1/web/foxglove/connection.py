@@ -8,7 +8,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import socket
-from collections.abc import Callable, Coroutine
+from collections.abc import Callable, Coroutine, Iterable
 from concurrent.futures import Executor
 from functools import partial
 from typing import Any
@@ -25,7 +25,7 @@ from pyros1.web.foxglove.outbox import Outbox, QueuedMessage
 from pyros1.web.foxglove.state_machine import Action, StateMachine
 from pyros1.web.foxglove.viewer_context import ViewerContext
 from pyros1.web.hub import Arrival
-from pyros1.web.server.sending import send_frames
+from pyros1.web.server.sending import LargeFrame, keeps_up, send_frames, send_now, shared_transport
 from pyros1.web.server.waiting import MAX_PENDING_SECONDS, PendingOperations, wait_for_event, wait_until_done
 from pyros1.web.service_calls import ServiceCalls
 
@@ -76,7 +76,8 @@ class Viewer:
         self._loop = asyncio.get_running_loop()
         self._machine = StateMachine(self._robot.access.read_only)
         self._machine_lock = asyncio.Lock()  # guards the machine and its actions
-        self._outbox = Outbox()
+        self._outbox = Outbox(wake=self._wake)
+        self._transport = shared_transport(connection)
         self._subscriptions: dict[int, int] = {}  # the outbox's ticket -> the viewer's id of the subscription
         self._unsubscribers: dict[int, Callable[[], None]] = {}  # by subscription
         self._publishers = viewer_actions.Publishers(context)
@@ -148,15 +149,32 @@ class Viewer:
                 self._messages_available.clear()
                 self._wake_scheduled = False
                 while messages := self._outbox.take(_BATCH_BYTES):
-                    outgoing = [
-                        frames.message(subscription, each.time, each.payload)
-                        for each in messages
-                        if (subscription := self._subscriptions.get(each.ticket))
-                        is not None  # the subscription may have ended meanwhile
-                    ]
-                    await send_frames(self._connection, outgoing)  # waits while the viewer is slow
+                    await send_frames(
+                        self._connection, self._message_frames(messages)
+                    )  # waits while the viewer is slow
                     await asyncio.sleep(0)  # lets other tasks run
+                if keeps_up(self._connection):
+                    self._outbox.release()
                 await self._messages_available.wait()
+
+    def _message_frames(self, messages: Iterable[QueuedMessage]) -> list[bytes | LargeFrame]:
+        return [
+            frames.message(subscription, each.time, each.payload)
+            for each in messages
+            # the subscription may have ended meanwhile
+            if (subscription := self._subscriptions.get(each.ticket)) is not None
+        ]
+
+    def _put(self, message: QueuedMessage) -> None:
+        """Send a message immediately, in the thread in which it has arrived, if nothing else is to be sent."""
+        transport = self._transport
+        if not self._outbox.put(message, transport is not None and self._outbox.is_free) or transport is None:
+            return
+        is_sent = False
+        try:
+            is_sent = send_now(transport, self._message_frames((message,)))
+        finally:
+            self._outbox.end_sending(None if is_sent else message)
 
     async def _send_time(self) -> None:
         last_time = -1
@@ -259,12 +277,11 @@ class Viewer:
                     return
                 accepted_header = header
                 latched_by = header.get("callerid", "") if header.get("latching") == "1" else None
-            self._outbox.put(
+            self._put(
                 QueuedMessage(
                     ticket, frames.nanoseconds(arrival.time), arrival.raw._buff, latched_by, arrival.arrived_at
                 )
             )
-            self._wake()
 
         def unsubscribe() -> None:
             self._subscriptions.pop(ticket, None)

@@ -9,8 +9,11 @@ from enum import IntEnum
 from typing import Any
 
 from pyros1.web.foxglove.offers import Channel, Nodes, Service
+from pyros1.web.server.sending import LargeFrame
 
 Frame = str | bytes
+_LARGE_BYTES = 64 << 10
+"""Size in bytes above which messages are not copied."""
 ENCODINGS = ("ros1", "json")
 """Encodings that viewers may use for messages and service requests."""
 _MESSAGE_HEADER = struct.Struct("<BIQ")
@@ -104,7 +107,7 @@ def unadvertise_services(ids: Iterable[int]) -> Frame:
     return _dumps({"op": "unadvertiseServices", "serviceIds": list(ids)})
 
 
-def message(subscription: int, time: int, payload: bytes) -> bytes:
+def message(subscription: int, time: int, payload: bytes) -> bytes | LargeFrame:
     """Return the frame that delivers a message on a topic.
 
     Args:
@@ -112,7 +115,10 @@ def message(subscription: int, time: int, payload: bytes) -> bytes:
         time: time of reception in nanoseconds.
         payload: the serialized message.
     """
-    return _MESSAGE_HEADER.pack(1, subscription, time) + payload
+    header = _MESSAGE_HEADER.pack(1, subscription, time)
+    if len(payload) <= _LARGE_BYTES:
+        return header + payload
+    return LargeFrame((header, payload), len(header) + len(payload), is_text=False)
 
 
 def time(now: int) -> Frame:

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import threading
 from collections import deque
+from collections.abc import Callable
 from operator import attrgetter
 from typing import NamedTuple
+
+from pyros1.web.server.turns import Turns
 
 MAX_CHANNEL_BYTES = 1 << 20
 """Maximum number of bytes queued per subscription in addition to its newest message. This limits a viewer's lag."""
@@ -90,18 +93,29 @@ class _Queue:
 class Outbox:
     """All messages queued for a viewer. Thread-safe.
 
+    Args:
+        max_bytes, max_channel_bytes: limits, see above.
+        wake: called, from any thread, when `take` has something to return.
+
     Attributes:
         dropped: number of messages that were dropped for lack of space.
     """
 
-    def __init__(self, max_bytes: int = MAX_BYTES, max_channel_bytes: int = MAX_CHANNEL_BYTES) -> None:
+    def __init__(
+        self,
+        max_bytes: int = MAX_BYTES,
+        max_channel_bytes: int = MAX_CHANNEL_BYTES,
+        wake: Callable[[], object] = lambda: None,
+    ) -> None:
         self._max_bytes = max_bytes
         self._max_channel_bytes = max_channel_bytes
+        self._wake = wake
         self._lock = threading.Lock()
         self._queues: dict[int, _Queue] = {}
         self._ready: deque[int] = deque()  # the ticket of each subscription with queued messages
         self._last_ticket = 0
         self._size = 0
+        self._turns = Turns()
         self.dropped = 0
 
     @property
@@ -124,21 +138,62 @@ class Outbox:
                 self._size -= queue.size
                 self._ready.remove(ticket)
 
-    def put(self, message: QueuedMessage) -> None:
-        """Add a message; older messages are dropped if there is no space."""
+    @property
+    def is_free(self) -> bool:
+        """Whether a message might be sent immediately: nothing is queued, and nothing is being sent."""
+        return self._turns.is_free
+
+    def put(self, message: QueuedMessage, may_send: bool = False) -> bool:
+        """Add a message; older messages are dropped if there is no space.
+
+        Args:
+            message: the message.
+            may_send: whether the caller may send the message instead.
+
+        Returns:
+            Whether the caller must now send the message, which has not been queued, and then call `end_sending`.
+        """
         with self._lock:
             queue = self._queues.get(message.ticket)
             if queue is None:
-                return
-            if not queue.size:
-                self._ready.append(message.ticket)
-            previous_size = queue.size
-            size = queue.put(message)
-            while queue.size - size > self._max_channel_bytes and queue.drop():
-                self.dropped += 1
-            self._size += queue.size - previous_size
-            while self._size > self._max_bytes and self._make_room(message.ticket):
-                self.dropped += 1
+                return False
+            if may_send and self._turns.begin():
+                return True
+            self._add(queue, message)
+            must_wake = self._turns.leave_to_loop()
+        if must_wake:
+            self._wake()
+        return False
+
+    def end_sending(self, unsent: QueuedMessage | None) -> None:
+        """End what `put` has asked for; ``unsent``: the message if it could not be sent. It is then queued: no later
+        one of its subscription has arrived, since each topic's messages arrive one after the other.
+        """
+        with self._lock:
+            queue = None if unsent is None else self._queues.get(unsent.ticket)
+            if unsent is not None and queue is not None:
+                self._add(queue, unsent)
+                self._turns.leave_to_loop()
+            must_wake = self._turns.end()
+        if must_wake:
+            self._wake()
+
+    def release(self) -> None:
+        """Let messages be sent immediately from now on if nothing is queued; all that was taken has been sent."""
+        with self._lock:
+            if not self._ready:
+                self._turns.release()
+
+    def _add(self, queue: _Queue, message: QueuedMessage) -> None:
+        if not queue.size:
+            self._ready.append(message.ticket)
+        previous_size = queue.size
+        size = queue.put(message)
+        while queue.size - size > self._max_channel_bytes and queue.drop():
+            self.dropped += 1
+        self._size += queue.size - previous_size
+        while self._size > self._max_bytes and self._make_room(message.ticket):
+            self.dropped += 1
 
     def take(self, byte_limit: int) -> list[QueuedMessage]:
         """Remove the oldest messages of each subscription in turn, and return them in order of arrival.
@@ -149,6 +204,8 @@ class Outbox:
         """
         messages: list[QueuedMessage] = []
         with self._lock:
+            if self._turns.is_threads:
+                return messages
             while self._ready and byte_limit > 0:
                 queue = self._queues[self._ready[0]]
                 message = queue.take()

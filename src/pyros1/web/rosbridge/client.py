@@ -10,6 +10,7 @@ import threading
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from functools import partial
+from time import monotonic
 from typing import NamedTuple
 
 from pyros1.ground.errors import Error
@@ -18,11 +19,12 @@ from pyros1.web.robot import Robot
 from pyros1.web.rosbridge import frames, operations, values
 from pyros1.web.rosbridge.frame_decoder import FrameDecoder
 from pyros1.web.rosbridge.operations import LEVELS, Action, BridgeError, Id
-from pyros1.web.rosbridge.outbox import Frame, Outbox, TopicQueue
+from pyros1.web.rosbridge.outbox import Outbox, TopicQueue
 from pyros1.web.rosbridge.provided_services import ProvidedServices
 from pyros1.web.rosbridge.publishers import Publishers
 from pyros1.web.rosbridge.service_caller import ServiceCaller
 from pyros1.web.rosbridge.shared_encodings import SharedEncodings
+from pyros1.web.server.sending import Frame, LargeFrame, frame_size
 from pyros1.web.server.waiting import PendingOperations
 from pyros1.web.service_calls import MAX_CONCURRENT_CALLS
 
@@ -60,6 +62,9 @@ class Client:
         wake: called, from any thread, when `take` may return something.
         resume: called, from any thread, when `handle` may continue.
         shared_encodings: the frames of all clients.
+        send_now: sends frames without waiting, from any thread; returns False if it cannot send them now. None if all
+            frames must be taken by `take`.
+        on_fault: called, from any thread, with an unexpected error.
 
     Attributes:
         pending_subscriptions: the subscriptions in progress.
@@ -73,6 +78,8 @@ class Client:
         wake: Callable[[], object],
         resume: Callable[[], object] = lambda: None,
         shared_encodings: SharedEncodings | None = None,
+        send_now: Callable[[Iterable[Frame]], bool] | None = None,
+        on_fault: Callable[[Exception], object] = lambda error: None,
     ) -> None:
         self._robot = robot
         self._run_in_thread = run_in_thread
@@ -91,6 +98,8 @@ class Client:
         self._num_running_calls = 0
         self._num_messages = 0
         self._shared_encodings = shared_encodings or SharedEncodings()
+        self._send_now = send_now
+        self._on_fault = on_fault
 
     def handle(self, received: Iterable[str | bytes]) -> bool:
         """Handle frames from the client in order. Errors are reported to the client.
@@ -179,7 +188,7 @@ class Client:
         done = self.pending_subscriptions.begin()
         try:
             # Add a new listener for each subscription, so that later subscriptions also get the latched messages.
-            queue.unsubscribe = self._robot.listen(topic, lambda arrival: self.outbox.put(queue, arrival), done)
+            queue.unsubscribe = self._robot.listen(topic, lambda arrival: self._on_arrival(queue, arrival), done)
         except Error:
             done()
             self._unsubscribe(operations.Unsubscribe(request.topic, request.key))
@@ -240,24 +249,43 @@ class Client:
         def generate() -> Iterator[Frame]:
             yield from ready_frames
             for queue, arrival in arrivals:
-                try:
-                    yield from self._message_frames(queue, arrival, may_wait=not is_quick)
-                    queue.problem = ""
-                except Error as error:
-                    if str(error) != queue.problem:  # report each problem only once
-                        queue.problem = str(error)
-                        self._send_status("error", f"{queue.name}: {error}")
+                yield from self._message_frames(queue, arrival, may_wait=not is_quick)
 
         return DueFrames(generate(), is_quick, next_time)
 
+    def _on_arrival(self, queue: TopicQueue, arrival: Arrival) -> None:
+        """Send a message immediately if that takes little time and nothing else is to be sent; otherwise queue it."""
+        send_now = self._send_now
+        may_send = send_now is not None and self.outbox.is_free and _may_send_now(queue, arrival)
+        if not self.outbox.put(queue, arrival, may_send) or send_now is None:
+            return
+        unsent: Arrival | None = None
+        try:
+            if not send_now(list(self._message_frames(queue, arrival, may_wait=False))):
+                unsent = arrival
+        except Exception as error:  # noqa: BLE001 - a bug, which must not end the topic's thread
+            self._on_fault(error)
+        finally:
+            self.outbox.end_sending(queue, unsent, monotonic())
+
     def _message_frames(self, queue: TopicQueue, arrival: Arrival, may_wait: bool) -> Iterator[Frame]:
+        """Yield the frames for a message; none if it cannot be encoded, which is then reported to the client."""
         form, topic = queue.compression, queue.name
-        frame = self._shared_encodings.get(arrival, form, topic, lambda: _encode(arrival, form, topic), may_wait)
-        if isinstance(frame, bytes):
+        try:
+            frame = self._shared_encodings.get(arrival, form, topic, lambda: _encode(arrival, form, topic), may_wait)
+            queue.problem = ""
+        except Error as error:
+            if str(error) != queue.problem:  # report each problem only once
+                queue.problem = str(error)
+                self._send_status("error", f"{queue.name}: {error}")
+            return
+        if isinstance(frame, bytes) or (
+            isinstance(frame, LargeFrame) and (not frame.is_text or not queue.fragment_size)
+        ):
             yield frame
             return
         self._num_messages += 1
-        yield from frames.split(frame, queue.fragment_size, f"{topic}:{self._num_messages}")
+        yield from frames.split(frames.as_text(frame), queue.fragment_size, f"{topic}:{self._num_messages}")
 
     def close(self) -> None:
         """End all subscriptions, publishers, services and calls."""
@@ -275,7 +303,7 @@ def _is_quick(ready_frames: list[Frame], arrivals: list[tuple[TopicQueue, Arriva
     """Return whether encoding messages takes so little time that using another thread would take longer."""
     if len(arrivals) > _MAX_QUICK_MESSAGES:
         return False
-    size, raw_size = 0, sum(map(len, ready_frames))
+    size, raw_size = 0, sum(map(frame_size, ready_frames))
     for queue, arrival in arrivals:
         if queue.fragment_size is not None:
             return False
@@ -290,14 +318,33 @@ def _is_quick(ready_frames: list[Frame], arrivals: list[tuple[TopicQueue, Arriva
     return size <= _MAX_QUICK_BYTES and raw_size <= _MAX_QUICK_RAW_BYTES
 
 
+def _may_send_now(queue: TopicQueue, arrival: Arrival) -> bool:
+    """Return whether a message may be encoded in the thread in which it arrives: the topic's other clients wait for it.
+
+    Large arrays that are not converted, or only to base64, are no reason to use another thread: it would need the
+    interpreter's lock for the same time.
+    """
+    size = len(arrival.raw._buff)
+    if queue.fragment_size is not None or queue.compression == "png":
+        return False
+    if queue.compression == "cbor-raw":
+        return True
+    if not arrival.has_class:
+        return False
+    if queue.compression == "cbor":
+        return size <= _MAX_QUICK_BYTES or values.is_flat(arrival.message_class)
+    return size <= _MAX_QUICK_BYTES or (size <= _MAX_QUICK_RAW_BYTES and values.has_only_bytes(arrival.message_class))
+
+
 def _encode(arrival: Arrival, form: str, topic: str) -> Frame:
     """Return the frame for a message; ``form`` is the client's form of compression."""
     data = arrival.raw._buff
     if form == "cbor-raw":
         secs, fraction = divmod(arrival.time, 1)
         raw = {"secs": int(secs), "nsecs": int(fraction * 1e9), "bytes": data}
-        return frames.to_cbor({"op": "publish", "topic": topic, "msg": raw})
+        return frames.publish_cbor(topic, raw, len(data))
     message = values.decode(arrival.message_class, data)
     if form == "cbor":
-        return frames.to_cbor({"op": "publish", "topic": topic, "msg": values.for_cbor(message)})
-    return frames.compress(frames.publish(topic, message), form)
+        return frames.publish_cbor(topic, values.for_cbor(message), len(data))
+    frame = frames.publish(topic, message)
+    return frames.compress(frames.as_text(frame), form) if form == "png" else frame

@@ -7,6 +7,7 @@ import contextlib
 from collections import deque
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor
+from functools import partial
 from time import monotonic
 from typing import Any
 
@@ -15,9 +16,16 @@ from websockets.exceptions import ConnectionClosed
 
 from pyros1.web.robot import Robot
 from pyros1.web.rosbridge.client import Client, DueFrames
-from pyros1.web.rosbridge.outbox import Frame
 from pyros1.web.rosbridge.shared_encodings import SharedEncodings
-from pyros1.web.server.sending import keeps_up, send_frames, write_frames
+from pyros1.web.server.sending import (
+    Frame,
+    frame_size,
+    keeps_up,
+    send_frames,
+    send_now,
+    shared_transport,
+    write_frames,
+)
 from pyros1.web.server.threads import ThreadPool
 from pyros1.web.server.waiting import MAX_PENDING_SECONDS, wait_for_event, wait_until_done
 
@@ -101,7 +109,16 @@ class _Driver:
         self._input_ready = asyncio.Event()  # frames were received, or the connection has ended
         self._input_drained = asyncio.Event()
         self._may_resume = asyncio.Event()
-        self._client = Client(robot, call_threads.submit, self._wake, self._resume, shared_encodings)
+        transport = shared_transport(connection)
+        self._client = Client(
+            robot,
+            call_threads.submit,
+            self._wake,
+            self._resume,
+            shared_encodings,
+            None if transport is None else partial(send_now, transport),
+            self._on_fault,
+        )
 
     async def run(self) -> None:
         """Serve the client until it disconnects."""
@@ -170,6 +187,7 @@ class _Driver:
                 due = self._client.take(monotonic())
                 await self._send_due(due)
                 if due.next_time is None:
+                    self._release()
                     self._is_send_idle = True
                     await self._wake_event.wait()
                     self._is_send_idle = False
@@ -196,12 +214,23 @@ class _Driver:
                 if due.is_quick:
                     write_frames(self._connection, due.frames)
                     if due.next_time is None:
+                        self._release()
                         return
                 else:
                     self._due_frames = due
             except Exception as error:  # noqa: BLE001 - a bug, for which the sending task ends the connection
                 self._send_error = error
         self._wake_event.set()
+
+    def _release(self) -> None:
+        """Let messages be sent from the threads in which they arrive, if the client has received everything."""
+        if keeps_up(self._connection):
+            self._client.outbox.release()
+
+    def _on_fault(self, error: Exception) -> None:
+        self._send_error = error
+        with contextlib.suppress(RuntimeError):  # the loop is closed
+            self._loop.call_soon_threadsafe(self._wake_event.set)
 
     async def _run_in_thread(self, function: Callable[..., Any], *args: Any) -> Any:
         return await self._loop.run_in_executor(self._threads, function, *args)
@@ -219,7 +248,7 @@ def _next_batch(frames: Iterator[Frame]) -> list[Frame]:
     size = 0
     for frame in frames:
         batch.append(frame)
-        size += len(frame)
+        size += frame_size(frame)
         if len(batch) == _MAX_BATCH_FRAMES or size >= _BATCH_BYTES:
             break
     return batch

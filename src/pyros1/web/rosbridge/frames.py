@@ -6,12 +6,14 @@ import json
 import math
 from collections.abc import Callable, Iterator
 from functools import lru_cache
+from itertools import groupby
 from typing import Any
 
 from pyros1.msgs import Message
 from pyros1.web.rosbridge import png
 from pyros1.web.rosbridge.json_text import write_message
 from pyros1.web.rosbridge.operations import BridgeError, Id
+from pyros1.web.server.sending import LargeFrame
 
 _encode = json.JSONEncoder(ensure_ascii=True, allow_nan=False, separators=(",", ":")).encode
 
@@ -27,12 +29,12 @@ def to_json(value: Any) -> str:
     Args:
         value: a JSON value, a message, or a dict whose values may be messages.
     """
-    pieces: list[str] = []
+    pieces: list[str | bytes] = []
     _write_json(value, pieces.append)
-    return "".join(pieces)
+    return as_text(_text_frame(pieces))
 
 
-def _write_json(value: Any, add: Callable[[str], object]) -> None:
+def _write_json(value: Any, add: Callable[[str | bytes], object]) -> None:
     if isinstance(value, Message):
         write_message(value, add)
     elif isinstance(value, dict) and any(isinstance(child, Message) for child in value.values()):
@@ -63,12 +65,27 @@ def _replace_non_finite(value: Any) -> Any:
     return value
 
 
-def publish(topic: str, message: Message) -> str:
+def publish(topic: str, message: Message) -> str | LargeFrame:
     """Return the frame with a message on a topic."""
-    pieces = [_start_of_publish(topic)]
+    pieces: list[str | bytes] = [_start_of_publish(topic)]
     write_message(message, pieces.append)
     pieces.append("}")
-    return "".join(pieces)
+    return _text_frame(pieces)
+
+
+def _text_frame(pieces: list[str | bytes]) -> str | LargeFrame:
+    if bytes not in map(type, pieces):
+        return "".join(pieces)  # type: ignore[arg-type]  # they are strings
+    encoded: list[bytes] = []
+    for kind, run in groupby(pieces, type):
+        same: list[Any] = list(run)
+        encoded += same if kind is bytes else ("".join(same).encode("ascii"),)
+    return LargeFrame(tuple(encoded), sum(map(len, encoded)), is_text=True)
+
+
+def as_text(frame: str | LargeFrame) -> str:
+    """Return a text frame as a string."""
+    return frame if isinstance(frame, str) else str(b"".join(frame.pieces), "ascii")
 
 
 @lru_cache(1000)
@@ -85,6 +102,33 @@ def to_cbor(value: Any) -> bytes:
     pieces: list[Any] = []
     _write_cbor(value, pieces, _cbor())
     return b"".join(pieces)
+
+
+def publish_cbor(topic: str, message: dict[str, Any], size: int) -> bytes | LargeFrame:
+    """Return the CBOR frame with a message on a topic.
+
+    Args:
+        topic: the topic's name.
+        message: the message's value.
+        size: total size in bytes of the data in the message.
+
+    Raises:
+        BridgeError: cbor2 is not installed.
+    """
+    cbor2 = _cbor()
+    start = _start_of_publish_cbor(topic)
+    if size <= LARGE_BYTES:
+        encoded: bytes = cbor2.dumps(message)
+        return start + encoded
+    pieces: list[Any] = [start]
+    _write_cbor(message, pieces, cbor2)
+    return LargeFrame(tuple(pieces), sum(map(len, pieces)), is_text=False)
+
+
+@lru_cache(1000)
+def _start_of_publish_cbor(topic: str) -> bytes:
+    names = [_cbor().dumps(each) for each in ("op", "publish", "topic", topic, "msg")]
+    return b"".join((_cbor_head(_CBOR_MAP, 3), *names))
 
 
 def _write_cbor(value: Any, pieces: list[Any], cbor2: Any) -> None:
@@ -159,9 +203,6 @@ def compress(frame: str, compression: str) -> str:
     Args:
         frame: a JSON document.
         compression: ``png`` for a PNG image; any other value for none.
-
-    Raises:
-        BridgeError: Pillow is not installed.
     """
     return f'{{"op":"png","data":"{png.pack(frame)}"}}' if compression == "png" else frame
 

@@ -27,7 +27,9 @@ else:
     array_encoder = partial(orjson.dumps, option=orjson.OPT_SERIALIZE_NUMPY)
 """Encodes an array of numbers ten times as fast as `repr`; None if orjson is not installed."""
 
-_Add = Callable[[str], object]
+LARGE_TEXT = 16 << 10
+"""Number of characters of an array above which its text is passed on as bytes, so that it is not copied."""
+_Add = Callable[[str | bytes], object]
 _Writer = Callable[[Any, _Add], object]
 """Calls its second argument with each piece of the text for its first argument."""
 _string_text = json.JSONEncoder(ensure_ascii=True).encode
@@ -38,7 +40,7 @@ def write_message(message: Message, add: _Add) -> None:
 
     Args:
         message: the message. Its arrays of numbers may be numpy arrays.
-        add: called with each piece of the text. Large pieces should be copied only once, when they are joined.
+        add: called with each piece of the text; large pieces may be bytes (ASCII), which should not be copied.
     """
     add("{")
     for name, key, write in _writers(type(message)):
@@ -105,11 +107,11 @@ def _write_floats(values: Any, add: _Add) -> None:
     add(_array_text(values.astype(np.float64, copy=False)) if is_array else _list_text(list(map(float, values))))
 
 
-def _array_text(values: np.ndarray[Any, Any]) -> str:
+def _array_text(values: np.ndarray[Any, Any]) -> str | bytes:
     if array_encoder is None:
         return _list_text(values.tolist())
     aligned = np.require(values, requirements=("C_CONTIGUOUS", "ALIGNED"))  # orjson reads the numbers in place
-    return str(array_encoder(aligned), "ascii")
+    return _str_if_short(array_encoder(aligned))
 
 
 def _list_text(numbers: list[int] | list[float]) -> str:
@@ -120,14 +122,14 @@ def _list_text(numbers: list[int] | list[float]) -> str:
 
 
 def _write_bytes(values: bytes | np.ndarray[Any, Any] | Iterable[int], add: _Add) -> None:
+    data = values.data if isinstance(values, np.ndarray) else bytes(values)
     add('"')
-    add(
-        str(
-            binascii.b2a_base64(values.data if isinstance(values, np.ndarray) else bytes(values), newline=False),
-            "ascii",
-        )
-    )
+    add(_str_if_short(binascii.b2a_base64(data, newline=False)))
     add('"')
+
+
+def _str_if_short(text: bytes) -> str | bytes:
+    return text if len(text) > LARGE_TEXT else str(text, "ascii")
 
 
 _SCALAR_WRITERS: dict[str, _Writer] = {

@@ -8,11 +8,12 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from pyros1.web.rosbridge.operations import Id, Subscribe
+from pyros1.web.server.sending import Frame, frame_size
+from pyros1.web.server.turns import Turns
 
 if TYPE_CHECKING:
     from pyros1.web.hub import Arrival
 
-Frame = str | bytes
 MAX_MESSAGES = 1000
 """Maximum number of messages queued per topic."""
 MAX_BYTES = 4 << 20
@@ -49,6 +50,7 @@ class TopicQueue:
         self.throttle_period = 0.0
         self.last_arrival: Arrival | None = None
         self.next_time = float("-inf")
+        self.is_open = False  # in an outbox
 
     def add_subscription(self, request: Subscribe) -> None:
         """Add a subscription.
@@ -99,13 +101,16 @@ class Outbox:
         self._frames: deque[Frame] = deque()
         self._frames_size = 0
         self._queues: list[TopicQueue] = []
+        self._turns = Turns()
 
     def enqueue(self, frame: Frame) -> None:
         """Add a response. Responses are never dropped: while `is_full`, no more requests should be accepted."""
         with self._lock:
             self._frames.append(frame)
-            self._frames_size += len(frame)
-        self._wake()
+            self._frames_size += frame_size(frame)
+            must_wake = self._turns.leave_to_loop()
+        if must_wake:
+            self._wake()
 
     def is_full(self) -> bool:
         """Return whether the client should read its responses before it sends more requests."""
@@ -119,25 +124,73 @@ class Outbox:
         """Add a topic's queue."""
         with self._lock:
             self._queues.append(queue)
+            queue.is_open = True
 
     def remove(self, queue: TopicQueue) -> None:
         """Remove a topic's queue with its messages."""
         with self._lock:
             self._queues = [each for each in self._queues if each is not queue]
+            queue.is_open = False
 
-    def put(self, queue: TopicQueue, arrival: Arrival) -> None:
-        """Add a message to a topic's queue; its oldest messages are dropped if there is no space."""
+    @property
+    def is_free(self) -> bool:
+        """Whether a message might be sent immediately: nothing is queued, and nothing is being sent."""
+        return self._turns.is_free
+
+    def put(self, queue: TopicQueue, arrival: Arrival, may_send: bool = False) -> bool:
+        """Add a message to a topic's queue; its oldest messages are dropped if there is no space.
+
+        Args:
+            queue: the topic's queue.
+            arrival: the message.
+            may_send: whether the caller may send the message instead.
+
+        Returns:
+            Whether the caller must now send the message, which has not been queued, and then call `end_sending`.
+        """
         with self._lock:
             if arrival is queue.last_arrival:
-                return  # while a client subscribes to the topic again, each message arrives twice
+                return False  # while a client subscribes to the topic again, each message arrives twice
             queue.last_arrival = arrival
+            if may_send and not queue.throttle_period and queue.is_open and self._turns.begin():
+                return True
             queue.messages.append(arrival)
-            queue.size += len(arrival.raw._buff)
-            while len(queue.messages) > 1 and (
-                len(queue.messages) > queue.max_length or queue.size > MAX_BYTES or self._size() > MAX_TOTAL_BYTES
-            ):
-                queue.pop()
-        self._wake()
+            must_wake = self._added(queue, arrival)
+        if must_wake:
+            self._wake()
+        return False
+
+    def _added(self, queue: TopicQueue, arrival: Arrival) -> bool:
+        queue.size += len(arrival.raw._buff)
+        while len(queue.messages) > 1 and (
+            len(queue.messages) > queue.max_length or queue.size > MAX_BYTES or self._size() > MAX_TOTAL_BYTES
+        ):
+            queue.pop()
+        return self._turns.leave_to_loop()
+
+    def end_sending(self, queue: TopicQueue, unsent: Arrival | None, now: float) -> None:
+        """End what `put` has asked for.
+
+        Args:
+            queue: the topic's queue.
+            unsent: the message if it could not be sent; it is then queued before those that have arrived meanwhile.
+            now: monotonic time in seconds.
+        """
+        with self._lock:
+            if unsent is None:
+                queue.next_time = now + queue.throttle_period
+            else:
+                queue.messages.appendleft(unsent)
+                self._added(queue, unsent)
+            must_wake = self._turns.end()
+        if must_wake:
+            self._wake()
+
+    def release(self) -> None:
+        """Let messages be sent immediately from now on if nothing is queued; all that was taken has been sent."""
+        with self._lock:
+            if not self._frames and not any(queue.messages for queue in self._queues):
+                self._turns.release()
 
     def _size(self) -> int:
         return sum(each.size for each in self._queues)
@@ -153,6 +206,8 @@ class Outbox:
             time is None if nothing is due until `wake` is called.
         """
         with self._lock:
+            if self._turns.is_threads:
+                return [], [], None
             ready_frames, self._frames, self._frames_size = list(self._frames), deque(), 0
             due_queues = [queue for queue in self._queues if queue.messages and queue.next_time <= now]
             arrivals: list[tuple[TopicQueue, Arrival]] = []

@@ -10,8 +10,8 @@ from pyros1.msgs import load_service
 from pyros1.web.robot import Robot
 from pyros1.web.rosbridge import frames, rosapi
 from pyros1.web.rosbridge.operations import BridgeError, CallService, Id
-from pyros1.web.rosbridge.outbox import Frame
 from pyros1.web.rosbridge.values import for_cbor, from_args
+from pyros1.web.server.sending import Frame
 from pyros1.web.service_calls import ServiceCalls
 
 _PROBE_TIMEOUT = 2.0

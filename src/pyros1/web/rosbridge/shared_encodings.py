@@ -8,7 +8,7 @@ from collections.abc import Callable
 from concurrent.futures import Future
 
 from pyros1.web.hub import Arrival
-from pyros1.web.rosbridge.outbox import Frame
+from pyros1.web.server.sending import Frame, frame_size
 
 _MAX_BYTES = 16 << 20
 """Maximum total size in bytes of the frames and messages that are kept; the newest is kept, whatever its size."""
@@ -88,4 +88,4 @@ class SharedEncodings:
 
 
 def _memory(key: _Key, frame: Frame) -> int:
-    return len(frame) + len(key[0].raw._buff) + _OVERHEAD
+    return frame_size(frame) + len(key[0].raw._buff) + _OVERHEAD

@@ -106,6 +106,19 @@ def is_flat(cls: type[Message]) -> bool:
     return True
 
 
+@lru_cache(2000)
+def has_only_bytes(cls: type[Message]) -> bool:
+    """Return whether the only arrays in a message that may have any size are ``uint8[]`` and ``char[]``."""
+    for field_type in cls._slot_types:
+        base_type, bracket, length = field_type.partition("[")
+        nested = cls._classes.get(base_type)
+        if bracket and base_type not in _UINT8_TYPES and (nested is not None or length == "]"):
+            return False
+        if nested is not None and not has_only_bytes(nested):
+            return False
+    return True
+
+
 def _time_to_dict(value: Any) -> dict[str, int]:
     return {"secs": value.secs, "nsecs": value.nsecs}
 

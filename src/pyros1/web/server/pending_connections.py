@@ -5,11 +5,16 @@ from __future__ import annotations
 import contextlib
 import socket
 from asyncio import BaseTransport
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 from websockets.asyncio.server import ServerConnection
+from websockets.protocol import State
+
+from pyros1.web.server.shared_transport import SharedTransport
 
 if TYPE_CHECKING:
+    from asyncio import Transport
+
     from pyros1.net.allowlist import Allowlist
 
 MAX_PENDING = 128
@@ -60,9 +65,13 @@ class _Connection(ServerConnection):
         self._pending_connections = pending_connections
 
     def connection_made(self, transport: BaseTransport) -> None:
-        super().connection_made(transport)
-        self._pending_connections.add(self, transport)
+        # No thread may send data after the frame that closes the connection; the state changes before it is written.
+        shared = SharedTransport(cast("Transport", transport), self.loop, lambda: self.state is State.OPEN)
+        self._shared_transport = shared
+        super().connection_made(shared)
+        self._pending_connections.add(self, shared)
 
     def connection_lost(self, exc: Exception | None) -> None:
+        self._shared_transport.lose()
         self._pending_connections.remove(self)
         super().connection_lost(exc)

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Iterable, Sequence
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 from websockets.protocol import State
+
+from pyros1.web.server.shared_transport import SharedTransport
 
 _TEXT, _BINARY = 0x81, 0x82
 """First byte of an unfragmented frame."""
@@ -14,8 +16,30 @@ _MAX_SMALL_BYTES = 64 << 10
 """Maximum size in bytes of frames that are copied to be written together."""
 
 
+class LargeFrame(NamedTuple):
+    """A frame in pieces, so that large data in it need not be copied.
+
+    Attributes:
+        pieces: the frame's data; UTF-8 if ``is_text``.
+        size: its total size in bytes.
+        is_text: whether the frame is a text.
+    """
+
+    pieces: tuple[bytes | memoryview, ...]
+    size: int
+    is_text: bool
+
+
+Frame = str | bytes | LargeFrame
+
+
+def frame_size(frame: Frame) -> int:
+    """Return the size of a frame's data: in bytes, or in characters of a string."""
+    return frame.size if isinstance(frame, LargeFrame) else len(frame)
+
+
 class _Transport(Protocol):
-    def write(self, data: bytes, /) -> None: ...
+    def write(self, data: bytes | memoryview, /) -> None: ...
 
     def get_write_buffer_size(self) -> int: ...
 
@@ -34,7 +58,7 @@ class Connection(Protocol):
     async def drain(self) -> None: ...
 
 
-async def send_frames(connection: Connection, frames: Sequence[str | bytes]) -> None:
+async def send_frames(connection: Connection, frames: Sequence[Frame]) -> None:
     """Send frames in order, each as a WebSocket message, and wait while the client is slow.
 
     Small frames are written together, and large ones are not copied, unlike by ``connection.send``, which takes ten
@@ -42,7 +66,7 @@ async def send_frames(connection: Connection, frames: Sequence[str | bytes]) -> 
 
     Args:
         connection: the connection to the client.
-        frames: text or binary data, which should not be large in total, since all of it may be buffered.
+        frames: the frames, which should not be large in total, since all of them may be buffered.
 
     Raises:
         ConnectionClosed: the connection is closed.
@@ -50,12 +74,12 @@ async def send_frames(connection: Connection, frames: Sequence[str | bytes]) -> 
     if not frames:
         return
     if connection.state is not State.OPEN:
-        await connection.send(frames[0])  # raises the error
+        await connection.send(b"")  # raises the error
     write_frames(connection, frames)
     try:
         await connection.drain()
     except OSError:  # the connection was reset meanwhile
-        await connection.send(frames[-1])  # raises ConnectionClosed
+        await connection.send(b"")  # raises ConnectionClosed
 
 
 def keeps_up(connection: Connection) -> bool:
@@ -63,21 +87,52 @@ def keeps_up(connection: Connection) -> bool:
     return connection.state is State.OPEN and not connection.transport.get_write_buffer_size()
 
 
-def write_frames(connection: Connection, frames: Iterable[str | bytes]) -> None:
+def write_frames(connection: Connection, frames: Iterable[Frame]) -> None:
     """Send frames in order, each as a WebSocket message, without waiting."""
-    transport = connection.transport
+    transport, pieces = connection.transport, _pieces(frames)
+    if isinstance(transport, SharedTransport):
+        transport.writelines(pieces)
+    else:
+        for piece in pieces:
+            transport.write(piece)
+
+
+def shared_transport(connection: object) -> SharedTransport | None:
+    """Return a connection's transport, to which threads may send from now on; None if it cannot be shared."""
+    transport = getattr(connection, "transport", None)
+    if not isinstance(transport, SharedTransport):
+        return None
+    transport.share()
+    return transport
+
+
+def send_now(transport: SharedTransport, frames: Iterable[Frame]) -> bool:
+    """Send frames from any thread, without waiting; return False if they must be sent in the event loop's thread."""
+    pieces = _pieces(frames)
+    return not pieces or transport.send(pieces)
+
+
+def _pieces(frames: Iterable[Frame]) -> list[bytes | memoryview]:
+    """Return frames with their headers. Small frames are copied into one piece, since that is faster."""
+    pieces: list[bytes | memoryview] = []
     small: list[bytes] = []
     for frame in frames:
-        payload, first_byte = (frame.encode(), _TEXT) if isinstance(frame, str) else (frame, _BINARY)
-        small.append(_header(first_byte, len(payload)))
-        if len(payload) <= _MAX_SMALL_BYTES:
-            small.append(payload)
+        if isinstance(frame, LargeFrame):
+            small.append(_header(_TEXT if frame.is_text else _BINARY, frame.size))
+            payload = frame.pieces
         else:
-            transport.write(b"".join(small))
-            transport.write(payload)
-            small = []
+            data, first_byte = (frame.encode(), _TEXT) if isinstance(frame, str) else (frame, _BINARY)
+            small.append(_header(first_byte, len(data)))
+            payload = (data,)
+        for piece in payload:
+            if isinstance(piece, bytes) and len(piece) <= _MAX_SMALL_BYTES:
+                small.append(piece)
+            else:
+                pieces += (b"".join(small), piece)
+                small = []
     if small:
-        transport.write(b"".join(small))
+        pieces.append(b"".join(small))
+    return pieces
 
 
 def _header(first_byte: int, length: int) -> bytes:

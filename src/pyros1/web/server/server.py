@@ -39,6 +39,7 @@ from pyros1.web.server import wire
 from pyros1.web.server.access import MAX_PAGES, Access
 from pyros1.web.server.assets import SECURITY_HEADERS, Assets
 from pyros1.web.server.pending_connections import PendingConnections
+from pyros1.web.server.sending import send_frames
 from pyros1.web.server.session import Session
 from pyros1.web.server.threads import ThreadPool
 from pyros1.web.server.waiting import wait_for_event
@@ -332,7 +333,7 @@ class _Page:
     async def _push(self, number: int) -> None:
         frame = await self._loop.run_in_executor(self._push_threads, self._session.push, number)
         if frame is not None:
-            await self._connection.send(frame)  # waits while the page is slow
+            await send_frames(self._connection, (frame,))  # waits while the page is slow
 
     def _start_task(self, work: Callable[..., Coroutine[Any, Any, None]], *args: Any) -> None:
         async def guarded() -> None:

@@ -149,8 +149,11 @@ class Session:
         view_class = views.view_class(name)
 
         def on_update() -> None:
-            stream.has_update = True
-            self._wake()
+            if (
+                not stream.has_update
+            ):  # otherwise nothing changes: the next push, at a known time, shows the newest data
+                stream.has_update = True
+                self._wake()
 
         stream = self._streams[number] = _Stream(lambda args: view_class(self._robot, args, on_update), args)
         self._wake()

@@ -1,0 +1,223 @@
+"""A transport to which threads write: in order, whole, and never after the end."""
+
+from __future__ import annotations
+
+import asyncio
+import socket
+from collections.abc import Awaitable, Callable
+from typing import Any
+
+import pytest
+
+from pyros1.web.server.shared_transport import SharedTransport
+
+LARGE = bytes(range(256)) * 20_000
+"""More than the system accepts at once."""
+
+
+class Ends:
+    """The two ends of a connection: ours in an event loop, and the other one as a socket."""
+
+    def __init__(self, transport: asyncio.Transport, other: socket.socket) -> None:
+        self.is_open = True
+        self.loops = transport
+        self.ours = SharedTransport(transport, asyncio.get_running_loop(), lambda: self.is_open)
+        self.other = other
+
+    async def receive(self, size: int) -> bytes:
+        """Receive so many bytes at the other end, while the loop runs."""
+        received = b""
+        while len(received) < size:
+            received += await asyncio.get_running_loop().sock_recv(self.other, size - len(received))
+        return received
+
+    def receive_now(self) -> bytes:
+        """Receive what is there, before the loop does anything."""
+        try:
+            return self.other.recv(1 << 20)
+        except BlockingIOError:
+            return b""
+
+    async def receive_rest(self) -> bytes:
+        """Receive everything up to the end."""
+        received = b""
+        while data := await asyncio.get_running_loop().sock_recv(self.other, 1 << 20):
+            received += data
+        return received
+
+
+def run(test: Callable[[Ends], Awaitable[None]]) -> None:
+    async def with_ends() -> None:
+        near, far = socket.socketpair()
+        far.setblocking(False)
+        with near, far:
+            transport, _ = await asyncio.get_running_loop().connect_accepted_socket(asyncio.Protocol, near)
+            ends = Ends(transport, far)
+            try:
+                await test(ends)
+            finally:
+                ends.ours.lose()
+                if not transport.is_closing():
+                    transport.abort()
+
+    asyncio.run(with_ends())
+
+
+def test_bytes_are_sent_at_once() -> None:
+    async def test(ends: Ends) -> None:
+        assert not ends.ours.send([b"a"])  # not shared yet
+        ends.ours.share()
+        assert ends.ours.send([b"a"]) and ends.ours.send([b"b", memoryview(b"c"), b"d"])
+        assert ends.receive_now() == b"abcd"
+        assert ends.ours.send([b"%d," % number for number in range(1_000)])  # more pieces than the system takes
+        assert await ends.receive(3_890) == b"".join(b"%d," % number for number in range(1_000))
+
+    run(test)
+
+
+def test_what_the_system_does_not_accept_comes_before_everything_else() -> None:
+    async def test(ends: Ends) -> None:
+        ends.ours.share()
+        assert ends.ours.send([b"<", LARGE, b">"])
+        assert 0 < ends.ours.get_write_buffer_size() < len(LARGE)
+        assert not ends.ours.send([b"not sent"])
+        ends.ours.write(b"the loop's")
+        assert not ends.ours.send([b"not sent"])
+        expected = b"<" + LARGE + b">the loop's"
+        assert await ends.receive(len(expected)) == expected
+        while ends.ours.get_write_buffer_size():
+            await asyncio.sleep(0)
+        assert ends.ours.send([b"again"])
+        assert await ends.receive(5) == b"again"
+
+    run(test)
+
+
+def test_the_loop_sends_the_rest_by_itself() -> None:
+    async def test(ends: Ends) -> None:
+        ends.ours.share()
+        assert ends.ours.send([LARGE])
+        assert await ends.receive(len(LARGE)) == LARGE
+
+    run(test)
+
+
+def test_nothing_is_sent_while_the_loop_has_unsent_bytes() -> None:
+    async def test(ends: Ends) -> None:
+        ends.ours.share()
+        ends.ours.writelines([b"<", LARGE, b"", b">"])
+        assert ends.ours.get_write_buffer_size()
+        assert not ends.ours.send([b"not sent"])
+        assert await ends.receive(len(LARGE) + 2) == b"<" + LARGE + b">"
+
+    run(test)
+
+
+def test_a_full_system_accepts_nothing() -> None:
+    async def test(ends: Ends) -> None:
+        ends.ours.share()
+        duplicate = ends.loops.get_extra_info("socket").dup()
+        with duplicate, pytest.raises(BlockingIOError):
+            while True:
+                duplicate.send(LARGE)
+        assert not ends.ours.send([b"not sent"])
+        assert not ends.ours.get_write_buffer_size()
+
+    run(test)
+
+
+def test_nothing_is_sent_after_the_end() -> None:
+    async def test(ends: Ends) -> None:
+        ends.ours.share()
+        ends.is_open = False
+        assert not ends.ours.send([b"not sent"])
+        ends.is_open = True
+        assert ends.ours.send([LARGE])
+        ends.ours.write(b"end")
+        (ends.ours.write_eof if ends.ours.can_write_eof() else ends.ours.close)()
+        assert not ends.ours.send([b"not sent"])
+        assert await ends.receive_rest() == LARGE + b"end"
+        ends.ours.get_write_buffer_size()
+        assert not ends.ours.send([b"not sent"])
+
+    run(test)
+
+
+def test_closing_sends_the_rest() -> None:
+    async def test(ends: Ends) -> None:
+        ends.ours.share()
+        assert ends.ours.send([LARGE])
+        ends.ours.close()
+        assert ends.ours.is_closing()
+        assert not ends.ours.send([b"not sent"])
+        ends.ours.share()
+        assert not ends.ours.send([b"not sent"])
+        received = await ends.receive(len(LARGE))
+        assert received == LARGE
+
+    run(test)
+
+
+def test_aborting_does_not() -> None:
+    async def test(ends: Ends) -> None:
+        ends.ours.share()
+        assert ends.ours.send([LARGE])
+        ends.ours.abort()
+        assert not ends.ours.get_write_buffer_size()
+        assert not ends.ours.send([b"not sent"])
+
+    run(test)
+
+
+def test_a_lost_connection() -> None:
+    async def test(ends: Ends) -> None:
+        ends.ours.share()
+        assert ends.ours.send([LARGE])
+        ends.ours.lose()
+        ends.ours.lose()
+        assert not ends.ours.send([b"not sent"])
+        assert not ends.ours.get_write_buffer_size()
+
+    run(test)
+
+
+def test_a_broken_connection_is_the_loops_matter() -> None:
+    async def test(ends: Ends) -> None:
+        ends.ours.share()
+        ends.other.close()
+        assert not ends.ours.send([b"not sent"])
+
+    run(test)
+
+
+@pytest.mark.parametrize("unsuitable", ["encrypted", "no socket", "no descriptors", "no sendmsg"])
+def test_connections_that_only_the_loop_uses(unsuitable: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    class WithoutSendmsg:
+        def close(self) -> None:
+            closed.append(None)
+
+    def dup() -> Any:
+        if unsuitable == "no descriptors":
+            raise OSError
+        return WithoutSendmsg()
+
+    closed: list[None] = []
+    own = type("Socket", (), {"dup": staticmethod(dup)})()
+    properties = {
+        "encrypted": {"ssl_object": object()},
+        "no socket": {"socket": None},
+        "no descriptors": {"socket": own},
+        "no sendmsg": {"socket": own},
+    }[unsuitable]
+
+    async def test(ends: Ends) -> None:
+        get = ends.loops.get_extra_info
+        monkeypatch.setattr(ends.loops, "get_extra_info", lambda name, default=None: properties.get(name, get(name)))
+        ends.ours.share()
+        assert not ends.ours.send([b"not sent"])
+        ends.ours.write(b"the loop's")
+        assert await ends.receive(10) == b"the loop's"
+        assert not ends.ours.send([b"not sent"])
+
+    run(test)
+    assert bool(closed) is (unsuitable == "no sendmsg")
