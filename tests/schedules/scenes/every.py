@@ -57,8 +57,8 @@ SHARES: dict[type[Scenario], int] = {
     nodes.Changing: 3,
     nodes.Succeeding: 2,
     nodes.Restarting: 3,
-    web.Sending: 30,
-    web.SendingSlowly: 30,
-    web.SendingUntilClosed: 30,
-    web.SendingUntilLost: 30,
+    web.Sending: 200,
+    web.SendingSlowly: 200,
+    web.SendingUntilClosed: 200,
+    web.SendingUntilLost: 200,
 }

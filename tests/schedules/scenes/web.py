@@ -1,6 +1,7 @@
 """A rosbridge client: messages of two topics arrive in threads, which send them or leave them to the event loop.
 
-All frames are whole, each topic's messages are in order, and nothing follows the end.
+All frames are whole, each topic's messages are in order, and nothing follows the end. Which of them sends is also
+tested alone, in tests/web/server/test_turns.py: a topic's order does not depend on it as long as one thread brings it.
 """
 
 from __future__ import annotations
