@@ -37,7 +37,7 @@ def test_messages_arrive_in_order_and_the_iteration_ends_with_the_node(environ: 
         ):
             stream = await listener.subscribe("topic1", Float64)
             publisher = await talker.advertise("topic1", Float64, queue_size=0)
-            assert await asyncio.to_thread(publisher.wait_for_subscribers, 1, 5.0)
+            assert await asyncio.to_thread(publisher.wait_for_subscribers, 1, 20.0)
             for number in range(1000):
                 publisher.publish(float(number))
             got = [(await stream.__anext__()).data for _ in range(1000)]
@@ -59,7 +59,7 @@ def test_queue_size_keeps_the_newest(environ: dict[str, str]) -> None:
             stream = await node.subscribe("topic1", Float64, queue_size=1)
             probe = await node.subscribe("topic1", Float64)
             publisher = await node.advertise("topic1", Float64)
-            assert await asyncio.to_thread(publisher.wait_for_subscribers, 1, 5.0)
+            assert await asyncio.to_thread(publisher.wait_for_subscribers, 1, 20.0)
             for number in range(100):
                 publisher.publish(float(number))
             while (await probe.__anext__()).data < 99:
@@ -79,7 +79,7 @@ def test_services_with_coroutine_handlers(environ: dict[str, str]) -> None:
     async def work() -> None:
         async with pyros1.aio.Node("server", argv=[], environ=environ) as node:
             await node.advertise_service("flip", "std_srvs/SetBool", flip)
-            await node.wait_for_service("flip", 5.0)
+            await node.wait_for_service("flip", 20.0)
             client = node.service("flip", "std_srvs/SetBool")
             assert (await node.call(client, False)).message == "flipped"
             with pytest.raises(ServiceError, match="not today"):
@@ -95,7 +95,7 @@ def test_wait_for_message_and_parameters(environ: dict[str, str]) -> None:
                 await node.wait_for_message("nothing", Float64, timeout=0.05)
             publisher = await node.advertise("once", Float64, latch=True)
             publisher.publish(4.0)
-            assert (await node.wait_for_message("once", Float64, timeout=5.0)).data == 4.0
+            assert (await node.wait_for_message("once", Float64, timeout=20)).data == 4.0
             await node.set_param("~gain", 2.5)
             assert await node.get_param("~gain") == 2.5
             assert await node.get_param("~other", "none") == "none"
@@ -218,7 +218,7 @@ def test_who_takes_messages_slowly_holds_the_publisher_back(
     publisher = talker.advertise("topic1", Float64, queue_size=None)
 
     def publish() -> None:
-        assert publisher.wait_for_subscribers(timeout=5.0)
+        assert publisher.wait_for_subscribers(timeout=20)
         for number in range(count):
             publisher.publish(float(number))
 
@@ -251,7 +251,7 @@ def test_a_stream_that_nobody_reads_holds_up_no_end(
         async with pyros1.aio.Node("listener", argv=[], environ=environ) as node:
             kept = await node.subscribe("topic1", Float64)
             closed = await node.subscribe("topic1", Float64)
-            await asyncio.to_thread(publisher.wait_for_subscribers, 1, 5.0)
+            await asyncio.to_thread(publisher.wait_for_subscribers, 1, 20.0)
             for number in range(10 * MAX_PENDING):
                 publisher.publish(float(number))
             while kept.waiting < MAX_PENDING and closed.waiting < MAX_PENDING:

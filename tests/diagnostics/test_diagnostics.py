@@ -99,7 +99,7 @@ def test_updater(make_node: Any) -> None:
     assert updater.remove("Nothing") and not updater.remove("Nothing")
     updater.update()
     updater.broadcast(WARN, "ends")
-    found = [[(s.level, s.name, s.message, s.hardware_id) for s in arrays.get(timeout=10).status] for _ in range(5)]
+    found = [[(s.level, s.name, s.message, s.hardware_id) for s in arrays.get(timeout=20).status] for _ in range(5)]
     assert found[0] == [(OK, "robot/driver: Battery", "Node starting up", "")]
     assert found[3] == [
         (OK, "robot/driver: Battery", "charged", "serial 5"),
@@ -116,6 +116,6 @@ def test_the_updater_runs_by_itself(make_node: Any) -> None:
     node.params["~diagnostic_period"] = 0.01
     updater = Updater(node)
     updater.add("Alive", alive)
-    messages = [arrays.get(timeout=10).status[0].message for _ in range(3)]
+    messages = [arrays.get(timeout=20).status[0].message for _ in range(3)]
     assert messages[-1] == "Alive"
     updater.close()

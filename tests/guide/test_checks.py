@@ -38,7 +38,7 @@ MakeNode = Callable[..., Any]
 @pytest.fixture
 def ask(environ: dict[str, str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Check:
     """Return what is missing in a step's exercise."""
-    monkeypatch.setattr(checks, "MESSAGE_TIMEOUT", 0.5)
+    monkeypatch.setattr(checks, "MESSAGE_TIMEOUT", 1.5)
     return lambda number: check(number, {**os.environ, **environ, "ROS_PACKAGE_PATH": str(tmp_path)}, tmp_path)
 
 

@@ -57,7 +57,7 @@ def test_it_rests_makes_room_and_goes_on(loop: Loop, monkeypatch: pytest.MonkeyP
 
     acceptor = Acceptor(loop, listener, on_connection, said.append, lambda: rooms.append(listener.attempts))
     for _ in range(2):
-        with socket.create_connection(listener.getsockname(), timeout=5):
+        with socket.create_connection(listener.getsockname(), timeout=20):
             assert taken.acquire(timeout=10)
     assert rooms == [1, 2, 3, 4, 5]
     assert len(said) == 1 and said[0].startswith(f"cannot accept a connection: {os.strerror(number)}")
@@ -73,7 +73,7 @@ def test_trouble_is_told_again_after_a_quiet_time(loop: Loop, monkeypatch: pytes
     listener, taken = Listener([errno.EMFILE] * 2), threading.Semaphore(0)
     said: list[str] = []
     acceptor = Acceptor(loop, listener, lambda sock: (sock.close(), taken.release()), said.append)
-    with socket.create_connection(listener.getsockname(), timeout=5):
+    with socket.create_connection(listener.getsockname(), timeout=20):
         assert taken.acquire(timeout=10)
     loop.run(acceptor.close)
     assert len(said) == 2

@@ -80,7 +80,7 @@ def test_many_threads_wake_the_loop_without_losing_a_call(loop: Loop) -> None:
         for thread in threads:
             thread.join()
         for _ in threads:
-            assert done.acquire(timeout=5)
+            assert done.acquire(timeout=20)
 
 
 def test_an_error_is_reported_and_the_loop_goes_on(loop: Loop, errors: list[BaseException]) -> None:
@@ -120,12 +120,12 @@ def test_sockets(loop: Loop, errors: list[BaseException]) -> None:
         loop.run(loop.register, ours, READ, ready)
         for text in (b"a", b"b"):
             theirs.send(text)
-            assert arrived.acquire(timeout=5)
+            assert arrived.acquire(timeout=20)
         assert got == [b"a", b"b"]
         # The same callback again must still be called.
         loop.run(loop.modify, ours, READ, ready)
         theirs.send(b"c")
-        assert arrived.acquire(timeout=5)
+        assert arrived.acquire(timeout=20)
         writable = threading.Event()
 
         def write(mask: int) -> None:
@@ -133,7 +133,7 @@ def test_sockets(loop: Loop, errors: list[BaseException]) -> None:
             writable.set()
 
         loop.run(loop.modify, ours, READ | WRITE, write)
-        assert writable.wait(5)
+        assert writable.wait(20)
         loop.run(loop.unregister, ours)
     assert errors == []
 
@@ -201,11 +201,11 @@ class Polls:
         self._count += 1
 
     def after_an_event(self) -> int:
-        assert self._sleeps.wait(5)
+        assert self._sleeps.wait(20)
         self._sleeps.clear()
         self._count = 0
         self.loop.call_soon(lambda: None)
-        assert self._sleeps.wait(5)
+        assert self._sleeps.wait(20)
         return self._count
 
 

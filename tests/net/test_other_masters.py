@@ -26,7 +26,7 @@ from pyros1.node import Node
 
 pytestmark = pytest.mark.once
 
-DEADLINE = 10.0
+DEADLINE = 20.0
 Change = Callable[[list[Any]], Any]
 
 STYLES = {

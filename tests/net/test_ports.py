@@ -64,7 +64,7 @@ def test_an_address_of_another_machine() -> None:
 
 def test_all_addresses_of_ipv6_take_ipv4_too() -> None:
     with listening_socket("::") as sock:
-        socket.create_connection(("127.0.0.1", sock.getsockname()[1]), timeout=5).close()
+        socket.create_connection(("127.0.0.1", sock.getsockname()[1]), timeout=20).close()
         guest, address = sock.accept()
         guest.close()
         assert address[0] == "::ffff:127.0.0.1"

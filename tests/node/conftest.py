@@ -21,7 +21,7 @@ from pyros1.wire.header import HeaderReader, encode_header
 
 from ..parts import tcpros_port
 
-PATIENCE = 10.0
+PATIENCE = 20.0
 FLOAT64_MD5 = "fdb28210bfa9d7c91146260178d9a584"
 
 

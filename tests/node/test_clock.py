@@ -41,7 +41,7 @@ class Simulation(Clock):
 
     def go(self, seconds: float) -> None:
         """Let the time come once somebody sleeps."""
-        assert self.waiting.acquire(timeout=5)
+        assert self.waiting.acquire(timeout=20)
         self.tick(Time.from_sec(seconds))
 
 
@@ -113,7 +113,7 @@ def test_sleep_is_not_woken_by_wall_time(clock: Simulation, in_thread: Any, monk
     clock.tick(Time(1))
     sleeping = in_thread(clock.sleep, 0.001)
     for _ in range(50):
-        assert clock.waiting.acquire(timeout=5)
+        assert clock.waiting.acquire(timeout=20)
     assert sleeping.thread.is_alive()
     clock.tick(Time(2))
     assert sleeping.join() is True
@@ -144,7 +144,7 @@ def test_sleep_in_simulated_time_ends_with_the_node(
     for start in (0, 5):
         clock.tick(Time(start))
         sleeping = in_thread(clock.sleep, 1.0)
-        assert clock.waiting.acquire(timeout=5)
+        assert clock.waiting.acquire(timeout=20)
         stopping.set()
         clock.wake()
         assert sleeping.join() is False
@@ -253,7 +253,7 @@ def test_a_bad_timer_callback_is_called_again(stopping: threading.Event) -> None
 
     log = NoLog()
     timer = make_timer(Clock(stopping), bad, log=log)
-    assert called.acquire(timeout=5) and called.acquire(timeout=5)
+    assert called.acquire(timeout=20) and called.acquire(timeout=20)
     timer.shutdown()
     timer.join(5)
     assert "RuntimeError('no')" in log.texts[0]
@@ -303,7 +303,7 @@ def test_a_node_runs_on_simulated_time_o17(make_node: Any, in_thread: Any, until
     world.params["/use_sim_time"] = True
     node = make_node("node")
     publisher = world.advertise("/clock", "rosgraph_msgs/Clock", latch=True)
-    assert publisher.wait_for_subscribers(timeout=5)
+    assert publisher.wait_for_subscribers(timeout=20)
     assert node.now() == Time(0)
     assert world.now().secs > 1_000_000_000, "started before the parameter was set"
     publisher.publish(Time(1234, 5))
@@ -325,7 +325,7 @@ def test_a_node_that_spins_has_time_without_spinning(make_node: Any, until: Any)
     world.params["/use_sim_time"] = True
     publisher = world.advertise("/clock", "rosgraph_msgs/Clock")
     node = make_node("node", callbacks="spin")
-    assert publisher.wait_for_subscribers(timeout=5)
+    assert publisher.wait_for_subscribers(timeout=20)
     publisher.publish(Time(7))
     until(lambda: node.now() == Time(7))
 
@@ -346,6 +346,6 @@ def test_node_timers_end_with_the_node(make_node: Any) -> None:
     node = make_node("node")
     fired = threading.Event()
     timer = node.timer(0.005, lambda event: fired.set())
-    assert fired.wait(5)
+    assert fired.wait(20)
     node.shutdown()
     assert not timer.alive

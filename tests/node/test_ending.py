@@ -23,7 +23,7 @@ def test_hooks_run_in_order_and_may_publish_p04_p05(make_node: Any, transport: s
     make_node("listener").subscribe("t", Float64, got)
     node = make_node("a")
     publisher = node.advertise("t", Float64)
-    assert publisher.wait_for_subscribers(timeout=5)
+    assert publisher.wait_for_subscribers(timeout=20)
     node.on_shutdown(lambda: order.append(("first", node.ok())))
     node.on_shutdown(lambda: publisher.publish(7))
     node.on_shutdown(lambda: order.append(("last", publisher.num_connections)))
@@ -79,7 +79,7 @@ def test_shutdown_happens_once_and_everybody_waits_for_it(make_node: Any, in_thr
 
     node.on_shutdown(hook)
     first = in_thread(node.shutdown)
-    assert entered.wait(5)
+    assert entered.wait(20)
     assert not node.ok()
     second = in_thread(node.shutdown)
     leave.set()
@@ -102,7 +102,7 @@ def test_shutdown_in_a_callback(make_node: Any, transport: str, callbacks: str) 
     node, other = make_node("a", callbacks=callbacks), make_node("b")
     node.subscribe("t", Float64, lambda message: node.shutdown())
     publisher = other.advertise("t", Float64)
-    assert publisher.wait_for_subscribers(timeout=5)
+    assert publisher.wait_for_subscribers(timeout=20)
     publisher.publish(1)
     node.spin()
     node.shutdown()
@@ -157,9 +157,9 @@ def test_waits_in_callbacks_that_end_with_the_node_are_no_errors(
 
     node.subscribe("t", Float64, callback)
     publisher = make_node("b").advertise("t", Float64)
-    assert publisher.wait_for_subscribers(timeout=5)
+    assert publisher.wait_for_subscribers(timeout=20)
     publisher.publish(1)
-    assert entered.wait(5)
+    assert entered.wait(20)
     node.shutdown()
     assert not [text for text in log.texts if "bad callback" in text]
 

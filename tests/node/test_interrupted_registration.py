@@ -109,7 +109,7 @@ def test_a_second_subscriber_that_cannot_be_added_leaves_the_first_one(make_node
     with pytest.raises(Exception, match="already subscribes to /t as std_msgs/Float64"):
         node.subscribe("t", "std_msgs/String", print)
     publisher = node.advertise("t", Float64)
-    assert subscriber.wait_for_publishers(timeout=5)
+    assert subscriber.wait_for_publishers(timeout=20)
     publisher.publish(1)
     got.wait(1)
     assert registered(node) == {"pub", "sub"}

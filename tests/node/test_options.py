@@ -34,7 +34,7 @@ def test_a_range_of_ports(make_node: Any, free_port: int, environ: Any, collect:
     assert len(used) == 4 and used <= allowed
     talker.advertise("t", "std_msgs/Float64", latch=True).publish(3)
     subscriber = listener.subscribe("t", "std_msgs/Float64", got, transports=("udp",))
-    assert got.wait() and subscriber.wait_for_publishers(timeout=5)
+    assert got.wait() and subscriber.wait_for_publishers(timeout=20)
     (link,) = subscription_of(listener).links
     assert int(link.address.split("port ")[1].split()[0]) in allowed
     make_node("third", environ=narrow)
@@ -56,7 +56,7 @@ def test_names_that_break_the_rules(make_node: Any, collect: Any) -> None:
     got = collect()
     node.subscribe("2d", "std_msgs/Float64", got)
     publisher = node.advertise("2d", "std_msgs/Float64")
-    assert publisher.wait_for_subscribers(timeout=5)
+    assert publisher.wait_for_subscribers(timeout=20)
     publisher.publish(3)
     assert got.wait() and got.data == [3]
 

@@ -99,13 +99,13 @@ def test_a_node_waits_for_a_master_that_ends_while_it_is_asked(
         if not asked.is_set():
             master.ping()  # it is connected
             asked.set()
-            assert go_on.wait(5)
+            assert go_on.wait(20)
         return ask(master, calls, **limits)
 
     monkeypatch.setattr(MasterClient, "multicall", pause_and_ask)
     monkeypatch.setattr("sys.stderr", stderr)
     starting = in_thread(make_node, "early")
-    assert asked.wait(5)
+    assert asked.wait(20)
     late_master.stop()
     go_on.set()
     assert stderr.said.wait(5)
@@ -159,7 +159,7 @@ def test_everything_is_registered_again_after_a_restart_of_the_master(
     assert [sorted(part) for part in node.master.get_system_state()] == [sorted(part) for part in before]
     other = make_node("other")
     publisher = other.advertise("b", Float64)
-    assert publisher.wait_for_subscribers(timeout=5)
+    assert publisher.wait_for_subscribers(timeout=20)
     publisher.publish(2)
     got.wait()
     while node.params.cached("/gain", "gone") != "gone":
@@ -189,7 +189,7 @@ def test_subscriber_and_publisher_find_each_other_again(make_node: Any, late_mas
     make_node("listener").subscribe("t", Float64, got)
     talker = make_node("talker")
     publisher = talker.advertise("t", Float64)
-    assert publisher.wait_for_subscribers(timeout=5)
+    assert publisher.wait_for_subscribers(timeout=20)
     late_master.stop()
     publisher.publish(1)
     got.wait()
@@ -426,7 +426,7 @@ def test_what_a_new_master_was_not_told_is_told_at_the_next_check(
 
     monkeypatch.setattr(MasterClient, "call", flaky)
     late_master()
-    until = time.monotonic() + 10
+    until = time.monotonic() + 20
     while time.monotonic() < until:
         publishers = {name for name, _ in node.master.get_system_state()[0]}
         if publishers == {"/a", "/b", "/c"}:

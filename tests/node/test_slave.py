@@ -148,7 +148,7 @@ def test_bus_info_and_stats_s02_s03(
     talker, listener, got = make_node("talker", rosout=False), make_node("listener", rosout=False), collect()
     listener.subscribe("t", Float64, got)
     publisher = talker.advertise("t", Float64)
-    assert publisher.wait_for_subscribers(timeout=5)
+    assert publisher.wait_for_subscribers(timeout=20)
     publisher.publish(1)
     publisher.publish(2)
     got.wait(2)
@@ -171,7 +171,7 @@ def test_stats_of_much_s02(make_node: Any, call_node: Any, collect: Any) -> None
     talker, listener, got = make_node("talker", rosout=False), make_node("listener", rosout=False), collect()
     listener.subscribe("t", Float64, got)
     publisher = talker.advertise("t", Float64)
-    assert publisher.wait_for_subscribers(timeout=5)
+    assert publisher.wait_for_subscribers(timeout=20)
     publisher.links[0].bytes_sent, publisher.links[0].messages = 2**31, 2**31 - 1
     expected = [[["/t", 2.0**31, [[0, 2.0**31, 2**31 - 1, True]]]], [], []]
     assert call_node(talker, "getBusStats", "/me") == [1, "", expected]

@@ -40,8 +40,8 @@ def pair(make_node: Any, transport: str) -> tuple[Any, Any]:
 def connect(talker: Any, listener: Any, type: Any, callback: Any, **options: Any) -> tuple[Any, Any]:
     subscriber = listener.subscribe("t", type, callback)
     publisher = talker.advertise("t", type, **options)
-    assert publisher.wait_for_subscribers(timeout=5)
-    assert subscriber.wait_for_publishers(timeout=5)
+    assert publisher.wait_for_subscribers(timeout=20)
+    assert subscriber.wait_for_publishers(timeout=20)
     return publisher, subscriber
 
 
@@ -77,7 +77,7 @@ def test_large_messages_of_a_class_that_a_program_has_derived(pair: Any, collect
     summed, plain = collect(), collect()
     subscribers = [listener.subscribe("t", Later, summed), listener.subscribe("t", Plain, plain)]
     publisher = talker.advertise("t", Image, queue_size=0)
-    assert publisher.wait_for_subscribers(timeout=5) and subscribers[0].wait_for_publishers(timeout=5)
+    assert publisher.wait_for_subscribers(timeout=20) and subscribers[0].wait_for_publishers(timeout=20)
     for number in range(1, 6):
         publisher.publish(Image(data=bytes([number]) * 200_000))
     numbers = range(1, 6)
@@ -95,7 +95,7 @@ def test_publisher_and_subscriber_may_start_in_any_order(pair: Any, collect: Any
     else:
         subscriber = listener.subscribe("t", "std_msgs/Float64", got)
         publisher = talker.advertise("t", Float64)
-    assert publisher.wait_for_subscribers(timeout=5) and subscriber.wait_for_publishers(timeout=5)
+    assert publisher.wait_for_subscribers(timeout=20) and subscriber.wait_for_publishers(timeout=20)
     assert publisher.num_connections == subscriber.num_connections == 1
     publisher.publish(1.5)
     assert got.wait()[0] == Float64(1.5)
@@ -139,7 +139,7 @@ def test_several_publishers_and_subscribers(make_node: Any, transport: str, coll
         make_node(f"listener{index}").subscribe("t", String, got)
     publishers = [make_node(f"talker{index}").advertise("t", String, queue_size=0) for index in range(2)]
     for publisher in publishers:
-        assert publisher.wait_for_subscribers(2, timeout=5)
+        assert publisher.wait_for_subscribers(2, timeout=20)
     for number in range(50):
         for name, publisher in zip("ab", publishers, strict=True):
             publisher.publish(f"{name}{number}")
@@ -168,9 +168,9 @@ def test_callbacks_may_publish_to_their_own_topic(make_node: Any, transport: str
 
     node.subscribe("t", Float64, count_down)
     publisher = node.advertise("t", Float64, queue_size=None)
-    assert publisher.wait_for_subscribers(timeout=5)
+    assert publisher.wait_for_subscribers(timeout=20)
     publisher.publish(100)
-    assert done.wait(5)
+    assert done.wait(20)
 
 
 # Connection headers ---------------------------------------------------------------------------------------------------
@@ -263,7 +263,7 @@ def test_late_callbacks_get_nothing_of_a_latched_publisher_that_is_gone(
     first.wait()
     publisher.unregister()
     other = make_node("other").advertise("t", Float64)
-    assert other.wait_for_subscribers(timeout=5)
+    assert other.wait_for_subscribers(timeout=20)
     other.publish(2)
     first.wait(2)
     pair[1].subscribe("t", Float64, second)
@@ -299,7 +299,7 @@ def test_subscriber_resumes_when_its_publisher_is_replaced(make_node: Any, trans
     for number in range(3):
         talker = make_node("talker")
         publisher = talker.advertise("t", Float64)
-        assert publisher.wait_for_subscribers(timeout=5)
+        assert publisher.wait_for_subscribers(timeout=20)
         publisher.publish(number)
         got.wait(number + 1)
         talker.shutdown()
@@ -312,9 +312,9 @@ def test_subscriber_resumes_when_a_second_publisher_takes_the_name_t52(
     got = collect()
     make_node("listener").subscribe("t", Float64, got)
     first = make_node("talker").advertise("t", Float64)
-    assert first.wait_for_subscribers(timeout=5)
+    assert first.wait_for_subscribers(timeout=20)
     second = make_node("talker").advertise("t", Float64)
-    assert second.wait_for_subscribers(timeout=5)
+    assert second.wait_for_subscribers(timeout=20)
     second.publish(2)
     assert got.until(lambda items: 2 in [item.data for item in items])
 
@@ -327,7 +327,7 @@ def test_subscriber_resumes_after_unregister_and_advertise_in_the_same_node(pair
         publisher.unregister()  # sends what waits, then closes
         got.wait(number + 1)
         publisher = pair[0].advertise("t", Float64)
-        assert publisher.wait_for_subscribers(timeout=5)
+        assert publisher.wait_for_subscribers(timeout=20)
     assert got.data == [0, 1, 2]
     assert publisher.num_connections == 1
 
@@ -347,7 +347,7 @@ def test_links_are_gone_when_the_subscriber_is(pair: Any) -> None:
     gone = threading.Event()
     publication_of(pair[0]).change_listeners.append(gone.set)
     subscriber.unregister()
-    assert gone.wait(5)
+    assert gone.wait(20)
     assert publisher.num_connections == 0 and subscriber.num_connections == 0
     publisher.publish(1)
 
@@ -389,12 +389,12 @@ def test_refused_subscriber_connects_to_the_next_publisher(
     listener.subscribe("t", Float64, got)
     here.saw("refused")
     right = make_node("other").advertise("t", Float64)
-    assert right.wait_for_subscribers(timeout=5)
+    assert right.wait_for_subscribers(timeout=20)
     right.publish(1)
     got.wait()
     wrong.unregister()
     again = talker.advertise("t", Float64)
-    assert again.wait_for_subscribers(timeout=5)
+    assert again.wait_for_subscribers(timeout=20)
     again.publish(2)
     got.wait(2)
     assert got.data == [1, 2]
@@ -406,7 +406,7 @@ def test_same_md5_of_another_type_is_accepted_t10(pair: Any, collect: Any) -> No
     got = collect()
     publisher = talker.advertise("t", renamed)
     listener.subscribe("t", Float64, got)
-    assert publisher.wait_for_subscribers(timeout=5)
+    assert publisher.wait_for_subscribers(timeout=20)
     publisher.publish(renamed(4.0))
     publisher.publish(Float64(5.0))
     got.wait(2)
@@ -419,7 +419,7 @@ def test_any_type_is_received_raw_and_decodes_itself_t09_o05(pair: Any, collect:
     got = collect()
     publisher = talker.advertise("t", PointStamped)
     listener.subscribe("t", AnyMsg, got)
-    assert publisher.wait_for_subscribers(timeout=5)
+    assert publisher.wait_for_subscribers(timeout=20)
     sent = PointStamped(header=Header(frame_id="map"))
     sent.point.y = 2.5
     publisher.publish(sent)
@@ -439,7 +439,7 @@ def test_raw_messages_are_passed_on_unchanged_b40(make_node: Any, transport: str
     relay.subscribe("in", AnyMsg, out.publish)
     sink.subscribe("out", PointStamped, got)
     publisher = source.advertise("in", PointStamped)
-    assert out.wait_for_subscribers(timeout=5) and publisher.wait_for_subscribers(timeout=5)
+    assert out.wait_for_subscribers(timeout=20) and publisher.wait_for_subscribers(timeout=20)
     publisher.publish(PointStamped(header=Header(frame_id="a")))
     publisher.publish(PointStamped(header=Header(frame_id="b")))
     got.wait(2)
@@ -465,7 +465,7 @@ def test_two_subscribers_share_one_link_p12(pair: Any, collect: Any) -> None:
     first = listener.subscribe("t", Float64, typed)
     second = listener.subscribe("t", AnyMsg, raw)
     publisher = talker.advertise("t", Float64)
-    assert publisher.wait_for_subscribers(timeout=5)
+    assert publisher.wait_for_subscribers(timeout=20)
     publisher.publish(1)
     typed.wait()
     raw.wait()
@@ -704,7 +704,7 @@ def test_wait_for_message(pair: Any, in_thread: Any) -> None:
     talker, listener = pair
     publisher = talker.advertise("t", Float64)
     waiting = in_thread(listener.wait_for_message, "t", Float64, 10.0)
-    assert publisher.wait_for_subscribers(timeout=5)
+    assert publisher.wait_for_subscribers(timeout=20)
     publisher.publish(6)
     assert waiting.join().data == 6
     assert "/t" not in context_of(listener).subscriptions
@@ -723,7 +723,7 @@ def test_wait_for_message_gives_up_p16(make_node: Any) -> None:
 def test_wait_for_message_ends_with_the_node(make_node: Any, in_thread: Any) -> None:
     node, other = make_node("a"), make_node("b")
     waiting = in_thread(node.wait_for_message, "t", Float64)
-    assert other.advertise("t", Float64).wait_for_subscribers(timeout=5)
+    assert other.advertise("t", Float64).wait_for_subscribers(timeout=20)
     node.shutdown()
     with pytest.raises(NodeShutdownError):
         waiting.join()

@@ -108,12 +108,12 @@ def test_server_and_client(make_node: Any, parameters: Parameters) -> None:
 
     configs: queue.Queue[Any] = queue.Queue()
     client = Client(make_node("panel"), "motor", timeout=10, on_config=configs.put)
-    assert configs.get(timeout=10)["rate"] == 100.0
+    assert configs.get(timeout=20)["rate"] == 100.0
     assert [each["name"] for each in client.description(10)] == ["rate", "mode", "on", "colour"]
-    config = client.update({"mode": "fast", "rate": 0, "groups": {"Lamp": True}}, timeout=10)
+    config = client.update({"mode": "fast", "rate": 0, "groups": {"Lamp": True}}, timeout=20)
     assert (config.rate, config.mode, config.groups.groups.Lamp.state) == (0.5, 1, True)
     assert config.groups.groups.Lamp.on is False
-    assert configs.get(timeout=10) == config == client.config(1)
+    assert configs.get(timeout=20) == config == client.config(1)
     assert calls[1] == (0.5, 1, True, 3)
     assert node.params["~mode"] == 1
     assert server.update({"mode": 0}).mode == 0
@@ -185,11 +185,11 @@ def test_a_configuration_waits_for_the_description_of_its_groups(
             client.config(0)
         assert configs.empty()
         publishers[kind].publish(messages[kind])
-        (updates if kind == "configuration" else parameter_lists).get(timeout=10)
-    config = configs.get(timeout=10)
+        (updates if kind == "configuration" else parameter_lists).get(timeout=20)
+    config = configs.get(timeout=20)
     assert config == client.config(10) and config.groups.groups.Lamp.on is False
     publishers["description"].publish(messages["description"])
-    parameter_lists.get(timeout=10)
+    parameter_lists.get(timeout=20)
     publishers["configuration"].publish(encode({**values, "rate": 20.0}))
-    assert configs.get(timeout=10)["rate"] == 20.0, "a further description is no further configuration"
+    assert configs.get(timeout=20)["rate"] == 20.0, "a further description is no further configuration"
     client.close()

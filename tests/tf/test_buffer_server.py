@@ -16,7 +16,7 @@ from pyros1.node import Node
 from pyros1.tf import Buffer, BufferClient, BufferServer, TimeoutException, TransformException
 
 Make = Callable[..., Node]
-PATIENCE = 10.0
+PATIENCE = 20.0
 STATUS: Any = load_message("actionlib_msgs/GoalStatus")
 
 

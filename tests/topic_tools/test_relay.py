@@ -18,7 +18,7 @@ from pyros1.topic_tools.relay import Relay
 
 from ..parts import publication_of
 
-PATIENCE = 10.0
+PATIENCE = 20.0
 Start = Callable[[Callable[[], object]], None]
 
 

@@ -24,7 +24,7 @@ from pyros1.urdf.model import UrdfError
 from pyros1.urdf.reading import read_robot
 from pyros1.urdf.state_publisher import RobotStatePublisher, Settings, frame_name, read_settings
 
-PATIENCE = 10.0
+PATIENCE = 20.0
 Make = Callable[..., Node]
 
 

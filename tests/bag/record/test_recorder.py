@@ -362,7 +362,7 @@ def test_kill_loses_at_most_what_was_not_flushed(start: Any, make_node: Any, tmp
     children = [start("bag", "record", "-O", f"killed{number}", "/t") for number in range(count)]
     until(lambda: publisher.num_connections == count, "the recorders")
     sent: list[tuple[float, float]] = []
-    ends = {child: time.monotonic() + moments.uniform(1.0, 2.5) for child in children}
+    ends = {child: time.monotonic() + moments.uniform(3.0, 4.5) for child in children}
     while ends:
         sent.append((time.time(), float(len(sent))))
         publisher.publish(sent[-1][1])
@@ -378,7 +378,8 @@ def test_kill_loses_at_most_what_was_not_flushed(start: Any, make_node: Any, tmp
         assert bag.was_scanned
         assert [value for _, value in found] == list(map(float, range(len(found)))), "a whole beginning"
         flushed = path.stat().st_mtime
-        before = [value for moment, value in sent if moment < flushed - 0.7]
+        # A recorder that gets no processor for a while has messages in its sockets.
+        before = [value for moment, value in sent if moment < flushed - 2.0]
         assert len(found) >= len(before)
         assert start("bag", "reindex", "-q", str(path)).wait(DEADLINE) == 0
         assert numbers(path) == [value for _, value in found]

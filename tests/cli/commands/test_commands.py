@@ -265,7 +265,7 @@ def test_misspelt_verbs_and_topics_get_a_hint(run: Any, make_node: Callable[...,
 def test_echo_writes_json_that_pub_reads(
     run: Any, make_node: Callable[..., Any], tmp_path: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("pyros1.cli.commands.topic.pub.HOLD_SECONDS", 0.5)
+    monkeypatch.setattr("pyros1.cli.commands.topic.pub.HOLD_SECONDS", 2.0)
     state = JointState(name=["a"], position=[1.5, math.inf])
     talker = make_node("talker", rosout=False)
     talker.advertise("state", JointState, latch=True).publish(state)
@@ -317,7 +317,7 @@ def test_misspelt_commands_and_types_get_a_hint(run: Any) -> None:
 def test_minus_one_is_an_option_or_a_number(
     run: Any, make_node: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("pyros1.cli.commands.topic.pub.HOLD_SECONDS", 0.5)
+    monkeypatch.setattr("pyros1.cli.commands.topic.pub.HOLD_SECONDS", 2.0)
     got: queue.Queue[Any] = queue.Queue()
     listener = make_node("listener", rosout=False)
     listener.subscribe("text", "std_msgs/String", got.put)

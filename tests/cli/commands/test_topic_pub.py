@@ -22,7 +22,7 @@ def run(environ: dict[str, str], monkeypatch: pytest.MonkeyPatch, call_main: Any
     for key, value in environ.items():
         monkeypatch.setenv(key, value)
     monkeypatch.delenv("ROS_NAMESPACE", raising=False)
-    monkeypatch.setattr("pyros1.cli.commands.topic.pub.HOLD_SECONDS", 0.3)
+    monkeypatch.setattr("pyros1.cli.commands.topic.pub.HOLD_SECONDS", 1.5)
     return partial(call_main, entry, "pyros1", "topic", "pub")
 
 

@@ -68,7 +68,7 @@ def test_one_ctrl_c_ends_fifty_nodes(tmp_path: Path, free_port: int) -> None:
         "ROS_PACKAGE_PATH": str(package),
         "PYROS1_TEST_MARK": str(tmp_path),
     }
-    command = [sys.executable, "-m", "pyros1", "launch", "--sigint-timeout=0.5", "--sigterm-timeout=0.5", "many.launch"]
+    command = [sys.executable, "-m", "pyros1", "launch", "--sigint-timeout=4", "--sigterm-timeout=4", "many.launch"]
     with subprocess.Popen(
         command, cwd=tmp_path, env=environ, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
     ) as launcher:

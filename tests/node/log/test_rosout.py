@@ -28,8 +28,8 @@ def aggregate(make_node: Any, tmp_path: Path, collect: Any) -> Any:
         RosoutAggregator(node, None if path is None else str(path))
         subscriber = observer.subscribe("/rosout_agg", LogMessage, got)
         publisher = talker.advertise("/rosout", LogMessage)
-        assert publisher.wait_for_subscribers(timeout=5)
-        assert subscriber.wait_for_publishers(timeout=5)
+        assert publisher.wait_for_subscribers(timeout=20)
+        assert subscriber.wait_for_publishers(timeout=20)
         for item in messages:
             publisher.publish(item)
         assert got.until(lambda items: len([m for m in items if m.name == "/n"]) >= len(messages))

@@ -314,7 +314,7 @@ def test_changes_by_several_threads_and_another_node_end_alike(node: Any, other:
             change.join()
         value = params["/x"]
         on_loop(node)
-        until = time.monotonic() + 5
+        until = time.monotonic() + 20
         while params.cached("/x") != value and time.monotonic() < until:
             context_of(node).stopping.wait(0.001)  # until the master has told all
         assert params.cached("/x") == value

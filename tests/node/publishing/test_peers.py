@@ -49,7 +49,7 @@ def test_those_that_are_there_already(make_node: Any, collect: Any) -> None:
     came, got = collect(), collect()
     publisher = make_node("talker").advertise("t", PointStamped)
     make_node("a").subscribe("t", PointStamped, got)
-    assert publisher.wait_for_subscribers(timeout=5)
+    assert publisher.wait_for_subscribers(timeout=20)
     publisher.watch(came)
     (peer,) = came.wait()
     peer.publish(PointStamped())

@@ -30,7 +30,7 @@ from pyros1.wire.header import HeaderReader
 
 TOKEN = bytes(range(16))
 SIZE = 100_000
-PATIENCE = 10.0
+PATIENCE = 20.0
 
 
 class Desk:

@@ -78,7 +78,7 @@ def test_waiting_for_a_silent_provider_says_that_it_does_not_answer(
     with pytest.raises(
         WaitTimeoutError, match=r"registered at rosrpc://.*, but does not answer \(was its node stopped"
     ):
-        caller.wait_for_service("s", timeout=0.1)
+        caller.wait_for_service("s", timeout=1.5)
     waiting = in_thread(caller.wait_for_service, "s")
     log.saw(f"waiting for service /s: registered at {fake.service_uri}, but does not answer (was its node stopped?)")
     caller.shutdown()

@@ -47,7 +47,7 @@ def test_idle_threads_end(monkeypatch: pytest.MonkeyPatch, workers: Workers) -> 
     monkeypatch.setattr("pyros1.node.services.workers.IDLE_TIMEOUT", 0.01)
     done = threading.Event()
     workers.submit(done.set)
-    assert done.wait(5)
+    assert done.wait(20)
     for thread in threads():
         thread.join(5)
         assert not thread.is_alive()
@@ -63,7 +63,7 @@ def test_close_waits_for_jobs_and_refuses_more(workers: Workers) -> None:
         left.set()
 
     workers.submit(job)
-    assert entered.wait(5)
+    assert entered.wait(20)
     threading.Timer(0.01, leave.set).start()
     workers.close()
     assert left.is_set()
@@ -73,21 +73,21 @@ def test_close_waits_for_jobs_and_refuses_more(workers: Workers) -> None:
 def test_a_job_may_close(workers: Workers) -> None:
     done = threading.Event()
     workers.submit(lambda: (workers.close(), done.set()))
-    assert done.wait(5)
+    assert done.wait(20)
 
 
 def test_close_waits_no_longer_for_many() -> None:
-    workers, started, leave = Workers("test"), threading.Barrier(6), threading.Event()
-    for _ in range(5):
-        workers.submit(lambda: (started.wait(5), leave.wait(5)))
-    started.wait(5)
+    workers, started, leave = Workers("test"), threading.Barrier(31), threading.Event()
+    for _ in range(30):
+        workers.submit(lambda: (started.wait(20), leave.wait(60)))
+    started.wait(20)
     begun = time.monotonic()
-    workers.close(timeout=0.1)
+    workers.close(timeout=0.5)
     took = time.monotonic() - begun
     leave.set()
     for thread in threads():
-        thread.join(5)
-    assert took < 0.4
+        thread.join(20)
+    assert took < 10, "each for that long would be 15 s"
 
 
 def test_a_system_without_more_threads(workers: Workers, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -99,4 +99,4 @@ def test_a_system_without_more_threads(workers: Workers, monkeypatch: pytest.Mon
         patch.setattr(threading.Thread, "start", refuse)
         assert not workers.submit(done.set)
     assert workers.submit(done.set)
-    assert done.wait(5)
+    assert done.wait(20)

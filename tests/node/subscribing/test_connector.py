@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import socket
 import threading
 from typing import Any
@@ -102,15 +103,18 @@ def test_a_publisher_that_closes_instead_of_answering(make_node: Any, fake_node:
 def test_a_silent_publisher_is_given_up_and_tried_again(
     make_node: Any, fake_node: Any, collect: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("pyros1.node.subscribing.connector.STEP_TIMEOUT", 0.1)
     fake, got = fake_node("/fake"), collect()
     fake.publish("/t")
-    make_node("listener").subscribe("t", Float64, got)
-    sock, _ = fake.accept()
-    sock.sendall(b"\x10\0")  # says a little, and no more
-    assert sock.recv(1) == b"", "closed by the subscriber"
-    fake.accept_subscriber().sendall(frame(1))
-    got.wait()
+    with monkeypatch.context() as patch:
+        patch.setattr("pyros1.node.subscribing.connector.STEP_TIMEOUT", 0.5)
+        make_node("listener").subscribe("t", Float64, got)
+        sock, _ = fake.accept()
+        sock.sendall(b"\x10\0")  # says a little, and no more
+        assert sock.recv(1) == b"", "closed by the subscriber"
+    while not got.items:  # the next attempt may still have the short time, which this thread may need for itself
+        with contextlib.suppress(ConnectionError):
+            fake.accept_subscriber().sendall(frame(1))
+            got.until(bool, timeout=2)
 
 
 def test_a_publisher_whose_api_is_silent(
@@ -217,7 +221,7 @@ def test_a_publisher_that_left_is_not_tried_again(make_node: Any, fake_node: Any
     fake.publish("/t")
     subscriber = listener.subscribe("t", Float64, got)
     sock = fake.accept_subscriber()
-    assert subscriber.wait_for_publishers(timeout=5)
+    assert subscriber.wait_for_publishers(timeout=20)
     told = threading.Event()
     subscription = subscription_of(listener)
     update = subscription.update_publishers
@@ -228,13 +232,13 @@ def test_a_publisher_that_left_is_not_tried_again(make_node: Any, fake_node: Any
 
     subscription.update_publishers = watch
     fake.master.unregister_publisher("/t", fake.uri)
-    assert told.wait(5)
+    assert told.wait(20)
     sock.sendall(frame(5))  # what it still has to say is heard (T46)
     got.wait()
     gone = threading.Event()
     subscription.change_listeners.append(gone.set)
     sock.close()
-    assert gone.wait(5)
+    assert gone.wait(20)
     fake.listener.settimeout(0.05)
     with pytest.raises(TimeoutError):
         fake.accept()
@@ -256,11 +260,11 @@ class Unregistered:
         self.topic = header["topic"]
         subscription.update_publishers = watch
         fake.master.unregister_publisher(self.topic, fake.uri)
-        assert self._told.acquire(timeout=5)
+        assert self._told.acquire(timeout=20)
 
     def publish_again(self) -> None:
         self.fake.publish(self.topic)
-        assert self._told.acquire(timeout=5)
+        assert self._told.acquire(timeout=20)
 
 
 def test_a_connection_that_was_begun_goes_on_when_the_publisher_is_replaced(
@@ -328,7 +332,7 @@ def test_unreachable_publishers_delay_no_other(
             fake.master.register_publisher("/t", "std_msgs/Float64", uri)
         publisher = make_node("talker").advertise("t", Float64)
         listener.subscribe("t", Float64, got)
-        assert publisher.wait_for_subscribers(timeout=3)
+        assert publisher.wait_for_subscribers(timeout=20)
         publisher.publish(1)
         got.wait()
 
@@ -344,7 +348,7 @@ def test_unsubscribing_ends_all_attempts(make_node: Any, fake_node: Any) -> None
     before = requests(fake)
     ended = threading.Event()
     context_of(listener).loop.call_later(0.06, ended.set)  # three rests
-    assert ended.wait(5)
+    assert ended.wait(20)
     assert requests(fake) <= before + 1  # one may have been under way
 
 
@@ -353,7 +357,7 @@ def test_unsubscribing_closes_the_link(make_node: Any, fake_node: Any) -> None:
     fake.publish("/t")
     subscriber = listener.subscribe("t", Float64, print)
     sock = fake.accept_subscriber()
-    assert subscriber.wait_for_publishers(timeout=5)
+    assert subscriber.wait_for_publishers(timeout=20)
     subscriber.unregister()
     assert sock.recv(1) == b""
 

@@ -68,29 +68,31 @@ def test_a_publisher_that_ended(make_node: Any, collect: Any) -> None:
     publisher.publish(1)
     got.wait()
     talker.shutdown()
-    assert missed.wait()[0].publishers == ()
+    # On a busy machine the first message may have been late, too.
+    assert missed.until(lambda items: items and items[-1].publishers == ())
 
 
 def test_with_unregister_all_ends(make_node: Any, collect: Any) -> None:
-    missed = collect()
     node = make_node("node")
     make_node("talker").advertise("t", Float64)
     node.subscribe("t", Float64, lambda _: None)
-    subscriber = node.subscribe("t", Float64, lambda _: None, deadline=0.2, on_missed=missed)
-    assert subscriber.wait_for_publishers(timeout=10)
-    subscriber.unregister()
-    on_loop(node)
+    for deadline in (0.2, 1.0, 5.0):  # on a busy machine the first ones may pass before the end
+        missed = collect()
+        subscriber = node.subscribe("t", Float64, lambda _: None, deadline=deadline, on_missed=missed)
+        assert subscriber.wait_for_publishers(timeout=10)
+        subscriber.unregister()
+        on_loop(node)
+        if not missed.items:
+            break
     assert len(subscription_of(node).change_listeners) == 0
-    assert not missed.until(bool, timeout=0.3)
+    assert not missed.until(bool, timeout=deadline + 0.1)
 
 
 def test_in_the_thread_that_spins_and_not_while_messages_wait_for_it(make_node: Any, until: Any) -> None:
     node = make_node("node", callbacks="spin")
-    publisher = make_node("talker").advertise("t", Float64)
+    make_node("talker").advertise("t", Float64, latch=True).publish(1)
     told: list[Any] = []
     node.subscribe("t", Float64, told.append, queue_size=10, deadline=0.1, on_missed=told.append)
-    assert publisher.wait_for_subscribers(timeout=10)
-    publisher.publish(1)
     until(lambda: subscription_of(node).delivery.waiting)
     threading.Event().wait(0.3)  # the program computes, and its deadline passes
     node.spin_once()

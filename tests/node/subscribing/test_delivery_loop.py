@@ -60,15 +60,15 @@ def test_a_slow_callback_gets_the_newest_messages(
     subscriber = listener.subscribe("t", Float64, gate, queue_size=limit)
     make_node("probe").subscribe("t", Float64, probe)
     publisher = talker.advertise("t", Float64, queue_size=0)
-    assert publisher.wait_for_subscribers(2, timeout=5)
+    assert publisher.wait_for_subscribers(2, timeout=20)
     publisher.publish(0)
-    assert gate.entered.acquire(timeout=5)
+    assert gate.entered.acquire(timeout=20)
     for number in range(1, 1001):
         publisher.publish(number)
     probe.wait(1001)  # so they all have left the publisher
     gate.open()
     while gate.acquired[-1] != 1000:
-        assert gate.entered.acquire(timeout=5)
+        assert gate.entered.acquire(timeout=20)
     assert gate.acquired == [0, *range(1001 - limit, 1001)] or set(gate.acquired[-limit:]) <= set(
         range(1001 - limit, 1001)
     )
@@ -79,14 +79,14 @@ def test_without_a_bound_nothing_is_dropped(make_node: Any, transport: str, gate
     talker, listener = make_node("talker"), make_node("listener")
     subscriber = listener.subscribe("t", Float64, gate)
     publisher = talker.advertise("t", Float64, queue_size=0)
-    assert publisher.wait_for_subscribers(timeout=5)
+    assert publisher.wait_for_subscribers(timeout=20)
     publisher.publish(0)
-    assert gate.entered.acquire(timeout=5)
+    assert gate.entered.acquire(timeout=20)
     for number in range(1, 5001):
         publisher.publish(number)
     gate.open()
     for _ in range(5000):
-        assert gate.entered.acquire(timeout=5)
+        assert gate.entered.acquire(timeout=20)
     assert gate.acquired == list(range(5001))
     assert subscriber.dropped == 0
 
@@ -110,15 +110,15 @@ def test_a_publisher_without_queue_waits_for_a_slow_subscriber_in_the_process(
     talker, listener = make_node("talker"), make_node("listener")
     listener.subscribe("t", Float64, gate)
     publisher = talker.advertise("t", Float64, queue_size=None)
-    assert publisher.wait_for_subscribers(timeout=5)
+    assert publisher.wait_for_subscribers(timeout=20)
     count = 3000
     publishing = in_thread(lambda: [publisher.publish(number) for number in range(count)])
-    assert gate.entered.acquire(timeout=5)
+    assert gate.entered.acquire(timeout=20)
     assert publishing.thread.is_alive() and subscription_of(listener).delivery.waiting <= 1000
     gate.open()
     publishing.join()
     while gate.acquired[-1] != count - 1:
-        assert gate.entered.acquire(timeout=5)
+        assert gate.entered.acquire(timeout=20)
     assert gate.acquired == list(range(count))
 
 
@@ -126,14 +126,14 @@ def test_the_publishers_queue_bounds_what_waits_within_the_process(make_node: An
     talker, listener = make_node("talker"), make_node("listener")
     subscriber = listener.subscribe("t", Float64, gate)
     publisher = talker.advertise("t", Float64, queue_size=10)
-    assert publisher.wait_for_subscribers(timeout=5)
+    assert publisher.wait_for_subscribers(timeout=20)
     publisher.publish(0)
-    assert gate.entered.acquire(timeout=5)
+    assert gate.entered.acquire(timeout=20)
     for number in range(1, 1001):
         publisher.publish(number)
     gate.open()
     while gate.acquired[-1] != 1000:
-        assert gate.entered.acquire(timeout=5)
+        assert gate.entered.acquire(timeout=20)
     assert gate.acquired == [0, *range(991, 1001)]
     assert subscriber.dropped == 990
 
@@ -147,15 +147,15 @@ def test_within_the_process_room_may_be_left_as_in_sockets(
     node = make_node("node", local_room=1 << 20)
     node.subscribe("t", String, gate)
     publisher = node.advertise("t", String, queue_size=1, latch=latch)
-    assert publisher.wait_for_subscribers(timeout=5)
+    assert publisher.wait_for_subscribers(timeout=20)
     publisher.publish("begin")
-    assert gate.entered.acquire(timeout=5)
+    assert gate.entered.acquire(timeout=20)
     texts = [f"{number}".ljust(size) for number in range(100)]
     for text in texts:
         publisher.publish(text)
     gate.open()
     while gate.acquired[-1] != texts[-1]:
-        assert gate.entered.acquire(timeout=5)
+        assert gate.entered.acquire(timeout=20)
     assert gate.acquired[1:] == texts if maximum == 100 else len(gate.acquired[1:]) <= maximum
 
 
@@ -166,9 +166,9 @@ def test_callbacks_of_different_topics_do_not_wait_for_each_other(
     listener.subscribe("slow", Float64, gate)
     listener.subscribe("quick", Float64, acquired)
     slow, quick = talker.advertise("slow", Float64), talker.advertise("quick", Float64)
-    assert slow.wait_for_subscribers(timeout=5) and quick.wait_for_subscribers(timeout=5)
+    assert slow.wait_for_subscribers(timeout=20) and quick.wait_for_subscribers(timeout=20)
     slow.publish(1)
-    assert gate.entered.acquire(timeout=5)
+    assert gate.entered.acquire(timeout=20)
     quick.publish(2)
     acquired.wait()
 
@@ -189,11 +189,11 @@ def test_callbacks_of_one_topic_never_overlap(make_node: Any, transport: str) ->
     listener.subscribe("t", Float64, callback)
     publishers = [make_node(f"talker{index}").advertise("t", Float64, queue_size=0) for index in range(2)]
     for publisher in publishers:
-        assert publisher.wait_for_subscribers(timeout=5)
+        assert publisher.wait_for_subscribers(timeout=20)
     for number in range(200):
         for publisher in publishers:
             publisher.publish(number)
-    assert done.wait(5)
+    assert done.wait(20)
     assert not overlaps
 
 
@@ -212,7 +212,7 @@ def test_a_bad_callback_is_logged_and_called_again_t41(
     listener.subscribe("t", Float64, bad)
     listener.subscribe("t", Float64, other)
     publisher = talker.advertise("t", Float64)
-    assert publisher.wait_for_subscribers(timeout=5)
+    assert publisher.wait_for_subscribers(timeout=20)
     publisher.publish(1)
     publisher.publish(2)
     text = log.saw("bad callback: ", " of /t", "RuntimeError: no 1")
@@ -337,7 +337,7 @@ def test_slow_callbacks_of_several_new_links_are_no_trouble(
         handle.wait(10)
 
     delivery.submit(hold)
-    assert held.wait(5)
+    assert held.wait(20)
     for number, fake in enumerate(fakes):
         sock, header = fake.accept()
         answer = {"type": "std_msgs/Float64", "md5sum": header["md5sum"], "callerid": fake.name}
@@ -366,7 +366,7 @@ def test_a_node_that_spins_keeps_the_newest(
     subscriber = listener.subscribe("t", Float64, acquired, queue_size=queue_size)
     make_node("probe").subscribe("t", Float64, probe)
     publisher = talker.advertise("t", Float64, queue_size=0)
-    assert publisher.wait_for_subscribers(2, timeout=5)
+    assert publisher.wait_for_subscribers(2, timeout=20)
     for number in range(1500):
         publisher.publish(number)
     probe.wait(1500)
@@ -387,7 +387,7 @@ def test_spin_once_runs_what_is_there_in_order_of_arrival(make_node: Any, transp
     listener.subscribe("a", Float64, lambda m: acquired.append(("a", m.data, threading.current_thread())))
     listener.subscribe("b", Float64, lambda m: acquired.append(("b", m.data, threading.current_thread())))
     a, b = talker.advertise("a", Float64), talker.advertise("b", Float64)
-    assert a.wait_for_subscribers(timeout=5) and b.wait_for_subscribers(timeout=5)
+    assert a.wait_for_subscribers(timeout=20) and b.wait_for_subscribers(timeout=20)
     for publisher, number in ((a, 1), (b, 2), (a, 3)):
         publisher.publish(number)
         assert context_of(listener).callback_queue.wait(5)
@@ -403,7 +403,7 @@ def test_unregistered_callbacks_are_not_called_by_a_later_spin(make_node: Any, t
     talker, listener, acquired = make_node("talker"), make_node("listener", callbacks="spin"), collect()
     subscriber = listener.subscribe("t", Float64, acquired)
     publisher = talker.advertise("t", Float64)
-    assert publisher.wait_for_subscribers(timeout=5)
+    assert publisher.wait_for_subscribers(timeout=20)
     publisher.publish(1)
     assert context_of(listener).callback_queue.wait(5)
     subscriber.unregister()
@@ -454,13 +454,13 @@ def test_unregistering_does_not_wait_for_a_callback(make_node: Any, transport: s
     for _ in range(3):
         with lock:
             subscriber = listener.subscribe("t", Float64, callback)
-            assert publisher.wait_for_subscribers(timeout=5)
+            assert publisher.wait_for_subscribers(timeout=20)
             publisher.publish(1.0)
             assert inside.wait(5)
             links = subscription_of(listener).links
             subscriber.unregister()
             assert not left.is_set()
-        assert left.wait(5)
+        assert left.wait(20)
         lock.release()
         until(lambda links=links: not any(link.connected for link in links) and not publisher.num_connections)
         inside.clear()

@@ -17,7 +17,7 @@ from pyros1.net.loop import Loop
 
 from ...bodies import encode_frame
 
-PATIENCE = 10.0
+PATIENCE = 20.0
 KINDS = [(callbacks, size) for callbacks in ("inline", "spin") for size in (None, 1, 10)]
 
 

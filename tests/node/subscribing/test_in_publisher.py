@@ -21,7 +21,7 @@ Make = Callable[..., Node]
 
 def linked(node: Node, topic: str, kind: Any = Float64, **options: Any) -> Any:
     publisher = node.advertise(topic, kind, **options)
-    assert publisher.wait_for_subscribers(timeout=5)
+    assert publisher.wait_for_subscribers(timeout=20)
     return publisher
 
 
@@ -72,11 +72,11 @@ def test_latched_messages_and_those_of_other_processes_come_as_usual(make_node: 
         came.set()
 
     make_node("a").subscribe("t", Float64, heard, in_publisher=True)
-    assert came.wait(5)
-    assert latching.wait_for_subscribers(timeout=5)
+    assert came.wait(20)
+    assert latching.wait_for_subscribers(timeout=20)
     came.clear()
     latching.publish(Float64(2))
-    assert came.wait(5)
+    assert came.wait(20)
     assert kept.numbers == [1, 2]
 
 
@@ -87,7 +87,7 @@ def test_all_subscribers_must_want_it(make_node: Make) -> None:
     other = node.subscribe("t", Float64, lambda message: (usual(message), here.set()))
     publisher = linked(node, "t")
     publisher.publish(Float64(1))
-    assert here.wait(5)
+    assert here.wait(20)
     assert get_ident() not in kept.threads + usual.threads
     other.unregister()
     deadline = threading.Event()
@@ -149,7 +149,7 @@ def test_topics_that_call_each_other(make_node: Make) -> None:
             done.set()
 
     node.subscribe("pong", Float64, back, in_publisher=True)
-    assert pong.wait_for_subscribers(timeout=5)
+    assert pong.wait_for_subscribers(timeout=20)
     ping = linked(node, "ping")
     ping.publish(Float64(0))
     assert done.wait(10)
@@ -279,5 +279,5 @@ def test_no_callback_holds_up_a_loop(make_node: Make) -> None:
         came.set()
 
     node.subscribe("t", Float64, heard, in_publisher=True)
-    assert came.wait(5)
+    assert came.wait(20)
     assert not isinstance(threads[0], LoopThread)

@@ -54,7 +54,7 @@ def messages(subscriber: Any, got: Any) -> list[Any]:
 def test_messages_of_any_size_are_decoded_later(make_node: Any, transport: str, stream: Any, size: int) -> None:
     subscriber, got = stream(make_node("listener"), CompressedImage)
     publisher = make_node("talker").advertise("t", CompressedImage)
-    assert publisher.wait_for_subscribers(timeout=5)
+    assert publisher.wait_for_subscribers(timeout=20)
     for number in range(3):
         publisher.publish(CompressedImage(format="jpeg", data=bytes([number]) * size))
         got.wait(number + 1)
@@ -97,7 +97,7 @@ def test_an_ended_stream_gets_nothing(make_node: Any, transport: str, stream: An
     subscriber, got = stream(listener, Float64)
     listener.subscribe("t", Float64, rest)
     publisher = make_node("talker").advertise("t", Float64)
-    assert publisher.wait_for_subscribers(timeout=5)
+    assert publisher.wait_for_subscribers(timeout=20)
     publisher.publish(1)
     got.wait(1)
     subscriber.unregister()

@@ -29,7 +29,7 @@ def topic(make_node: Any, transport: str, collect: Any) -> Any:
         talker, listener, got = make_node("talker"), make_node("listener"), collect()
         listener.subscribe("t", message_class, got, **options)
         publisher = talker.advertise("t", message_class, queue_size=100)
-        assert publisher.wait_for_subscribers(timeout=5)
+        assert publisher.wait_for_subscribers(timeout=20)
         return publisher.publish, got
 
     return link
@@ -83,7 +83,7 @@ def test_subscribers_of_one_topic_may_want_different_arrays(make_node: Any, tran
     listener.subscribe("t", Image, views, arrays="memoryview")
     listener.subscribe("t", AnyMsg, raw)
     publisher = talker.advertise("t", Image, queue_size=10)
-    assert publisher.wait_for_subscribers(timeout=5)
+    assert publisher.wait_for_subscribers(timeout=20)
     for number in range(3):
         sent = image(number, 1 << 18)
         publisher.publish(sent)
@@ -117,7 +117,7 @@ def test_within_a_process_a_large_array_is_shared_and_the_subscribers_share_the_
     for listener, got in zip(listeners, received, strict=True):
         listener.subscribe("t", Image, got)
     publisher = talker.advertise("t", Image, queue_size=1)
-    assert publisher.wait_for_subscribers(2, timeout=5)
+    assert publisher.wait_for_subscribers(2, timeout=20)
     sent = image(1, 1 << 20)
     publisher.publish(sent)
     for got in received:
@@ -140,7 +140,7 @@ def test_raw_messages_have_no_arrays(make_node: Any, transport: str, collect: An
     got = collect()
     make_node("listener").subscribe("t", AnyMsg, got, arrays="numpy")
     publisher = make_node("talker").advertise("t", Image)
-    assert publisher.wait_for_subscribers(timeout=5)
+    assert publisher.wait_for_subscribers(timeout=20)
     publisher.publish(image(1, 10))
     assert got.wait(1)[0]._buff.endswith(bytes([1]) * 10)
 
@@ -152,7 +152,7 @@ def test_what_a_callback_raises_to_end_its_program(make_node: Any, transport: st
     for node in (spinning, other):
         node.subscribe("t", Float64, lambda _: sys.exit("enough"))
     publisher = make_node("talker").advertise("t", Float64)
-    assert publisher.wait_for_subscribers(2, timeout=5)
+    assert publisher.wait_for_subscribers(2, timeout=20)
     publisher.publish(1)
     with pytest.raises(SystemExit, match="enough"):
         while spinning.ok():
@@ -165,7 +165,7 @@ def test_a_queue_size_can_be_changed_while_messages_wait(make_node: Any, transpo
     node, got = make_node("listener", callbacks="spin"), []
     subscriber = node.subscribe("t", Float64, lambda message: got.append(message.data), queue_size=10)
     publisher = make_node("talker").advertise("t", Float64, queue_size=10)
-    assert publisher.wait_for_subscribers(timeout=5)
+    assert publisher.wait_for_subscribers(timeout=20)
     subscriber.set_queue_size(2)
     for number in range(5):
         publisher.publish(number)
@@ -179,7 +179,7 @@ def test_raw_messages_are_published_without_a_queue(make_node: Any, transport: s
     got = collect()
     make_node("reader").subscribe("raw", Float64, got)
     publisher = make_node("writer").advertise("raw", Float64)
-    assert publisher.wait_for_subscribers(timeout=5)
+    assert publisher.wait_for_subscribers(timeout=20)
     raw = AnyMsg()
     raw._buff = encode(Float64(5))
     publisher.publish(raw)

@@ -36,7 +36,7 @@ def test_idle_subscriptions_share_two_threads(
     for i in range(count):
         listener.subscribe(f"t{i}", Float64, got)
     for publisher in publishers:
-        assert publisher.wait_for_subscribers(timeout=5)
+        assert publisher.wait_for_subscribers(timeout=20)
     for i, publisher in enumerate(publishers):
         publisher.publish(i)
         got.wait(i + 1)
@@ -51,12 +51,12 @@ def test_idle_subscriptions_share_two_threads(
 def test_as_many_callbacks_as_topics_run_at_once(make_node: Any, transport: str) -> None:
     talker, listener = make_node("talker"), make_node("listener")
     count = 8
-    together = threading.Barrier(count + 1, timeout=10)
+    together = threading.Barrier(count + 1, timeout=20)
     publishers = [talker.advertise(f"t{i}", Float64, queue_size=1) for i in range(count)]
     for i in range(count):
         listener.subscribe(f"t{i}", Float64, lambda _: together.wait())
     for publisher in publishers:
-        assert publisher.wait_for_subscribers(timeout=5)
+        assert publisher.wait_for_subscribers(timeout=20)
         publisher.publish(1)
     together.wait()  # breaks if one of them has to wait for another
 
@@ -66,7 +66,7 @@ def test_threads_that_are_not_needed_any_more_end(
 ) -> None:
     monkeypatch.setattr(readers, "IDLE_TIMEOUT", 0.01)
     test_as_many_callbacks_as_topics_run_at_once(make_node, transport)
-    end = time.monotonic() + 10
+    end = time.monotonic() + 20
     while len(alive := reader_threads("listener")) > readers.MIN_WAITING_THREADS + 1:
         assert time.monotonic() < end, f"{len(alive)} threads are left"
         alive[0].join(0.01)  # which of them rest is not known
@@ -84,7 +84,7 @@ class Script:
         with self._changed:
             self.limits[threading.current_thread()] = limit
             self._changed.notify_all()
-        answer = self._answers.get(timeout=10)
+        answer = self._answers.get(timeout=20)
         with self._changed:
             del self.limits[threading.current_thread()]
         return answer
@@ -96,7 +96,7 @@ class Script:
         self._answers.put(None)
 
     def until(self, condition: Callable[[list[float]], bool]) -> None:
-        end = time.monotonic() + 10
+        end = time.monotonic() + 20
         with self._changed:
             while not condition(list(self.limits.values())):
                 assert time.monotonic() < end, self.limits
@@ -141,7 +141,7 @@ def test_threads_whose_rest_is_over_at_the_same_moment_do_not_all_end(monkeypatc
         patch.setattr(readers, "Poller", lambda: script)
         patch.setattr(threading, "RLock", SlowLock)
         pool = readers.DeliveryThreads("/pool", lambda error: None)
-    together = threading.Barrier(4, timeout=10)
+    together = threading.Barrier(4, timeout=20)
     try:
         for _ in range(3):
             pool.wake(Work(together.wait))
@@ -165,7 +165,7 @@ def test_a_system_without_more_threads_costs_no_message(
     for i in range(4):
         listener.subscribe(f"t{i}", Float64, got)
     for publisher in publishers:
-        assert publisher.wait_for_subscribers(timeout=5)
+        assert publisher.wait_for_subscribers(timeout=20)
     start = threading.Thread.start
 
     def none_left(thread: threading.Thread) -> None:
@@ -239,7 +239,7 @@ def test_when_the_program_ends_no_thread_is_missed(
     monkeypatch.setattr(threading, "main_thread", lambda: over)  # Python 3.12 starts no threads after its end
     listener.subscribe("t", Float64, got)
     publisher = talker.advertise("t", Float64)
-    assert publisher.wait_for_subscribers(timeout=5)
+    assert publisher.wait_for_subscribers(timeout=20)
     for number in range(3):
         publisher.publish(number)
     got.wait(3)
@@ -259,7 +259,7 @@ def test_a_subscription_for_which_there_is_no_thread_leaves_nothing(
             listener.subscribe("t", Float64, got)
     listener.subscribe("t", Float64, got)
     publisher = talker.advertise("t", Float64)
-    assert publisher.wait_for_subscribers(timeout=5)
+    assert publisher.wait_for_subscribers(timeout=20)
     publisher.publish(1)
     got.wait(1)
 
@@ -281,9 +281,9 @@ def test_an_error_that_cannot_be_told_ends_no_thread(
             subscription_of(listener).delivery.submit(fail)
         context_of(listener).loop.call_soon(fail)
         context_of(listener).loop.call_soon(reported.set)
-        assert reported.wait(5)
+        assert reported.wait(20)
     publisher = talker.advertise("t", Float64, queue_size=10)
-    assert publisher.wait_for_subscribers(timeout=5)
+    assert publisher.wait_for_subscribers(timeout=20)
     publisher.publish(1)
     got.wait(1)
 
@@ -299,6 +299,6 @@ def test_a_fault_does_not_end_a_thread(make_node: Any, collect: Any, watch_log: 
     subscription_of(listener).delivery.submit(fail)
     log.saw("internal error in a subscription", "RuntimeError: a fault")
     publisher = talker.advertise("t", Float64, queue_size=1)
-    assert publisher.wait_for_subscribers(timeout=5)
+    assert publisher.wait_for_subscribers(timeout=20)
     publisher.publish(1)
     got.wait(1)

@@ -113,11 +113,11 @@ def test_a_node_that_hangs_is_lost_after_the_limit(watcher: Any, fake: Any, hang
 
 
 def test_a_watcher_that_stood_still_itself_asks_again(watcher: Any, fake: Any, hang: Any, heard: Heard) -> None:
-    watcher.watch("/x", heard.on_lost, heard.on_found, period=0.02, limit=0.3)
+    watcher.watch("/x", heard.on_lost, heard.on_found, period=0.02, limit=1.5)
     heard.news.wait(1)
     event = hang()
     fake.calls.wait(len(fake.calls.items) + 1)
-    context_of(watcher).loop.run(time.sleep, 0.3 + 1.5 * MIN_STALL)  # as if this process had been stopped
+    context_of(watcher).loop.run(time.sleep, 1.5 + 1.5 * MIN_STALL)  # as if this process had been stopped
     fake.answers["getPid"] = [1, "", 7]
     event.set()
     fake.calls.wait(len(fake.calls.items) + 5)
@@ -236,13 +236,13 @@ def test_a_name_that_never_was_is_unseen_until_it_comes(make_node: Any, watcher:
 def test_a_master_that_is_silent_gone_or_new_changes_nothing(
     watcher: Any, master: Master, fake: Any, heard: Heard
 ) -> None:
-    watcher.watch("/x", heard.on_lost, heard.on_found, **SHORT)
+    watcher.watch("/x", heard.on_lost, heard.on_found, period=0.02, limit=1.0)
     heard.news.wait(1)
     port = master.port
     master.stop()
     with socket.create_server(("127.0.0.1", port)):  # accepts, and answers nothing
-        fake.calls.wait(len(fake.calls.items) + 10)
-    fake.calls.wait(len(fake.calls.items) + 10)
+        fake.calls.wait(len(fake.calls.items) + 75)  # longer than the limit
+    fake.calls.wait(len(fake.calls.items) + 75)
     new = Master(port=port, bind_host="127.0.0.1")
     new.start()
     try:
