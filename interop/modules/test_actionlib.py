@@ -451,6 +451,8 @@ import pyros1
 from pyros1 import actions
 from pyros1.msgs.actionlib.msg import TwoIntsAction, TwoIntsGoal
 with pyros1.Node("ours") as node, actions.Client(node, "many", TwoIntsAction) as client:
+    while not client.send(TwoIntsGoal(a=3), timeout=20).wait(5):
+        pass  # stock's server may lose the first goal's result
     for a in range(4):
         goal = client.send(TwoIntsGoal(a=a), timeout=20)
         if a == 1:

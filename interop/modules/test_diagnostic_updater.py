@@ -104,11 +104,13 @@ def test_signatures(master: Master) -> None:
 
 UPDATER = """
 import rospy
+from diagnostic_msgs.msg import DiagnosticArray
 from diagnostic_updater import *
 from std_msgs.msg import String
 rospy.init_node("updater")
 rospy.set_param("~diagnostic_period", 0.25)
 updater = Updater()
+plenty = rospy.Publisher("/diagnostics", DiagnosticArray, queue_size=100)  # else stock drops what it cannot send at once
 words = rospy.Publisher("words", String, queue_size=1)
 while not updater.publisher.get_num_connections() or not words.get_num_connections():
     rospy.sleep(0.01)

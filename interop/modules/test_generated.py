@@ -44,9 +44,7 @@ back = rospy.Publisher(sys.argv[1] + "_back", PoseStamped, queue_size=1, latch=T
 pose = PoseStamped()
 pose.header.frame_id, pose.pose.position.x = "odom", 2.5
 back.publish(pose)
-while back.get_num_connections() == 0:
-    rospy.rostime.wallsleep(0.02)
-rospy.rostime.wallsleep(0.2)  # stock drops what is still in its queue at the end
+rospy.spin()  # stock drops what is still in its queue at the end
 """
 
 
@@ -63,8 +61,9 @@ def test_a_node_with_generated_messages(launcher: Master, topic: str, devel: Pat
     talker = start("ours", launcher, TALKER, topic, PYTHONPATH=f"{START}:{SOURCE}:{devel}")
     assert talker.wait_line("__init__").string.startswith(str(devel))
     talker.wait_line("ready")
-    said = run(other, launcher, LISTENER, topic)
-    assert said.splitlines() == ["map 5 1.5 geometry_msgs/TwistStamped", "heard"]
+    listener = start(other, launcher, LISTENER, topic)
+    listener.wait_line("^map 5 1.5 geometry_msgs/TwistStamped$")
+    listener.wait_line("^heard$")
     assert talker.wait_line("^pose").string == "pose geometry_msgs.msg._PoseStamped 2.5 odom"
 
 

@@ -84,6 +84,7 @@ say("callback of none", server.setCallback, "none", got)
 for kind in range(7):
     server.processFeedback(feedback("a", kind, "one", float(kind)))
     where("a")
+server.marker_contexts["a"].last_feedback = rospy.Time.now() + rospy.Duration(60)  # the second is not over, however slow this is
 server.processFeedback(feedback("a", InteractiveMarkerFeedback.POSE_UPDATE, "two", 70.0))
 server.processFeedback(feedback("none", InteractiveMarkerFeedback.POSE_UPDATE))
 where("a")
@@ -235,12 +236,11 @@ attempt(server.setPose, name="a", pose=Pose(), header=Header())
 show(server.pending_updates["a"])
 attempt(server.applyChanges)
 context = server.marker_contexts["a"]
-def feed(client, x, seconds=None, kind=InteractiveMarkerFeedback.POSE_UPDATE):
-    if seconds is not None:
-        context.last_feedback = rospy.Time.now() - rospy.Duration(seconds)
+def feed(client, x, seconds=-60, kind=InteractiveMarkerFeedback.POSE_UPDATE):
+    context.last_feedback = rospy.Time.now() - rospy.Duration(seconds)  # in the future: no second is over, however slow this is
     attempt(server.processFeedback, feedback("a", kind, client, x))
     print("   ", repr(context.last_client_id), context.int_marker.pose.position.x, sorted(server.pending_updates))
-feed("one", 1.0, 0.1)
+feed("one", 1.0)
 feed("one", 2.0, 30)
 feed("two", 3.0)
 feed("one", 4.0)
@@ -248,9 +248,9 @@ feed("two", 5.0, 30)
 def wrong(it):
     raise ValueError("wrong")
 attempt(server.setCallback, name="a", feedback_cb=wrong, feedback_type=InteractiveMarkerFeedback.BUTTON_CLICK)
-feed("two", 6.0, 0, InteractiveMarkerFeedback.BUTTON_CLICK)
+feed("two", 6.0, kind=InteractiveMarkerFeedback.BUTTON_CLICK)
 attempt(server.setCallback, "a", lambda it: (print("    locked", server.mutex.locked()), server.setPose("a", Pose())))
-feed("two", 7.0, 0)
+feed("two", 7.0)
 server.update_pub, server.init_pub = Topic("update"), Topic("init")
 attempt(server.publish, InteractiveMarkerUpdate())
 attempt(server.keepAlive, None)

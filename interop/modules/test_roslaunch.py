@@ -14,7 +14,7 @@ PACKAGE = "<package format='2'><name>scripted</name><version>1.0.0</version></pa
 NODE = """#!/bin/sh
 # "stay" runs on; other words are exit codes
 trap 'exit 0' INT TERM
-[ "$1" = stay ] || { sleep 1; exit "$1"; }  # stock takes a quick end for a failed start
+[ "$1" = stay ] || { sleep 3; exit "$1"; }  # stock takes a quick end for a failed start
 while :; do sleep 0.05; done
 """
 LAUNCH = """<launch>

@@ -170,11 +170,10 @@ def tick(seconds):
 tick(100)
 lasting = []
 kept = rospy.Timer(rospy.Duration(1), lasting.append, reset=True)
-rates, begun = [], []
+rates = []
 def rate(reset):
     try:
         made = rospy.Rate(0.01, reset=reset)
-        begun.append(reset)
         made.sleep()
         rates.append((reset, "slept"))
     except rospy.ROSTimeMovedBackwardsException as error:
@@ -197,15 +196,13 @@ def say():
     rospy.loginfo_throttle(1000, "throttled")
 for _ in range(3):
     say()
-until(lambda: len(begun) == 2)
-for _ in range(10):
-    on()
+until(lambda: all(map(asleep, threads)))
 tick(10)
 now = 10
 say()
 say()
 print("timer", kept.is_alive())
-threads[0].join(10)
+threads[0].join(20)
 count = len(lasting)
 def again():
     on()

@@ -26,7 +26,8 @@ def take(m):
         got.append(m)
 s = rospy.Subscriber("/rosout", Log, take)
 until(lambda: s.get_num_connections())
-time.sleep(0.2)
+rosout = rospy.topics.get_topic_manager().get_publisher_impl("/rosout")
+until(lambda: rosout.get_num_connections() > 1)  # the node rosout and this one
 def helper():
     rospy.loginfo("in a function %d", 5)
 class Robot:

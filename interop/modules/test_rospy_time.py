@@ -18,17 +18,21 @@ for bad in ("a", rospy.Time(0), None):
     t("sleep", lambda: rospy.sleep(bad))
 t("rate", lambda: rospy.Rate(0))
 r = rospy.Rate(10)
-t("rate", lambda: (r.sleep_dur, type(r.last_time), type(r.remaining()), 0 < r.remaining().to_sec() <= 0.1, r.sleep()))
+t("rate", lambda: (r.sleep_dur, type(r.last_time), type(r.remaining()), r.remaining().to_sec() <= 0.1, r.sleep()))
+print(rospy.Rate(0.01).remaining().to_sec() > 50)
 t("now", lambda: (type(rospy.Time.now()), type(rospy.get_rostime()), type(rospy.get_time())))
 t("now", lambda: abs(rospy.get_time() - time.time()) < 5)
 start = time.monotonic()
+r = rospy.Rate(10)
 for _ in range(10):
     r.sleep()
-print(0.85 < time.monotonic() - start < 2)
-late = rospy.Rate(100)
-time.sleep(0.2)
-late.sleep()
-print(late.remaining() > rospy.Duration(0))
+print(0.95 < time.monotonic() - start < 9)
+def after_a_late_one():
+    late = rospy.Rate(100)
+    time.sleep(0.2)
+    late.sleep()
+    return late.remaining() > rospy.Duration(0)
+until(after_a_late_one)  # on a busy machine 10 ms may be over at once
 events = []
 once = rospy.Timer(rospy.Duration(0.02), events.append, oneshot=True)
 once.join(10)
@@ -109,13 +113,15 @@ thread, _ = background(lambda: until(lambda: len(events) >= 3))
 end = move(thread, end + 0.25, 0.25)
 print(len(events) >= 3, all(event.current_real >= event.current_expected for event in events))
 timer.shutdown()
+tick(200)
 thread, out = background(lambda: rospy.sleep(1000))
-end = move(background(lambda: time.sleep(0.3))[0], end, 0.25)
+until(lambda: asleep(thread))
+tick(201)
 tick(1)
-thread.join(10)
+thread.join(20)
 print(out[0])
 thread, out = background(lambda: rospy.sleep(1000))
-end = move(background(lambda: time.sleep(0.3))[0], 2, 0.25)
+until(lambda: asleep(thread))
 rospy.signal_shutdown("end")
 thread.join(10)
 print(out)
@@ -131,6 +137,7 @@ def show(rate):
     return round(rate.last_time.to_sec(), 3), round(rate.remaining().to_sec(), 3)
 def jump(rate, seconds):
     thread, out = background(rate.sleep)
+    until(lambda: asleep(thread) or not thread.is_alive())
     move(thread, seconds, 0)
     return show(rate), out
 seconds = 10
@@ -143,7 +150,9 @@ for step in (0.125, 0.1875, 0.4375, 0.25, 100):
             print("again", show(rate))
 for rate in rates:
     thread, out = background(rate.sleep)
-    move(thread, 50, -0.25)  # again and again: the first one may come before the sleep
+    until(lambda: asleep(thread))
+    tick(50)
+    thread.join(20)
     print("back", rate.last_time == rospy.Time.now(), [each and each[:2] for each in out])
     tick(seconds)
 """
@@ -152,14 +161,17 @@ for rate in rates:
 AGAIN = (
     SIMULATED[: SIMULATED.index("tick(10)\n")]
     + """
+import itertools
 tick(100)
 for reset in (False, True):
     events = []
     timer = rospy.Timer(rospy.Duration(1), events.append, reset=reset)
-    for first, count in ((100, 3), (20, 6), (3, 9)):  # the bag is played again
+    for first in (100, 20, 3):  # the bag is played again
+        count = len(events) + 3
         thread, _ = background(lambda: until(lambda: len(events) >= count or not timer.is_alive()))
         move(thread, first, 0.25)
-    print(timer.is_alive(), [event.current_real.secs // 10 for event in events][:9])
+    times = itertools.groupby(event.current_real.secs // 10 for event in events)
+    print(timer.is_alive(), [(time, len(list(group)) >= 3) for time, group in times])
     timer.shutdown()
 """
 )
@@ -204,9 +216,9 @@ rospy.rostime._set_rostime(rospy.Time(80))
 done = []
 thread = threading.Thread(target=lambda: done.append(rospy.sleep(2)))
 thread.start()
-time.sleep(0.1)
+until(lambda: asleep(thread))
 rospy.rostime._set_rostime(rospy.Time(81))
-time.sleep(0.1)
+until(lambda: asleep(thread))
 tick(82)
 thread.join(20)
 print(done, thread.is_alive(), rospy.rostime._rostime_current.secs)
@@ -243,8 +255,8 @@ def test_rates_when_simulated_time_jumps(launcher: Master) -> None:
 def test_a_timer_goes_on_when_simulated_time_begins_again(launcher: Master) -> None:
     """As in the last release of Noetic; in the one of Debian a timer without ``reset`` ends."""
     lines = run("ours", launcher, HEAD + AGAIN).splitlines()[-2:]
-    assert lines[1] == "True [10, 10, 10, 2, 2, 2, 0, 0, 0]"
-    assert lines[0].startswith("True [10, 10, 10, ")
+    assert lines[1] == "True [(10, True), (2, True), (0, True)]"
+    assert lines[0].startswith("True [(10, True), ")
     assert run("stock", launcher, HEAD + AGAIN).splitlines()[-1] == lines[1]
 
 

@@ -159,10 +159,10 @@ LISTEN = """
 rospy.init_node("listen")
 out, points = [], []
 s = rospy.Subscriber("talk", Float64, lambda m: out.append(m.data))
-until(lambda: len(out) == 100, 30)
+until(lambda: len(out) == 100)
 assert out == [k / 8 for k in range(100)]
 l = rospy.Subscriber("numbers", PointStamped, points.append)
-until(lambda: points)
+until(lambda: points and points[-1].point.x == 4)
 m = points[-1]
 print(m.point.x, m.header.seq > 0, m.header.frame_id, m._connection_header["latching"], m._connection_header["more"])
 """

@@ -185,11 +185,11 @@ rospy.Timer(rospy.Duration(0.05), lambda _: number.publish(1))
 rospy.spin()
 """
 CHECKS = {
-    "advertisetest": {"topics": [{"name": "/number", "timeout": 10, "type": "std_msgs/Float64"}]},
+    "advertisetest": {"topics": [{"name": "/number", "timeout": 30, "type": "std_msgs/Float64"}]},
     "publishtest": {
-        "topics": [{"name": "/number", "timeout": 10}, {"name": "/silent", "timeout": 1, "negative": True}]
+        "topics": [{"name": "/number", "timeout": 30}, {"name": "/silent", "timeout": 1, "negative": True}]
     },
-    "hztest": {"topic": "/number", "hz": 20.0, "hzerror": 10.0, "test_duration": 2.0, "wait_time": 20.0},
+    "hztest": {"topic": "/number", "hz": 20.0, "hzerror": 15.0, "test_duration": 5.0, "wait_time": 20.0},
     "paramtest": {"param_name_target": "/given", "test_duration": 1.0, "wait_time": 5.0},
 }
 

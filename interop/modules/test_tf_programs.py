@@ -9,7 +9,7 @@ from shlex import split
 
 import pytest
 from faces import FACES, command, environ, run, start
-from harness import Master, Process
+from harness import Master, Process, until
 
 pytestmark = pytest.mark.ours_only
 tools = pytest.mark.skipif(
@@ -111,6 +111,8 @@ def frames(launcher: Master) -> None:
     """Transforms map -> base -> lidar of stock's publishers, and a frame elsewhere."""
     for words in ("1 2 3 0.1 0.2 0.3 map base", "0 0 1 0 0 0 base lidar", "0 0 1 0 0 0 island shore"):
         launcher.run([PUBLISHER, *split(words), f"__name:=to_{words.rpartition(' ')[2]}"], python="stock")
+    nodes = {"/to_base", "/to_lidar", "/to_shore"}
+    until(lambda: nodes <= set(launcher.publishers("/tf_static")), "the publishers of transforms")
 
 
 def test_clients_of_a_buffer_server(launcher: Master, frames: None) -> None:

@@ -1,6 +1,7 @@
 """What the programs of the tests of rospy begin with, after ``import rospy``.
 
-``t(label, function)`` prints what a call returns or raises.
+``t(label, function)`` prints what a call returns or raises. ``asleep(thread)`` says whether a thread waits in a sleep
+in simulated time: it has read the time at which it began.
 """
 
 TOOLS = """
@@ -17,7 +18,13 @@ def t(label, call):
     except BaseException as error:
         kind = type(error)
         print(label, "!!", [each.__name__ for each in kind.__mro__ if each.__name__[:3] in KINDS], error)
-def until(reached, seconds=15):
+def asleep(thread):
+    frame, names = sys._current_frames().get(thread.ident), []
+    while frame is not None:
+        names.append(frame.f_code.co_name)
+        frame = frame.f_back
+    return "sleep" in names and names[0] in ("wait", "wait_for", "_acquire_in_steps")
+def until(reached, seconds=30):
     end = time.monotonic() + seconds
     while not reached():
         assert time.monotonic() < end, "not in time"

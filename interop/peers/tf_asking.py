@@ -11,6 +11,15 @@ import tf2_ros
 rospy.init_node("asking", anonymous=True)
 client = tf2_ros.BufferClient(sys.argv[1], timeout_padding=rospy.Duration(20))  # 2 s are too few for a busy machine
 assert client.wait_for_server(rospy.Duration(20))
+simple = client.client
+if hasattr(simple, "action_client"):  # stock's: it loses a result that comes before send_goal has returned
+    send = simple.send_goal
+
+    def send_goal(*args, **names):
+        with simple.action_client.manager.list_mutex:
+            send(*args, **names)
+
+    simple.send_goal = send_goal
 ZERO = rospy.Time()
 
 

@@ -86,7 +86,7 @@ t("keep", server.keepAlive, None)
 t("init", server.publishInit)
 import time
 
-end = time.monotonic() + 10
+end = time.monotonic() + 30
 while time.monotonic() < end and not (
     any(type(x).__name__.endswith("Init") for x in heard) and any(getattr(x, "type", None) == 0 for x in heard)
 ):

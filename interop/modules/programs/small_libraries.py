@@ -118,7 +118,7 @@ m.transform.rotation.w = 1
 m.transform.translation.x = 4
 import time
 
-end = time.monotonic() + 10
+end = time.monotonic() + 30
 while not got and time.monotonic() < end:
     br.sendTransformMessage(m)
     time.sleep(0.05)

@@ -161,8 +161,11 @@ t("spec", rosmsg.spec_to_str, ctx, c)
 rospy.init_node("observed", anonymous=False)
 shown(rosnode.rosnode_info, "/not_there")
 out = io.StringIO()
-with contextlib.redirect_stdout(out):
-    rosnode.rosnode_info("/observed")
+end = time.monotonic() + 20
+while "to: /rosout" not in out.getvalue() and time.monotonic() < end:
+    out = io.StringIO()
+    with contextlib.redirect_stdout(out):
+        rosnode.rosnode_info("/observed")
 print(re.sub(r"[0-9]+", "N", out.getvalue()))
 shown(rosnode.rosnode_info, "relative_nope")
 # rostopic
@@ -204,13 +207,13 @@ t("none", ev.custom_strify_message, None)
 heard = []
 sub = rospy.Subscriber("/pub_topic", String, lambda m: heard.append(m.data))
 pub = rospy.Publisher("/pub_topic", String, queue_size=10, latch=True)
-end = time.monotonic() + 10
+end = time.monotonic() + 30
 while not pub.get_num_connections() and time.monotonic() < end:
     time.sleep(0.01)
 
 
 def wait(n):
-    end = time.monotonic() + 10
+    end = time.monotonic() + 30
     while len(heard) < n and time.monotonic() < end:
         time.sleep(0.01)
     print(sorted(heard))
