@@ -100,7 +100,7 @@ def test_stocks_player_plays_those_of_1_2_with_an_index(launcher: Master, tmp_pa
     ear = launcher.ready_peer("rospy", "ear_of_kinds")
     ear.subscribe("/b", "std_msgs/String", 100)
     path = whole_bags(tmp_path)[kind]
-    process = launcher.run(["/usr/lib/rosbag/play", "-d", "1", "-r", "4", str(path)], label="player")
+    process = launcher.run(["/usr/lib/rosbag/play", "-d", "4", "-r", "4", str(path)], label="player")
     with BagReader(path) as bag:
         assert [ear.received("/b") for _ in range(4)] == [
             found.data.hex() for found in bag.messages(bag.connection_ids(["/b"]))

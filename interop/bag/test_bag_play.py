@@ -92,26 +92,26 @@ def test_clock(launcher: Master, topic: str, who: str, tmp_path: Path) -> None:
     path = make_bag(tmp_path / "x.bag", topic, topic + "/latched")
     peer = launcher.ready_peer("rospy", f"ear_{who}")
     peer.subscribe("/clock", "rosgraph_msgs/Clock", 1000)
-    process = player(launcher, who, "--clock", "--hz", "100", "-d", "1", str(path))
+    process = player(launcher, who, "--clock", "--hz", "100", "-d", "3", "-r", "0.25", str(path))
     assert process.wait() == 0, process.transcript()
     times = clock_times(peer)
-    assert times == sorted(times) and 30 < len(times) < 130
+    assert times == sorted(times) and 30 < len(times) < 430
     assert 0 <= times[0] < 200 * MS and times[-1] <= 993 * MS
 
 
 @pytest.mark.parametrize("who", PLAYERS)
 def test_clock_at_a_rate_in_a_part(launcher: Master, topic: str, who: str, tmp_path: Path) -> None:
-    """It begins with the first message of the part; a tick adds 10 ms of the bag, or more if some were missed."""
+    """It begins with the first message of the part; a tick adds 5 ms of the bag, or more if some were missed."""
     path = make_bag(tmp_path / "x.bag", topic, topic + "/latched")
     peer = launcher.ready_peer("rospy", f"ear_{who}")
     peer.subscribe("/clock", "rosgraph_msgs/Clock", 1000)
-    words = ("--clock", "--hz", "50", "-r", "0.5", "-s", "0.2", "-u", "0.5", "-d", "1", "--topics", topic, "--bags")
+    words = ("--clock", "--hz", "50", "-r", "0.25", "-s", "0.2", "-u", "0.5", "-d", "3", "--topics", topic, "--bags")
     process = player(launcher, who, *words, str(path))
     assert process.wait() == 0, process.transcript()
     times = clock_times(peer)
     assert 200 * MS <= times[0] < 400 * MS and times == sorted(times) and times[-1] <= 700 * MS
     steps = sorted(after - before for before, after in itertools.pairwise(times))
-    assert len(times) <= 0.5 / 0.5 * 50 + 5 and steps[len(steps) // 2] > 8 * MS
+    assert len(times) <= 0.5 / 0.25 * 50 + 5 and steps[len(steps) // 2] > 4 * MS
 
 
 @pytest.mark.parametrize("who", PLAYERS)
@@ -177,8 +177,9 @@ def test_tutorial(launcher: Master, topic: str, recorder: str, who: str, tmp_pat
     """The minimal nodes' topic1: what one system records, the other plays; minimal_subscriber prints the same."""
     path = tmp_path / "tutorial.bag"
     publisher = node(launcher, "minimal_publisher", "_rate:=10", f"topic1:={topic}")
+    until(lambda: launcher.publishers(topic), "the publisher is there")
     command = [RECORD] if recorder == "stock" else [sys.executable, "-m", "pyros1", "bag", "record"]
-    recording = launcher.run([*command, "--duration", "2", "-O", str(path), topic], python=recorder)
+    recording = launcher.run([*command, "--duration", "5", "-O", str(path), topic], python=recorder)
     assert recording.wait(30) == 0, recording.transcript()
     publisher.close()
     cls: Any = load_message("std_msgs/Float64")
@@ -189,10 +190,13 @@ def test_tutorial(launcher: Master, topic: str, recorder: str, who: str, tmp_pat
     subscriber = node(launcher, "minimal_subscriber", f"topic1:={topic}")
     process = player(launcher, who, "--wait-for-subscribers", "-d", "1", str(path))
     assert process.wait(30) == 0, process.transcript()
-    until(lambda: len(subscriber.unread("received value is")) >= len(values), "all values")
+    expected = [f"{value:.6f}" for value in values]
+    until(lambda: subscriber.unread(f"received value is: {expected[-1]}$"), "the last value")
     line = re.compile(r"\[(\d+\.\d+)\]: received value is: (\d+\.\d{6})")
     printed = [found for text in subscriber.lines if (found := line.search(text))]
-    assert [found[2] for found in printed] == [f"{value:.6f}" for value in values]
+    rest = iter(expected)
+    assert all(found[2] in rest for found in printed), "in order; with its queue of one it misses some if it is slow"
+    assert len(printed) > 5
     assert float(printed[-1][1]) - float(printed[0][1]) > length / 2, "at the pace of the recording, not at once"
 
 

@@ -39,6 +39,17 @@ def end(process: Process) -> None:
     assert process.wait() == 0, process.transcript()
 
 
+def heard_by_stock(launcher: Master, *topics: str) -> int:
+    """How many messages stock's recorder has: it loses what has not come when it ends."""
+    count = 0
+    for topic in topics:
+        for name in launcher.subscribers(topic):
+            answer = launcher.node(name, "getBusStats")
+            if isinstance(answer[0], list):  # roscpp's has no code and text in front
+                count += sum(link[2] for link in dict(answer[1]).get(topic, []) if len(link) > 2)
+    return count
+
+
 def content(path: Path) -> dict[tuple[Any, ...], list[bytes]]:
     """Publisher, with every field of its connection header -> its messages, in order."""
     found: dict[tuple[Any, ...], list[bytes]] = {}
@@ -66,6 +77,7 @@ def test_both_record_the_same(launcher: Master, topic: str, kind: str, tmp_path:
         sent += [peer.publish(f"{topic}/text", seed), peer.publish(f"{topic}/joints", seed)]
     active = tmp_path / "ours.bag.active"
     until(lambda: sum(map(len, content(active).values())) == len(sent), "all is on the disk")
+    until(lambda: heard_by_stock(launcher, *kinds) >= len(sent), "stock's has all")
     for recorder in recorders:
         end(recorder)
     mine, theirs = content(tmp_path / "ours.bag"), content(tmp_path / "stock.bag")
@@ -89,6 +101,7 @@ def test_both_remap_once(launcher: Master, topic: str, more: list[str], tmp_path
     sent = [peer.publish(names[1], seed) for seed in range(20)]
     active = tmp_path / "ours.bag.active"
     until(lambda: sum(map(len, content(active).values())) == len(sent), "all is on the disk")
+    until(lambda: heard_by_stock(launcher, names[1]) >= len(sent), "stock's has all")
     for recorder in recorders:
         end(recorder)
     mine, theirs = content(tmp_path / "ours.bag"), content(tmp_path / "stock.bag")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import signal
 import sys
+import time
 from pathlib import Path
 from types import TracebackType
 
@@ -58,7 +59,8 @@ def hasty(host: Host, name: str, uri: str) -> Peer:
 
 def linked(peer: Peer, topic: str, count: int) -> None:
     """Wait until the publisher or subscriber of a topic has that many connections."""
-    for _ in range(int(WAIT / 10)):  # the peer itself waits for 10 s
+    end = time.monotonic() + WAIT
+    while time.monotonic() < end:  # the peer itself does not wait as long
         peer.tell("linked", topic, count)
         if not peer.wait_line(rf"^(?:linked|(?P<no>timeout linked)) {topic} {count}$", timeout=WAIT)["no"]:
             return

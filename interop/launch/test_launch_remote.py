@@ -73,7 +73,7 @@ def launch(request: pytest.FixtureRequest, sshd: Path) -> Iterator[Process]:
         "ROS_MASTER_URI": f"http://localhost:{free_port()}",
         "ROS_PACKAGE_PATH": "/usr/share",
     }
-    command = [sys.executable, "-m", "pyros1", "launch", "--sigint-timeout=5", str(sshd / "far.launch")]
+    command = [sys.executable, "-m", "pyros1", "launch", "--sigint-timeout=20", str(sshd / "far.launch")]
     process = Process(command, environ, "launch")
     yield process
     process.close()
@@ -99,7 +99,7 @@ def test_remote_nodes_run_speak_and_end(launch: Process, sshd: Path) -> None:
     launch.wait_line(r"\[g/far-\d+\] restarting process", timeout=30)
     again = started(launch, "far")
     launch.signal(signal.SIGINT)
-    assert launch.wait(30) == 0
+    assert launch.wait(60) == 0
     assert not launch.unread("escalating")
     until(lambda: gone(far) and gone(again), "nothing runs over there")
 
@@ -119,7 +119,7 @@ def test_status_and_a_connection_that_breaks(launch: Process, sshd: Path) -> Non
     again = started(launch, "far")
     assert not gone(again)
     launch.signal(signal.SIGINT)
-    assert launch.wait(30) == 0
+    assert launch.wait(60) == 0
     until(lambda: gone(again), "nothing runs over there")
 
 

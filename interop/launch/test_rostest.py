@@ -29,7 +29,7 @@ class Case(unittest.TestCase):
         self.assertEqual(rospy.get_param("~own"), 3)
     def test_topic(self):
         rospy.Publisher("in", String, queue_size=1, latch=True).publish("word")
-        self.assertEqual(rospy.wait_for_message("out", String, 10).data, "word")
+        self.assertEqual(rospy.wait_for_message("out", String, 40).data, "word")
     def test_wrong(self):
         self.assertEqual(1, 2)
     def test_error(self):

@@ -60,7 +60,7 @@ def watcher() -> Iterator[Callable[[Master], Node]]:
 def test_a_life(launcher: Master, watcher: Callable[[Master], Node], kind: str) -> None:
     news = News()
     name = f"watched_{kind}"
-    watcher(launcher).watch(name, news, news, period=0.2, limit=2.0)
+    watcher(launcher).watch(name, news, news, period=0.2, limit=6.0)
     first = launcher.ready_peer(kind, name)
     assert news.after(1) == [True] and news.items[0].pid == first.pid
     first.signal(signal.SIGSTOP)

@@ -29,7 +29,7 @@ INTEROP = PEERS.parent
 SOURCE = INTEROP.parent / "src"
 ROSCPP_PEER = INTEROP / "build" / "roscpp_peer"
 STOCK_PYTHON = "/usr/bin/python3"
-DEADLINE = 15.0  # seconds; every wait without a deadline of its own
+DEADLINE = 30.0  # seconds; every wait without a deadline of its own
 
 
 def missing_stock() -> str | None:
@@ -511,6 +511,14 @@ class Master:
     def subscribers(self, topic: str) -> list[str]:
         """Names of the nodes that are registered as subscribers of *topic*."""
         return dict(self.call("getSystemState")[2][1]).get(topic, [])
+
+    def sends(self, topic: str) -> None:
+        """Wait until each publisher of *topic* has a link for it; subscribers know of their link a little earlier."""
+        for name in self.publishers(topic):
+            until(
+                lambda name=name: ["o", topic] in [[each[2], each[4]] for each in self.node(name, "getBusInfo")[2]],
+                f"{name} sends {topic}",
+            )
 
     def run(self, command: Sequence[str], *, python: str = "stock", label: str = "", **extra: str | None) -> Process:
         """Start a program that lives until teardown at most."""

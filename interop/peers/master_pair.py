@@ -130,7 +130,7 @@ def pair(home: Path, recorders: dict[str, Sequence[Any]]) -> Iterator[tuple[Side
         loop.stop()
 
 
-def told(sides: tuple[Side, Side], stock_lacks: Sequence[Any] = ()) -> tuple[list[Any], list[Any]]:
+def told(sides: tuple[Side, Side], stock_lacks: Sequence[Any] = (), least: int = 0) -> tuple[list[Any], list[Any]]:
     """What each side's nodes were told since last asked.
 
     Nothing tells when a master is done: that it makes no further call is part of what is compared. So this waits for
@@ -138,13 +138,15 @@ def told(sides: tuple[Side, Side], stock_lacks: Sequence[Any] = ()) -> tuple[lis
 
     Args:
         stock_lacks: what only ours tells.
+        least: how many calls stock's nodes get at least.
     """
-    limit = time.monotonic() + 10
+    limit = time.monotonic() + 20
     heard: tuple[list[Any], list[Any]] = ([], [])
     while True:
         time.sleep(0.3)
         for i, side in enumerate(sides):
             heard[i].extend(side.told())
             heard[i].sort(key=repr)
-        if sorted([*heard[0], *stock_lacks], key=repr) == heard[1] or time.monotonic() > limit:
+        agree = len(heard[0]) >= least and sorted([*heard[0], *stock_lacks], key=repr) == heard[1]
+        if agree or time.monotonic() > limit:
             return heard

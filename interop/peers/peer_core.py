@@ -18,7 +18,7 @@ from typing import Any
 
 from samples import PARAMETERS, REQUESTS, TYPES, Samples, reply, show
 
-DEADLINE = 10.0  # seconds, for the commands that wait
+DEADLINE = 25.0  # seconds, for the commands that wait
 
 _print_lock = threading.Lock()
 

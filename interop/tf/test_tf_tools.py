@@ -66,7 +66,7 @@ def frames(start: Start, listener: Buffer) -> str:
     start(ours("static_transform_publisher", "1", "2", "3", "0.1", "0.2", "0.3", "map", "odom", "__name:=tf_one"))
     start(stock(TF / "static_transform_publisher", *split("1 2 3 0.1 0.2 0.3 odom base 50 __name:=tf_two")))
     start(stock(TF2 / "static_transform_publisher", *split("0 0 1 0 0 0.6 0.8 base lidar __name:=tf_three")))
-    assert listener.can_transform("map", "lidar", timeout=20), listener.all_frames_as_string()
+    assert listener.can_transform("map", "lidar", timeout=60), listener.all_frames_as_string()
     return "map"
 
 
@@ -190,7 +190,7 @@ def test_monitor(frames: str, start: Start, chain: list[str]) -> None:
     )
     assert set(shape(nodes)) == set(shape([line for line in other if line.startswith("Node: ")]))
     rate = next(float(line.split()[2]) for line in nodes if "tf_two" in line)
-    assert 5 < rate < 100, "20 Hz, more in the first moments"
+    assert 1 < rate < 100, "20 Hz, more in the first moments"
 
 
 def edges(file: Path) -> dict[str, Any]:

@@ -114,7 +114,7 @@ def test_service(package: str, run: Start, ros_master: Any) -> None:
 
 def test_timer(package: str, run: Start, ros_listen: Start) -> None:
     lamp = ros_listen("lamp", "std_msgs/Bool")
-    blinker = run(package, "blinker.py", "_period:=0.05", "_duration:=1.0")
+    blinker = run(package, "blinker.py", "_period:=0.05", "_duration:=4.0")
     first, second, third = lamp.wait(3)
     assert first.data != second.data != third.data
     blinker.wait_for("blinked long enough")

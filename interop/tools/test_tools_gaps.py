@@ -45,14 +45,14 @@ while not rospy.is_shutdown():
 """
 FILE = """<launch><node pkg="tested" type="talk" name="talk"/>
 <test pkg="rostest" type="hztest" test-name="hz"><rosparam>
-  {topic: beat, hz: 20.0, hzerror: 19.0, test_duration: 1.0, wait_time: 10}</rosparam></test>
+  {topic: beat, hz: 20.0, hzerror: 19.0, test_duration: 4.0, wait_time: 40}</rosparam></test>
 <test pkg="rostest" type="hztest" test-name="hz_wrong"><rosparam>
   {topic: beat, hz: x, test_duration: 1.0}</rosparam></test>
 <test pkg="rostest" type="publishtest" test-name="publish"><rosparam>
-  {topics: [{name: beat, timeout: 10}, {name: silence, timeout: 0.5}]}</rosparam></test>
+  {topics: [{name: beat, timeout: 40}, {name: silence, timeout: 0.5}]}</rosparam></test>
 <test pkg="rostest" type="publishtest" test-name="publish_nothing"/>
 <test pkg="rostest" type="advertisetest" test-name="advertise"><rosparam>
-  {topics: [{name: /beat, timeout: 10, type: std_msgs/Bool}], services: [{name: /talk/get_loggers}]}</rosparam></test>
+  {topics: [{name: /beat, timeout: 40, type: std_msgs/Bool}], services: [{name: /talk/get_loggers}]}</rosparam></test>
 </launch>"""
 
 

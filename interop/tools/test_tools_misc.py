@@ -17,7 +17,7 @@ from harness import SOURCE, Master, Peer, until, without_thread_errors
 
 OWN_MASTER = True
 
-LIMIT = 6.0
+LIMIT = 15.0
 """Seconds for programs that do not end by themselves."""
 Answer = tuple[int, str, str]
 
@@ -44,7 +44,9 @@ def talker(launcher: Master) -> Iterator[Peer]:
 def ask(program: Path, words: list[str], environ: dict[str, str], stdin: str = "") -> Answer:
     # Stock's rosconsole waits for ever where there is no master, and rosgraph in any case.
     command = ["timeout", "-s", "INT", "-k", "2", str(LIMIT), str(program), *words]
-    done = subprocess.run(command, env=environ, input=stdin.encode(), capture_output=True, timeout=30, check=False)
+    done = subprocess.run(
+        command, env=environ, input=stdin.encode(), capture_output=True, timeout=LIMIT + 30, check=False
+    )
     return done.returncode, done.stdout.decode(), done.stderr.decode()
 
 
@@ -180,7 +182,7 @@ def test_rosconsole_echo_l176(tools: Path, launcher: Master, talker: Peer, monke
 
 def test_rosgraph_l177(tools: Path, launcher: Master, talker: Peer, monkeypatch: pytest.MonkeyPatch) -> None:
     """The same lines; ours are sorted within their block, and there at once: stock asks its nodes now and then."""
-    monkeypatch.setitem(globals(), "LIMIT", 12.0)
+    monkeypatch.setitem(globals(), "LIMIT", 20.0)
     until(lambda: len(launcher.node("/misc_talker", "getBusInfo")[2]) > 0, "the talker is connected to rosout")
     stock, ours = both(tools, "rosgraph", launcher.environ())
 

@@ -98,6 +98,7 @@ def test_relay_of_any_type(ours: Peer, launcher: Master, topic: str) -> None:
     ours.linked(topic)
     ours.publish(topic, 1)  # the relay advertises when the first message has come
     ours.linked(topic + "/relayed")
+    launcher.sends(topic + "/relayed")
     sent = ours.publish(topic, 2)
     bodies = [ours.received(topic + "/relayed")]
     if bodies[-1][8:] != sent[8:]:

@@ -54,10 +54,9 @@ def tool(master: Master, whose: str, name: str, *arguments: str, code: int = 0) 
 
 
 def linked_output(ours: Peer, master: Master, target: str) -> None:
-    """Wait until the tool counts our subscriber in; we know of the link a little earlier."""
+    """Wait until the tool counts our subscriber in."""
     ours.linked(target)
-    for name in master.publishers(target):
-        until(lambda: ["o", target] in [[e[2], e[4]] for e in master.node(name, "getBusInfo")[2]], "linked")  # noqa: B023
+    master.sends(target)
 
 
 def primed(ours: Peer, master: Master, source: str, target: str, type_name: str = TEXT) -> None:

@@ -244,7 +244,7 @@ def test_what_stock_shows_we_show(
             ]
 
         try:
-            until(lambda: not missing(), "", timeout=20)
+            until(lambda: not missing(), "", timeout=60)
         except AssertionError:
             pytest.fail(f"seed {seed}: no good message, nor a hang-up: {missing()}")
         finally:
