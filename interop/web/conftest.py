@@ -98,12 +98,12 @@ def start_web(environ: dict[str, str], tmp_path: Path) -> Iterator[Callable[...,
     for process in processes:
         process.terminate()
         try:
-            rest, _ = process.communicate(timeout=10)
+            rest, _ = process.communicate(timeout=30)
         except subprocess.TimeoutExpired:
             where = stacks(process.pid)
             process.kill()
             rest, _ = process.communicate()
-            raise AssertionError(f"pyros1 web did not end within 10 s of SIGTERM: {rest}\n{where}") from None
+            raise AssertionError(f"pyros1 web did not end within 30 s of SIGTERM: {rest}\n{where}") from None
         assert "Traceback" not in rest, rest
 
 
@@ -132,6 +132,6 @@ def start_program(environ: dict[str, str]) -> Iterator[Callable[..., subprocess.
     yield start
     for process in processes:
         process.terminate()
-    until = time.monotonic() + 15
+    until = time.monotonic() + 30
     for process in processes:
         process.wait(max(0.1, until - time.monotonic()))

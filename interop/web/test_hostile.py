@@ -66,7 +66,7 @@ def test_values_between_which_an_axis_has_no_steps(browser: Browser, web: Web, m
         for number in range(6):
             publisher.publish(Float64((one, other)[number % 2]))
         browser.wait(
-            "document.querySelector('.plot').plot.lines[0]?.points.lastValue() === arguments[0]", other, seconds=8
+            "document.querySelector('.plot').plot.lines[0]?.points.lastValue() === arguments[0]", other, seconds=40
         )
 
 
@@ -78,7 +78,7 @@ def test_a_log_of_endless_lines(browser: Browser, web: Web, make_node: Make) -> 
     for number in range(200):
         publisher.publish(Log(level=8, name="/robot", msg="x\x1b[31m\u202e" * 20_000, line=number))
     publisher.publish(Log(level=16, name="/robot", msg="the last one"))
-    browser.wait_for_text("the last one", seconds=10)
+    browser.wait_for_text("the last one", seconds=40)
     longest = "Math.max(...[...document.querySelectorAll('.entry .text')].map(({textContent}) => textContent.length))"
     assert 100 < browser.run(f"return {longest}") <= 1000
 

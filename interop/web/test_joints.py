@@ -27,7 +27,7 @@ from pyros1.urdf.state_publisher import RobotStatePublisher, Settings
 
 PACKAGES = Path(pyros1.__file__).parent / "packages"
 ROBOT = (PACKAGES / "two_wheeler" / "urdf" / "two_wheeler.urdf").read_text()
-PATIENCE = 20.0
+PATIENCE = 40.0
 Make = Callable[..., Any]
 ROW = "document.querySelector('[data-joint=\"{}\"]')"
 SLIDE = "const slider = arguments[0].querySelector('input[type=range]'); slider.value = arguments[1];"

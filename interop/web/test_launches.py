@@ -16,7 +16,7 @@ from pyros1.launch.running.control import running_launches
 from pyros1.master.server import Master
 from pyros1.net.master_client import MasterClient
 
-PATIENCE = 20.0
+PATIENCE = 40.0
 ROW = "[...document.querySelectorAll('.process')].find((row) => row.querySelector('.node').textContent === {!r})"
 LAUNCH = """<launch>
   <node pkg="minimal_nodes" type="minimal_publisher" name="talker" required="true"/>

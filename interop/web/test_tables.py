@@ -17,7 +17,7 @@ from pyros1.msgs.std_srvs.srv import SetBool, SetBoolResponse
 from pyros1.reconfigure import Parameters, Server
 from pyros1.web.links import panel_link
 
-PATIENCE = 20.0
+PATIENCE = 40.0
 Make = Callable[..., Any]
 LINE = "[...document.querySelectorAll('.line')].find((line) => line.dataset.key === {!r})"
 RIGHT = "document.querySelector(arguments[0]).getBoundingClientRect().right"

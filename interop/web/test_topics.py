@@ -17,7 +17,7 @@ from pyros1.msgs.sensor_msgs.msg import LaserScan
 from pyros1.msgs.std_msgs.msg import Float64
 from pyros1.web.links import panel_link
 
-PATIENCE = 20.0
+PATIENCE = 40.0
 Make = Callable[..., Any]
 LINE = "[...document.querySelectorAll('.line')].find((line) => line.dataset.key === {!r})"
 TWIG = "[...document.querySelectorAll('.twig')].find((twig) => twig.querySelector('.copy').textContent === {!r})"

@@ -11,7 +11,7 @@ from browsing import Browser, Web
 from pyros1.msgs import load_service
 from pyros1.node import Node
 
-PATIENCE = 20.0
+PATIENCE = 40.0
 COLOUR = """
 const canvas = document.querySelector('.turtles canvas'), scale = canvas.width / 500;
 const [x, y] = [arguments[0] * 45, 499 - arguments[1] * 45].map((each) => Math.round(each * scale));
