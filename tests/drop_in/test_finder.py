@@ -220,6 +220,19 @@ def test_two_threads_import_at_once(path: Path) -> None:
     assert output(path, text) == "8\n"
 
 
+def test_there_is_a_finder_at_every_moment(path: Path) -> None:
+    """Another thread may be looking for a module while the real finder replaces its placeholder."""
+    package(path, "a_msgs", **{"msg/A.msg": "int32 x"})
+    text = (
+        "import sys, pyros1.drop_in.finder as finder\ninstall = finder.install\n"
+        "ours = ('PlaceholderFinder', 'Finder')\n"
+        "def show():\n    print(*(name for each in sys.meta_path if (name := type(each).__name__) in ours))\n"
+        "def seen():\n    show()\n    installed = install()\n    show()\n    return installed\n"
+        "finder.install = seen\nimport a_msgs.msg\nshow()"
+    )
+    assert output(path, text).splitlines() == ["PlaceholderFinder", "PlaceholderFinder Finder", "Finder"]
+
+
 GENERATED = """
 import codecs, genpy, struct
 import std_msgs.msg

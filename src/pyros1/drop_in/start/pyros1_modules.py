@@ -62,9 +62,12 @@ class PlaceholderFinder(object):
             self.importing_thread = None
             if was_gc_enabled:
                 gc.enable()
-        if self in sys.meta_path:
+        finder = install()  # before this one is removed: other threads may be going through the list
+        try:
             sys.meta_path.remove(self)
-        return install()
+        except ValueError:  # another thread has removed it
+            pass
+        return finder
 
 
 class FolderFilter(object):
