@@ -18,6 +18,7 @@ from .scenes.lanes import RaisingLanes
 from .scenes.nodes import Restarting
 from .scenes.publishing import Closing, Ending, Joining
 from .scenes.subscribing import Spinning, Within
+from .scenes.web import Unsubscribing
 from .scheduler import Plan
 from .stage import Scenario, stage_for
 
@@ -34,6 +35,7 @@ FAILED_BEFORE: list[tuple[type[Scenario], Plan]] = [
     (Restarting, RandomPlan(200007)),  # a node did not start, as the master ended between two of its calls
     (RecordingSplit, RandomPlan(63)),  # a recording had ended, but one of its messages did not count yet
     (LostLinks, FewDeviations()),  # what was lost with its link was waited for for ever
+    (Unsubscribing, RandomPlan(436)),  # a viewer got a message after it had heard that the channel had gone
 ]
 """What many schedules have found, in Python 3.11."""
 RANDOM, DEVIATING = 0.08, 0.04

@@ -61,4 +61,5 @@ SHARES: dict[type[Scenario], int] = {
     web.SendingSlowly: 200,
     web.SendingUntilClosed: 200,
     web.SendingUntilLost: 200,
+    web.Unsubscribing: 200,
 }

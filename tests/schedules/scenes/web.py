@@ -1,4 +1,4 @@
-"""A rosbridge client: messages of two topics arrive in threads, which send them or leave them to the event loop.
+"""A rosbridge client, and a viewer: messages of two topics arrive in threads, which send them or leave it to the loop.
 
 All frames are whole, each topic's messages are in order, and nothing follows the end. Which of them sends is also
 tested alone, in tests/web/server/test_turns.py: a topic's order does not depend on it as long as one thread brings it.
@@ -6,6 +6,7 @@ tested alone, in tests/web/server/test_turns.py: a topic's order does not depend
 
 from __future__ import annotations
 
+import struct
 from collections import deque
 from collections.abc import Callable
 from functools import partial
@@ -16,6 +17,8 @@ from websockets.protocol import State
 
 from pyros1.msgs import AnyMsg
 from pyros1.observe.decoder import Decoder
+from pyros1.web.foxglove import frames
+from pyros1.web.foxglove.outbox import Outbox, QueuedMessage
 from pyros1.web.hub import Arrival
 from pyros1.web.rosbridge.client import Client
 from pyros1.web.server.sending import keeps_up, send_now, shared_transport, write_frames
@@ -265,3 +268,73 @@ class SendingUntilLost(SendingSlowly):
     """The connection breaks in the meantime."""
 
     loses = True
+
+
+class Unsubscribing(Scenario):
+    """A viewer's subscription is ended by a thread, and the loop then tells the viewer: no message may follow."""
+
+    modules = (
+        "pyros1.web.foxglove.outbox",
+        "pyros1.web.server.turns",
+        "pyros1.web.server.sending",
+        "pyros1.web.server.shared_transport",
+    )
+    buffer, reads = 100, 20
+
+    def play(self, stage: Stage) -> None:
+        """Play it."""
+        socket = Socket(stage, self.buffer)
+        loop = Loop(socket)
+        link = Link(loop)
+        transport = shared_transport(link)
+        assert transport is not None
+        outbox = Outbox(wake=lambda: loop.calls.append(wake))
+        ended, kept = outbox.open(), outbox.open()
+
+        def frame(message: QueuedMessage) -> Any:
+            return frames.message(message.ticket, message.time, message.payload)
+
+        def wake() -> None:  # as the viewer's task
+            while messages := outbox.take(1):
+                write_frames(link, map(frame, messages))  # type: ignore[arg-type]  # it is used like a connection
+            if keeps_up(link):  # type: ignore[arg-type]
+                outbox.release()
+
+        def bring(ticket: int) -> None:
+            for number in range(MESSAGES):
+                message = QueuedMessage(ticket, number, bytes(20), None, float(number))
+                if outbox.put(message, outbox.is_free):
+                    is_sent = send_now(transport, (frame(message),))
+                    outbox.end_sending(None if is_sent else message)
+
+        def end() -> None:
+            outbox.close(ended)
+            loop.calls.append(lambda: write_frames(link, (STATUS,)))  # type: ignore[arg-type]
+
+        loop.calls.append(wake)
+        threads = stage.spawn(partial(bring, ended), partial(bring, kept), end)
+        while any(each.is_alive() for each in threads) or loop.calls or loop.buffer:
+            stage.scheduler.point()
+            socket.room = min(self.buffer, socket.room + self.reads)
+            loop.flush()
+            if loop.calls:
+                loop.calls.popleft()()
+            else:
+                stage.time.sleep(0.001)
+        self.check(bytes(socket.received), ended, kept)
+
+    def check(self, stream: bytes, ended: int, kept: int) -> None:
+        """Check what the viewer has received."""
+        found: dict[int, list[int]] = {ended: [], kept: []}
+        is_told = False
+        while stream:
+            payload, stream = stream[2 : 2 + stream[1]], stream[2 + stream[1] :]
+            if payload == STATUS.encode():
+                is_told = True
+                continue
+            _, ticket, number = struct.unpack_from("<BIQ", payload)
+            assert ticket == kept or not is_told, "a message follows the end of its subscription"
+            found[ticket].append(number)
+        assert is_told
+        assert found[kept] == list(range(MESSAGES)), f"lost, or out of order: {found}"
+        assert found[ended] == list(range(len(found[ended]))), f"lost, or out of order: {found}"

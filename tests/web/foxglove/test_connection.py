@@ -12,13 +12,13 @@ from typing import Any
 
 import pytest
 from serving import PATIENCE, Served
-from websockets.exceptions import InvalidStatus
+from websockets.exceptions import ConnectionClosedError, InvalidStatus
 from websockets.sync.client import connect
 
 from pyros1.msgs import AnyMsg, from_definition
 from pyros1.msgs.std_msgs.msg import Float64, String
 from pyros1.node.topic_type import topic_type
-from pyros1.web.foxglove import PROTOCOLS
+from pyros1.web.foxglove import PROTOCOLS, frames
 
 Make = Callable[..., Any]
 Start = Callable[..., Served]
@@ -95,6 +95,32 @@ def test_messages_pass_through(serve: Start, make_node: Make) -> None:
         assert abs(time / 1e9 - now()) < PATIENCE
         publisher.publish(3.5)
         assert viewer.message(7) == struct.pack("<d", 3.5)
+
+
+def test_a_fault_where_a_message_arrives(serve: Start, make_node: Make, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The topic's other viewers may not notice; this viewer's connection ends, since it would miss messages."""
+    make_frame = frames.message
+
+    def fail_for_one(subscription: int, time: int, payload: bytes) -> Any:
+        if subscription == 7:
+            raise ZeroDivisionError
+        return make_frame(subscription, time, payload)
+
+    monkeypatch.setattr(frames, "message", fail_for_one)
+    publisher = make_node("talker").advertise("a", Float64)
+    server = serve(token="t")
+    with Viewer(server) as faulty, Viewer(server) as other:
+        for viewer, number in ((faulty, 7), (other, 8)):
+            viewer.subscribe("/a", number)
+            viewer.send("getParameters", parameterNames=[], id="settled")
+            viewer.until("parameterValues", lambda frame: frame.get("id") == "settled")
+        publisher.publish(2.5)
+        assert other.message(8) == struct.pack("<d", 2.5)
+        with pytest.raises(ConnectionClosedError) as caught:
+            faulty.until("never")
+        assert caught.value.rcvd is not None and caught.value.rcvd.code == 1011
+        publisher.publish(3.5)
+        assert other.message(8) == struct.pack("<d", 3.5)
 
 
 def test_nothing_is_subscribed_to_before_a_viewer_does(serve: Start, make_node: Make) -> None:

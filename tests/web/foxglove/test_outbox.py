@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import threading
+from typing import Any
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -9,6 +12,7 @@ from hypothesis import strategies as st
 from pyros1.web.foxglove.outbox import Outbox, QueuedMessage
 
 ALL = 1 << 40
+PATIENCE = 20.0
 
 
 def message(ticket: int, number: int, size: int = 1000, latched_by: str | None = None) -> QueuedMessage:
@@ -170,14 +174,43 @@ def test_what_comes_while_a_message_is_sent_waits() -> None:
     assert [each.time for each in box.take(ALL)] == [2]
 
 
-@pytest.mark.parametrize("is_closed", [False, True])
-def test_a_message_that_could_not_be_sent_waits(is_closed: bool) -> None:
+def test_a_message_that_could_not_be_sent_waits() -> None:
     box, ticket, woken = free()
     unsent = message(ticket, 1)
     assert box.put(unsent, may_send=True)
-    if is_closed:
-        box.close(ticket)
     box.end_sending(unsent)
-    assert box.take(ALL) == ([] if is_closed else [unsent])
-    assert bool(woken) is not is_closed
+    assert len(woken) == 1
+    assert box.take(ALL) == [unsent]
     assert box.size == 0
+
+
+@pytest.mark.parametrize("is_sent", [False, True])
+def test_a_channel_is_closed_when_its_last_message_has_been_sent(
+    is_sent: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A viewer is told afterwards that the channel has gone: no message may follow."""
+    box, ticket, woken = free()
+    other = box.open()
+    sent = message(ticket, 1)
+    assert box.put(sent, may_send=True)
+    box.close(other)  # it has nothing to wait for
+    closed: list[None] = []
+    is_waiting = threading.Event()
+    lock: Any = box._lock
+    wait = lock.wait
+
+    def close() -> None:
+        box.close(ticket)
+        closed.append(None)
+        is_waiting.set()
+
+    monkeypatch.setattr(lock, "wait", lambda: is_waiting.set() or wait())
+    closing = threading.Thread(target=close, daemon=True)
+    closing.start()
+    assert is_waiting.wait(PATIENCE) and not closed
+    assert not box.put(message(ticket, 2), may_send=True)  # otherwise it could wait for ever
+    box.end_sending(None if is_sent else sent)
+    closing.join(PATIENCE)
+    assert closed and not woken
+    assert box.take(ALL) == [] and box.size == 0
+    assert box.put(message(box.open(), 3), may_send=True)

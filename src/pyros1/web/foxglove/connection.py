@@ -101,6 +101,8 @@ class Viewer:
             tasks = [
                 asyncio.create_task(each) for each in (self._push_offers(), self._send_messages(), self._send_time())
             ]
+            for task in tasks:
+                task.add_done_callback(self._end_if_failed)
             async for frame in self._connection:
                 async with self._machine_lock:
                     await self._perform_all(*self._machine.handle(frame))
@@ -113,6 +115,11 @@ class Viewer:
             await asyncio.gather(*tasks, *self._jobs, return_exceptions=True)
             async with self._machine_lock:
                 await self._run_short_task(self._clean_up)
+
+    def _end_if_failed(self, task: asyncio.Task[None]) -> None:
+        """End the connection if a task has failed, which is a bug: the viewer must not wait for messages in vain."""
+        if not task.cancelled() and task.exception() is not None:
+            self._start_job(self._connection.close(1011))
 
     def _limit_send_buffer(self) -> None:
         option = getattr(socket, "TCP_NOTSENT_LOWAT", None)
@@ -173,6 +180,8 @@ class Viewer:
         is_sent = False
         try:
             is_sent = send_now(transport, self._message_frames((message,)))
+        except Exception:  # noqa: BLE001 - must not end the topic's thread; the loop tries again, and ends the connection
+            pass
         finally:
             self._outbox.end_sending(None if is_sent else message)
 

@@ -110,12 +110,13 @@ class Outbox:
         self._max_bytes = max_bytes
         self._max_channel_bytes = max_channel_bytes
         self._wake = wake
-        self._lock = threading.Lock()
+        self._lock = threading.Condition()  # notified when a thread has sent a message
         self._queues: dict[int, _Queue] = {}
         self._ready: deque[int] = deque()  # the ticket of each subscription with queued messages
         self._last_ticket = 0
         self._size = 0
         self._turns = Turns()
+        self._sent_ticket = 0  # the ticket of the message that a thread is sending; 0 for none
         self.dropped = 0
 
     @property
@@ -131,12 +132,17 @@ class Outbox:
             return self._last_ticket
 
     def close(self, ticket: int) -> None:
-        """Remove a subscription, and drop its queued messages. Messages that are put later are ignored."""
+        """Remove a subscription, and drop its queued messages. Messages that are put later are ignored.
+
+        If a thread is just sending a message of the subscription, wait until it has: none may be sent afterwards.
+        """
         with self._lock:
             queue = self._queues.pop(ticket, None)
             if queue:
                 self._size -= queue.size
                 self._ready.remove(ticket)
+            while self._sent_ticket == ticket:
+                self._lock.wait()
 
     @property
     def is_free(self) -> bool:
@@ -158,6 +164,7 @@ class Outbox:
             if queue is None:
                 return False
             if may_send and self._turns.begin():
+                self._sent_ticket = message.ticket
                 return True
             self._add(queue, message)
             must_wake = self._turns.leave_to_loop()
@@ -174,6 +181,8 @@ class Outbox:
             if unsent is not None and queue is not None:
                 self._add(queue, unsent)
                 self._turns.leave_to_loop()
+            self._sent_ticket = 0
+            self._lock.notify_all()
             must_wake = self._turns.end()
         if must_wake:
             self._wake()
