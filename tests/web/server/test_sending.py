@@ -10,7 +10,8 @@ from websockets.exceptions import ConnectionClosed, ConnectionClosedError
 from websockets.frames import Frame, Opcode
 from websockets.protocol import State
 
-from pyros1.web.server.sending import LargeFrame, send_frames, send_now, shared_transport
+from pyros1.web.server.sending import LargeFrame, keeps_up, send_frames, send_now, shared_transport
+from pyros1.web.server.shared_transport import SharedTransport
 
 LARGE = b"b" * 100_000
 
@@ -22,6 +23,7 @@ class Link:
         self.state = State.OPEN
         self.done: list[bytes] = []
         self.is_reset = False
+        self.num_unsent_bytes = 0
 
     @property
     def transport(self) -> Link:
@@ -31,7 +33,7 @@ class Link:
         self.done.append(data)
 
     def get_write_buffer_size(self) -> int:
-        return 0
+        return self.num_unsent_bytes
 
     async def drain(self) -> None:
         if self.is_reset:
@@ -65,6 +67,12 @@ def test_small_ones_are_written_together_in_order() -> None:
     assert send(Link()) == []
 
 
+@pytest.mark.parametrize(("size", "num_writes"), [(65_536, 1), (65_537, 2)])
+def test_which_frames_are_copied(size: int, num_writes: int) -> None:
+    *written, _ = send(Link(), b"x" * size)
+    assert len(written) == num_writes
+
+
 @pytest.mark.parametrize("size", [5, 100_000])
 @pytest.mark.parametrize("is_text", [False, True])
 def test_frames_in_pieces(size: int, is_text: bool) -> None:
@@ -74,6 +82,30 @@ def test_frames_in_pieces(size: int, is_text: bool) -> None:
     opcode = Opcode.TEXT if is_text else Opcode.BINARY
     assert b"".join(written) == Frame(opcode, whole).serialize(mask=False) + b"\x81\x04next"
     assert any(piece is pieces[1] for piece in written), "it was copied"
+
+
+@pytest.mark.parametrize(
+    ("state", "num_unsent_bytes", "expected"),
+    [(State.OPEN, 0, True), (State.OPEN, 1, False), (State.CLOSING, 0, False), (State.CLOSED, 1, False)],
+)
+def test_whether_a_client_keeps_up(state: State, num_unsent_bytes: int, expected: bool) -> None:
+    link = Link()
+    link.state, link.num_unsent_bytes = state, num_unsent_bytes
+    assert keeps_up(link) is expected
+
+
+def test_a_connection_whose_transport_is_shared(monkeypatch: pytest.MonkeyPatch) -> None:
+    loop: Any = None  # not used
+    shared: list[SharedTransport] = []
+
+    def note(transport: SharedTransport) -> None:
+        shared.append(transport)
+
+    monkeypatch.setattr(SharedTransport, "share", note)
+    transport = SharedTransport(asyncio.Transport(), loop, lambda: True)
+    connection = type("Connection", (), {"transport": transport})()
+    assert shared_transport(connection) is transport
+    assert shared == [transport]
 
 
 def test_connections_that_only_the_loop_uses() -> None:

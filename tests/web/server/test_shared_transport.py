@@ -80,7 +80,7 @@ def test_what_the_system_does_not_accept_comes_before_everything_else() -> None:
         ends.ours.share()
         assert ends.ours.send([b"<", LARGE, b">"])
         assert 0 < ends.ours.get_write_buffer_size() < len(LARGE)
-        assert not ends.ours.send([b"not sent"])
+        assert ends.ours.send([b"not sent"]) is False
         ends.ours.write(b"the loop's")
         assert not ends.ours.send([b"not sent"])
         expected = b"<" + LARGE + b">the loop's"
@@ -106,9 +106,51 @@ def test_nothing_is_sent_while_the_loop_has_unsent_bytes() -> None:
     async def test(ends: Ends) -> None:
         ends.ours.share()
         ends.ours.writelines([b"<", LARGE, b"", b">"])
-        assert ends.ours.get_write_buffer_size()
+        start = ends.receive_now()  # the system would accept more
         assert not ends.ours.send([b"not sent"])
-        assert await ends.receive(len(LARGE) + 2) == b"<" + LARGE + b">"
+        assert 0 < ends.ours.get_write_buffer_size() < len(LARGE)
+        assert not ends.ours.send([b"not sent"])
+        assert start + await ends.receive(len(LARGE) + 2 - len(start)) == b"<" + LARGE + b">"
+
+    run(test)
+
+
+def test_what_was_written_before_it_is_shared_comes_first() -> None:
+    """Such as the response that opens a WebSocket."""
+
+    async def test(ends: Ends) -> None:
+        ends.ours.write(LARGE)
+        ends.ours.share()
+        start = ends.receive_now()  # the system would accept more
+        assert not ends.ours.send([b"not sent"])
+        assert start + await ends.receive(len(LARGE) - len(start)) == LARGE
+        while ends.ours.get_write_buffer_size():
+            await asyncio.sleep(0)
+        assert ends.ours.send([b"next"])
+        assert await ends.receive(4) == b"next"
+
+    run(test)
+
+
+def test_sharing_again_changes_nothing() -> None:
+    async def test(ends: Ends) -> None:
+        ends.ours.share()
+        duplicate = ends.ours._socket
+        assert ends.ours.send([LARGE])
+        ends.ours.share()
+        assert ends.ours._socket is duplicate
+        assert not ends.ours.send([b"not sent"])
+        assert await ends.receive(len(LARGE)) == LARGE
+
+    run(test)
+
+
+def test_a_connection_that_is_being_closed_is_not_shared() -> None:
+    async def test(ends: Ends) -> None:
+        ends.ours.close()
+        ends.ours.share()
+        assert not ends.ours.send([b"not sent"])
+        assert await ends.receive_rest() == b""
 
     run(test)
 
@@ -120,7 +162,7 @@ def test_a_full_system_accepts_nothing() -> None:
         with duplicate, pytest.raises(BlockingIOError):
             while True:
                 duplicate.send(LARGE)
-        assert not ends.ours.send([b"not sent"])
+        assert ends.ours.send([b"not sent"]) is False
         assert not ends.ours.get_write_buffer_size()
 
     run(test)
@@ -163,8 +205,22 @@ def test_aborting_does_not() -> None:
         ends.ours.share()
         assert ends.ours.send([LARGE])
         ends.ours.abort()
+        assert ends.ours.is_closing()
         assert not ends.ours.get_write_buffer_size()
         assert not ends.ours.send([b"not sent"])
+
+    run(test)
+
+
+def test_a_peer_may_be_kept_waiting_in_both_directions() -> None:
+    async def test(ends: Ends) -> None:
+        assert ends.ours.is_reading() is True
+        ends.ours.pause_reading()
+        assert ends.ours.is_reading() is False and not ends.loops.is_reading()
+        ends.ours.resume_reading()
+        assert ends.loops.is_reading()
+        ends.ours.set_write_buffer_limits(10, 5)
+        assert ends.loops.get_write_buffer_limits() == (5, 10)
 
     run(test)
 
@@ -186,6 +242,42 @@ def test_a_broken_connection_is_the_loops_matter() -> None:
         ends.ours.share()
         ends.other.close()
         assert not ends.ours.send([b"not sent"])
+
+    run(test)
+
+
+def test_one_at_a_time_uses_the_socket(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Frames may not be mixed, or sent to a number that is another connection's meanwhile."""
+
+    async def test(ends: Ends) -> None:
+        uses: list[tuple[str, bool]] = []
+
+        def guarded(name: str, use: Callable[..., Any]) -> Callable[..., Any]:
+            def noted(*args: Any) -> Any:
+                uses.append((name, ends.ours._lock.locked()))
+                return use(*args)
+
+            return noted
+
+        class Socket:
+            def dup(self) -> Socket:
+                real = near.dup()
+                for name in ("send", "sendmsg", "close"):
+                    setattr(self, name, guarded(name, getattr(real, name)))
+                return self
+
+        near = ends.loops.get_extra_info("socket")
+        monkeypatch.setattr(ends.loops, "get_extra_info", {"socket": Socket()}.get)
+        monkeypatch.setattr(ends.loops, "write", guarded("the loop's", ends.loops.write))
+        ends.ours.share()
+        assert ends.ours.send([b"a"]) and ends.ours.send([b"b", b"c"])
+        ends.ours.write(b"d")
+        ends.ours.write(b"")  # does nothing
+        assert ends.ours.send([LARGE])
+        ends.ours.write(b"e")
+        ends.ours.lose()
+        expected = ["send", "sendmsg", "send", "send", "the loop's", "the loop's", "close"]
+        assert uses == [(name, True) for name in expected]
 
     run(test)
 

@@ -13,7 +13,7 @@ def free() -> Turns:
 
 def test_at_first_the_loop_has_to_look() -> None:
     turns = Turns()
-    assert not turns.is_free and not turns.begin()
+    assert not turns.is_free and turns.begin() is False
     turns.release()
     assert turns.is_free and not turns.is_threads
 
@@ -40,7 +40,7 @@ def test_what_is_queued_is_the_loops() -> None:
 def test_what_is_queued_while_a_thread_sends_wakes_the_loop_afterwards() -> None:
     turns = free()
     assert turns.begin()
-    assert not turns.leave_to_loop() and turns.is_threads
+    assert turns.leave_to_loop() is False and turns.is_threads
     assert turns.end()
     assert not turns.is_free and not turns.is_threads and not turns.begin()
     turns.release()

@@ -137,7 +137,6 @@ class SharedTransport(asyncio.Transport):
         rest, self._rest = self._rest, []
         for piece in rest:
             self._transport.write(piece)
-        self._update_state()
 
     def _update_state(self) -> None:
         if self._state is not _State.LOOP_ONLY:
