@@ -31,7 +31,7 @@ LEVELS = [
     {"actions", "filters", "reconfigure", "diagnostics", "urdf"},
     {"launch", "bag", "topic_tools", "turtlesim"},
     {"doctor", "test_nodes", "testing", "guide", "drop_in"},
-    {"web"},
+    {"web", "bridge"},
     {"cli"},
 ]
 LEVEL = {room: level for level, rooms in enumerate(LEVELS) for room in rooms}
@@ -45,6 +45,14 @@ PURE = [
 PURE += ["values", "wire", "msgs"]
 PURE += [f"urdf/{name}.py" for name in ("model", "reading", "kinematics", "joints", "tf_encoder")]
 PURE += [f"turtlesim/{name}.py" for name in ("turtle", "canvas", "world", "blocks", "finding")]
+PURE += [
+    f"bridge/{name}.py"
+    for name in (
+        *("names", "rules", "rules_text", "explanation", "endpoints", "keys", "packets", "actions", "documents"),
+        *("clock_offset", "peer", "outgoing", "streams", "definitions", "outputs", "sending", "taking", "site"),
+        *("queues", "link", "memory_link"),
+    )
+]
 
 
 def sources() -> list[Path]:

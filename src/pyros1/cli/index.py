@@ -39,6 +39,19 @@ INDEX: dict[str, tuple[Any, ...]] = {
             'split': ('bag.split', 'split a bag into several', 'split a bag into several', '', '[options] INBAG', ('bag',), ()),
         },
     ),
+    'bridge': (
+        'bridge',
+        'exchange topics with other masters, over networks that may break',
+        'run',
+        '',
+        {},
+        (),
+        (),
+        {
+            'run': ('bridge.run', 'run the bridge of a site (run may be left out)', 'run the bridge of a site (run may be left out)', '', '[options]', (), ()),
+            'status': ('bridge.status', 'sites, what flows between them, what is dropped and why, round trip', 'sites, what flows between them, what is dropped and why, round trip', '', '[options]', (), ()),
+        },
+    ),
     'clean': (
         'clean',
         'show and remove log files',

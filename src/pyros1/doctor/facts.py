@@ -119,6 +119,7 @@ class ReportedType(NamedTuple):
         definition: the full definition of the type if a publisher reported it.
         extra_bytes: the number of bytes after the end of the first message received while the publisher was queried;
             negative if bytes are missing.
+        latched: whether the publisher latches its messages.
     """
 
     type: str = "*"
@@ -126,6 +127,7 @@ class ReportedType(NamedTuple):
     failure: Failure | None = None
     definition: str = ""
     extra_bytes: int = 0
+    latched: bool = False
 
 
 @dataclass

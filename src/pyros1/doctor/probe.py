@@ -166,6 +166,7 @@ def query_publisher(caller_id: str, uri: str, topic: str, listen_seconds: float 
             None,
             definition,
             0 if body is None else _extra_bytes(type_name, md5sum, definition, body),
+            header.get("latching") == "1",
         )
     except (Error, OSError, ValueError, TypeError, LookupError) as error:
         return ReportedType(failure=classify_error(error))

@@ -1,0 +1,118 @@
+"""Which topics of a site's master a bridge could send, and with which types: asks the master and the publishers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from functools import partial
+from itertools import islice
+from time import monotonic
+from typing import NamedTuple
+
+from pyros1.bridge.sending import LocalTopic
+from pyros1.doctor.concurrent import run_concurrently
+from pyros1.doctor.facts import ReportedType
+from pyros1.doctor.probe import query_publisher
+from pyros1.graph import Graph, SystemState
+from pyros1.ground.errors import MessageError
+from pyros1.ground.terminal_text import one_line
+
+STATUS_SERVICE = "bridge_status"
+"""Name of the service, below its node's name, by which bridges are recognised, and asked for their status."""
+_QUERY_TIME = 1.0
+"""Seconds for the answers of publishers."""
+_MAX_QUERIES = 32
+"""Maximum number of publishers that are asked at a time."""
+_RETRY_PERIOD = 10.0
+"""Seconds after which a publisher that did not answer is asked again."""
+_Asked = tuple[str, str]  # publisher and topic
+
+
+class _Answer(NamedTuple):
+    type: ReportedType | None
+    asked_at: float
+
+
+def find_bridges(state: SystemState) -> frozenset[str]:
+    """Return the names of the nodes that are bridges."""
+    return frozenset(
+        node for service, nodes in state.services.items() for node in nodes if service == f"{node}/{STATUS_SERVICE}"
+    )
+
+
+class LocalGraph:
+    """Finds the topics that nodes other than bridges publish, and asks each publisher once for type and definition.
+
+    Args:
+        graph: asks the master.
+        is_sent: returns whether rules allow a topic to be sent to anybody.
+        query: asks a publisher; for tests.
+
+    Attributes:
+        bridges: the nodes that are bridges.
+        problems: topic -> why it cannot be sent.
+    """
+
+    def __init__(
+        self,
+        graph: Graph,
+        is_sent: Callable[[str], bool],
+        query: Callable[[str, str, str], ReportedType] = query_publisher,
+    ) -> None:
+        self.bridges: frozenset[str] = frozenset()
+        self.problems: dict[str, str] = {}
+        self._graph = graph
+        self._is_sent = is_sent
+        self._query = query
+        self._answers: dict[_Asked, _Answer] = {}
+
+    def topics(self) -> list[LocalTopic]:
+        """Return the topics that can be sent.
+
+        Raises:
+            Error: the master does not respond.
+        """
+        state = self._graph.state()
+        self.bridges = find_bridges(state)
+        publishers = {
+            topic: [node for node in nodes if node not in self.bridges]
+            for topic, nodes in state.publishers.items()
+            if self._is_sent(topic)
+        }
+        self._ask(publishers)
+        self.problems = {}
+        return [topic for name, nodes in publishers.items() if nodes and (topic := self._topic(name, nodes))]
+
+    def _ask(self, publishers: Mapping[str, Iterable[str]]) -> None:
+        """Ask publishers that have not answered yet, and forget those that are gone."""
+        current = {(node, topic) for topic, nodes in publishers.items() for node in nodes}
+        self._answers = {asked: answer for asked, answer in self._answers.items() if asked in current}
+        now = monotonic()
+        due = [
+            asked
+            for asked in sorted(current)
+            if (answer := self._answers.get(asked)) is None
+            or (answer.type is None and now - answer.asked_at >= _RETRY_PERIOD)
+        ]
+        queries = {asked: partial(self._ask_publisher, *asked) for asked in islice(due, _MAX_QUERIES)}
+        for asked, reply in run_concurrently(queries, _QUERY_TIME).items():
+            is_usable = isinstance(reply, ReportedType) and reply.failure is None and "*" not in reply[:2]
+            self._answers[asked] = _Answer(reply if is_usable and isinstance(reply, ReportedType) else None, now)
+
+    def _ask_publisher(self, node: str, topic: str) -> ReportedType:
+        uri = self._graph.node_uri(node)
+        if uri is None:
+            raise MessageError(f"{node} is gone")
+        return self._query(self._graph.master.caller_id, uri, topic)
+
+    def _topic(self, name: str, nodes: list[str]) -> LocalTopic | None:
+        answers = [(node, answer.type) for node in nodes if (answer := self._answers.get((node, name))) and answer.type]
+        if not answers:
+            self.problems[name] = "its publishers have not said its type"
+            return None
+        first = answers[0][1]
+        same = [(node, answer) for node, answer in answers if answer.md5sum == first.md5sum]
+        if len(same) < len(answers):
+            self.problems[name] = f"messages of other types than {one_line(first.type)} are left out"
+        definition = next((answer.definition for _, answer in same if answer.definition), "")
+        latched = any(answer.latched for _, answer in same)
+        return LocalTopic(name, first.type, first.md5sum, definition, latched, tuple(nodes))

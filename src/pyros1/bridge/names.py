@@ -1,0 +1,145 @@
+"""Names among sites, and the patterns that match them.
+
+A *shared name* such as ``red:/odom`` says whose topic it is: the site, and the topic's name on that site's master.
+Without a site, a name in a site's rules is one of its own: ``/odom`` in the rules of red is ``red:/odom``.
+"""
+
+from __future__ import annotations
+
+import re
+from typing import NamedTuple
+
+from pyros1.ground.errors import Error
+from pyros1.ground.names import is_legal_name
+
+MAX_NAME_LENGTH = 255
+"""Maximum number of characters of a topic's name."""
+_MAX_WILDCARDS = 8
+"""Maximum number of wildcards in a pattern: matching takes time that grows with their number."""
+_SITE = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,39}\Z")
+_CHUNK = re.compile(r"[A-Za-z0-9_*]+\Z", re.ASCII)
+
+
+class SiteNameError(Error, ValueError):
+    """A name of a site, a shared name or a pattern is not valid."""
+
+
+class SharedName(NamedTuple):
+    """A topic's name among sites.
+
+    Attributes:
+        site: the site whose topic it is.
+        name: the topic's full name on that site's master.
+    """
+
+    site: str
+    name: str
+
+    def __str__(self) -> str:
+        return f"{self.site}:{self.name}"
+
+
+def check_site_name(name: str) -> str:
+    """Return the name of a site.
+
+    Raises:
+        SiteNameError: it is not a letter followed by at most 39 letters, digits and underscores, as in a namespace.
+    """
+    if not _SITE.match(name):
+        raise SiteNameError(
+            f"{name!r} cannot be a site's name: use a letter, then up to 39 letters, digits and underscores"
+        )
+    return name
+
+
+def is_topic_name(name: str) -> bool:
+    """Return whether a topic of this name can be shared: it is full, legal, and not too long."""
+    return len(name) <= MAX_NAME_LENGTH and len(name) > 1 and name[0] == "/" and name[-1] != "/" and is_legal_name(name)
+
+
+def parse_shared_name(text: str) -> SharedName:
+    """Return the shared name that a text such as ``red:/odom`` stands for.
+
+    Raises:
+        SiteNameError: the text is not a shared name.
+    """
+    site, colon, name = text.partition(":")
+    if not (colon and _SITE.match(site) and is_topic_name(name)):
+        raise SiteNameError(f"{text!r:.80} is not a site and a topic, such as red:/odom")
+    return SharedName(site, name)
+
+
+class Pattern:
+    """A pattern of shared names: ``/odom``, ``/camera/**``, ``red:/cmd_vel``, ``red:**`` or ``*:/odom``.
+
+    In names of topics, ``*`` stands for any text without a slash, and ``/**`` at the end, or ``**`` between slashes,
+    for any number of parts.
+
+    Args:
+        text: the pattern.
+
+    Attributes:
+        site: the site; empty for the site that the pattern belongs to, ``*`` for all other sites.
+        path: the pattern of names of topics, which begins with a slash.
+
+    Raises:
+        SiteNameError: the text is not a pattern.
+    """
+
+    __slots__ = ("_regex", "path", "site", "text")
+
+    def __init__(self, text: str) -> None:
+        site, colon, path = text.rpartition(":")
+        if path == "**":
+            path = "/**"
+        self.text = text
+        self.site = site
+        self.path = path
+        chunks = path.split("/")
+        if colon and site != "*":
+            check_site_name(site)
+        if len(text) > MAX_NAME_LENGTH or not path.startswith("/") or not all(_is_chunk(part) for part in chunks[1:]):
+            raise SiteNameError(
+                f"{text!r:.80} is not a pattern of topics: write /odom, /camera/**, red:/cmd_vel, red:** or *:/odom"
+            )
+        if path.count("*") > _MAX_WILDCARDS * 2 or len(re.findall(r"\*+", path)) > _MAX_WILDCARDS:
+            raise SiteNameError(f"{text!r:.80} has too many wildcards; the maximum is {_MAX_WILDCARDS}")
+        self._regex = re.compile("".join(map(_chunk_regex, chunks[1:])) + r"\Z")
+
+    @property
+    def is_literal(self) -> bool:
+        """Whether the pattern matches only one name of a topic."""
+        return "*" not in self.path
+
+    @property
+    def subtree(self) -> str | None:
+        """For a pattern such as ``/camera/**``, the part before ``/**``; None for other patterns."""
+        base = self.path.removesuffix("/**")
+        return base if base != self.path and "*" not in base else None
+
+    def matches_name(self, name: str) -> bool:
+        """Return whether the pattern matches the name of a topic, whatever the site."""
+        return self._regex.match(name) is not None
+
+    def matches(self, shared: SharedName, own_site: str) -> bool:
+        """Return whether the pattern matches a shared name.
+
+        Args:
+            shared: the name.
+            own_site: the site whose rules have the pattern.
+        """
+        is_site = shared.site != own_site if self.site == "*" else shared.site == (self.site or own_site)
+        return is_site and self.matches_name(shared.name)
+
+    def __repr__(self) -> str:
+        return f"Pattern({self.text!r})"
+
+
+def _is_chunk(text: str) -> bool:
+    return _CHUNK.match(text) is not None and ("**" not in text or text == "**")
+
+
+def _chunk_regex(chunk: str) -> str:
+    if chunk == "**":
+        return "(?:/[^/]+)*"
+    return "/" + "[^/]*".join(map(re.escape, chunk.split("*")))

@@ -1,0 +1,406 @@
+"""Packets between sites, as bytes. What other sites send is hostile until it has been read here.
+
+A packet has a *head* and a *body*. All heads begin with the version, the kind, the sender's epoch, and the receiver's
+epoch as the sender knows it (0 for all receivers). An epoch is a random number that a site chooses when it starts, so
+packets from or for an earlier run are recognised. The head of a message continues with its numbers (`MessageHead`), and
+its body is the message as in ROS. The bodies of other packets are JSON.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+import struct
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from enum import IntEnum
+from typing import Any, NamedTuple
+
+from pyros1.bridge.names import SharedName, SiteNameError, parse_shared_name
+from pyros1.ground.errors import Error
+
+_VERSION = 1
+MAX_BODY = 1 << 20
+"""Maximum size in bytes of a packet that is not a message."""
+MAX_DEFINITION = 256 << 10
+"""Maximum number of characters of a definition."""
+PAGE_ENTRIES = 200
+"""Number of entries in a page of a list."""
+MAX_PAGES = 32
+"""Maximum number of pages of a list."""
+MAX_NUMBERS = 1000
+"""Maximum number of items in other lists."""
+_MAX_TYPE_LENGTH = 255
+_MAX_NUMBER = 1 << 63
+_MD5 = re.compile(r"[0-9a-f]{32}\Z")
+_TYPE = re.compile(r"[A-Za-z]\w*/[A-Za-z]\w*\Z", re.ASCII)
+
+_HEAD = struct.Struct("<BBQQ")
+_MESSAGE = struct.Struct("<BBQQQIdB16s")
+
+
+class PacketError(Error, ValueError):
+    """A packet from another site is not valid."""
+
+
+class Kind(IntEnum):
+    """What a packet is."""
+
+    HELLO = 1
+    BYE = 2
+    BEAT = 3
+    OFFER = 4
+    WISH = 5
+    ASK = 6
+    DEFINITION = 7
+    MISSED = 8
+    HELD = 9
+    GONE = 10
+    MESSAGE = 16
+
+
+class Flag:
+    """Bits of `MessageHead.flags`."""
+
+    LATCHED = 1
+    """The message is the last one of its publisher, which latches."""
+    LEFT = 2
+    """There is no message: this number tells that the publisher, which had latched one, is gone."""
+
+
+class Head(NamedTuple):
+    """The beginning of every packet."""
+
+    kind: Kind
+    epoch: int
+    to_epoch: int
+
+
+class MessageHead(NamedTuple):
+    """The head of a message.
+
+    Attributes:
+        epoch, to_epoch: see above.
+        number: position of the message in its topic, from 1 on, without gaps.
+        publisher: the original publisher's number in this topic.
+        taken_at: when the sender's site got the message, in seconds of its clock.
+        flags: see `Flag`.
+        md5sum: md5 sum of the message type.
+    """
+
+    epoch: int
+    to_epoch: int
+    number: int
+    publisher: int
+    taken_at: float
+    flags: int
+    md5sum: str
+
+
+class Beat(NamedTuple):
+    """Tells another site that this one is alive, and what both know of each other.
+
+    Attributes:
+        number: counts the beats to this peer.
+        sent_at: when it was sent, in seconds of the sender's clock.
+        echo: the number of the last beat that came from the peer; 0 if none came.
+        held: seconds between the arrival of that beat and this one.
+        offer, wish: the versions of the sender's lists for the peer.
+        offer_seen, wish_seen: the versions of the peer's lists that the sender has; -1 for none.
+        tails: the number of the last message of each topic that the peer wants, and that may not lose any.
+    """
+
+    number: int
+    sent_at: float
+    echo: int
+    held: float
+    offer: int
+    wish: int
+    offer_seen: int
+    wish_seen: int
+    tails: Mapping[SharedName, int]
+
+
+class Offered(NamedTuple):
+    """A topic that a site offers to another one.
+
+    Attributes:
+        topic: its name among sites.
+        type, md5sum: its message type.
+        latched: whether it has latched messages.
+        reliable: whether its messages are sent again if they are missed.
+    """
+
+    topic: SharedName
+    type: str
+    md5sum: str
+    latched: bool
+    reliable: bool
+
+
+class Wish(NamedTuple):
+    """A topic that a site wants from another one, and how many messages per second at most; 0 for all."""
+
+    topic: SharedName
+    rate: float
+
+
+class Page(NamedTuple):
+    """A part of a list of offers or wishes."""
+
+    version: int
+    number: int
+    page_count: int
+    entries: Sequence[Any]
+
+
+class Definition(NamedTuple):
+    """The definition of a message type."""
+
+    type: str
+    md5sum: str
+    text: str
+
+
+class Missed(NamedTuple):
+    """Asks for messages of a topic again: those numbered from `first` to `last`, or all that are held if latched."""
+
+    topic: SharedName
+    first: int
+    last: int
+
+
+class Held(NamedTuple):
+    """Says which latched messages there are after message `number`: the publishers, each with its message's number."""
+
+    topic: SharedName
+    number: int
+    messages: Mapping[int, int]
+
+
+class Gone(NamedTuple):
+    """Says that no messages before `first` can be sent again."""
+
+    topic: SharedName
+    first: int
+
+
+# Heads ----------------------------------------------------------------------------------------------------------------
+
+
+def encode_head(kind: Kind, epoch: int, to_epoch: int = 0) -> bytes:
+    """Return the head of a packet that is not a message."""
+    return _HEAD.pack(_VERSION, kind, epoch, to_epoch)
+
+
+def encode_message_head(head: MessageHead) -> bytes:
+    """Return the head of a message as bytes."""
+    epoch, to_epoch, number, publisher, taken_at, flags, md5sum = head
+    md5 = bytes.fromhex(md5sum)
+    return _MESSAGE.pack(_VERSION, Kind.MESSAGE, epoch, to_epoch, number, publisher, taken_at, flags, md5)
+
+
+def decode_head(data: bytes) -> Head:
+    """Return the head of a packet that is not a message.
+
+    Raises:
+        PacketError: it is not one.
+    """
+    if len(data) != _HEAD.size or data[0] != _VERSION:
+        raise PacketError("not a packet's head")
+    _, kind, epoch, to_epoch = _HEAD.unpack(data)
+    try:
+        return Head(Kind(kind), epoch, to_epoch)
+    except ValueError:
+        raise PacketError(f"unknown kind of packet: {kind}") from None
+
+
+def decode_message_head(data: bytes) -> MessageHead:
+    """Return the head of a message.
+
+    Raises:
+        PacketError: it is not one.
+    """
+    if len(data) != _MESSAGE.size or data[0] != _VERSION or data[1] != Kind.MESSAGE:
+        raise PacketError("not a message's head")
+    _, _, epoch, to_epoch, number, publisher, taken_at, flags, md5 = _MESSAGE.unpack(data)
+    if not (0 < number < _MAX_NUMBER and math.isfinite(taken_at)):
+        raise PacketError("a message with impossible numbers")
+    return MessageHead(epoch, to_epoch, number, publisher, taken_at, flags, md5.hex())
+
+
+# Bodies ---------------------------------------------------------------------------------------------------------------
+
+
+def encode_beat(beat: Beat) -> bytes:
+    """Return the body of a beat."""
+    tails = [[str(topic), number] for topic, number in beat.tails.items()]
+    return _dump([*beat[:8], tails])
+
+
+def encode_pages(version: int, entries: Sequence[Offered] | Sequence[Wish]) -> Iterator[bytes]:
+    """Yield the bodies of the pages of a list; entries beyond the maximum are left out."""
+    rows = [[str(entry[0]), *entry[1:]] for entry in entries[: PAGE_ENTRIES * MAX_PAGES]]
+    count = max(1, -(-len(rows) // PAGE_ENTRIES))
+    for number in range(count):
+        yield _dump([version, number, count, rows[number * PAGE_ENTRIES : (number + 1) * PAGE_ENTRIES]])
+
+
+def encode_ask(md5sums: Iterable[str]) -> bytes:
+    """Return the body of a question for definitions."""
+    return _dump([*md5sums])
+
+
+def encode_definition(definition: Definition) -> bytes:
+    """Return the body of a packet with a definition."""
+    return _dump([*definition])
+
+
+def encode_missed(missed: Missed) -> bytes:
+    """Return the body of a question for messages."""
+    return _dump([str(missed.topic), missed.first, missed.last])
+
+
+def encode_held(held: Held) -> bytes:
+    """Return the body of a list of latched messages."""
+    return _dump([str(held.topic), held.number, [[*item] for item in held.messages.items()]])
+
+
+def encode_gone(gone: Gone) -> bytes:
+    """Return the body of a note that messages cannot be sent again."""
+    return _dump([str(gone.topic), gone.first])
+
+
+def decode_beat(body: bytes) -> Beat:
+    """Return a beat; this and the following functions raise PacketError if the body is not valid."""
+    number, sent_at, echo, held, offer, wish, offer_seen, wish_seen, tails = _load(body, 9)
+    return Beat(
+        _integer(number, 1),
+        _real(sent_at),
+        _integer(echo),
+        _real(held),
+        _integer(offer),
+        _integer(wish),
+        _integer(offer_seen, -1),
+        _integer(wish_seen, -1),
+        {_topic(name): _integer(tail) for name, tail in _rows(tails, 2, PAGE_ENTRIES * MAX_PAGES)},
+    )
+
+
+def decode_offer(body: bytes) -> Page:
+    """Return a page of offers, whose entries are `Offered`."""
+    return _decode_page(body, 5, lambda row: Offered(_topic(row[0]), _type(row[1]), _md5(row[2]), *_bools(row[3:])))
+
+
+def decode_wish(body: bytes) -> Page:
+    """Return a page of wishes, whose entries are `Wish`."""
+    return _decode_page(body, 2, lambda row: Wish(_topic(row[0]), max(0.0, _real(row[1]))))
+
+
+def decode_ask(body: bytes) -> list[str]:
+    """Return the md5 sums of the definitions that a site asks for."""
+    values = _load(body, None)
+    if len(values) > MAX_NUMBERS:
+        raise PacketError("too many definitions at once")
+    return [*map(_md5, values)]
+
+
+def decode_definition(body: bytes) -> Definition:
+    """Return a definition, which still has to be compared with its md5 sum."""
+    type_name, md5sum, text = _load(body, 3)
+    if not isinstance(text, str) or len(text) > MAX_DEFINITION:
+        raise PacketError("not the text of a definition, or too long")
+    return Definition(_type(type_name), _md5(md5sum), text)
+
+
+def decode_missed(body: bytes) -> Missed:
+    """Return a question for messages."""
+    name, first, last = _load(body, 3)
+    return Missed(_topic(name), _integer(first), _integer(last))
+
+
+def decode_held(body: bytes) -> Held:
+    """Return a list of latched messages."""
+    name, number, rows = _load(body, 3)
+    messages = {_integer(publisher): _integer(each) for publisher, each in _rows(rows, 2, MAX_NUMBERS)}
+    return Held(_topic(name), _integer(number), messages)
+
+
+def decode_gone(body: bytes) -> Gone:
+    """Return a note that messages cannot be sent again."""
+    name, first = _load(body, 2)
+    return Gone(_topic(name), _integer(first))
+
+
+def _decode_page(body: bytes, width: int, make: Any) -> Page:
+    version, number, count, rows = _load(body, 4)
+    page = Page(
+        _integer(version),
+        _integer(number),
+        _integer(count, 1),
+        [make(row) for row in _rows(rows, width, PAGE_ENTRIES)],
+    )
+    if page.page_count > MAX_PAGES or page.number >= page.page_count:
+        raise PacketError("a page of a list that is too long")
+    return page
+
+
+def _dump(value: Any) -> bytes:
+    return json.dumps(value, separators=(",", ":")).encode()
+
+
+def _load(body: bytes, length: int | None) -> list[Any]:
+    if len(body) > MAX_BODY:
+        raise PacketError("a packet that is too large")
+    try:
+        value = json.loads(body)
+    except (ValueError, RecursionError):
+        raise PacketError("a packet that is not JSON") from None
+    if not isinstance(value, list) or length not in (None, len(value)):
+        raise PacketError("a packet of another form")
+    return value
+
+
+def _rows(value: Any, width: int, maximum: int) -> list[list[Any]]:
+    if not isinstance(value, list) or len(value) > maximum:
+        raise PacketError("not a list, or too long")
+    if not all(isinstance(row, list) and len(row) == width for row in value):
+        raise PacketError("a list of another form")
+    return value
+
+
+def _integer(value: Any, minimum: int = 0) -> int:
+    if type(value) is not int or not minimum <= value < _MAX_NUMBER:
+        raise PacketError("not a number in range")
+    return value
+
+
+def _real(value: Any) -> float:
+    if type(value) not in (int, float) or not abs(value) < 1e15:
+        raise PacketError("not a time or rate")
+    return float(value)
+
+
+def _topic(value: Any) -> SharedName:
+    try:
+        return parse_shared_name(value if isinstance(value, str) and len(value) <= 400 else "")
+    except SiteNameError:
+        raise PacketError("not a topic's name") from None
+
+
+def _type(value: Any) -> str:
+    if not (isinstance(value, str) and len(value) <= _MAX_TYPE_LENGTH and _TYPE.match(value)):
+        raise PacketError("not a message type")
+    return value
+
+
+def _md5(value: Any) -> str:
+    if not (isinstance(value, str) and _MD5.match(value)):
+        raise PacketError("not an md5 sum")
+    return value
+
+
+def _bools(values: list[Any]) -> list[bool]:
+    if not all(isinstance(value, bool) for value in values):
+        raise PacketError("neither true nor false")
+    return values

@@ -1,0 +1,115 @@
+"""The topics that a bridge publishes on its site's master, with the types and definitions of their original publishers.
+
+A node has one publication per topic, but keeps the last latched message of each of its publishers: so there is one
+publisher for each original publisher whose message is latched, and one more that keeps the topic advertised.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Collection, Mapping
+
+from pyros1.bridge.actions import Advertise, Forget, Publish
+from pyros1.ground.errors import Error
+from pyros1.ground.names import FullName
+from pyros1.ground.terminal_text import one_line
+from pyros1.msgs import AnyMsg
+from pyros1.node import Node
+from pyros1.node.log.levels import WARN
+from pyros1.node.publishing.publisher import Publisher
+from pyros1.wire.handshake import TopicType
+
+MARK = "pyros1_bridge"
+"""Field of the connection headers of bridges' publishers, with the site's name."""
+_QUEUE_SIZE = 100
+
+
+class _Topic:
+    def __init__(self, action: Advertise, publisher: Publisher[AnyMsg]) -> None:
+        self.action = action
+        self.publisher = publisher
+        self.latched: dict[tuple[str, int], Publisher[AnyMsg]] = {}
+
+
+class Publishing:
+    """The publishers of a bridge.
+
+    Args:
+        node: the bridge's node.
+        site: the site's name.
+    """
+
+    def __init__(self, node: Node, site: str) -> None:
+        self._node = node
+        self._headers: Mapping[str, str] = {MARK: site}
+        self._topics: dict[str, _Topic] = {}
+        self._lock = threading.Lock()  # topics come and go in another thread than messages
+
+    def advertise(self, action: Advertise) -> None:
+        """Publish a topic. This waits for the master."""
+        try:
+            topic = _Topic(action, self._make_publisher(action))
+        except Error as error:
+            self._node.log.peer_event(WARN, "cannot publish %s: %s", one_line(action.local), error)
+            return
+        with self._lock:
+            self._topics[action.local] = topic
+
+    def _make_publisher(self, action: Advertise) -> Publisher[AnyMsg]:
+        return self._node.advertise(
+            FullName(action.local),
+            AnyMsg,
+            queue_size=_QUEUE_SIZE,
+            latch=action.latched,
+            headers=self._headers,
+            raw_type=TopicType(action.type, action.md5sum, action.definition),
+        )
+
+    def withdraw(self, local: str) -> None:
+        """Publish a topic no longer. This waits for the master."""
+        with self._lock:
+            topic = self._topics.pop(local, None)
+        if topic is not None:
+            for publisher in (*topic.latched.values(), topic.publisher):
+                publisher.unregister()
+
+    def publish(self, action: Publish) -> bool:
+        """Publish a message, and return whether the topic is published."""
+        with self._lock:
+            topic = self._topics.get(action.local)
+            if topic is None:
+                return False
+            publisher = topic.publisher
+            if action.latched:
+                if action.source not in topic.latched:
+                    # The topic is published already, so this does not wait for the master.
+                    topic.latched[action.source] = self._make_publisher(topic.action)
+                publisher = topic.latched[action.source]
+            elif topic.action.latched:
+                # Of this publisher, nothing is kept: what it has published is forgotten with it.
+                with self._make_publisher(topic.action) as passing:
+                    passing.publish(AnyMsg(action.body))
+                return True
+        publisher.publish(AnyMsg(action.body))
+        return True
+
+    def forget(self, action: Forget) -> None:
+        """Keep the last message of a source no longer."""
+        with self._lock:
+            topic = self._topics.get(action.local)
+            publisher = topic.latched.pop(action.source, None) if topic is not None else None
+        if publisher is not None:
+            publisher.unregister()
+
+    def demand(self, bridges: Collection[str]) -> frozenset[str]:
+        """Return the topics to which nodes other than bridges subscribe."""
+        with self._lock:
+            topics = [*self._topics.items()]
+        return frozenset(
+            local for local, topic in topics if any(link.peer not in bridges for link in topic.publisher.links)
+        )
+
+    def close(self) -> None:
+        """Publish nothing any longer."""
+        for local in [*self._topics]:
+            self.withdraw(local)

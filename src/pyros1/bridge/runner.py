@@ -1,0 +1,290 @@
+"""A running bridge: a node of the site's master, a link to other sites, and the site's machine between them.
+
+Several threads use the machine. A lock guards it, and is held until the actions that follow have been done or queued,
+so that they are done in their order; none of them waits. These are the threads:
+
+- the node's threads hand messages to the machine, and its packets to the sender;
+- the worker deals with packets from the link, publishes what they bring, and ticks;
+- the keeper asks the master, and subscribes and advertises, all of which may wait for the master;
+- the sender has two threads, which may wait for the network.
+
+So neither a slow master nor a slow network stops the node's loop, its callbacks, or the link's own threads.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+import threading
+import time
+from collections import deque
+from collections.abc import Callable, Iterable
+from functools import partial
+
+from pyros1.bridge.actions import Action, Advertise, Forget, Listen, Log, Publish, Send, Subscribe, Withdraw
+from pyros1.bridge.keys import Key
+from pyros1.bridge.link import Link, Receive
+from pyros1.bridge.local_graph import STATUS_SERVICE, LocalGraph
+from pyros1.bridge.outgoing import Taken
+from pyros1.bridge.publishing import MARK, Publishing
+from pyros1.bridge.queues import Inbox
+from pyros1.bridge.rules import Rules
+from pyros1.bridge.sender import Sender
+from pyros1.bridge.site import Site
+from pyros1.bridge.status import status_json
+from pyros1.graph import Graph
+from pyros1.ground.errors import Error
+from pyros1.ground.names import FullName
+from pyros1.ground.terminal_text import one_line
+from pyros1.msgs import AnyMsg
+from pyros1.node import Node
+from pyros1.node.log.levels import INFO, WARN
+from pyros1.node.subscribing.subscriber import Subscriber
+
+_TICK = 0.1
+"""Seconds between ticks of the machine."""
+_POLL_PERIOD = 1.0
+"""Seconds between questions to the master."""
+_DEMAND_PERIOD = 0.2
+"""Seconds between looks at who subscribes to what the bridge publishes."""
+_QUEUE_SIZE = 1000
+"""Messages of a publisher that wait for the bridge: it only queues them, so they hardly ever do."""
+_MAX_CHORES = 5_000
+_JOIN_TIME = 3.0
+MakeLink = Callable[[Receive], Link]
+
+
+def steady_now() -> float:
+    """Return the seconds of a clock that never jumps, and that goes on while the machine sleeps, if there is one: what
+    waited meanwhile must look old.
+    """
+    if sys.platform == "linux":
+        return time.clock_gettime(time.CLOCK_BOOTTIME)
+    return time.monotonic()
+
+
+class Bridge:
+    """A running bridge. It ends when its node shuts down, or by `close`.
+
+    Args:
+        node: the bridge's node; it must run callbacks inline.
+        rules: the site's rules.
+        make_link: returns the link, given the function that takes its packets.
+
+    Raises:
+        LinkError: the link cannot start.
+        NodeError: the node cannot provide the bridge's service.
+    """
+
+    def __init__(self, node: Node, rules: Rules, make_link: MakeLink) -> None:
+        self._node = node
+        self._rules = rules
+        self._lock = threading.Lock()
+        self._site = Site(rules, int.from_bytes(os.urandom(8), "little") | 1, steady_now())
+        self._publishing = Publishing(node, rules.site)
+        self._graph = LocalGraph(Graph(node.master), self._may_be_sent)
+        self._subscribers: dict[str, Subscriber[AnyMsg]] = {}
+        self._inbox = Inbox()
+        self._arrived = threading.Condition()
+        self._chores: deque[Action] = deque()
+        self._awaited: dict[str, int] = {}  # topics -> how many of the chores advertise or withdraw them
+        self._has_chores = threading.Condition()
+        self._is_closing = False
+        self._problems: dict[str, int] = {}
+        self._close_lock = threading.Lock()
+        self._is_closed = False
+        self._link = make_link(self._receive)
+        self._sender = Sender(self._link, steady_now, self._on_link_error)
+        self._worker = threading.Thread(target=self._work, name="bridge: packets", daemon=True)
+        self._keeper = threading.Thread(target=self._keep, name="bridge: master", daemon=True)
+        node.on_shutdown(self.close)
+        self._worker.start()
+        self._keeper.start()
+        try:
+            node.advertise_service(f"~{STATUS_SERVICE}", "std_srvs/Trigger", lambda _: (True, self.status()))
+        except BaseException:
+            self.close()
+            raise
+
+    # The link's side --------------------------------------------------------------------------------------------------
+
+    def _receive(self, key: Key, head: bytes, body: bytes) -> None:
+        """Note a packet. Called in the link's threads."""
+        with self._arrived:
+            self._inbox.put((key, head, body))
+            self._arrived.notify()
+
+    def _work(self) -> None:
+        with self._lock:
+            self._act(self._site.start())
+        next_tick = steady_now()
+        while not self._is_closing:
+            with self._arrived:
+                packet = self._inbox.pop()
+                if packet is None:
+                    self._arrived.wait(max(0.0, next_tick - steady_now()))
+                    packet = self._inbox.pop()
+            now = steady_now()
+            with self._lock:
+                if packet is not None:
+                    self._act(self._site.on_packet(*packet, now))
+                if now >= next_tick:
+                    self._act(self._site.tick(now))
+                    next_tick = now + _TICK
+
+    def _act(self, actions: Iterable[Action]) -> None:
+        """Do what the machine asks for; what may wait for the master is left to the keeper. Called with the lock."""
+        for action in actions:
+            match action:
+                case Send():
+                    self._sender.put(action)
+                case Publish(local) | Forget(local) if local in self._awaited:
+                    self._leave_to_keeper(action)
+                case Publish():
+                    self._publish(action)
+                case Forget():
+                    self._publishing.forget(action)
+                case Listen(site, key, on):
+                    self._link.listen(site, key, on)
+                case Log(text, is_warning):
+                    self._node.log.peer_event(WARN if is_warning else INFO, "%s", one_line(text))
+                case Subscribe():
+                    self._leave_to_keeper(action)
+                case Advertise(local) | Withdraw(local):
+                    self._awaited[local] = self._awaited.get(local, 0) + 1
+                    self._leave_to_keeper(action)
+
+    def _leave_to_keeper(self, action: Action) -> None:
+        if isinstance(action, Publish) and len(self._chores) >= _MAX_CHORES:
+            self._count("messages that came before their topic was published")
+            return
+        with self._has_chores:
+            self._chores.append(action)
+            self._has_chores.notify()
+
+    def _publish(self, action: Publish) -> None:
+        try:
+            if not self._publishing.publish(action):
+                self._count("messages of topics that could not be published")
+        except Error as error:
+            if self._node.ok():
+                self._node.log.peer_event(WARN, "cannot publish on %s: %s", one_line(action.local), error)
+
+    def _on_link_error(self, error: Exception) -> None:
+        self._count("packets that the link has refused")
+        if not self._is_closing:
+            self._node.log.peer_event(WARN, "cannot send to other sites: %s", one_line(error, 200))
+
+    def _count(self, problem: str) -> None:
+        self._problems[problem] = self._problems.get(problem, 0) + 1
+
+    # The master's side ------------------------------------------------------------------------------------------------
+
+    def _keep(self) -> None:
+        next_poll = 0.0
+        demand: frozenset[str] = frozenset()
+        while not self._is_closing:
+            with self._has_chores:
+                if not self._chores:
+                    self._has_chores.wait(_DEMAND_PERIOD)
+            while self._chores and not self._is_closing:
+                self._do(self._chores.popleft())
+            if time.monotonic() >= next_poll and not self._is_closing:
+                self._poll()
+                next_poll = time.monotonic() + _POLL_PERIOD
+            new_demand = self._publishing.demand(self._graph.bridges)
+            if new_demand != demand:
+                demand = new_demand
+                with self._lock:
+                    self._act(self._site.set_demand(demand, steady_now()))
+
+    def _do(self, action: Action) -> None:
+        try:
+            match action:
+                case Advertise(local):
+                    self._publishing.advertise(action)
+                    self._is_done(local)
+                case Withdraw(local):
+                    self._publishing.withdraw(local)
+                    self._is_done(local)
+                case Publish():
+                    self._publish(action)
+                case Forget():
+                    self._publishing.forget(action)
+                case Subscribe(local, True):
+                    self._subscribers[local] = self._node.subscribe(
+                        FullName(local), AnyMsg, partial(self._on_message, local), queue_size=_QUEUE_SIZE
+                    )
+                case Subscribe(local, False):
+                    subscriber = self._subscribers.pop(local, None)
+                    if subscriber is not None:
+                        subscriber.unregister()
+        except Error as error:
+            if self._node.ok():
+                self._node.log.peer_event(WARN, "cannot bridge a topic: %s", error)
+
+    def _is_done(self, local: str) -> None:
+        """Note that a topic has been advertised or withdrawn. Messages that came meanwhile are published first."""
+        with self._lock:
+            self._awaited[local] -= 1
+            if self._awaited[local]:
+                return
+            del self._awaited[local]
+            waiting = [each for each in self._chores if isinstance(each, (Publish, Forget)) and each.local == local]
+            for chore in waiting:
+                self._chores.remove(chore)
+            self._act(waiting)
+
+    def _poll(self) -> None:
+        asked_at = steady_now()
+        try:
+            topics = self._graph.topics()
+        except Error as error:
+            if self._node.ok():
+                self._node.log.peer_event(WARN, "cannot ask the master for topics: %s", error)
+            return
+        with self._lock:
+            self._act(self._site.set_topics(topics, asked_at, steady_now()))
+
+    def _may_be_sent(self, topic: str) -> bool:
+        with self._lock:
+            others = [site.name for site in self._site.sites()]
+        return bool(self._rules.outgoing(topic, others))
+
+    def _on_message(self, local: str, message: AnyMsg) -> None:
+        """Hand a message to the machine. Called in the node's threads."""
+        header = message._connection_header or {}
+        publisher = header.get("callerid", "")
+        is_bridged = MARK in header or publisher in self._graph.bridges or publisher == self._node.name
+        taken = Taken(publisher, header.get("md5sum", ""), header.get("latching") == "1", bytes(message._buff))
+        with self._lock:
+            self._act(self._site.on_message(local, taken, is_bridged, steady_now()))
+
+    # The end ----------------------------------------------------------------------------------------------------------
+
+    def status(self) -> str:
+        """Return the bridge's status as JSON, see `pyros1.bridge.status`."""
+        with self._lock:
+            return status_json(self._site, self._sender, self._inbox, {**self._graph.problems}, {**self._problems})
+
+    def close(self) -> None:
+        """Tell other sites that this one leaves, and end all threads. May be called repeatedly."""
+        with self._close_lock:
+            if self._is_closed:
+                return
+            self._is_closed = True
+        with self._lock:
+            self._act(self._site.leave())
+        self._is_closing = True
+        with self._arrived:
+            self._arrived.notify_all()
+        with self._has_chores:
+            self._has_chores.notify_all()
+        for thread in (self._worker, self._keeper):
+            thread.join(_JOIN_TIME)
+        self._sender.close()
+        self._link.close()
+        if self._node.ok():  # otherwise it unregisters everything at once
+            for subscriber in self._subscribers.values():
+                subscriber.unregister()
+            self._publishing.close()

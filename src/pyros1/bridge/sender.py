@@ -1,0 +1,107 @@
+"""The threads that send packets: one for urgent ones and one for the rest, which may wait for the network."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from time import monotonic
+
+from pyros1.bridge.actions import Send
+from pyros1.bridge.link import Link
+from pyros1.bridge.queues import Outbox
+from pyros1.bridge.rules import Priority
+
+FLUSH_TIME = 0.5
+"""Maximum seconds to wait at the end until waiting packets are sent."""
+
+
+class Lane:
+    """A thread that sends packets in order of priority.
+
+    Args:
+        name: the thread's name.
+        link: where to send them.
+        clock: returns the site's time in seconds.
+        on_error: called with an exception that sending has raised.
+    """
+
+    def __init__(
+        self, name: str, link: Link, clock: Callable[[], float], on_error: Callable[[Exception], object]
+    ) -> None:
+        self.outbox = Outbox()
+        self._link = link
+        self._clock = clock
+        self._on_error = on_error
+        self._changed = threading.Condition()
+        self._is_closing = False
+        self._is_sending = False
+        self._thread = threading.Thread(target=self._run, name=name, daemon=True)
+        self._thread.start()
+
+    def put(self, packet: Send) -> None:
+        """Send a packet later, in the lane's thread."""
+        with self._changed:
+            if not self._is_closing:
+                self.outbox.put(packet)
+                self._changed.notify_all()
+
+    def _run(self) -> None:
+        while True:
+            with self._changed:
+                self._is_sending = False
+                self._changed.notify_all()
+                while (packet := self.outbox.pop(self._clock())) is None and not self._is_closing:
+                    self._changed.wait()
+                if packet is None:
+                    return
+                self._is_sending = True
+            try:
+                self._link.send(packet)
+            except Exception as error:  # noqa: BLE001 - the link's library has errors of its own
+                self._on_error(error)
+
+    def close(self) -> None:
+        """Send what waits, for a short time, and end the thread."""
+        deadline = monotonic() + FLUSH_TIME
+        with self._changed:
+            while (len(self.outbox) or self._is_sending) and (left := deadline - monotonic()) > 0:
+                self._changed.wait(left)
+            self._is_closing = True
+            while self.outbox.pop(self._clock()) is not None:
+                pass
+            self._changed.notify_all()
+        self._thread.join(FLUSH_TIME)
+
+
+class Sender:
+    """Sends packets in two lanes, so that bulky ones that wait for the network do not delay beats and commands.
+
+    Args:
+        link, clock, on_error: see `Lane`.
+    """
+
+    def __init__(self, link: Link, clock: Callable[[], float], on_error: Callable[[Exception], object]) -> None:
+        self._urgent = Lane("bridge: urgent packets", link, clock, on_error)
+        self._bulk = Lane("bridge: other packets", link, clock, on_error)
+
+    def put(self, packet: Send) -> None:
+        """Send a packet, in the thread for its priority."""
+        (self._urgent if packet.priority <= Priority.HIGH else self._bulk).put(packet)
+
+    def drops(self, key: str) -> dict[str, int]:
+        """Return how many packets with a key were dropped for each reason."""
+        found: dict[str, int] = {}
+        for lane in (self._urgent, self._bulk):
+            for reason, number in lane.outbox.drops.get(key, {}).items():
+                found[reason] = found.get(reason, 0) + number
+        return found
+
+    @property
+    def waiting_bytes(self) -> int:
+        """Total size of the packets that wait to be sent."""
+        return self._urgent.outbox.waiting_bytes + self._bulk.outbox.waiting_bytes
+
+    def close(self) -> None:
+        """Send what waits, for a short time, and end the threads."""
+        self._urgent.close()
+        self._bulk.close()

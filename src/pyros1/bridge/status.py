@@ -1,0 +1,125 @@
+"""The status of a bridge: as JSON, which its service returns, and as lines for people."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from pyros1.bridge.keys import topic_key
+from pyros1.bridge.queues import Inbox
+from pyros1.bridge.sender import Sender
+from pyros1.bridge.site import Site
+from pyros1.ground.terminal_text import one_line
+
+
+def status_json(
+    site: Site, sender: Sender, inbox: Inbox, problems: Mapping[str, str], trouble: Mapping[str, int]
+) -> str:
+    """Return the status as JSON.
+
+    Args:
+        site, sender, inbox: the parts of the bridge.
+        problems: topic -> why it cannot be sent.
+        trouble: what went wrong, and how often.
+    """
+    status = {
+        "site": site.name,
+        "sites": [
+            {"name": each.name, "state": each.state.value, "round_trip": each.round_trip} for each in site.sites()
+        ],
+        "sent": [
+            {
+                "topic": str(topic.topic),
+                "local": local.name,
+                "type": topic.offered.type,
+                "publishers": [*local.publishers],
+                "wanted_by": sorted(topic.wishes),
+                "messages": flow.messages,
+                "bytes": flow.bytes,
+                "dropped": _add(flow.drops, sender.drops(topic_key(topic.topic))),
+            }
+            for topic, local, flow in site.sent()
+        ],
+        "taken": [
+            {
+                "topic": str(taken.topic),
+                "from": taken.peer,
+                "local": taken.local,
+                "type": taken.type,
+                "state": taken.state,
+                "messages": taken.flow.messages,
+                "bytes": taken.flow.bytes,
+                "dropped": _add(taken.flow.drops, taken.missed_drops),
+            }
+            for taken in site.taken()
+        ],
+        "waiting_bytes": sender.waiting_bytes,
+        "overflowed": inbox.dropped,
+        "ignored": site.ignored,
+        "problems": dict(problems),
+        "trouble": dict(trouble),
+    }
+    return json.dumps(status)
+
+
+def _add(first: Mapping[str, int], second: Mapping[str, int]) -> dict[str, int]:
+    return {reason: first.get(reason, 0) + second.get(reason, 0) for reason in (*first, *second)}
+
+
+def status_lines(status: Mapping[str, Any]) -> Iterator[str]:
+    """Yield lines that describe a status for people.
+
+    Args:
+        status: what `status_json` has written; from another program, so it may have any names.
+    """
+    yield f"site {one_line(status['site'])}"
+    for site in status["sites"]:
+        trip = site["round_trip"]
+        yield f"  {one_line(site['name'])}: {one_line(site['state'])}" + (
+            f", round trip {trip * 1000:.1f} ms" if trip is not None else ""
+        )
+    if not status["sites"]:
+        yield "  no other site has been heard of"
+    yield from _table("sends", status["sent"], _sent_cells)
+    yield from _table("takes", [entry for entry in status["taken"] if entry["local"]], _taken_cells)
+    refused = [entry for entry in status["taken"] if not entry["local"]]
+    for entry in refused:
+        yield f"  not taken: {one_line(entry['topic'])} from {one_line(entry['from'])}: {one_line(entry['state'])}"
+    for topic, problem in status["problems"].items():
+        yield f"  {one_line(topic)}: {one_line(problem)}"
+    if status["overflowed"]:
+        yield f"  {status['overflowed']} packets dropped, since they came faster than they could be dealt with"
+    for reason, number in (*status["ignored"].items(), *status["trouble"].items()):
+        yield f"  ignored: {one_line(reason)} ({number} times)"
+
+
+def _sent_cells(entry: Mapping[str, Any]) -> list[str]:
+    wanted = " ".join(entry["wanted_by"])
+    return [one_line(entry["local"]), f"to {one_line(wanted)}" if wanted else "nobody wants it"]
+
+
+def _taken_cells(entry: Mapping[str, Any]) -> list[str]:
+    return [one_line(entry["local"]), f"from {one_line(entry['from'])}: {one_line(entry['state'])}"]
+
+
+def _table(title: str, entries: list[Any], cells: Any) -> Iterator[str]:
+    if not entries:
+        return
+    yield f"{title}:"
+    rows = []
+    for entry in entries:
+        drops = ", ".join(f"{number} {one_line(reason)}" for reason, number in entry["dropped"].items())
+        flow = f"{entry['messages']} messages, {_size(entry['bytes'])}"
+        rows.append([*cells(entry), flow + (f"; dropped: {drops}" if drops else "")])
+    widths = [max(len(row[column]) for row in rows) for column in range(2)]
+    for row in rows:
+        yield f"  {row[0]:{widths[0]}}  {row[1]:{widths[1]}}  {row[2]}"
+
+
+def _size(number: int) -> str:
+    for unit in ("B", "kB", "MB"):
+        if number < 1000:
+            return f"{number:.0f} {unit}" if unit == "B" else f"{number:.1f} {unit}"
+        number /= 1000  # type: ignore[assignment]
+    return f"{number:.1f} GB"

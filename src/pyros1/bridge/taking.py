@@ -1,0 +1,315 @@
+"""What a site takes: which topics of other sites are published here, and which of their messages. No I/O.
+
+A topic that is offered, and that a rule takes, is advertised here as soon as its definition is known, so that programs
+see it. It is wanted from the other site only while somebody here subscribes to it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import NamedTuple
+
+from pyros1.bridge.actions import Action, Listen, Publish, Send
+from pyros1.bridge.definitions import Definitions
+from pyros1.bridge.keys import to_key, topic_key
+from pyros1.bridge.names import SharedName, is_topic_name
+from pyros1.bridge.outgoing import Drop
+from pyros1.bridge.outputs import Candidate, Feed, Output, Outputs, choose
+from pyros1.bridge.packets import (
+    Definition,
+    Flag,
+    Gone,
+    Held,
+    Kind,
+    MessageHead,
+    Missed,
+    Offered,
+    Wish,
+    encode_ask,
+    encode_head,
+    encode_missed,
+)
+from pyros1.bridge.peer import Peer
+from pyros1.bridge.rules import Rules, Settings
+from pyros1.bridge.sending import Flow
+from pyros1.bridge.streams import Delivery, Stream, make_stream
+
+_EARLY_TOLERANCE = 0.05
+"""Seconds by which a message may be older than the wish for its topic, since ages are upper bounds."""
+
+
+class _Taken:
+    """A topic that another site offers and that a rule takes."""
+
+    def __init__(self, offered: Offered, settings: Settings, stream: Stream) -> None:
+        self.offered = offered
+        self.settings = settings
+        self.stream = stream
+        self.flow = Flow()
+        self.is_wanted = False
+        self.wanted_since = 0.0
+        self.due: dict[int, float] = {}  # publisher -> when its next message may be delivered
+
+
+class TakenTopic(NamedTuple):
+    """A topic of another site, for the status.
+
+    Attributes:
+        peer: the site that offers it.
+        topic, type, local: its name among sites, its message type, its name here; the latter is empty if it is refused.
+        state: whether it is wanted, or why it is not taken.
+        flow: what came, and what was dropped.
+        missed_drops: the messages that the order of delivery has cost.
+    """
+
+    peer: str
+    topic: SharedName
+    type: str
+    local: str
+    state: str
+    flow: Flow
+    missed_drops: Mapping[str, int]
+
+
+class Taking:
+    """The topics that a site takes.
+
+    Args:
+        rules: the site's rules.
+        epoch: the site's epoch.
+        peers: the other sites; shared with the caller, who changes it.
+    """
+
+    def __init__(self, rules: Rules, epoch: int, peers: Mapping[str, Peer]) -> None:
+        self._rules = rules
+        self._epoch = epoch
+        self._peers = peers
+        self._definitions = Definitions()
+        self._outputs = Outputs()
+        self._demand: frozenset[str] = frozenset()
+        self._taken: dict[Feed, _Taken] = {}
+        self._refused: dict[Feed, tuple[str, str]] = {}  # -> type and reason
+        self._unusable: dict[Feed, str] = {}
+        self._lacks_definitions = False
+        # Streams stay as long as the run of their site, so that nothing is delivered again if an offer comes back.
+        self._streams: dict[Feed, tuple[bool, bool, Stream]] = {}
+
+    # What there is ----------------------------------------------------------------------------------------------------
+
+    def set_offers(self, peer: str, offers: Iterable[Offered], now: float) -> list[Action]:
+        """Note what another site offers, and return the actions that follow."""
+        old = {feed: taken for feed, taken in self._taken.items() if feed[0] == peer}
+        for feed in old:
+            del self._taken[feed]
+        self._refused = {feed: reason for feed, reason in self._refused.items() if feed[0] != peer}
+        for offered in offers:
+            feed = (peer, offered.topic)
+            rule = self._rules.incoming(offered.topic, peer)
+            if isinstance(rule, str):
+                self._refused[feed] = (offered.type, rule)
+                continue
+            local = self._rules.local_name(rule, offered.topic)
+            if not is_topic_name(local):
+                self._refused[feed] = (offered.type, "its name here would be too long")
+                continue
+            before = old.get(feed)
+            if before is not None and before.offered == offered:
+                self._taken[feed] = before
+            else:
+                settings = rule.settings(local, offered.type, offered.latched)
+                self._taken[feed] = _Taken(offered, settings, self._stream(feed, offered, settings))
+        actions: list[Action] = []
+        for feed, taken in old.items():
+            if self._taken.get(feed) is not taken and taken.is_wanted:
+                actions += self._stop(feed, taken)
+        return actions + self.apply(now)
+
+    def _stream(self, feed: Feed, offered: Offered, settings: Settings) -> Stream:
+        latched, reliable, stream = self._streams.get(feed, (None, None, None))
+        if stream is None or (latched, reliable) != (offered.latched, offered.reliable):
+            floor = stream.highest if stream else 0
+            stream = make_stream(offered.latched, offered.reliable, settings.age, floor)
+            self._streams[feed] = (offered.latched, offered.reliable, stream)
+        return stream
+
+    def drop_peer(self, peer: str, now: float) -> list[Action]:
+        """Forget everything of another site, since it is gone or has started again; return the actions that follow."""
+        actions = self.set_offers(peer, (), now)
+        for feed in [feed for feed in self._streams if feed[0] == peer]:
+            del self._streams[feed]
+        return actions
+
+    def set_demand(self, demand: Iterable[str], now: float) -> list[Action]:
+        """Note to which topics nodes of this site's master subscribe, and return the actions that follow."""
+        self._demand = frozenset(demand)
+        return self.apply(now)
+
+    def on_definition(self, definition: Definition, now: float) -> list[Action]:
+        """Note a definition, and return the actions that follow."""
+        return self.apply(now) if self._definitions.add(definition) else []
+
+    def apply(self, now: float) -> list[Action]:
+        """Bring what is published, and what is wanted, in line with offers, definitions and demand."""
+        candidates = self._candidates()
+        outputs, self._unusable = choose(candidates)
+        self._lacks_definitions = any(candidate.output is None for candidate in candidates)
+        actions = self._ask(now)
+        changed = self._outputs.changed(outputs)
+        for feed, taken in self._taken.items():
+            if taken.is_wanted and taken.settings.local in changed:
+                actions += self._stop(feed, taken)  # if it is wanted again at once, latched messages come again
+        actions += self._outputs.update(outputs)
+        for feed, taken in self._taken.items():
+            local = taken.settings.local
+            wants = local in self._outputs and local in self._demand and feed not in self._unusable
+            if wants and not taken.is_wanted:
+                taken.is_wanted, taken.wanted_since = True, now
+                taken.stream.restart()
+                actions.append(Listen(feed[0], topic_key(feed[1]), True))
+            elif taken.is_wanted and not wants:
+                actions += self._stop(feed, taken)
+        return actions
+
+    def _candidates(self) -> list[Candidate]:
+        """Return what could be published here; first what is published already, so that it stays."""
+        candidates = []
+        for feed in sorted(self._taken, key=lambda feed: (not self._taken[feed].is_wanted, feed)):
+            taken = self._taken[feed]
+            offered = taken.offered
+            text = self._definitions.text(offered.type, offered.md5sum)
+            output = None if text is None else Output(offered.type, offered.md5sum, text, offered.latched)
+            candidates.append(Candidate(taken.settings.local, feed, output))
+        return candidates
+
+    def _ask(self, now: float) -> list[Action]:
+        """Return questions for the definitions that are missing."""
+        if not self._lacks_definitions:
+            return []
+        missing: dict[str, list[str]] = {}
+        for (peer, _), taken in self._taken.items():
+            offered = taken.offered
+            if self._definitions.text(offered.type, offered.md5sum) is None and self._peers[peer].is_present:
+                missing.setdefault(peer, []).append(offered.md5sum)
+        actions: list[Action] = []
+        for peer, md5sums in missing.items():
+            if due := self._definitions.to_ask(md5sums, now)[:200]:
+                actions.append(Send(to_key(peer), self._head(Kind.ASK, peer), encode_ask(due)))
+        return actions
+
+    def _stop(self, feed: Feed, taken: _Taken) -> list[Action]:
+        """Want a topic no longer. Its latched messages are forgotten, since they may change unnoticed from now on."""
+        taken.is_wanted = False
+        peer, topic = feed
+        return [Listen(peer, topic_key(topic), False), *self._outputs.forget_site(taken.settings.local, peer)]
+
+    def wishes(self, peer: str) -> list[Wish]:
+        """Return what this site wants from another one."""
+        return [
+            Wish(feed[1], taken.settings.rate or 0.0)
+            for feed, taken in self._taken.items()
+            if feed[0] == peer and taken.is_wanted
+        ]
+
+    # Messages ---------------------------------------------------------------------------------------------------------
+
+    def on_message(self, peer: str, topic: SharedName, head: MessageHead, body: bytes, now: float) -> list[Action]:
+        """Return the actions for a message that has come from the current run of another site."""
+        taken = self._taken.get((peer, topic))
+        if taken is None or not taken.is_wanted:
+            return []
+        if head.md5sum != taken.offered.md5sum:
+            taken.flow.drop(Drop.TYPE)
+            return []
+        return self._deliver((peer, topic), taken, taken.stream.accept(head, body, now), now)
+
+    def _deliver(self, feed: Feed, taken: _Taken, deliveries: Iterable[Delivery], now: float) -> list[Action]:
+        actions: list[Action] = []
+        local = taken.settings.local
+        for head, body in deliveries:
+            source = (feed[0], head.publisher)
+            if body is None:
+                actions += self._outputs.forget(local, source)
+                continue
+            if reason := self._reason_to_drop(feed[0], taken, head, len(body), now):
+                taken.flow.drop(reason)
+                continue
+            taken.flow.count(len(body))
+            is_latched = bool(head.flags & Flag.LATCHED) and self._outputs.is_latched(local)
+            if is_latched:
+                self._outputs.hold(local, source)
+            actions.append(Publish(local, source, body, is_latched))
+        return actions
+
+    def _reason_to_drop(self, peer: str, taken: _Taken, head: MessageHead, size: int, now: float) -> str | None:
+        settings = taken.settings
+        if size > settings.max_size:
+            return Drop.SIZE
+        is_latched = bool(head.flags & Flag.LATCHED)
+        age = self._peers[peer].clock.age(head.taken_at, now)
+        if settings.age is not None and (age is None or age > settings.age):
+            return Drop.OLD
+        # An earlier run of this site may have delivered what was sent before this one wanted it.
+        if not is_latched and (age is None or age > now - taken.wanted_since + _EARLY_TOLERANCE):
+            return Drop.EARLY
+        if settings.rate and not is_latched:
+            period = 1.0 / settings.rate
+            due = taken.due.get(head.publisher, now)
+            if now < due - 0.1 * period or (head.publisher not in taken.due and len(taken.due) > 1000):
+                return Drop.RATE
+            taken.due[head.publisher] = max(due, now - period) + period
+        return None
+
+    def on_tails(self, peer: str, tails: Mapping[SharedName, int], now: float) -> None:
+        """Note the numbers of the last messages that another site has sent; `tick` asks for missed ones."""
+        for topic, number in tails.items():
+            taken = self._taken.get((peer, topic))
+            if taken is not None and taken.is_wanted:
+                taken.stream.on_tail(number, now)
+
+    def on_held(self, peer: str, held: Held, now: float) -> list[Action]:
+        """Note which latched messages another site holds, and return the actions that follow."""
+        taken = self._taken.get((peer, held.topic))
+        if taken is None or not taken.is_wanted:
+            return []
+        return self._deliver((peer, held.topic), taken, taken.stream.on_held(held), now)
+
+    def on_gone(self, peer: str, gone: Gone, now: float) -> list[Action]:
+        """Note that another site cannot send some messages again, and return the actions that follow."""
+        taken = self._taken.get((peer, gone.topic))
+        if taken is None or not taken.is_wanted:
+            return []
+        return self._deliver((peer, gone.topic), taken, taken.stream.on_gone(gone, now), now)
+
+    def tick(self, now: float) -> list[Action]:
+        """Return the actions that follow because time has passed."""
+        actions = self._ask(now)
+        for feed, taken in self._taken.items():
+            peer, topic = feed
+            if not taken.is_wanted or not self._peers[peer].is_present:
+                continue
+            actions += self._deliver(feed, taken, taken.stream.tick(now), now)
+            if numbers := taken.stream.missed(now):
+                body = encode_missed(Missed(topic, *numbers))
+                actions.append(Send(to_key(peer), self._head(Kind.MISSED, peer), body))
+        return actions
+
+    def _head(self, kind: Kind, peer: str) -> bytes:
+        return encode_head(kind, self._epoch, self._peers[peer].epoch)
+
+    def topics(self) -> list[TakenTopic]:
+        """Return the topics of other sites, for the status."""
+        found = [
+            TakenTopic(
+                peer,
+                topic,
+                taken.offered.type,
+                taken.settings.local,
+                self._unusable.get((peer, topic)) or ("wanted" if taken.is_wanted else "nobody here wants it"),
+                taken.flow,
+                taken.stream.drops,
+            )
+            for (peer, topic), taken in self._taken.items()
+        ]
+        for (peer, topic), (type_name, reason) in self._refused.items():
+            found.append(TakenTopic(peer, topic, type_name, "", reason, Flow(), {}))
+        return found

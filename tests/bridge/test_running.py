@@ -1,0 +1,200 @@
+"""Two and three masters with bridges over eclipse-zenoh: what nodes at one site get from those at another.
+
+Feature: topics between masters, with types that are installed nowhere else -- `pyros1 bridge`
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+from pyros1.msgs import AnyMsg, from_definition
+from pyros1.node import Node
+
+from .conftest import Ear, RunningSite, wait_until
+
+MakeSite = Callable[..., RunningSite]
+EVERYTHING = "{send: ['/**'], take: ['*:**', '/**']}"
+
+
+@pytest.fixture
+def pair(make_site: MakeSite, endpoint: str) -> tuple[RunningSite, RunningSite]:
+    """A base that listens, and a robot that dials it; they exchange everything."""
+    base = make_site("base", EVERYTHING, (), (endpoint,))
+    return make_site("red", EVERYTHING, (endpoint,)), base
+
+
+def test_topics_go_both_ways(pair: tuple[RunningSite, RunningSite]) -> None:
+    for source, target in (pair, pair[::-1]):
+        publisher: Any = source.node.advertise("/text", "std_msgs/String")
+        topic = f"/{source.name}/text"
+        target.has_topic(topic)
+        ear = Ear(target.node, topic)
+        assert publisher.wait_for_subscribers(1, 20)
+        publisher.publish("hello")
+        ear.hears("hello")
+        assert target.topics()[topic] == "std_msgs/String"
+
+
+def test_nothing_is_subscribed_to_that_nobody_wants(pair: tuple[RunningSite, RunningSite]) -> None:
+    red, base = pair
+    publisher: Any = red.node.advertise("/text", "std_msgs/String")
+    base.has_topic("/red/text")
+    assert publisher.num_connections == 0
+    ear = Ear(base.node, "/red/text")
+    assert publisher.wait_for_subscribers(1, 20)
+    ear.subscriber.unregister()
+    wait_until(lambda: publisher.num_connections == 0, "the bridge unsubscribes")
+    publisher.unregister()
+    wait_until(lambda: "/red/text" not in base.topics(), "the topic is withdrawn")
+
+
+def test_types_that_are_installed_nowhere(pair: tuple[RunningSite, RunningSite]) -> None:
+    red, base = pair
+    definition = "float64 strange\nstring words\n"
+    cls: Any = from_definition("nowhere_msgs/Strange", definition)
+    publisher: Any = red.node.advertise("/strange", cls, latch=True)
+    publisher.publish(1.5, "words")
+    base.has_topic("/red/strange")
+    ear = Ear(base.node, "/red/strange", AnyMsg)  # type: ignore[arg-type]
+    header = ear.get()._connection_header
+    assert header["type"] == "nowhere_msgs/Strange" and header["md5sum"] == cls._md5sum
+    assert header["message_definition"] == definition
+
+
+def test_latched_messages_come_to_who_comes_later(pair: tuple[RunningSite, RunningSite]) -> None:
+    red, base = pair
+    for name in ("left", "right"):
+        publisher: Any = red.make_node(name).advertise("/tf_static", "std_msgs/String", latch=True)
+        publisher.publish(name)
+    base.has_topic("/red/tf_static")
+    for _ in range(2):
+        ear = Ear(base.make_node(f"listener{_}"), "/red/tf_static")
+        assert {ear.get().data, ear.get().data} == {"left", "right"}
+
+
+def test_a_latched_message_goes_with_its_publisher(pair: tuple[RunningSite, RunningSite]) -> None:
+    red, base = pair
+    nodes: list[Node] = [red.make_node(name) for name in ("left", "right")]
+    publishers: list[Any] = [node.advertise("/map", "std_msgs/String", latch=True) for node in nodes]
+    for publisher in publishers:
+        publisher.publish("first")
+    base.has_topic("/red/map")
+    ear = Ear(base.node, "/red/map")
+    assert [ear.get().data, ear.get().data] == ["first", "first"]
+    nodes[0].shutdown()
+    wait_until(lambda: _sent(red, "/map")["publishers"] == ["/right"], "the bridge notes that left is gone")
+    publishers[1].publish("second")
+    ear.hears("second")
+    assert Ear(base.make_node("late"), "/red/map").get().data == "second"  # and not that of left, which was older
+
+
+def _sent(site: RunningSite, local: str) -> Any:
+    """Return what the status says of a topic that is sent."""
+    return next(entry for entry in json.loads(site.bridge.status())["sent"] if entry["local"] == local)
+
+
+def test_commands_go_into_a_robots_names(make_site: MakeSite, endpoint: str) -> None:
+    base = make_site("base", "{send: ['red:/cmd_vel']}", (), (endpoint,))
+    red = make_site("red", "{take: [/cmd_vel]}", (endpoint,))
+    publisher: Any = base.node.advertise("/red/cmd_vel", "geometry_msgs/Twist")
+    red.has_topic("/cmd_vel")
+    ear = Ear(red.node, "/cmd_vel", "geometry_msgs/Twist")
+    assert publisher.wait_for_subscribers(1, 20)
+    publisher.publish(_twist(0.5))
+    assert ear.get().linear.x == 0.5
+
+
+def _twist(speed: float) -> Any:
+    from pyros1.msgs.geometry_msgs.msg import Twist, Vector3
+
+    return Twist(linear=Vector3(speed, 0.0, 0.0))
+
+
+def test_three_sites_that_exchange_everything(make_site: MakeSite, endpoint: str) -> None:
+    base = make_site("base", EVERYTHING, (), (endpoint,))
+    sites = [base, make_site("red", EVERYTHING, (endpoint,)), make_site("blue", EVERYTHING, (endpoint,))]
+    publishers: dict[str, Any] = {}
+    for site in sites:
+        publishers[site.name] = site.node.advertise("/text", "std_msgs/String")
+    ears = {}
+    for site in sites:
+        for other in sites:
+            if other is not site:
+                site.has_topic(f"/{other.name}/text")
+                ears[site.name, other.name] = Ear(site.node, f"/{other.name}/text")
+    for name, publisher in publishers.items():
+        assert publisher.wait_for_subscribers(1, 20)
+        wait_until(lambda name=name: _wanted_by(sites, name) == 2, "both others want it")
+        publisher.publish(f"from {name}")
+    for (_, other), ear in ears.items():
+        assert ear.get().data == f"from {other}"
+    names = {topic for site in sites for topic in site.topics() if "text" in topic}
+    assert names == {"/text", "/red/text", "/blue/text", "/base/text"}, "a topic has gone on to a third site"
+    assert all(ear.is_silent() for ear in ears.values())
+
+
+def _wanted_by(sites: list[RunningSite], name: str) -> int:
+    return len(_sent(next(site for site in sites if site.name == name), "/text")["wanted_by"])
+
+
+def test_two_bridges_on_one_master_send_nothing_of_each_other(make_site: MakeSite, free_ports: Any) -> None:
+    from pyros1.bridge.runner import Bridge
+    from pyros1.bridge.zenoh_link import ZenohLink
+
+    first, second = (f"tcp/127.0.0.1:{port}" for port in free_ports(2))
+    base = make_site("base", EVERYTHING, (), (first,))
+    far = make_site("far", EVERYTHING, (), (second,))
+    red = make_site("red", EVERYTHING, (first,))
+    other_node = red.make_node("second_bridge")
+    other = Bridge(other_node, red.rules, lambda receive: ZenohLink("red", receive, (second,)))
+    try:
+        publisher: Any = base.node.advertise("/text", "std_msgs/String")
+        own: Any = red.node.advertise("/own", "std_msgs/String")
+        red.has_topic("/base/text")
+        far.has_topic("/red/own")
+        ear = Ear(red.node, "/base/text")
+        assert publisher.wait_for_subscribers(1, 20)
+        publisher.publish("hello")
+        ear.hears("hello")
+        assert not [topic for topic in far.topics() if "text" in topic]
+        assert own.name == "/own"
+    finally:
+        other.close()
+
+
+def test_the_loss_of_the_router_and_its_return(pair: tuple[RunningSite, RunningSite]) -> None:
+    red, base = pair
+    publisher: Any = red.node.advertise("/map", "std_msgs/String", latch=True)
+    publisher.publish("before")
+    base.has_topic("/red/map")
+    ear = Ear(base.node, "/red/map")
+    ear.hears("before")
+    base.bridge_node.shutdown()
+    wait_until(lambda: publisher.num_connections == 0, "red notes that base has left")
+    publisher.publish("meanwhile")
+    base.restart_bridge()
+    ear.hears("meanwhile")
+    publisher.publish("after")
+    ear.hears("after")
+
+
+def test_the_status_says_what_flows(pair: tuple[RunningSite, RunningSite]) -> None:
+    red, base = pair
+    publisher: Any = red.node.advertise("/text", "std_msgs/String")
+    base.has_topic("/red/text")
+    ear = Ear(base.node, "/red/text")
+    assert publisher.wait_for_subscribers(1, 20)
+    publisher.publish("hello")
+    ear.hears("hello")
+    status = json.loads(base.node.service("/bridge_base/bridge_status", "std_srvs/Trigger")().message)
+    assert status["site"] == "base"
+    assert [(site["name"], site["state"]) for site in status["sites"]] == [("red", "present")]
+    assert status["sites"][0]["round_trip"] > 0
+    taken = next(entry for entry in status["taken"] if entry["local"] == "/red/text")
+    assert (taken["messages"], taken["bytes"], taken["state"]) == (1, 9, "wanted")
+    sent = _sent(red, "/text")
+    assert (sent["messages"], sent["wanted_by"]) == (1, ["base"])

@@ -1,0 +1,92 @@
+"""Random schedules of three and four sites on a network that loses, repeats, reorders and breaks.
+
+PYROS1_BRIDGE_SCHEDULES sets how many run; `python -m pytest tests/bridge/test_schedules.py` runs the first few.
+
+Feature: topics between several masters, over networks that break -- `tests/bridge/simulation.py`
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+from pyros1.bridge.clock_offset import ClockOffset
+from pyros1.bridge.outgoing import OutgoingTopic
+from pyros1.bridge.sending import Sending
+from pyros1.bridge.streams import Delivery, LatchedStream, NewestStream, ReliableStream
+from pyros1.bridge.taking import Taking
+
+from .simulation import Simulation
+
+COUNT = int(os.environ.get("PYROS1_BRIDGE_SCHEDULES", "40"))
+PARTS = 8
+
+
+@pytest.mark.timeout(0 if COUNT > 100 else 120)
+@pytest.mark.parametrize("part", range(PARTS))
+def test_random_schedules(part: int) -> None:
+    for seed in range(part, COUNT, PARTS):
+        try:
+            Simulation(seed, 3 + (seed % 4 == 3)).run()
+        except AssertionError as error:
+            raise AssertionError(f"seed {seed}: {error}") from error
+
+
+def accept_all(self: NewestStream, head: Any, body: bytes, now: float) -> list[Any]:
+    return [Delivery(head, body)]
+
+
+def unsorted(self: ReliableStream, head: Any, body: bytes, now: float) -> list[Any]:
+    waiting = self.__dict__.setdefault("seen", set())
+    if head.number in waiting:
+        return []
+    waiting.add(head.number)
+    return [Delivery(head, body)]
+
+
+def forward_all(original: Any) -> Callable[..., Any]:
+    return lambda self, local, taken, is_bridged, now: original(self, local, taken, False, now)
+
+
+MISTAKES: dict[str, tuple[Any, str, Any, str]] = {
+    "what was delivered is not remembered": (NewestStream, "accept", accept_all, "came"),
+    "reliable messages are not put in order": (ReliableStream, "accept", unsorted, "came after"),
+    "ages are not known": (ClockOffset, "age", lambda *_: 0.0, "s old"),
+    "the last numbers are not compared": (LatchedStream, "on_tail", lambda *_: None, "not"),
+    "publishers that are gone are not noted": (OutgoingTopic, "drop_publishers", lambda *_: [], "not"),
+    "wishes of sites that are gone stay": (Sending, "set_wishes", lambda *_: [], "subscribes"),
+    "the demand here is ignored": (Taking, "set_demand", lambda *_: [], "subscribes"),
+}
+
+
+@pytest.mark.parametrize("mistake", MISTAKES)
+def test_the_simulation_notices_mistakes(mistake: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    owner, name, replacement, complaint = MISTAKES[mistake]
+    monkeypatch.setattr(owner, name, replacement)
+    with pytest.raises(AssertionError, match=complaint):
+        for seed in range(40):
+            Simulation(seed).run()
+
+
+def test_the_simulation_notices_loops(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Sending, "on_message", forward_all(Sending.on_message))
+    for seed in range(3):
+        Simulation(seed).run()  # topics that only bridges publish are not offered, so there is no loop yet
+    original = Sending.set_topics
+
+    def offer_all(self: Sending, topics: Any, asked_at: float, now: float) -> Any:
+        known = {topic.name: topic for topic in topics}
+        template = next(iter(known.values()), None)
+        if template is not None:
+            for site in ("red", "blue", "base"):
+                name = f"/{site}{template.name}"
+                known.setdefault(name, template._replace(name=name, publishers=("/bridge",)))
+        return original(self, known.values(), asked_at, now)
+
+    monkeypatch.setattr(Sending, "set_topics", offer_all)
+    with pytest.raises(AssertionError):
+        for seed in range(10):
+            Simulation(seed).run()
