@@ -14,8 +14,6 @@ from pyros1.ground.names import is_legal_name
 
 MAX_NAME_LENGTH = 255
 """Maximum number of characters of a topic's name."""
-_MAX_WILDCARDS = 8
-"""Maximum number of wildcards in a pattern: matching takes time that grows with their number."""
 _SITE = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,39}\Z")
 _CHUNK = re.compile(r"[A-Za-z0-9_*]+\Z", re.ASCII)
 
@@ -86,7 +84,7 @@ class Pattern:
         SiteNameError: the text is not a pattern.
     """
 
-    __slots__ = ("_regex", "path", "site", "text")
+    __slots__ = ("_parts", "path", "site", "text")
 
     def __init__(self, text: str) -> None:
         site, colon, path = text.rpartition(":")
@@ -102,9 +100,7 @@ class Pattern:
             raise SiteNameError(
                 f"{text!r:.80} is not a pattern of topics: write /odom, /camera/**, red:/cmd_vel, red:** or *:/odom"
             )
-        if path.count("*") > _MAX_WILDCARDS * 2 or len(re.findall(r"\*+", path)) > _MAX_WILDCARDS:
-            raise SiteNameError(f"{text!r:.80} has too many wildcards; the maximum is {_MAX_WILDCARDS}")
-        self._regex = re.compile("".join(map(_chunk_regex, chunks[1:])) + r"\Z")
+        self._parts = chunks[1:]
 
     @property
     def is_literal(self) -> bool:
@@ -119,7 +115,23 @@ class Pattern:
 
     def matches_name(self, name: str) -> bool:
         """Return whether the pattern matches the name of a topic, whatever the site."""
-        return self._regex.match(name) is not None
+        # If a part after a ** does not match, only the last ** needs to take one more part: never exponential.
+        parts, chunks = self._parts, name.split("/")[1:]
+        part = chunk = taken = 0
+        last = -1
+        while chunk < len(chunks):
+            if part < len(parts) and parts[part] == "**":
+                last, taken = part, chunk
+                part += 1
+            elif part < len(parts) and _matches_chunk(parts[part], chunks[chunk]):
+                part += 1
+                chunk += 1
+            elif last >= 0:
+                taken += 1
+                part, chunk = last + 1, taken
+            else:
+                return False
+        return all(each == "**" for each in parts[part:])
 
     def matches(self, shared: SharedName, own_site: str) -> bool:
         """Return whether the pattern matches a shared name.
@@ -139,7 +151,18 @@ def _is_chunk(text: str) -> bool:
     return _CHUNK.match(text) is not None and ("**" not in text or text == "**")
 
 
-def _chunk_regex(chunk: str) -> str:
-    if chunk == "**":
-        return "(?:/[^/]+)*"
-    return "/" + "[^/]*".join(map(re.escape, chunk.split("*")))
+def _matches_chunk(pattern: str, text: str) -> bool:
+    """Return whether a part of a name matches a pattern, in which ``*`` stands for any text."""
+    first, *others = pattern.split("*")
+    if not others:
+        return pattern == text
+    last = others.pop()
+    if len(text) < len(first) + len(last) or not (text.startswith(first) and text.endswith(last)):
+        return False
+    position, end = len(first), len(text) - len(last)
+    for piece in others:  # the leftmost match leaves most to the others
+        position = text.find(piece, position, end)
+        if position < 0:
+            return False
+        position += len(piece)
+    return True

@@ -15,7 +15,7 @@ does not come back within `FORGET_DELAY`, and one that says goodbye, is forgotte
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from enum import Enum
 from typing import NamedTuple
 
@@ -68,6 +68,8 @@ class Peer:
     Args:
         name: the other site's name.
         own_epoch: this site's epoch.
+        numbers: the numbers of beats; shared by all peers of a site. A run never uses a number twice, not even for a
+            peer that it has forgotten meanwhile, since the other side may remember it.
         now: the current time.
 
     Attributes:
@@ -80,7 +82,7 @@ class Peer:
         lost_at: when it was lost.
     """
 
-    def __init__(self, name: str, own_epoch: int, now: float) -> None:
+    def __init__(self, name: str, own_epoch: int, numbers: Iterator[int], now: float) -> None:
         self.name = name
         self.state = State.HEARD
         self.epoch = 0
@@ -94,7 +96,8 @@ class Peer:
         self._heard_at = now
         self._answered_at = now  # when the newest beat that it has answered was sent
         self._sent: dict[int, float] = {}
-        self._next_number = 1
+        self._numbers = numbers
+        self._last_number = 0
         self._beat_sent_at = float("-inf")
         self._received: dict[int, tuple[int, float]] = {}  # epoch -> number and arrival of the last beat of that run
 
@@ -114,7 +117,7 @@ class Peer:
         if epoch == self.epoch and self.state is State.PRESENT:
             return
         if self._candidate is None or self._candidate.epoch != epoch:
-            self._candidate = _Candidate(epoch, self._next_number)
+            self._candidate = _Candidate(epoch, self._last_number + 1)
         self.answer_due = self.answer_due or now - self._beat_sent_at >= _ANSWER_PERIOD
 
     def on_beat(self, epoch: int, to_epoch: int, beat: Beat, now: float) -> Change:
@@ -191,7 +194,7 @@ class Peer:
             seen: the versions of its lists that we have; -1 for none.
             tails: see `Beat`.
         """
-        number, self._next_number = self._next_number, self._next_number + 1
+        number = self._last_number = next(self._numbers)
         self._sent[number] = now
         if len(self._sent) > _KEPT_BEATS:
             del self._sent[min(self._sent)]

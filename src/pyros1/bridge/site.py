@@ -89,11 +89,12 @@ class Site:
         self._rules = rules
         self._epoch = epoch
         self._peers: dict[str, Peer] = {}
-        self._versions = count(1)
+        self._versions, self._beat_numbers = count(1), count(1)
         self._lists: dict[str, _Lists] = {}
         self._sending = Sending(rules, epoch)
         self._taking = Taking(rules, epoch, self._peers)
         self._hello_at = now
+        self._has_namesake = False
         self._on_kind: Mapping[Kind, Callable[[str, bytes, float], list[Action]]] = {
             Kind.OFFER: self._on_offer,
             Kind.WISH: self._on_wish,
@@ -207,6 +208,8 @@ class Site:
             head, body: the packet.
             now: the current time.
         """
+        if key.site == self.name:
+            return self._on_namesake()
         if not self._rules.talks_to(key.site) or key.receiver not in ("", self.name):
             return []
         try:
@@ -215,6 +218,13 @@ class Site:
             return self._on_control(key, head, body, now)
         except PacketError as error:
             return self._ignore(f"{key.site}: {error}")
+
+    def _on_namesake(self) -> list[Action]:
+        if self._has_namesake:
+            return []
+        self._has_namesake = True
+        text = f"another bridge calls itself {self.name}, too: each site needs a name of its own"
+        return [Log(text, is_warning=True)]
 
     def _on_message_packet(self, site: str, topic: SharedName, head: bytes, body: bytes, now: float) -> list[Action]:
         message = decode_message_head(head)
@@ -257,7 +267,7 @@ class Site:
             if len(self._peers) >= MAX_SITES:
                 self._ignore("more sites than there may be")
                 return None
-            peer = self._peers[name] = Peer(name, self._epoch, now)
+            peer = self._peers[name] = Peer(name, self._epoch, self._beat_numbers, now)
             self._lists[name] = _Lists(self._versions)
         return peer
 

@@ -15,6 +15,7 @@ No I/O. All times are in seconds.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import NamedTuple, Protocol
 
 from pyros1.bridge.outgoing import Drop
@@ -265,6 +266,8 @@ class LatchedStream(_Counting):
         self._newest: dict[int, int] = {}  # publisher -> number of its last message or note
         self._present: set[int] = set()  # the publishers whose messages hold
         self._synced = -1  # everything up to this number is known
+        self._listed_to = 0  # up to this number, only the messages that the newest list has hold
+        self._listed: Mapping[int, int] = {}
         self._tail = 0
         self._questions = _Questions()
 
@@ -285,6 +288,8 @@ class LatchedStream(_Counting):
             self._synced = number
         if number <= known:
             return self.count(Drop.REPEATED if number == known else Drop.OVERTAKEN)
+        if number <= self._listed_to and self._listed.get(publisher) != number:
+            return self.count(Drop.OVERTAKEN)  # its publisher had sent another one, or was gone
         if publisher not in self._newest and len(self._newest) >= MAX_NUMBERS:
             self._forget_gone()
             if len(self._newest) >= MAX_NUMBERS:
@@ -328,6 +333,7 @@ class LatchedStream(_Counting):
         self._tail = max(self._tail, held.number)
         if held.number < self._synced:
             return []  # an old list
+        self._listed_to, self._listed = held.number, held.messages
         notes = []
         for publisher in sorted(self._present):
             number = self._newest[publisher]

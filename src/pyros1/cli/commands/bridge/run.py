@@ -20,13 +20,14 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int | None:
     """Run the bridge until its node shuts down, or explain what it would do."""
     from pyros1.bridge.endpoints import EndpointError, check_endpoint, check_listening  # noqa: PLC0415
     from pyros1.bridge.rules_text import RulesError  # noqa: PLC0415
+    from pyros1.values.reading import YamlError  # noqa: PLC0415
 
     try:
         config = _read_config(options)
         for endpoint in (*config.connect, *config.listen):
             check_endpoint(endpoint)
         check_listening(config.listen, options.insecure)
-    except (RulesError, EndpointError) as error:
+    except (RulesError, EndpointError, YamlError) as error:
         raise CommandError(str(error), 2) from None
     if options.check:
         from pyros1.bridge.explanation import explain  # noqa: PLC0415

@@ -1,0 +1,85 @@
+"""Which topics a bridge finds on its master."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+from pyros1.bridge.local_graph import STATUS_SERVICE, LocalGraph, find_bridges
+from pyros1.doctor.facts import Failure, ReportedType
+from pyros1.doctor.probe import query_publisher
+from pyros1.graph import Graph, SystemState
+from pyros1.msgs.std_msgs.msg import Int64, String
+from pyros1.node import Node
+
+
+@pytest.fixture
+def asked() -> list[tuple[str, str]]:
+    """The publishers' addresses and topics that were asked."""
+    return []
+
+
+@pytest.fixture
+def local_graph(make_node: Callable[..., Node], asked: list[tuple[str, str]]) -> LocalGraph:
+    def query(caller_id: str, uri: str, topic: str) -> ReportedType:
+        asked.append((uri, topic))
+        return query_publisher(caller_id, uri, topic)
+
+    node = make_node("bridge")
+    return LocalGraph(Graph(node.master), lambda topic: topic != "/secret" and not topic.startswith("/rosout"), query)
+
+
+def test_bridges_are_recognised_by_their_service() -> None:
+    services = {f"/a/{STATUS_SERVICE}": ["/a"], f"/b/{STATUS_SERVICE}": ["/other"], f"/{STATUS_SERVICE}": ["/c"]}
+    assert find_bridges(SystemState({}, {}, services)) == {"/a"}
+
+
+def test_topics_with_types_and_definitions(
+    local_graph: LocalGraph, make_node: Callable[..., Node], asked: list[tuple[str, str]]
+) -> None:
+    left, right = make_node("left"), make_node("right")
+    left.advertise("/text", String)
+    right.advertise("/text", String, latch=True)
+    left.advertise("/secret", String)
+    (topic,) = local_graph.topics()
+    assert topic == ("/text", "std_msgs/String", String._md5sum, String._full_text, True, ("/left", "/right"))
+    assert sorted(asked) == sorted([(left.uri, "/text"), (right.uri, "/text")])
+    local_graph.topics()
+    assert len(asked) == 2, "each publisher is asked once"
+    right.shutdown()
+    assert [(each.latched, each.publishers) for each in local_graph.topics()] == [(False, ("/left",))]
+
+
+def test_topics_of_bridges_are_left_out(local_graph: LocalGraph, make_node: Callable[..., Node]) -> None:
+    bridge, user = make_node("other_bridge"), make_node("user")
+    bridge.advertise_service(f"~{STATUS_SERVICE}", "std_srvs/Trigger", lambda _: (True, ""))
+    bridge.advertise("/far", String)
+    bridge.advertise("/both", String)
+    user.advertise("/both", String)
+    assert [(topic.name, topic.publishers) for topic in local_graph.topics()] == [("/both", ("/user",))]
+    assert local_graph.bridges == {"/other_bridge"}
+
+
+def test_publishers_that_differ(local_graph: LocalGraph, make_node: Callable[..., Node]) -> None:
+    make_node("a").advertise("/text", String)
+    make_node("b").advertise("/text", Int64)
+    (topic,) = local_graph.topics()
+    assert topic.type == "std_msgs/String"
+    assert local_graph.problems == {"/text": "messages of other types than std_msgs/String are left out"}
+
+
+def test_publishers_that_do_not_answer(make_node: Callable[..., Node], monkeypatch: pytest.MonkeyPatch) -> None:
+    node = make_node("bridge")
+    node.advertise("/text", String)
+    answers: list[Any] = [ReportedType(failure=Failure("refused", "no")), ReportedType(), ReportedType("a/B", "1" * 32)]
+    now = [100.0]
+    monkeypatch.setattr("pyros1.bridge.local_graph.monotonic", lambda: now[0])
+    graph = LocalGraph(Graph(node.master), lambda topic: topic == "/text", lambda *_: answers.pop(0))
+    assert graph.topics() == [] and graph.problems == {"/text": "its publishers have not said its type"}
+    assert graph.topics() == [] and len(answers) == 2, "it is not asked again at once"
+    now[0] += 11
+    assert graph.topics() == [], "any type is no type"
+    now[0] += 11
+    assert [topic.type for topic in graph.topics()] == ["a/B"] and graph.problems == {}

@@ -1,0 +1,114 @@
+"""What rules allow, and the settings that follow from message types."""
+
+from __future__ import annotations
+
+import pytest
+
+from pyros1.bridge.names import Pattern, SharedName, parse_shared_name
+from pyros1.bridge.rules import DEFAULT_MAX_SIZE, NEWEST_AGE, RELIABLE_AGE, Outgoing, Priority, Rule, Rules
+from pyros1.bridge.rules_text import parse_config, rules_from_words
+
+
+def sent(rules: Rules, local: str, *others: str) -> list[str]:
+    return [str(outgoing.shared) for outgoing in rules.outgoing(local, others)]
+
+
+def taken(rules: Rules, name: str, sender: str) -> str:
+    shared = parse_shared_name(name)
+    rule = rules.incoming(shared, sender)
+    return rule if isinstance(rule, str) else rules.local_name(rule, shared)
+
+
+def test_own_topics_are_sent_to_all() -> None:
+    rules = rules_from_words("red", ["/odom", "/camera/**"], [])
+    assert sent(rules, "/odom") == ["red:/odom"] and sent(rules, "/camera/a") == ["red:/camera/a"]
+    assert sent(rules, "/other") == []
+    outgoing = rules.outgoing("/odom", [])[0]
+    assert rules.receivers(outgoing, ["blue", "base", "red"]) == ["blue", "base"]
+
+
+def test_topics_of_another_site_go_only_there() -> None:
+    rules = rules_from_words("base", ["red:/cmd_vel"], [])
+    assert sent(rules, "/red/cmd_vel") == ["red:/cmd_vel"] and sent(rules, "/cmd_vel") == []
+    assert rules.receivers(rules.outgoing("/red/cmd_vel", [])[0], ["red", "blue"]) == ["red"]
+
+
+def test_a_topic_of_each_other_site() -> None:
+    rules = rules_from_words("base", ["*:/cmd_vel"], [])
+    assert sent(rules, "/red/cmd_vel", "red", "blue") == ["red:/cmd_vel"]
+    assert sent(rules, "/red/cmd_vel") == []
+
+
+def test_denied_topics() -> None:
+    rules = rules_from_words("red", ["/**", "!/secret/**"], ["*:**", "!base:/noise"])
+    assert sent(rules, "/a") == ["red:/a"] and sent(rules, "/secret/a") == []
+    assert taken(rules, "base:/noise", "base") == "denied by a rule"
+    assert taken(rules, "base:/map", "base") == "/base/map"
+
+
+def test_what_is_taken() -> None:
+    rules = rules_from_words("red", [], ["/cmd_vel", "base:/map"])
+    assert taken(rules, "red:/cmd_vel", "base") == "/cmd_vel"
+    assert taken(rules, "base:/map", "base") == "/base/map"
+    assert taken(rules, "base:/cmd_vel", "base") == "no rule takes it"
+    assert taken(rules, "blue:/map", "base") == "base offers a topic of another site"
+    assert taken(rules_from_words("red", [], ["*:**"]), "red:/cmd_vel", "base") == "no rule takes it"
+
+
+def test_prefixes_and_names() -> None:
+    text = """
+prefix: {blue: /, '*': /robots}
+take:
+  - '*:**'
+send:
+  - {topic: /odom, here: /base/odom}
+  - {topic: 'blue:/camera/**', here: /front/**}
+"""
+    rules = parse_config(text, "f", "red").rules
+    assert taken(rules, "blue:/odom", "blue") == "/odom"
+    assert taken(rules, "green:/odom", "green") == "/robots/odom"
+    assert sent(rules, "/base/odom") == ["red:/odom"] and sent(rules, "/odom") == []
+    assert sent(rules, "/front/left/image") == ["blue:/camera/left/image"]
+    text = "take: [{topic: 'base:/map', here: /map}, {topic: 'base:**', here: /station/**}]"
+    rules = parse_config(text, "f", "red").rules
+    assert taken(rules, "base:/map", "base") == "/map" and taken(rules, "base:/a/b", "base") == "/station/a/b"
+
+
+def test_rules_for_some_sites() -> None:
+    text = "send: [{topic: /odom, sites: [base]}]\ntake: [{topic: /goal, sites: base}]\nsites: [base, blue]"
+    rules = parse_config(text, "f", "red").rules
+    assert rules.receivers(rules.outgoing("/odom", [])[0], ["base", "blue", "green"]) == ["base"]
+    assert taken(rules, "red:/goal", "base") == "/goal" and taken(rules, "red:/goal", "blue") == "no rule takes it"
+    assert [rules.talks_to(site) for site in ("base", "blue", "green", "red")] == [True, True, False, False]
+
+
+def test_two_rules_for_a_topic_give_the_settings_of_the_first() -> None:
+    rules = rules_from_words("red", ["/scan@5", "/**@20"], [])
+    assert [outgoing.rule.rate for outgoing in rules.outgoing("/scan", [])] == [5.0]
+
+
+@pytest.mark.parametrize(
+    ("type_name", "latched", "priority", "reliable", "age"),
+    [
+        ("std_msgs/String", False, Priority.NORMAL, False, NEWEST_AGE),
+        ("std_msgs/String", True, Priority.NORMAL, False, None),
+        ("geometry_msgs/Twist", False, Priority.URGENT, False, 0.5),
+        ("sensor_msgs/Image", False, Priority.LOW, False, NEWEST_AGE),
+        ("move_base_msgs/MoveBaseActionGoal", False, Priority.HIGH, True, RELIABLE_AGE),
+        ("tf2_msgs/TFMessage", False, Priority.NORMAL, True, NEWEST_AGE),
+    ],
+)
+def test_settings_by_type(type_name: str, latched: bool, priority: Priority, reliable: bool, age: float | None) -> None:
+    settings = Rule(Pattern("/x")).settings("/x", type_name, latched)
+    assert settings == ("/x", None, DEFAULT_MAX_SIZE, priority, reliable, age)
+
+
+def test_settings_of_a_rule_win() -> None:
+    rule = Rule(Pattern("/x"), "", (), 5.0, 1000, Priority.BACKGROUND, True, 7.0)
+    assert rule.settings("/y", "geometry_msgs/Twist", True) == ("/y", 5.0, 1000, Priority.BACKGROUND, True, 7.0)
+
+
+def test_names_that_would_be_too_long() -> None:
+    rules = rules_from_words("red", ["/**"], [])
+    assert sent(rules, "/" + "a" * 300) == []
+    assert Outgoing(SharedName("red", "/a"), rules.send[0]).rule.pattern.text == "/**"

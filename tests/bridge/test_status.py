@@ -1,0 +1,86 @@
+"""The status for people."""
+
+from __future__ import annotations
+
+import json
+
+from pyros1.bridge.status import status_lines
+
+STATUS = {
+    "site": "base",
+    "sites": [
+        {"name": "red", "state": "present", "round_trip": 0.0123},
+        {"name": "blue\x1b[2J", "state": "heard", "round_trip": None},
+    ],
+    "sent": [
+        {
+            "topic": "base:/map",
+            "local": "/map",
+            "type": "nav_msgs/OccupancyGrid",
+            "publishers": ["/map_server"],
+            "wanted_by": ["blue", "red"],
+            "messages": 1,
+            "bytes": 4_000_000,
+            "dropped": {},
+        },
+        {
+            "topic": "base:/scan",
+            "local": "/scan",
+            "type": "sensor_msgs/LaserScan",
+            "publishers": ["/laser"],
+            "wanted_by": [],
+            "messages": 0,
+            "bytes": 0,
+            "dropped": {"too old": 5},
+        },
+    ],
+    "taken": [
+        {
+            "topic": "red:/odom",
+            "from": "red",
+            "local": "/red/odom",
+            "type": "nav_msgs/Odometry",
+            "state": "wanted",
+            "messages": 1500,
+            "bytes": 1_080_000,
+            "dropped": {"repeated": 2, "too old": 1},
+        },
+        {
+            "topic": "red:/cmd",
+            "from": "red",
+            "local": "",
+            "type": "a/B",
+            "state": "no rule takes it",
+            "messages": 0,
+            "bytes": 0,
+            "dropped": {},
+        },
+    ],
+    "waiting_bytes": 0,
+    "overflowed": 3,
+    "ignored": {"red: not a packet's head": 2},
+    "problems": {"/x": "its publishers have not said its type"},
+    "trouble": {},
+}
+
+
+def test_lines() -> None:
+    assert [*status_lines(json.loads(json.dumps(STATUS)))] == [
+        "site base",
+        "  red: present, round trip 12.3 ms",
+        "  blue\\x1b[2J: heard",
+        "sends:",
+        "  /map   to blue red      1 messages, 4.0 MB",
+        "  /scan  nobody wants it  0 messages, 0 B; dropped: 5 too old",
+        "takes:",
+        "  /red/odom  from red: wanted  1500 messages, 1.1 MB; dropped: 2 repeated, 1 too old",
+        "  not taken: red:/cmd from red: no rule takes it",
+        "  /x: its publishers have not said its type",
+        "  3 packets dropped, since they came faster than they could be dealt with",
+        "  ignored: red: not a packet's head (2 times)",
+    ]
+
+
+def test_a_site_alone() -> None:
+    status = {**STATUS, "sites": [], "sent": [], "taken": [], "overflowed": 0, "ignored": {}, "problems": {}}
+    assert [*status_lines(status)] == ["site base", "  no other site has been heard of"]

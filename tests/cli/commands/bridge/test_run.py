@@ -1,0 +1,127 @@
+"""bridge run: options, files, and what is refused.
+
+Feature: `pyros1 bridge` connects masters; `--check` explains what would be sent and taken
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from pyros1.cli.running import run_command
+from pyros1.node import Node
+
+Run = Callable[..., tuple[int, str, str]]
+
+
+@pytest.fixture
+def run(environ: dict[str, str], monkeypatch: pytest.MonkeyPatch, call_main: Any) -> Run:
+    for key, value in environ.items():
+        monkeypatch.setenv(key, value)
+    return partial(call_main, partial(run_command, "bridge"))
+
+
+def test_check_explains(run: Run) -> None:
+    words = ["--site", "red", "--to", "tcp/base:7447", "--send", "/odom", "/scan@5", "--take", "/cmd_vel", "--check"]
+    code, out, err = run(*words)
+    assert (code, err) == (0, "") and out.splitlines() == [
+        "site red: talks to all sites that it finds",
+        "  connects to tcp/base:7447",
+        "sends:",
+        "  /odom to every site that takes it",
+        "  /scan to every site that takes it, at most 5 messages per second",
+        "takes:",
+        "  /cmd_vel, from every site that sends it here",
+    ]
+    assert run("run", *words) == (code, out, err)
+
+
+def test_a_file_and_the_command_line(run: Run, tmp_path: Path) -> None:
+    file = tmp_path / "red.yaml"
+    file.write_text("site: red\nto: tcp/base:7447\nsend: [/odom]\n")
+    code, out, _ = run("--config", file, "--send", "/scan", "--send", "!/odom", "--check", "--listen", "tcp/[::1]:7447")
+    assert code == 0 and "  listens on tcp/[::1]:7447" in out
+    assert out.index("  /scan to") < out.index("  /odom to") < out.index("  never /odom")
+
+
+@pytest.mark.parametrize(
+    ("words", "complaint"),
+    [
+        (["--site", "red"], "give the endpoint of another site with --to, or one to listen on with --listen"),
+        (["--to", "tcp/base:1"], "name this site with --site, or give a file with --config"),
+        (["--site", "r-d", "--to", "tcp/base:1"], "ERROR: 'r-d' cannot be a site's name"),
+        (["--site", "red", "--to", "base"], "ERROR: 'base' is not an endpoint"),
+        (
+            ["--site", "red", "--listen", "tcp/0.0.0.0:7447"],
+            "ERROR: tcp/0.0.0.0:7447 can be reached from other machines",
+        ),
+        (["--site", "red", "--listen", "tls/[::]:7447"], "or allow it with --insecure"),
+        (["--site", "red", "--to", "tcp/base:1", "--send", "odom"], "ERROR: 'odom' is not a pattern of topics"),
+        (["--site", "red", "--to", "tcp/base:1", "--take", "/a@fast"], "the rate after @ must be a number above 0"),
+        (["--site"], "expected one argument"),
+        (["--sit\x1b"], "unrecognized arguments"),
+    ],
+)
+def test_what_is_refused(run: Run, words: list[str], complaint: str) -> None:
+    code, out, err = run(*words)
+    assert code == 2 and out == "" and complaint in err and "Traceback" not in err
+
+
+def test_files_that_cannot_be_used(run: Run, tmp_path: Path) -> None:
+    file = tmp_path / "bad.yaml"
+    file.write_text("site: red\nsand: []\n")
+    code, _, err = run("--config", file, "--check")
+    assert code == 2 and f"ERROR: {file}:2: there is no setting 'sand' (did you mean 'send'?)" in err
+    file.write_text("site: [\n")
+    code, _, err = run("--config", file, "--check")
+    assert code == 2 and f"ERROR: {file}:" in err
+    file.write_bytes(b"site: red\n#" + b"x" * (1 << 20))
+    assert run("--config", file, "--check")[0] == 2
+
+
+def test_help(run: Run) -> None:
+    code, out, _ = run("-h")
+    assert code == 0 and "status" in out and "--site NAME" in out
+    assert run()[0] == 64
+    code, out, _ = run("run", "-h")
+    assert code == 0 and "--insecure" in out and "Examples:" in out
+
+
+def test_without_zenoh(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("pyros1.bridge.zenoh_link.find_spec", lambda name: None)
+    code, _, err = run("--site", "red", "--to", "tcp/127.0.0.1:1")
+    assert code == 1 and "pip install 'pyros1[bridge]'" in err
+
+
+def test_without_a_master(run: Run, monkeypatch: pytest.MonkeyPatch, free_port: int) -> None:
+    pytest.importorskip("zenoh")
+    monkeypatch.setenv("ROS_MASTER_URI", f"http://127.0.0.1:{free_port}")
+    code, _, err = run("--site", "red", "--to", "tcp/127.0.0.1:1")
+    assert code == 1 and "Unable to communicate with master" in err
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_bridge_runs_until_it_is_interrupted(
+    run: Run, make_node: Callable[..., Node], environ: dict[str, str], free_port: int, number: int
+) -> None:
+    pytest.importorskip("zenoh")
+    command = [sys.executable, "-m", "pyros1", "bridge", "--site", "red", "--listen", f"tcp/127.0.0.1:{free_port}"]
+    with subprocess.Popen(command, env={**os.environ, **environ}, stderr=subprocess.PIPE, text=True) as program:
+        try:
+            assert program.stderr is not None
+            assert program.stderr.readline().startswith(f"site red on tcp/127.0.0.1:{free_port}")
+            assert run("status") == (0, "site red\n  no other site has been heard of\n", "")
+            code, out, _ = run("status", "--json")
+            assert code == 0 and out.startswith('[{"site": "red"')
+            program.send_signal(number)
+            assert program.wait(20) in (0, 130, -signal.SIGINT)
+        finally:
+            program.kill()

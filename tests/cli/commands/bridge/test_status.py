@@ -1,0 +1,45 @@
+"""bridge status: the bridges of a master, and programs that only look like one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+import pytest
+
+from pyros1.cli.running import run_command
+from pyros1.node import Node
+
+Run = Callable[..., tuple[int, str, str]]
+
+
+@pytest.fixture
+def run(environ: dict[str, str], monkeypatch: pytest.MonkeyPatch, call_main: Any) -> Run:
+    for key, value in environ.items():
+        monkeypatch.setenv(key, value)
+    return partial(call_main, partial(run_command, "bridge"))
+
+
+def test_without_a_bridge(run: Run, make_node: Callable[..., Node]) -> None:
+    make_node("user")
+    code, _, err = run("status")
+    assert code == 1 and err.startswith("ERROR: no bridge is running on this master; start one with: pyros1 bridge")
+    assert run("status", "red")[0] == 2
+
+
+@pytest.mark.parametrize("text", ["no JSON", "[" * 100_000, "{}", "[]", '{"site": {}}', '{"site": "a", "sites": 5}'])
+def test_a_bridge_that_answers_nonsense(run: Run, make_node: Callable[..., Node], text: str) -> None:
+    node = make_node("liar")
+    node.advertise_service("~bridge_status", "std_srvs/Trigger", lambda _: (True, text))
+    code, out, err = run("status")
+    assert code == 1 and out == "" and err.startswith("ERROR: ") and "Traceback" not in err
+
+
+def test_a_bridge_that_does_not_answer(run: Run, make_node: Callable[..., Node]) -> None:
+    def refuse(_: object) -> None:
+        raise RuntimeError("out of order")
+
+    make_node("broken").advertise_service("~bridge_status", "std_srvs/Trigger", refuse)
+    code, _, err = run("status")
+    assert code == 1 and "ERROR: /broken does not say its status" in err and "out of order" in err
