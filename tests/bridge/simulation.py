@@ -24,7 +24,7 @@ AGE = 2.0
 """Maximum age in seconds of the messages of all topics that are not latched."""
 STRING: Any = load_message("std_msgs/String")
 TOPICS = {"/odom": "newest", "/goal": "reliable", "/map": "latched", "/tf_static": "latched"}
-CALM = 15.0
+CALM = 25.0
 """Seconds without trouble after which everything must be right."""
 
 

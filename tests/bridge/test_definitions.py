@@ -12,11 +12,11 @@ MD5 = from_definition("far_msgs/Thing", TEXT)._md5sum
 
 def test_each_is_asked_for_once() -> None:
     definitions = Definitions()
-    assert definitions.to_ask([MD5, MD5], 0.0) == [MD5] and definitions.to_ask([MD5], 1.0) == []
+    assert definitions.to_ask([MD5, MD5], 0.0, 9) == [MD5] and definitions.to_ask([MD5], 1.0, 9) == []
     assert definitions.text("far_msgs/Thing", MD5) is None
     assert definitions.add(Definition("far_msgs/Thing", MD5, TEXT))
     assert definitions.text("far_msgs/Thing", MD5) == TEXT
-    assert definitions.to_ask([MD5], 5.0) == [MD5]  # of another type with the same sum
+    assert definitions.to_ask([MD5], 5.0, 9) == [MD5]  # of another type with the same sum
 
 
 def test_what_nobody_asked_for_is_ignored() -> None:

@@ -83,7 +83,7 @@ def test_a_command_line_adds_to_a_file() -> None:
         ("site: red\nsend:\n- topic: /a\n  rate: true", "f.yaml:4: rate must be a number above 0"),
         ("site: red\nsend:\n- topic: /a\n  age: .inf", "f.yaml:4: age must be a number above 0"),
         ("site: red\nsend:\n- topic: /a\n  size: 2QB", "f.yaml:4: '2QB' is not a size"),
-        ("site: red\nsend:\n- topic: /a\n  size: 2GB", "f.yaml:4: '2GB' is not a size"),
+        ("site: red\nsend:\n- topic: /a\n  size: 65MiB", "f.yaml:4: '65MiB' is not a size"),
         (
             "site: red\nsend:\n- topic: /a\n  priority: hihg",
             "f.yaml:4: there is no priority 'hihg' (did you mean 'high'?)",

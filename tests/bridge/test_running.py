@@ -6,7 +6,10 @@ Feature: topics between masters, with types that are installed nowhere else -- `
 from __future__ import annotations
 
 import json
+import subprocess
+import sys
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import pytest
@@ -128,17 +131,17 @@ def test_three_sites_that_exchange_everything(make_site: MakeSite, endpoint: str
                 ears[site.name, other.name] = Ear(site.node, f"/{other.name}/text")
     for name, publisher in publishers.items():
         assert publisher.wait_for_subscribers(1, 20)
-        wait_until(lambda name=name: _wanted_by(sites, name) == 2, "both others want it")
+        wait_until(partial(_is_wanted_by_both, sites, name), "both others want it")
         publisher.publish(f"from {name}")
-    for (_, other), ear in ears.items():
-        assert ear.get().data == f"from {other}"
+    for (_, source), ear in ears.items():
+        assert ear.get().data == f"from {source}"
     names = {topic for site in sites for topic in site.topics() if "text" in topic}
     assert names == {"/text", "/red/text", "/blue/text", "/base/text"}, "a topic has gone on to a third site"
     assert all(ear.is_silent() for ear in ears.values())
 
 
-def _wanted_by(sites: list[RunningSite], name: str) -> int:
-    return len(_sent(next(site for site in sites if site.name == name), "/text")["wanted_by"])
+def _is_wanted_by_both(sites: list[RunningSite], name: str) -> bool:
+    return len(_sent(next(site for site in sites if site.name == name), "/text")["wanted_by"]) == 2
 
 
 def test_two_bridges_on_one_master_send_nothing_of_each_other(make_site: MakeSite, free_ports: Any) -> None:
@@ -180,6 +183,59 @@ def test_the_loss_of_the_router_and_its_return(pair: tuple[RunningSite, RunningS
     ear.hears("meanwhile")
     publisher.publish("after")
     ear.hears("after")
+
+
+ROUTER = """
+import sys
+from pyros1.bridge.zenoh_link import ZenohLink
+link = ZenohLink("middle", lambda *_: None, (), (sys.argv[1],))
+print("ready", flush=True)
+sys.stdin.read()
+"""
+
+
+def start_router(endpoint: str) -> subprocess.Popen[str]:
+    program = subprocess.Popen(
+        [sys.executable, "-c", ROUTER, endpoint], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+    )
+    assert program.stdout and program.stdout.readline() == "ready\n"
+    return program
+
+
+def kill(program: subprocess.Popen[str]) -> None:
+    program.kill()
+    program.wait()
+    for stream in (program.stdin, program.stdout):
+        assert stream
+        stream.close()
+
+
+def test_a_router_in_the_middle_is_killed_and_returns(make_site: MakeSite, endpoint: str) -> None:
+    rules = "{send: ['/**', {topic: /event, delivery: reliable}], take: ['*:**']}"
+    router = start_router(endpoint)
+    try:
+        base, red = make_site("base", rules, (endpoint,)), make_site("red", rules, (endpoint,))
+        latched: Any = red.node.advertise("/map", "std_msgs/String", latch=True)
+        plain: Any = red.node.advertise("/text", "std_msgs/String")
+        latched.publish("before")
+        for topic in ("/red/map", "/red/text"):
+            base.has_topic(topic)
+        maps, texts = Ear(base.node, "/red/map"), Ear(base.node, "/red/text")
+        maps.hears("before")
+        assert plain.wait_for_subscribers(1, 20)
+        plain.publish("before")
+        texts.hears("before")
+        kill(router)
+        wait_until(lambda: json.loads(base.bridge.status())["sites"][0]["state"] == "lost", "the loss")
+        latched.publish("meanwhile")
+        plain.publish("meanwhile")
+        wait_until(lambda: _sent(red, "/text")["messages"] == 2, "the bridge has taken it")
+        router = start_router(endpoint)
+        maps.hears("meanwhile")
+        plain.publish("after")
+        assert texts.get().data == "after", "what was published during the outage is not delivered later"
+    finally:
+        kill(router)
 
 
 def test_the_status_says_what_flows(pair: tuple[RunningSite, RunningSite]) -> None:

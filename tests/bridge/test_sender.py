@@ -20,6 +20,7 @@ class SlowLink:
     """A link that sends bulky packets only when it is told to."""
 
     def __init__(self) -> None:
+        self.problem = ""
         self.sent: queue.Queue[bytes] = queue.Queue()
         self.may_send = threading.Event()
         self.is_waiting = threading.Event()

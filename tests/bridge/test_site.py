@@ -19,6 +19,7 @@ from pyros1.bridge.rules import Rules
 from pyros1.bridge.rules_text import parse_config
 from pyros1.bridge.sending import LocalTopic
 from pyros1.bridge.site import MAX_SITES, Site
+from pyros1.bridge.taking import MAX_TOPICS
 from pyros1.msgs import load_message
 
 STRING: Any = load_message("std_msgs/String")
@@ -222,6 +223,33 @@ def test_definitions_of_what_is_not_offered(liar: Liar) -> None:
     assert liar.send(Kind.ASK, packets.encode_ask([STRING._md5sum])) == []
 
 
+def test_a_flood_of_topics(liar: Liar) -> None:
+    liar.meet()
+    liar.offer(*(offered(SharedName("red", f"/t{number}")) for number in range(MAX_TOPICS + 10)))
+    liar.define()
+    assert len(only(Advertise, liar.actions)) == MAX_TOPICS
+    refused = [taken for taken in liar.site.taken() if taken.state == "the site offers too many topics"]
+    assert len(refused) == 10
+
+
+def test_a_flood_of_questions() -> None:
+    liar = Liar(Site(rules("send: [{topic: /map, delivery: reliable}]"), OWN, 0.0))
+    liar.meet()
+    topic = LocalTopic("/map", "std_msgs/String", STRING._md5sum, "string data\n", False, ("/n",))
+    liar.take(liar.site.set_topics([topic], 0.0, 0.0))
+    name = SharedName("base", "/map")
+    for body in packets.encode_pages(1, [Wish(name, 0.0)]):
+        liar.send(Kind.WISH, body)
+    for _ in range(100):
+        liar.site.on_message("/map", Taken("/n", STRING._md5sum, False, b"x"), False, 0.0)
+    answers = 0
+    for _ in range(1000):
+        liar.now += 0.0005
+        answers += len(liar.send(Kind.MISSED, packets.encode_missed(packets.Missed(name, 0, 100))))
+        answers += len(liar.send(Kind.ASK, packets.encode_ask([STRING._md5sum] * 100)))
+    assert 100 <= answers <= 6 * 101 + 6
+
+
 def test_a_flood_of_sites() -> None:
     site = Site(rules("take: ['*:**']"), OWN, 0.0)
     for number in range(MAX_SITES + 50):
@@ -314,7 +342,7 @@ def test_a_topic_that_becomes_latched_while_it_is_wanted(liar: Liar) -> None:
     liar.offer(offered(latched=True))
     kinds = [type(action) for action in liar.actions if isinstance(action, (Listen, Advertise, Withdraw))]
     assert kinds == [Listen, Withdraw, Advertise, Listen]
-    liar.now += 0.1
+    liar.now += 0.6
     asked = [packets.decode_head(action.head).kind for action in only(Send, liar.take(liar.site.tick(liar.now)))]
     assert Kind.MISSED in asked
 

@@ -8,6 +8,7 @@ from pyros1.bridge.status import status_lines
 
 STATUS = {
     "site": "base",
+    "link": "",
     "sites": [
         {"name": "red", "state": "present", "round_trip": 0.0123},
         {"name": "blue\x1b[2J", "state": "heard", "round_trip": None},
@@ -82,5 +83,18 @@ def test_lines() -> None:
 
 
 def test_a_site_alone() -> None:
-    status = {**STATUS, "sites": [], "sent": [], "taken": [], "overflowed": 0, "ignored": {}, "problems": {}}
-    assert [*status_lines(status)] == ["site base", "  no other site has been heard of"]
+    status = {
+        **STATUS,
+        "link": "cannot reach it",
+        "sites": [],
+        "sent": [],
+        "taken": [],
+        "overflowed": 0,
+        "ignored": {},
+        "problems": {},
+    }
+    assert [*status_lines(status)] == [
+        "site base",
+        "  no connection yet: cannot reach it",
+        "  no other site has been heard of",
+    ]

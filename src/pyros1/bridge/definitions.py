@@ -24,13 +24,15 @@ class Definitions:
         """Return the definition of a type; empty if it cannot be used, None if it has not come yet."""
         return self._texts.get((type_name, md5sum))
 
-    def to_ask(self, md5sums: Iterable[str], now: float) -> list[str]:
-        """Return those of some md5 sums for which a site is to be asked now; they are taken as asked for."""
+    def to_ask(self, md5sums: Iterable[str], now: float, limit: int) -> list[str]:
+        """Return those of some md5 sums, at most `limit`, for which a site is to be asked now; they are taken as asked
+        for.
+        """
         due = [
             md5sum
             for md5sum in dict.fromkeys(md5sums)
             if now - self._asked_at.get(md5sum, float("-inf")) >= _RETRY_PERIOD
-        ]
+        ][:limit]
         self._asked_at.update(dict.fromkeys(due, now))
         return due
 

@@ -13,7 +13,13 @@ Receive = Callable[[Key, bytes, bytes], object]
 
 
 class Link(Protocol):
-    """A link to the other sites. Its methods may wait for the network only as long as they say."""
+    """A link to the other sites. Its methods may wait for the network only as long as they say.
+
+    Attributes:
+        problem: why there is no connection yet; empty if nothing is known to be wrong.
+    """
+
+    problem: str
 
     def send(self, packet: Send) -> None:
         """Send a packet, below this site's prefix. It may be lost. This waits only while a packet of the same priority

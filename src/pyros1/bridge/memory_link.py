@@ -102,6 +102,7 @@ class MemoryLink:
     """A site's link; see `pyros1.bridge.link.Link`. Created by `MemoryNetwork.connect`."""
 
     def __init__(self, network: MemoryNetwork, site: str, receive: Receive) -> None:
+        self.problem = ""
         self.site = site
         self.receive = receive
         self._network = network

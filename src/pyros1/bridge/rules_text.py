@@ -16,7 +16,7 @@ from pyros1.values.reading import load_yaml
 
 _MAX_RATE = 10_000.0
 _MAX_AGE = 86_400.0
-_MAX_SIZE = 1 << 30
+_MAX_SIZE = 64 << 20
 _UNITS = {"": 1, "B": 1, "KB": 1000, "MB": 1000**2, "GB": 1000**3, "KIB": 1 << 10, "MIB": 1 << 20, "GIB": 1 << 30}
 _SIZE = re.compile(r"(\d{1,12}(?:\.\d{1,6})?)\s*([A-Za-z]{0,3})\Z")
 _Path = tuple[str | int, ...]
@@ -224,7 +224,7 @@ class _FileReader:
         match = _SIZE.match(str(value).strip())
         size = int(float(match[1]) * _UNITS.get(match[2].upper(), 0)) if match else 0
         if not 0 < size <= _MAX_SIZE:
-            self._fail(path, f"{value!r:.40} is not a size in bytes up to 1 GiB, such as 2MB")
+            self._fail(path, f"{value!r:.40} is not a size in bytes up to 64 MiB, such as 2MB")
         return size
 
     def _priority(self, value: Any, path: _Path) -> Priority | None:

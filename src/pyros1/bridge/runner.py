@@ -265,7 +265,9 @@ class Bridge:
     def status(self) -> str:
         """Return the bridge's status as JSON, see `pyros1.bridge.status`."""
         with self._lock:
-            return status_json(self._site, self._sender, self._inbox, {**self._graph.problems}, {**self._problems})
+            return status_json(
+                self._site, self._link, self._sender, self._inbox, {**self._graph.problems}, {**self._problems}
+            )
 
     def close(self) -> None:
         """Tell other sites that this one leaves, and end all threads. May be called repeatedly."""

@@ -7,6 +7,7 @@ bridge it was: topics that only bridges publish are not offered, and messages of
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from itertools import islice
 from typing import NamedTuple
 
 from pyros1.bridge.actions import Action, Send, Subscribe
@@ -28,6 +29,12 @@ from pyros1.bridge.packets import (
     encode_message_head,
 )
 from pyros1.bridge.rules import Outgoing, Rules
+
+_ANSWER_PERIOD = 0.1
+"""Minimum seconds between answers to a site's questions about the same topic, or for definitions."""
+_MAX_ANSWERS = 10_000
+_MAX_DEFINITIONS = 100
+"""Maximum number of definitions in answer to one question."""
 
 
 class LocalTopic(NamedTuple):
@@ -92,6 +99,7 @@ class Sending:
         self._by_local: dict[str, list[_Sent]] = {}
         self._last: dict[SharedName, int] = {}  # numbers never begin again within an epoch
         self._subscribed: set[str] = set()
+        self._answered_at: dict[tuple[str, SharedName | None], float] = {}
 
     # What there is ----------------------------------------------------------------------------------------------------
 
@@ -227,10 +235,10 @@ class Sending:
             if sent.topic.may_lose_none and peer in sent.topic.wishes
         }
 
-    def on_missed(self, peer: str, missed: Missed) -> list[Action]:
+    def on_missed(self, peer: str, missed: Missed, now: float) -> list[Action]:
         """Return the packets to send because another site missed messages."""
         sent = self._sent.get(missed.topic)
-        if sent is None or peer not in sent.topic.wishes:
+        if sent is None or peer not in sent.topic.wishes or not self._may_answer(peer, missed.topic, now):
             return []
         if sent.topic.offered.latched:
             return self._send_held(sent, peer)
@@ -256,8 +264,19 @@ class Sending:
         # A message that still waits to be sent again is not queued twice.
         return Send(key, encode_message_head(head), message.body, priority, head.number, False, expires)
 
-    def on_ask(self, peer: str, md5sums: Iterable[str]) -> list[Action]:
+    def _may_answer(self, peer: str, topic: SharedName | None, now: float) -> bool:
+        """Return whether to answer a question of a site: small questions with large answers must not come in floods."""
+        if now - self._answered_at.get((peer, topic), float("-inf")) < _ANSWER_PERIOD:
+            return False
+        if len(self._answered_at) >= _MAX_ANSWERS:
+            self._answered_at.clear()
+        self._answered_at[peer, topic] = now
+        return True
+
+    def on_ask(self, peer: str, md5sums: Iterable[str], now: float) -> list[Action]:
         """Return the definitions for which another site asks, as far as they are of topics that are offered to it."""
+        if not self._may_answer(peer, None, now):
+            return []
         known = {
             sent.local.md5sum: Definition(sent.local.type, sent.local.md5sum, _sendable(sent.local.definition))
             for sent in self._sent.values()
@@ -265,7 +284,7 @@ class Sending:
         }
         return [
             Send(to_key(peer), self._head(Kind.DEFINITION, peer), encode_definition(known[md5sum]))
-            for md5sum in dict.fromkeys(md5sums)
+            for md5sum in islice(dict.fromkeys(md5sums), _MAX_DEFINITIONS)
             if md5sum in known
         ]
 

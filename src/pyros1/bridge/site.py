@@ -98,9 +98,9 @@ class Site:
         self._on_kind: Mapping[Kind, Callable[[str, bytes, float], list[Action]]] = {
             Kind.OFFER: self._on_offer,
             Kind.WISH: self._on_wish,
-            Kind.ASK: lambda peer, body, _: self._sending.on_ask(peer, decode_ask(body)),
+            Kind.ASK: lambda peer, body, now: self._sending.on_ask(peer, decode_ask(body), now),
             Kind.DEFINITION: self._on_definition,
-            Kind.MISSED: lambda peer, body, _: self._sending.on_missed(peer, decode_missed(body)),
+            Kind.MISSED: lambda peer, body, now: self._sending.on_missed(peer, decode_missed(body), now),
             Kind.HELD: lambda peer, body, now: self._taking.on_held(peer, decode_held(body), now),
             Kind.GONE: lambda peer, body, now: self._taking.on_gone(peer, decode_gone(body), now),
         }

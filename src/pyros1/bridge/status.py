@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from pyros1.bridge.keys import topic_key
+from pyros1.bridge.link import Link
 from pyros1.bridge.queues import Inbox
 from pyros1.bridge.sender import Sender
 from pyros1.bridge.site import Site
@@ -14,17 +15,18 @@ from pyros1.ground.terminal_text import one_line
 
 
 def status_json(
-    site: Site, sender: Sender, inbox: Inbox, problems: Mapping[str, str], trouble: Mapping[str, int]
+    site: Site, link: Link, sender: Sender, inbox: Inbox, problems: Mapping[str, str], trouble: Mapping[str, int]
 ) -> str:
     """Return the status as JSON.
 
     Args:
-        site, sender, inbox: the parts of the bridge.
+        site, link, sender, inbox: the parts of the bridge.
         problems: topic -> why it cannot be sent.
         trouble: what went wrong, and how often.
     """
     status = {
         "site": site.name,
+        "link": link.problem,
         "sites": [
             {"name": each.name, "state": each.state.value, "round_trip": each.round_trip} for each in site.sites()
         ],
@@ -74,6 +76,8 @@ def status_lines(status: Mapping[str, Any]) -> Iterator[str]:
         status: what `status_json` has written; from another program, so it may have any names.
     """
     yield f"site {one_line(status['site'])}"
+    if status["link"]:
+        yield f"  no connection yet: {one_line(status['link'])}"
     for site in status["sites"]:
         trip = site["round_trip"]
         yield f"  {one_line(site['name'])}: {one_line(site['state'])}" + (

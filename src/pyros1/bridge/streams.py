@@ -22,7 +22,7 @@ from pyros1.bridge.outgoing import Drop
 from pyros1.bridge.packets import MAX_NUMBERS, Flag, Gone, Held, MessageHead
 
 _FIRST_RETRY = 0.5
-_LAST_RETRY = 4.0
+_LAST_RETRY = 8.0
 """Seconds between questions for the same missed messages, at first and at most: on a slow network the answers to
 earlier questions may still be on their way."""
 _BUFFER_MESSAGES = 2_000
@@ -50,7 +50,7 @@ class Stream(Protocol):
     drops: dict[str, int]
     highest: int
 
-    def restart(self) -> None:
+    def restart(self, now: float) -> None:
         """Begin again after a time in which the topic was not wanted; what was delivered before is not repeated."""
         ...
 
@@ -80,11 +80,15 @@ class Stream(Protocol):
 
 
 class _Questions:
-    """When to ask for missed messages."""
+    """When to ask for missed messages.
 
-    def __init__(self) -> None:
-        self._asked_at = float("-inf")
-        self._period = 0.0
+    Args:
+        asked_at: when they were asked for already; None if they were not.
+    """
+
+    def __init__(self, asked_at: float | None = None) -> None:
+        self._asked_at = float("-inf") if asked_at is None else asked_at
+        self._period = 0.0 if asked_at is None else _FIRST_RETRY
 
     def is_due(self, now: float) -> bool:
         """Return whether to ask now; it is then taken as asked."""
@@ -120,7 +124,7 @@ class NewestStream(_Counting):
     def __init__(self, floor: int) -> None:
         super().__init__(floor)
 
-    def restart(self) -> None:
+    def restart(self, now: float) -> None:
         """Do nothing: later messages have higher numbers."""
 
     def accept(self, head: MessageHead, body: bytes, now: float) -> list[Delivery]:
@@ -170,7 +174,7 @@ class ReliableStream(_Counting):
         self._gap_since: float | None = None
         self._questions = _Questions()
 
-    def restart(self) -> None:
+    def restart(self, now: float) -> None:
         """See `Stream`."""
         self._questions = _Questions()
         self._floor = max(self.highest, self._last or 0)
@@ -271,12 +275,12 @@ class LatchedStream(_Counting):
         self._tail = 0
         self._questions = _Questions()
 
-    def restart(self) -> None:
+    def restart(self, now: float) -> None:
         """See `Stream`. What holds is delivered again, since those who had it are gone."""
         for publisher in self._present:
             self._newest[publisher] -= 1
         self._present.clear()
-        self._synced, self._questions = -1, _Questions()
+        self._synced, self._questions = -1, _Questions(now)  # the wish asks for what is held
 
     def accept(self, head: MessageHead, body: bytes, now: float) -> list[Delivery]:
         """See `Stream`."""

@@ -34,6 +34,10 @@ from pyros1.bridge.rules import Rules, Settings
 from pyros1.bridge.sending import Flow
 from pyros1.bridge.streams import Delivery, Stream, make_stream
 
+MAX_TOPICS = 2_000
+"""Maximum number of topics of a site that are published here: all of them are registered with the master."""
+_MAX_ASKED = 100
+"""Maximum number of definitions to ask for at a time."""
 _EARLY_TOLERANCE = 0.05
 """Seconds by which a message may be older than the wish for its topic, since ages are upper bounds."""
 
@@ -102,6 +106,7 @@ class Taking:
         for feed in old:
             del self._taken[feed]
         self._refused = {feed: reason for feed, reason in self._refused.items() if feed[0] != peer}
+        count = 0
         for offered in offers:
             feed = (peer, offered.topic)
             rule = self._rules.incoming(offered.topic, peer)
@@ -109,9 +114,13 @@ class Taking:
                 self._refused[feed] = (offered.type, rule)
                 continue
             local = self._rules.local_name(rule, offered.topic)
-            if not is_topic_name(local):
-                self._refused[feed] = (offered.type, "its name here would be too long")
+            problem = "its name here would be too long" if not is_topic_name(local) else ""
+            if count >= MAX_TOPICS:
+                problem = "the site offers too many topics"
+            if problem:
+                self._refused[feed] = (offered.type, problem)
                 continue
+            count += 1
             before = old.get(feed)
             if before is not None and before.offered == offered:
                 self._taken[feed] = before
@@ -164,7 +173,7 @@ class Taking:
             wants = local in self._outputs and local in self._demand and feed not in self._unusable
             if wants and not taken.is_wanted:
                 taken.is_wanted, taken.wanted_since = True, now
-                taken.stream.restart()
+                taken.stream.restart(now)
                 actions.append(Listen(feed[0], topic_key(feed[1]), True))
             elif taken.is_wanted and not wants:
                 actions += self._stop(feed, taken)
@@ -192,7 +201,7 @@ class Taking:
                 missing.setdefault(peer, []).append(offered.md5sum)
         actions: list[Action] = []
         for peer, md5sums in missing.items():
-            if due := self._definitions.to_ask(md5sums, now)[:200]:
+            if due := self._definitions.to_ask(md5sums, now, _MAX_ASKED):
                 actions.append(Send(to_key(peer), self._head(Kind.ASK, peer), encode_ask(due)))
         return actions
 
