@@ -83,3 +83,19 @@ def test_publishers_that_do_not_answer(make_node: Callable[..., Node], monkeypat
     assert graph.topics() == [], "any type is no type"
     now[0] += 11
     assert [topic.type for topic in graph.topics()] == ["a/B"] and graph.problems == {}
+
+
+def test_many_publishers_are_asked_a_few_at_a_time(
+    make_node: Callable[..., Node], asked: list[tuple[str, str]]
+) -> None:
+    node = make_node("bridge")
+    for number in range(40):
+        node.advertise(f"/many/t{number}", String)
+
+    def query(_: str, uri: str, topic: str) -> ReportedType:
+        asked.append((uri, topic))
+        return ReportedType("std_msgs/String", String._md5sum)
+
+    graph = LocalGraph(Graph(node.master), lambda topic: topic.startswith("/many"), query)
+    assert len(graph.topics()) == 32 and graph.is_behind
+    assert len(graph.topics()) == 40 and not graph.is_behind and len(asked) == 40

@@ -71,7 +71,7 @@ def test_lines() -> None:
         "  red: present, round trip 12.3 ms",
         "  blue\\x1b[2J: heard",
         "sends:",
-        "  /map   to blue red      1 messages, 4.0 MB",
+        "  /map   to blue red      1 message, 4.0 MB",
         "  /scan  nobody wants it  0 messages, 0 B; dropped: 5 too old",
         "takes:",
         "  /red/odom  from red: wanted  1500 messages, 1.1 MB; dropped: 2 repeated, 1 too old",

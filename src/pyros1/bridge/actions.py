@@ -15,7 +15,7 @@ class Send(NamedTuple):
         head, body: the packet.
         priority: which packets overtake others.
         replaces: a packet that waits with an equal key and value is replaced by this one; None: nothing is replaced.
-        may_drop: whether the network may drop the packet when it takes nothing, since another one will follow.
+        may_drop: whether it is replaced only where the network is slow, since all are wanted where it is not.
         expires: time by the site's clock after which the packet is useless; None: never.
     """
 

@@ -14,6 +14,7 @@ there. The rest says what it is:
 from __future__ import annotations
 
 from enum import Enum
+from functools import lru_cache
 from typing import NamedTuple
 
 from pyros1.bridge.names import SharedName, is_topic_name
@@ -60,6 +61,7 @@ def again_key(peer: str, topic: SharedName) -> str:
     return f"again/{peer}/{topic.site}{topic.name}"
 
 
+@lru_cache(4096)
 def parse_key(text: str) -> Key | None:
     """Return a parsed key; None for one that is not valid."""
     if not text.startswith(ROOT + "/") or len(text) > 500:

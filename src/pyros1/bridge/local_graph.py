@@ -50,6 +50,7 @@ class LocalGraph:
     Attributes:
         bridges: the nodes that are bridges.
         problems: topic -> why it cannot be sent.
+        is_behind: whether more publishers were to be asked than can be at a time.
     """
 
     def __init__(
@@ -60,6 +61,7 @@ class LocalGraph:
     ) -> None:
         self.bridges: frozenset[str] = frozenset()
         self.problems: dict[str, str] = {}
+        self.is_behind = False
         self._graph = graph
         self._is_sent = is_sent
         self._query = query
@@ -93,6 +95,7 @@ class LocalGraph:
             if (answer := self._answers.get(asked)) is None
             or (answer.type is None and now - answer.asked_at >= _RETRY_PERIOD)
         ]
+        self.is_behind = len(due) > _MAX_QUERIES
         queries = {asked: partial(self._ask_publisher, *asked) for asked in islice(due, _MAX_QUERIES)}
         for asked, reply in run_concurrently(queries, _QUERY_TIME).items():
             is_usable = isinstance(reply, ReportedType) and reply.failure is None and "*" not in reply[:2]

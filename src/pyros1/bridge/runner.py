@@ -191,7 +191,7 @@ class Bridge:
                 self._do(self._chores.popleft())
             if time.monotonic() >= next_poll and not self._is_closing:
                 self._poll()
-                next_poll = time.monotonic() + _POLL_PERIOD
+                next_poll = time.monotonic() + (0.0 if self._graph.is_behind else _POLL_PERIOD)
             new_demand = self._publishing.demand(self._graph.bridges)
             if new_demand != demand:
                 demand = new_demand

@@ -34,6 +34,7 @@ class Lane:
         self._on_error = on_error
         self._changed = threading.Condition()
         self._is_closing = False
+        self._is_flushing = False
         self._is_sending = False
         self._thread = threading.Thread(target=self._run, name=name, daemon=True)
         self._thread.start()
@@ -42,14 +43,15 @@ class Lane:
         """Send a packet later, in the lane's thread."""
         with self._changed:
             if not self._is_closing:
-                self.outbox.put(packet)
-                self._changed.notify_all()
+                self.outbox.put(packet, self._clock())
+                self._changed.notify()
 
     def _run(self) -> None:
         while True:
             with self._changed:
                 self._is_sending = False
-                self._changed.notify_all()
+                if self._is_flushing:
+                    self._changed.notify_all()
                 while (packet := self.outbox.pop(self._clock())) is None and not self._is_closing:
                     self._changed.wait()
                 if packet is None:
@@ -64,6 +66,7 @@ class Lane:
         """Send what waits, for a short time, and end the thread."""
         deadline = monotonic() + FLUSH_TIME
         with self._changed:
+            self._is_flushing = True
             while (len(self.outbox) or self._is_sending) and (left := deadline - monotonic()) > 0:
                 self._changed.wait(left)
             self._is_closing = True

@@ -114,7 +114,8 @@ def _table(title: str, entries: list[Any], cells: Any) -> Iterator[str]:
     rows = []
     for entry in entries:
         drops = ", ".join(f"{number} {one_line(reason)}" for reason, number in entry["dropped"].items())
-        flow = f"{entry['messages']} messages, {_size(entry['bytes'])}"
+        count = entry["messages"]
+        flow = f"{count} message{'s' * (count != 1)}, {_size(entry['bytes'])}"
         rows.append([*cells(entry), flow + (f"; dropped: {drops}" if drops else "")])
     widths = [max(len(row[column]) for row in rows) for column in range(2)]
     for row in rows:

@@ -27,8 +27,8 @@ if TYPE_CHECKING:
 MAX_PACKET = 64 << 20
 """Maximum size of a packet in bytes; zenoh refuses larger ones before it has received them."""
 _BLOCK_TIME = 10_000_000
-"""Microseconds that a packet which must not be dropped waits for the network, before zenoh closes a connection that
-takes nothing. A slow network needs some seconds for what zenoh itself queues."""
+"""Microseconds that a packet waits for the network, before zenoh closes a connection that takes nothing. A slow network
+needs some seconds for what zenoh itself queues."""
 _MAX_PUBLISHERS = 10_000
 _DIAL_PERIOD = 1
 """Seconds between attempts to reach the first site."""
@@ -78,7 +78,7 @@ class ZenohLink:
         self._site = site
         self._receive = receive
         self._lock = threading.Lock()
-        self._publishers: dict[tuple[str, Priority, bool], Any] = {}
+        self._publishers: dict[tuple[str, Priority], Any] = {}
         self._topics: dict[tuple[str, str], Any] = {}
         priority = zenoh.Priority
         self._priorities = {
@@ -135,23 +135,22 @@ class ZenohLink:
             self._receive(key, attachment.to_bytes(), sample.payload.to_bytes())
 
     def send(self, packet: Send) -> None:
-        """Send a packet. If it may be dropped, zenoh does so when the network takes nothing; otherwise this waits for
-        at most `_BLOCK_TIME`. Before the first connection, packets are lost.
+        """Send a packet. While the network takes nothing, this waits for at most `_BLOCK_TIME`: otherwise, zenoh would
+        drop new packets and keep old ones. Before the first connection, packets are lost.
         """
-        publisher = self._publisher(packet.key, packet.priority, packet.may_drop)
+        publisher = self._publisher(packet.key, packet.priority)
         if publisher is not None:
             publisher.put(packet.body, attachment=packet.head)
 
-    def _publisher(self, key: str, priority: Priority, may_drop: bool) -> Any:
+    def _publisher(self, key: str, priority: Priority) -> Any:
         with self._lock:
-            found = self._publishers.get((key, priority, may_drop))
+            found = self._publishers.get((key, priority))
             if found is None and self._session is not None and not self._closing.is_set():
                 if len(self._publishers) >= _MAX_PUBLISHERS:
                     self._publishers.pop(next(iter(self._publishers))).undeclare()
-                control = self._zenoh.CongestionControl
-                found = self._publishers[key, priority, may_drop] = self._session.declare_publisher(
+                found = self._publishers[key, priority] = self._session.declare_publisher(
                     site_key(self._site, key),
-                    congestion_control=control.DROP if may_drop else control.BLOCK,
+                    congestion_control=self._zenoh.CongestionControl.BLOCK,
                     priority=self._priorities[priority],
                     express=priority <= Priority.HIGH,
                     allowed_destination=self._zenoh.Locality.REMOTE,

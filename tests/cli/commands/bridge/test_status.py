@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable
 from functools import partial
 from typing import Any
@@ -43,3 +44,19 @@ def test_a_bridge_that_does_not_answer(run: Run, make_node: Callable[..., Node])
     make_node("broken").advertise_service("~bridge_status", "std_srvs/Trigger", refuse)
     code, _, err = run("status")
     assert code == 1 and "ERROR: /broken does not say its status" in err and "out of order" in err
+
+
+def test_a_bridge_that_hangs(run: Run, make_node: Callable[..., Node], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("pyros1.cli.commands.bridge.status.TIMEOUT", 0.2)
+    end = threading.Event()
+
+    def hang(_: object) -> tuple[bool, str]:
+        end.wait(10)
+        return True, ""
+
+    make_node("hanging").advertise_service("~bridge_status", "std_srvs/Trigger", hang)
+    try:
+        code, _, err = run("status")
+    finally:
+        end.set()
+    assert code == 1 and "/hanging does not say its status: no response within" in err

@@ -74,7 +74,9 @@ def _run_bridge(invocation: Invocation, config: SiteConfig) -> int:
     from pyros1.node import Node  # noqa: PLC0415
 
     name = f"bridge_{rules.site}"
-    with Node(name, argv=invocation.remapping_args, environ=invocation.environ, wait_for_master=0.0) as node:
+    with Node(
+        name, argv=invocation.remapping_args, environ=invocation.environ, wait_for_master=0.0, wall_time=True
+    ) as node:
         bridge = Bridge(node, rules, lambda receive: ZenohLink(rules.site, receive, config.connect, config.listen))
         try:
             where = " and ".join(

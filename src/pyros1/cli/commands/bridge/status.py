@@ -14,6 +14,8 @@ from pyros1.ground.errors import Error
 from pyros1.ground.terminal_text import one_line
 
 _MAX_STATUS = 8 << 20
+TIMEOUT = 5.0
+"""Seconds for the answers of all bridges."""
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> int | None:
@@ -22,6 +24,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int | None:
         raise UsageError("too many arguments")
     from pyros1.bridge.local_graph import STATUS_SERVICE, find_bridges  # noqa: PLC0415
     from pyros1.bridge.status import status_lines  # noqa: PLC0415
+    from pyros1.doctor.concurrent import run_concurrently  # noqa: PLC0415
 
     names = sorted(find_bridges(invocation.graph.state()))
     if not names:
@@ -29,9 +32,11 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int | None:
     code = 0
     statuses = []
     with invocation.open_node() as node:
-        for name in names:
+        clients = {name: node.service(f"{name}/{STATUS_SERVICE}", "std_srvs/Trigger") for name in names}
+        for name, response in run_concurrently(clients, TIMEOUT).items():
             try:
-                response: Any = node.service(f"{name}/{STATUS_SERVICE}", "std_srvs/Trigger")()
+                if isinstance(response, Exception):
+                    raise response
                 statuses.append(_parse_status(response.message))
             except (Error, ValueError) as error:
                 print(f"ERROR: {one_line(name)} does not say its status: {one_line(error)}", file=sys.stderr)
