@@ -25,8 +25,11 @@ def test_a_base() -> None:
 sites: [red, blue]
 listen: tcp/127.0.0.1:7447
 prefix: {blue: /robots/blue}
-send: ['red:/cmd_vel', {topic: '*:/goal', delivery: reliable}, {topic: /map, here: /map_server/map, sites: red}]
-take: ['red:**', {topic: 'blue:/odom', age: 1, priority: urgent, size: 2kB}, '*:/scan', {topic: /a, sites: red}]
+send:
+- red:/cmd_vel
+- {topic: '*:/goal', delivery: reliable}
+- {topic: /map, here: /map_server/map, sites: red, priority: low}
+take: ['red:**', {topic: 'blue:/odom', age: 1, rate: 2, size: 2kB}, '*:/scan', {topic: /a, sites: red}]
 deny_take: ['red:/noise']
 """
     assert [*explain(parse_config(text, "f", "base"))] == [
@@ -35,11 +38,11 @@ deny_take: ['red:/noise']
         "sends:",
         "  /red/cmd_vel to red, as /cmd_vel there",
         "  /SITE/goal to each other site, as /goal there, all messages in order",
-        "  /map_server/map as base:/map to red",
+        "  /map_server/map as base:/map to red, low priority",
         "takes:",
         "  /** of red, as /red/** here",
-        "  /odom of blue, as /robots/blue/odom here, messages of at most 2000 bytes, none older than 1 s, "
-        "urgent priority",
+        "  /odom of blue, as /robots/blue/odom here, at most 2 messages per second, messages of at most 2000 bytes, "
+        "none older than 1 s",
         "  /scan of each other site, as /SITE/scan here",
         "  /a, from red",
         "  never red:/noise",

@@ -99,3 +99,15 @@ def test_many_publishers_are_asked_a_few_at_a_time(
     graph = LocalGraph(Graph(node.master), lambda topic: topic.startswith("/many"), query)
     assert len(graph.topics()) == 32 and graph.is_behind
     assert len(graph.topics()) == 40 and not graph.is_behind and len(asked) == 40
+
+
+def test_a_publisher_that_has_started_again_with_another_type(make_node: Callable[..., Node]) -> None:
+    node = make_node("bridge")
+    node.advertise("/text", String)
+    answers = [ReportedType("a/B", "1" * 32), ReportedType("c/D", "2" * 32)]
+    graph = LocalGraph(Graph(node.master), lambda topic: topic == "/text", lambda *_: answers.pop(0))
+    for md5sum in ("", "1" * 32, "2" * 32):
+        assert [topic.type for topic in graph.topics()] == ["a/B"]
+        graph.check_type("/bridge", "/text", md5sum or "1" * 32)
+        graph.check_type("/other", "/text", "3" * 32)
+    assert [topic.type for topic in graph.topics()] == ["c/D"]

@@ -28,7 +28,7 @@ send:
     sites: [base]
 deny_send: [/camera/debug]
 take:
-  - {topic: base:/map, here: /map, delivery: reliable}
+  - {topic: base:/map, here: /map, age: 9}
 deny_take: ['base:/noise']
 """
 
@@ -56,7 +56,7 @@ def test_a_file() -> None:
     assert (camera.rate, camera.max_size, camera.priority, camera.reliable) == (10.0, 2_000_000, Priority.LOW, False)
     assert (camera.age, camera.sites) == (0.5, ("base",))
     assert [pattern.text for pattern in rules.deny_send + rules.deny_take] == ["/camera/debug", "base:/noise"]
-    assert rules.take[0].here == "/map" and rules.take[0].reliable
+    assert rules.take[0].here == "/map" and rules.take[0].age == 9.0
     assert parse_config("", "f", "red") == SiteConfig(rules_from_words("red", [], []))
     assert parse_config(FILE, "red.yaml", "green").rules.site == "green"
 
@@ -89,6 +89,7 @@ def test_a_command_line_adds_to_a_file() -> None:
             "f.yaml:4: there is no priority 'hihg' (did you mean 'high'?)",
         ),
         ("site: red\nsend:\n- topic: /a\n  delivery: fast", "f.yaml:4: delivery must be reliable"),
+        ("site: red\ntake:\n- topic: /a\n  delivery: newest", "f.yaml:4: there is no setting 'delivery'"),
         ("site: red\nsend:\n- rate: 5", "f.yaml:3: a rule needs a topic"),
         ("site: red\nsend:\n- '!/a'", "f.yaml:3: write topics that are not allowed under deny_send"),
         ("site: red\nsend:\n- 5", "f.yaml:3: expected names with values"),

@@ -14,7 +14,9 @@ from typing import Any
 
 import pytest
 
+from pyros1.master.server import Master
 from pyros1.msgs import AnyMsg, from_definition
+from pyros1.net.hosts import parse_uri
 from pyros1.node import Node
 
 from .conftest import Ear, RunningSite, wait_until
@@ -254,3 +256,37 @@ def test_the_status_says_what_flows(pair: tuple[RunningSite, RunningSite]) -> No
     assert (taken["messages"], taken["bytes"], taken["state"]) == (1, 9, "wanted")
     sent = _sent(red, "/text")
     assert (sent["messages"], sent["wanted_by"]) == (1, ["base"])
+
+
+def test_a_publisher_starts_again_with_another_type(pair: tuple[RunningSite, RunningSite]) -> None:
+    red, base = pair
+    first = red.make_node("talker")
+    texts: Any = first.advertise("/changing", "std_msgs/String", latch=True)
+    texts.publish("text")
+    base.has_topic("/red/changing")
+    ear = Ear(base.node, "/red/changing", AnyMsg)  # type: ignore[arg-type]
+    assert ear.get()._connection_header["type"] == "std_msgs/String"
+    first.shutdown()
+    numbers: Any = red.make_node("talker").advertise("/changing", "std_msgs/Int64", latch=True)
+    numbers.publish(5)
+    wait_until(lambda: base.topics().get("/red/changing") == "std_msgs/Int64", "the new type")
+    late = Ear(base.make_node("late"), "/red/changing", "std_msgs/Int64")
+    assert late.get().data == 5
+
+
+def test_the_master_is_away_for_a_while(pair: tuple[RunningSite, RunningSite]) -> None:
+    red, base = pair
+    publisher: Any = red.node.advertise("/text", "std_msgs/String")
+    base.has_topic("/red/text")
+    ear = Ear(base.node, "/red/text")
+    assert publisher.wait_for_subscribers(1, 20)
+    port = parse_uri(red.master.uri)[1]
+    red.master.stop()
+    publisher.publish("meanwhile")
+    ear.hears("meanwhile")
+    red.master = Master(port=port, bind_host="127.0.0.1")
+    red.master.start()
+    late: Any = red.node.advertise("/late", "std_msgs/String", latch=True)
+    late.publish("after")
+    base.has_topic("/red/late")
+    Ear(base.node, "/red/late").hears("after")

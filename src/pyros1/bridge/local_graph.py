@@ -66,6 +66,15 @@ class LocalGraph:
         self._is_sent = is_sent
         self._query = query
         self._answers: dict[_Asked, _Answer] = {}
+        self._outdated: set[_Asked] = set()
+
+    def check_type(self, node: str, topic: str, md5sum: str) -> None:
+        """Ask a publisher again if its messages are of another type than it has said: a node of its name has started
+        since then. Called in any thread.
+        """
+        answer = self._answers.get((node, topic))
+        if answer is not None and answer.type is not None and answer.type.md5sum != md5sum:
+            self._outdated.add((node, topic))
 
     def topics(self) -> list[LocalTopic]:
         """Return the topics that can be sent.
@@ -87,7 +96,10 @@ class LocalGraph:
     def _ask(self, publishers: Mapping[str, Iterable[str]]) -> None:
         """Ask publishers that have not answered yet, and forget those that are gone."""
         current = {(node, topic) for topic, nodes in publishers.items() for node in nodes}
-        self._answers = {asked: answer for asked, answer in self._answers.items() if asked in current}
+        outdated, self._outdated = self._outdated, set()
+        self._answers = {
+            asked: answer for asked, answer in self._answers.items() if asked in current and asked not in outdated
+        }
         now = monotonic()
         due = [
             asked

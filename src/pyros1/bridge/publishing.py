@@ -10,12 +10,9 @@ import threading
 from collections.abc import Collection, Mapping
 
 from pyros1.bridge.actions import Advertise, Forget, Publish
-from pyros1.ground.errors import Error
 from pyros1.ground.names import FullName
-from pyros1.ground.terminal_text import one_line
 from pyros1.msgs import AnyMsg
 from pyros1.node import Node
-from pyros1.node.log.levels import WARN
 from pyros1.node.publishing.publisher import Publisher
 from pyros1.wire.handshake import TopicType
 
@@ -46,12 +43,12 @@ class Publishing:
         self._lock = threading.Lock()  # topics come and go in another thread than messages
 
     def advertise(self, action: Advertise) -> None:
-        """Publish a topic. This waits for the master."""
-        try:
-            topic = _Topic(action, self._make_publisher(action))
-        except Error as error:
-            self._node.log.peer_event(WARN, "cannot publish %s: %s", one_line(action.local), error)
-            return
+        """Publish a topic. This waits for the master.
+
+        Raises:
+            Error: the master refuses it, or does not respond.
+        """
+        topic = _Topic(action, self._make_publisher(action))
         with self._lock:
             self._topics[action.local] = topic
 

@@ -19,6 +19,9 @@ _MAX_AGE = 86_400.0
 _MAX_SIZE = 64 << 20
 _UNITS = {"": 1, "B": 1, "KB": 1000, "MB": 1000**2, "GB": 1000**3, "KIB": 1 << 10, "MIB": 1 << 20, "GIB": 1 << 30}
 _SIZE = re.compile(r"(\d{1,12}(?:\.\d{1,6})?)\s*([A-Za-z]{0,3})\Z")
+_TAKE_KEYS = ("topic", "here", "sites", "rate", "size", "age")
+_SEND_KEYS = (*_TAKE_KEYS, "priority", "delivery")
+"""The settings of rules. The sender decides about priority and delivery."""
 _Path = tuple[str | int, ...]
 _T = TypeVar("_T")
 
@@ -143,8 +146,8 @@ class _FileReader:
             self._fail((), "the file does not say which site it is for: write site: NAME, or use --site NAME")
         rules = Rules(
             self._checked(("site",), check_site_name, name),
-            tuple(self._rule(item, path) for item, path in self._items(file, "send")),
-            tuple(self._rule(item, path) for item, path in self._items(file, "take")),
+            tuple(self._rule(item, path, _SEND_KEYS) for item, path in self._items(file, "send")),
+            tuple(self._rule(item, path, _TAKE_KEYS) for item, path in self._items(file, "take")),
             tuple(self._pattern(item, path) for item, path in self._items(file, "deny_send")),
             tuple(self._pattern(item, path) for item, path in self._items(file, "deny_take")),
             self._prefixes(file.get("prefix")),
@@ -153,13 +156,12 @@ class _FileReader:
         connect = tuple(self._text(item, path) for item, path in self._items(file, "to"))
         return SiteConfig(rules, connect, tuple(self._text(item, path) for item, path in self._items(file, "listen")))
 
-    def _rule(self, value: Any, path: _Path) -> Rule:
+    def _rule(self, value: Any, path: _Path, keys: tuple[str, ...]) -> Rule:
         if isinstance(value, str):
             allows, rule = self._checked(path, parse_topic, value)
             if not allows:
                 self._fail(path, "write topics that are not allowed under deny_send or deny_take, without !")
             return rule
-        keys = ("topic", "here", "sites", "rate", "size", "priority", "delivery", "age")
         fields = self._mapping(value, path, keys)
         if "topic" not in fields:
             self._fail(path, "a rule needs a topic, for example topic: /odom")

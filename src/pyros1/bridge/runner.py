@@ -87,6 +87,10 @@ class Bridge:
         self._inbox = Inbox()
         self._arrived = threading.Condition()
         self._chores: deque[Action] = deque()
+        self._newest: dict[tuple[str, str], Action] = {}  # the last action about a subscription or a published topic
+        self._failed: list[Action] = []
+        self._next_poll = 0.0
+        self._demand: frozenset[str] = frozenset()
         self._awaited: dict[str, int] = {}  # topics -> how many of the chores advertise or withdraw them
         self._has_chores = threading.Condition()
         self._is_closing = False
@@ -125,12 +129,15 @@ class Bridge:
                     self._arrived.wait(max(0.0, next_tick - steady_now()))
                     packet = self._inbox.pop()
             now = steady_now()
-            with self._lock:
-                if packet is not None:
-                    self._act(self._site.on_packet(*packet, now))
-                if now >= next_tick:
-                    self._act(self._site.tick(now))
-                    next_tick = now + _TICK
+            try:
+                with self._lock:
+                    if packet is not None:
+                        self._act(self._site.on_packet(*packet, now))
+                    if now >= next_tick:
+                        next_tick = now + _TICK
+                        self._act(self._site.tick(now))
+            except Exception as error:  # noqa: BLE001 - a mistake of ours must not end the bridge silently
+                self._node.log.internal_error(error)
 
     def _act(self, actions: Iterable[Action]) -> None:
         """Do what the machine asks for; what may wait for the master is left to the keeper. Called with the lock."""
@@ -148,9 +155,11 @@ class Bridge:
                     self._link.listen(site, key, on)
                 case Log(text, is_warning):
                     self._node.log.peer_event(WARN if is_warning else INFO, "%s", one_line(text))
-                case Subscribe():
+                case Subscribe(local):
+                    self._newest["subscribe", local] = action
                     self._leave_to_keeper(action)
                 case Advertise(local) | Withdraw(local):
+                    self._newest["publish", local] = action
                     self._awaited[local] = self._awaited.get(local, 0) + 1
                     self._leave_to_keeper(action)
 
@@ -181,32 +190,43 @@ class Bridge:
     # The master's side ------------------------------------------------------------------------------------------------
 
     def _keep(self) -> None:
-        next_poll = 0.0
-        demand: frozenset[str] = frozenset()
         while not self._is_closing:
             with self._has_chores:
                 if not self._chores:
                     self._has_chores.wait(_DEMAND_PERIOD)
-            while self._chores and not self._is_closing:
-                self._do(self._chores.popleft())
-            if time.monotonic() >= next_poll and not self._is_closing:
-                self._poll()
-                next_poll = time.monotonic() + (0.0 if self._graph.is_behind else _POLL_PERIOD)
-            new_demand = self._publishing.demand(self._graph.bridges)
-            if new_demand != demand:
-                demand = new_demand
-                with self._lock:
-                    self._act(self._site.set_demand(demand, steady_now()))
+            try:
+                self._look_after_master()
+            except Exception as error:  # noqa: BLE001 - a mistake of ours must not end the bridge silently
+                self._node.log.internal_error(error)
+
+    def _look_after_master(self) -> None:
+        while self._chores and not self._is_closing:
+            self._do(self._chores.popleft())
+        if time.monotonic() >= self._next_poll and not self._is_closing:
+            self._poll()
+            self._next_poll = time.monotonic() + (0.0 if self._graph.is_behind else _POLL_PERIOD)
+            failed, self._failed = self._failed, []
+            for action in failed:
+                self._do(action)
+        demand = self._publishing.demand(self._graph.bridges)
+        if demand != self._demand:
+            self._demand = demand
+            with self._lock:
+                self._act(self._site.set_demand(demand, steady_now()))
 
     def _do(self, action: Action) -> None:
+        """Do what may wait for the master. What fails is done again later, unless something else is wanted by then."""
+        kind = "subscribe" if isinstance(action, Subscribe) else "publish"
+        if isinstance(action, (Subscribe, Advertise)) and self._newest.get((kind, action.local)) is not action:
+            if isinstance(action, Advertise):
+                self._is_done(action.local)
+            return
         try:
             match action:
-                case Advertise(local):
+                case Advertise():
                     self._publishing.advertise(action)
-                    self._is_done(local)
                 case Withdraw(local):
                     self._publishing.withdraw(local)
-                    self._is_done(local)
                 case Publish():
                     self._publish(action)
                 case Forget():
@@ -221,7 +241,11 @@ class Bridge:
                         subscriber.unregister()
         except Error as error:
             if self._node.ok():
+                self._failed.append(action)
                 self._node.log.peer_event(WARN, "cannot bridge a topic: %s", error)
+                return
+        if isinstance(action, (Advertise, Withdraw)):
+            self._is_done(action.local)
 
     def _is_done(self, local: str) -> None:
         """Note that a topic has been advertised or withdrawn. Messages that came meanwhile are published first."""
@@ -256,6 +280,7 @@ class Bridge:
         header = message._connection_header or {}
         publisher = header.get("callerid", "")
         is_bridged = MARK in header or publisher in self._graph.bridges or publisher == self._node.name
+        self._graph.check_type(publisher, local, header.get("md5sum", ""))
         taken = Taken(publisher, header.get("md5sum", ""), header.get("latching") == "1", bytes(message._buff))
         with self._lock:
             self._act(self._site.on_message(local, taken, is_bridged, steady_now()))
