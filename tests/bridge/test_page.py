@@ -1,0 +1,46 @@
+"""The commands and the file of the how-to page mean what it says."""
+
+from __future__ import annotations
+
+import re
+import shlex
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import pyros1
+from pyros1.bridge.explanation import explain
+from pyros1.bridge.rules_text import parse_config
+from pyros1.cli.running import run_command
+
+TEXT = (Path(pyros1.__file__).parent / "guide" / "howto" / "sites.md").read_text(encoding="utf-8")
+COMMANDS = re.findall(r"^\w+\$ pyros1 bridge (--site .*)$", TEXT, re.M)
+
+
+def test_there_are_commands() -> None:
+    assert len(COMMANDS) == 2
+
+
+@pytest.mark.parametrize("line", COMMANDS)
+def test_commands(line: str, call_main: Any) -> None:
+    code, out, err = call_main(lambda words: run_command("bridge", words), *shlex.split(line), "--check")
+    assert (code, err) == (0, "")
+    expected = "  /** of red, as /red/** here" if "base" in line else "  /cmd_vel, from every site that sends it here"
+    assert expected in out.splitlines()
+
+
+def test_the_file() -> None:
+    (text,) = re.findall(r"```yaml\n(.*?)```", TEXT, re.S)
+    assert [*explain(parse_config(text, "base.yaml"))] == [
+        "site base: talks to all sites that it finds",
+        "  listens on tcp/127.0.0.1:7447",
+        "sends:",
+        "  /joystick/cmd_vel to red, as /cmd_vel there, urgent priority",
+        "  /plan to red, all messages in order",
+        "takes:",
+        "  /** of red, as /** here",
+        "  /camera/** of blue, as /blue_camera/** here, at most 5 messages per second, messages of at most 2000000 "
+        "bytes, none older than 1 s",
+        "  never red:/rosout",
+    ]
