@@ -35,7 +35,8 @@ class SlowLink:
         self.sent.put(packet.body)
 
     def listen(self, site: str, key: str, on: bool) -> None:
-        """Do nothing."""
+        """Note it among what is sent."""
+        self.sent.put(f"listen {site} {key} {on}".encode())
 
     def close(self) -> None:
         """Do nothing."""
@@ -87,3 +88,12 @@ def test_what_waits_is_sent_at_the_end(link: SlowLink) -> None:
     assert link.sent.qsize() == 100
     sender.put(Send("a", b"", b"late"))
     assert link.sent.qsize() == 100
+
+
+def test_listening_begins_before_the_wish_is_sent(link: SlowLink, sender: Sender) -> None:
+    for number in range(3):
+        sender.listen("red", f"t{number}", True)
+        sender.put(Send("to/red", b"", b"wish %d" % number))
+    sent = [link.sent.get(timeout=PATIENCE) for _ in range(6)]
+    for number in range(3):
+        assert sent.index(b"listen red t%d True" % number) < sent.index(b"wish %d" % number)

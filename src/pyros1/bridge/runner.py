@@ -152,7 +152,7 @@ class Bridge:
                 case Forget():
                     self._publishing.forget(action)
                 case Listen(site, key, on):
-                    self._link.listen(site, key, on)
+                    self._sender.listen(site, key, on)
                 case Log(text, is_warning):
                     self._node.log.peer_event(WARN if is_warning else INFO, "%s", one_line(text))
                 case Subscribe(local):

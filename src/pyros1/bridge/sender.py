@@ -1,9 +1,13 @@
-"""The threads that send packets: one for urgent ones and one for the rest, which may wait for the network."""
+"""The threads that use the link, which may wait for the network: one for urgent packets, and for what to listen to; one
+for other packets.
+"""
 
 from __future__ import annotations
 
 import threading
+from collections import deque
 from collections.abc import Callable
+from functools import partial
 from time import monotonic
 
 from pyros1.bridge.actions import Send
@@ -29,6 +33,7 @@ class Lane:
         self, name: str, link: Link, clock: Callable[[], float], on_error: Callable[[Exception], object]
     ) -> None:
         self.outbox = Outbox()
+        self._tasks: deque[Callable[[], object]] = deque()
         self._link = link
         self._clock = clock
         self._on_error = on_error
@@ -46,21 +51,35 @@ class Lane:
                 self.outbox.put(packet, self._clock())
                 self._changed.notify()
 
+    def do(self, task: Callable[[], object]) -> None:
+        """Call a function in the lane's thread, before packets that are put later."""
+        with self._changed:
+            if not self._is_closing:
+                self._tasks.append(task)
+                self._changed.notify()
+
     def _run(self) -> None:
-        while True:
-            with self._changed:
-                self._is_sending = False
-                if self._is_flushing:
-                    self._changed.notify_all()
-                while (packet := self.outbox.pop(self._clock())) is None and not self._is_closing:
-                    self._changed.wait()
-                if packet is None:
-                    return
-                self._is_sending = True
+        while (task := self._next()) is not None:
             try:
-                self._link.send(packet)
+                task()
             except Exception as error:  # noqa: BLE001 - the link's library has errors of its own
                 self._on_error(error)
+
+    def _next(self) -> Callable[[], object] | None:
+        """Wait for something to do, and return it; None if the lane closes."""
+        with self._changed:
+            self._is_sending = False
+            if self._is_flushing:
+                self._changed.notify_all()
+            while not self._is_closing:
+                task = self._tasks.popleft() if self._tasks else None
+                if task is None and (packet := self.outbox.pop(self._clock())) is not None:
+                    task = partial(self._link.send, packet)
+                if task is not None:
+                    self._is_sending = True
+                    return task
+                self._changed.wait()
+        return None
 
     def close(self) -> None:
         """Send what waits, for a short time, and end the thread."""
@@ -70,8 +89,6 @@ class Lane:
             while (len(self.outbox) or self._is_sending) and (left := deadline - monotonic()) > 0:
                 self._changed.wait(left)
             self._is_closing = True
-            while self.outbox.pop(self._clock()) is not None:
-                pass
             self._changed.notify_all()
         self._thread.join(FLUSH_TIME)
 
@@ -84,12 +101,17 @@ class Sender:
     """
 
     def __init__(self, link: Link, clock: Callable[[], float], on_error: Callable[[Exception], object]) -> None:
+        self._link = link
         self._urgent = Lane("bridge: urgent packets", link, clock, on_error)
         self._bulk = Lane("bridge: other packets", link, clock, on_error)
 
     def put(self, packet: Send) -> None:
         """Send a packet, in the thread for its priority."""
         (self._urgent if packet.priority <= Priority.HIGH else self._bulk).put(packet)
+
+    def listen(self, site: str, key: str, on: bool) -> None:
+        """Receive what another site sends on a key, or no longer; this precedes packets that are sent later."""
+        self._urgent.do(partial(self._link.listen, site, key, on))
 
     def drops(self, key: str) -> dict[str, int]:
         """Return how many packets with a key were dropped for each reason."""
