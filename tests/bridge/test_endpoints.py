@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from pyros1.bridge.endpoints import EndpointError, check_endpoint, check_listening, is_local
+from pyros1.bridge.endpoints import EndpointError, check_endpoint, check_security, is_local
 
 
 @pytest.mark.parametrize(
@@ -38,11 +38,32 @@ def test_what_is_no_endpoint(text: str) -> None:
         ("tcp/localhost.example:1", False),
     ],
 )
-def test_listening_beyond_this_machine_is_refused(endpoint: str, local: bool) -> None:
+def test_unencrypted_endpoints_beyond_this_machine_are_refused(endpoint: str, local: bool) -> None:
     assert is_local(endpoint) == local
-    check_listening([endpoint], insecure=True)
-    if local:
-        check_listening([endpoint], insecure=False)
-    else:
-        with pytest.raises(EndpointError, match="allow it with --insecure"):
-            check_listening([endpoint], insecure=False)
+    if endpoint.startswith("tls"):
+        return
+    for connect, listen, complaint in (
+        ([endpoint], [], "is not encrypted: .* allow it with --insecure"),
+        ([], [endpoint], "can be reached from other machines, .* allow it with --insecure"),
+    ):
+        for has_keys in (False, True):
+            check_security(connect, listen, has_keys, insecure=True)
+            if local:
+                check_security(connect, listen, has_keys, insecure=False)
+            else:
+                with pytest.raises(EndpointError, match=complaint):
+                    check_security(connect, listen, has_keys, insecure=False)
+
+
+@pytest.mark.parametrize("endpoint", ["tls/[::]:1", "quic/base.example:1", "tls/127.0.0.1:1"])
+@pytest.mark.parametrize("insecure", [False, True])
+def test_encrypted_endpoints_need_keys(endpoint: str, insecure: bool) -> None:
+    for connect, listen in (([endpoint], []), ([], [endpoint])):
+        check_security(connect, listen, has_keys=True, insecure=insecure)
+        with pytest.raises(EndpointError, match=r"needs keys: make them with `pyros1 bridge keys`.*--keys"):
+            check_security(connect, listen, has_keys=False, insecure=insecure)
+
+
+def test_the_encrypted_form_is_named() -> None:
+    with pytest.raises(EndpointError, match=r"Use tls/\[::\]:7447 with --keys"):
+        check_security([], ["tcp/[::]:7447"], has_keys=False, insecure=False)

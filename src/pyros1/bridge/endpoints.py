@@ -42,19 +42,40 @@ def is_local(endpoint: str) -> bool:
     return protocol == "unixsock-stream" or _LOOPBACK.match(address.rpartition(":")[0]) is not None
 
 
-def check_listening(endpoints: Iterable[str], insecure: bool) -> None:
-    """Refuse to listen where other machines can connect without a certificate.
+def check_security(connect: Iterable[str], listen: Iterable[str], has_keys: bool, insecure: bool) -> None:
+    """Refuse endpoints beyond this machine where sites would not have to prove who they are.
 
     Args:
-        endpoints: where a site is to listen.
-        insecure: whether this is allowed nevertheless.
+        connect, listen: endpoints of other sites, and those on which this one listens.
+        has_keys: whether this site has keys, see `pyros1.bridge.certificates`.
+        insecure: whether unencrypted connections to and from other machines are allowed.
 
     Raises:
-        EndpointError: it is not.
+        EndpointError: an endpoint is refused.
     """
-    for endpoint in endpoints:
-        if not (insecure or is_local(endpoint)):
+    for endpoint in (*connect, *listen):
+        if _is_encrypted(endpoint) and not has_keys:
+            raise EndpointError(
+                f"{endpoint} needs keys: make them with `pyros1 bridge keys`, and give this site's folder with --keys"
+            )
+    for endpoint in listen:
+        if not (insecure or _is_encrypted(endpoint) or is_local(endpoint)):
             raise EndpointError(
                 f"{endpoint} can be reached from other machines, and nothing keeps strangers out: they could read what "
-                "is sent, and command the robot. Listen on 127.0.0.1 behind a VPN or ssh, or allow it with --insecure"
+                f"is sent, and command the robot. Use {_encrypted_form(endpoint)} with --keys, or allow it with "
+                "--insecure"
             )
+    for endpoint in connect:
+        if not (insecure or _is_encrypted(endpoint) or is_local(endpoint)):
+            raise EndpointError(
+                f"{endpoint} is not encrypted: others on the way can read and change what is sent. Use "
+                f"{_encrypted_form(endpoint)} with --keys, or allow it with --insecure"
+            )
+
+
+def _is_encrypted(endpoint: str) -> bool:
+    return endpoint.partition("/")[0] in _ENCRYPTED
+
+
+def _encrypted_form(endpoint: str) -> str:
+    return f"tls/{endpoint.partition('/')[2]}"

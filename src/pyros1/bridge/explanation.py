@@ -21,6 +21,8 @@ def explain(config: SiteConfig) -> Iterator[str]:
         yield f"  connects to {endpoint}"
     for endpoint in config.listen:
         yield f"  listens on {endpoint}"
+    if config.keys:
+        yield f"  proves its name with the keys in {config.keys}, and asks others for theirs"
     yield from _explain_sent(rules)
     yield from _explain_taken(rules)
 

@@ -36,12 +36,14 @@ class SiteConfig:
 
     Attributes:
         rules: the site's rules.
-        connect, listen: endpoints such as ``tcp/base.example:7447``.
+        connect, listen: endpoints such as ``tls/base.example:7447``.
+        keys: the folder of the site's keys; empty for none.
     """
 
     rules: Rules
     connect: tuple[str, ...] = ()
     listen: tuple[str, ...] = ()
+    keys: str = ""
 
 
 def parse_topic(text: str) -> tuple[bool, Rule]:
@@ -139,7 +141,7 @@ class _FileReader:
         self._lines = lines
 
     def read(self, value: Any, site: str) -> SiteConfig:
-        keys = ("site", "to", "listen", "sites", "prefix", "send", "take", "deny_send", "deny_take")
+        keys = ("site", "to", "listen", "keys", "sites", "prefix", "send", "take", "deny_send", "deny_take")
         file = self._mapping(value, (), keys)
         name = site or self._text(file.get("site", ""), ("site",))
         if not name:
@@ -154,7 +156,8 @@ class _FileReader:
             self._sites(file, ()),
         )
         connect = tuple(self._text(item, path) for item, path in self._items(file, "to"))
-        return SiteConfig(rules, connect, tuple(self._text(item, path) for item, path in self._items(file, "listen")))
+        listen = tuple(self._text(item, path) for item, path in self._items(file, "listen"))
+        return SiteConfig(rules, connect, listen, self._text(file.get("keys", ""), ("keys",)))
 
     def _rule(self, value: Any, path: _Path, keys: tuple[str, ...]) -> Rule:
         if isinstance(value, str):

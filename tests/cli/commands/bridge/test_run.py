@@ -30,11 +30,22 @@ def run(environ: dict[str, str], monkeypatch: pytest.MonkeyPatch, call_main: Any
 
 
 def test_check_explains(run: Run) -> None:
-    words = ["--site", "red", "--to", "tcp/base:7447", "--send", "/odom", "/scan@5", "--take", "/cmd_vel", "--check"]
+    words = [
+        "--site",
+        "red",
+        "--to",
+        "tcp/localhost:7447",
+        "--send",
+        "/odom",
+        "/scan@5",
+        "--take",
+        "/cmd_vel",
+        "--check",
+    ]
     code, out, err = run(*words)
     assert (code, err) == (0, "") and out.splitlines() == [
         "site red: talks to all sites that it finds",
-        "  connects to tcp/base:7447",
+        "  connects to tcp/localhost:7447",
         "sends:",
         "  /odom to every site that takes it",
         "  /scan to every site that takes it, at most 5 messages per second",
@@ -46,7 +57,7 @@ def test_check_explains(run: Run) -> None:
 
 def test_a_file_and_the_command_line(run: Run, tmp_path: Path) -> None:
     file = tmp_path / "red.yaml"
-    file.write_text("site: red\nto: tcp/base:7447\nsend: [/odom]\n")
+    file.write_text("site: red\nto: tcp/localhost:7447\nsend: [/odom]\n")
     code, out, _ = run("--config", file, "--send", "/scan", "--send", "!/odom", "--check", "--listen", "tcp/[::1]:7447")
     assert code == 0 and "  listens on tcp/[::1]:7447" in out
     assert out.index("  /scan to") < out.index("  /odom to") < out.index("  never /odom")
@@ -63,7 +74,8 @@ def test_a_file_and_the_command_line(run: Run, tmp_path: Path) -> None:
             ["--site", "red", "--listen", "tcp/0.0.0.0:7447"],
             "ERROR: tcp/0.0.0.0:7447 can be reached from other machines",
         ),
-        (["--site", "red", "--listen", "tls/[::]:7447"], "or allow it with --insecure"),
+        (["--site", "red", "--listen", "udp/[::]:7447"], "Use tls/[::]:7447 with --keys, or allow it with --insecure"),
+        (["--site", "red", "--listen", "tls/[::]:7447", "--insecure"], "needs keys"),
         (["--site", "red", "--to", "tcp/base:1", "--send", "odom"], "ERROR: 'odom' is not a pattern of topics"),
         (["--site", "red", "--to", "tcp/base:1", "--take", "/a@fast"], "the rate after @ must be a number above 0"),
         (["--site"], "expected one argument"),

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Mapping
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pyros1.cli.failures import CommandError, UsageError
@@ -18,7 +20,9 @@ _MAX_FILE_SIZE = 1 << 20
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> int | None:
     """Run the bridge until its node shuts down, or explain what it would do."""
-    from pyros1.bridge.endpoints import EndpointError, check_endpoint, check_listening  # noqa: PLC0415
+    from pyros1.bridge.certificates import KeysError  # noqa: PLC0415
+    from pyros1.bridge.endpoints import EndpointError, check_endpoint, check_security  # noqa: PLC0415
+    from pyros1.bridge.names import SiteNameError  # noqa: PLC0415
     from pyros1.bridge.rules_text import RulesError  # noqa: PLC0415
     from pyros1.values.reading import YamlError  # noqa: PLC0415
 
@@ -26,8 +30,9 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int | None:
         config = _read_config(options)
         for endpoint in (*config.connect, *config.listen):
             check_endpoint(endpoint)
-        check_listening(config.listen, options.insecure)
-    except (RulesError, EndpointError, YamlError) as error:
+        check_security(config.connect, config.listen, bool(config.keys), options.insecure)
+        security = {} if options.check else _read_keys(config)
+    except (RulesError, SiteNameError, EndpointError, KeysError, YamlError) as error:
         raise CommandError(str(error), 2) from None
     if options.check:
         from pyros1.bridge.explanation import explain  # noqa: PLC0415
@@ -36,17 +41,18 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int | None:
         return None
     if not config.connect and not config.listen:
         raise UsageError("give the endpoint of another site with --to, or one to listen on with --listen")
-    return _run_bridge(invocation, config)
+    return _run_bridge(invocation, config, security)
 
 
 def _read_config(options: Any) -> SiteConfig:
     """Return what the command line and the file say together.
 
     Raises:
-        RulesError: one of them is not valid.
+        RulesError, SiteNameError: one of them is not valid.
     """
     from dataclasses import replace  # noqa: PLC0415
 
+    from pyros1.bridge.names import check_site_name  # noqa: PLC0415
     from pyros1.bridge.rules_text import SiteConfig, add_words, parse_config, rules_from_words  # noqa: PLC0415
 
     send = [word for words in options.send for word in words]
@@ -57,14 +63,49 @@ def _read_config(options: Any) -> SiteConfig:
         if len(text) > _MAX_FILE_SIZE:
             raise CommandError(f"{one_line(options.config)} has more than {_MAX_FILE_SIZE >> 20} MB", 2)
         config = add_words(parse_config(text.decode(), options.config, options.site or ""), send, take)
+        if config.keys:  # a path in a file is relative to the file
+            folder = Path(options.config).parent / Path(config.keys).expanduser()
+            config = replace(config, keys=str(folder))
     elif not options.site:
         raise UsageError("name this site with --site, or give a file with --config")
     else:
         config = SiteConfig(rules_from_words(options.site, send, take))
-    return replace(config, connect=(*config.connect, *options.connect), listen=(*config.listen, *options.listen))
+    sites = tuple(check_site_name(site) for sites in options.sites for site in sites)
+    return replace(
+        config,
+        rules=replace(config.rules, sites=(*config.rules.sites, *sites)),
+        connect=(*config.connect, *options.connect),
+        listen=(*config.listen, *options.listen),
+        keys=options.keys or config.keys,
+    )
 
 
-def _run_bridge(invocation: Invocation, config: SiteConfig) -> int:
+def _read_keys(config: SiteConfig) -> Mapping[str, str]:
+    """Return the settings of zenoh for the site's keys, if it has any.
+
+    Raises:
+        KeysError: they cannot be used.
+    """
+    if not config.keys:
+        return {}
+    from pyros1.bridge.certificates import EXPIRY_WARNING_DAYS, KeysError, load_keys  # noqa: PLC0415
+    from pyros1.bridge.security import security_settings  # noqa: PLC0415
+
+    keys = load_keys(Path(config.keys).expanduser())
+    if keys.site != config.rules.site:
+        raise KeysError(f"{one_line(config.keys)} has the keys of site {keys.site}, not of {config.rules.site}")
+    if (days := keys.days_left()) < EXPIRY_WARNING_DAYS:
+        print(f"WARNING: the keys in {one_line(config.keys)} expire in {days} days", file=sys.stderr)
+    if config.listen and not config.rules.sites:
+        print(
+            "WARNING: no sites are named, so every site with keys may connect, and pass itself off as another one; "
+            "name them with --sites, or as sites in the file",
+            file=sys.stderr,
+        )
+    return security_settings(keys, config.rules.sites)
+
+
+def _run_bridge(invocation: Invocation, config: SiteConfig, security: Mapping[str, str]) -> int:
     from pyros1.bridge.zenoh_link import ZenohLink, check_installed  # noqa: PLC0415
 
     check_installed()
@@ -77,7 +118,9 @@ def _run_bridge(invocation: Invocation, config: SiteConfig) -> int:
     with Node(
         name, argv=invocation.remapping_args, environ=invocation.environ, wait_for_master=0.0, wall_time=True
     ) as node:
-        bridge = Bridge(node, rules, lambda receive: ZenohLink(rules.site, receive, config.connect, config.listen))
+        bridge = Bridge(
+            node, rules, lambda receive: ZenohLink(rules.site, receive, config.connect, config.listen, security)
+        )
         try:
             where = " and ".join(
                 [*(f"to {each}" for each in config.connect), *(f"on {each}" for each in config.listen)]
@@ -135,17 +178,32 @@ VERB = Verb(
         "others send for this site's /cmd_vel)",
     ),
     Option("--config", metavar="FILE", help="YAML file with these settings and more"),
+    Option("--keys", metavar="FOLDER", help="this site's keys, made by `pyros1 bridge keys`, for tls/ and quic/"),
+    Option(
+        "--sites",
+        nargs="+",
+        action="append",
+        default=[],
+        metavar="NAME",
+        help="talk only to these sites; with --keys, only they can connect, and none can pass itself off as another",
+    ),
     Flag("--check", help="explain what would be sent and taken, and exit"),
     Flag(
         "--insecure",
-        help="listen on addresses that other machines can reach, although anybody who reaches them can read what is "
-        "sent, and send",
+        help="use unencrypted endpoints beyond this machine, although anybody who reaches them can read what is sent, "
+        "and send",
     ),
     description="Exchange topics with the masters of other sites. What site red sends appears below /red on the other "
     "masters; nothing is sent or taken unless it is named.",
     examples=[
-        ("pyros1 bridge --site base --listen tcp/127.0.0.1:7447 --take 'red:**' --send red:/cmd_vel", "at the base"),
-        ("pyros1 bridge --site red --to tcp/127.0.0.1:7447 --send /odom /scan@5 --take /cmd_vel", "at the robot"),
+        (
+            "pyros1 bridge --site base --listen tls/[::]:7447 --keys keys/base --take 'red:**' --send red:/cmd_vel",
+            "at the base",
+        ),
+        (
+            "pyros1 bridge --site red --to tls/base.example:7447 --keys keys/red --send /odom /scan@5 --take /cmd_vel",
+            "at the robot",
+        ),
         ("--config red.yaml --check", "explain the rules in a file"),
     ],
     stock="",
