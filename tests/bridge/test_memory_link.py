@@ -5,7 +5,7 @@ from __future__ import annotations
 from random import Random
 
 from pyros1.bridge.actions import Send
-from pyros1.bridge.keys import Key
+from pyros1.bridge.key_expressions import Key
 from pyros1.bridge.memory_link import Conditions, MemoryLink, MemoryNetwork
 
 

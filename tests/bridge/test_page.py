@@ -26,15 +26,18 @@ def test_there_are_commands() -> None:
 def test_commands(line: str, call_main: Any) -> None:
     code, out, err = call_main(lambda words: run_command("bridge", words), *shlex.split(line), "--check")
     assert (code, err) == (0, "")
-    expected = "  /** of red, as /red/** here" if "base" in line else "  /cmd_vel, from every site that sends it here"
+    expected = (
+        "  /** of red, as /red/** here" if "--site base" in line else "  /cmd_vel, from every site that sends it here"
+    )
     assert expected in out.splitlines()
 
 
 def test_the_file() -> None:
     (text,) = re.findall(r"```yaml\n(.*?)```", TEXT, re.S)
     assert [*explain(parse_config(text, "base.yaml"))] == [
-        "site base: talks to all sites that it finds",
-        "  listens on tcp/127.0.0.1:7447",
+        "site base: talks to the sites red, blue",
+        "  listens on tls/[::]:7447",
+        "  proves its name with the keys in base, and asks others for theirs",
         "sends:",
         "  /joystick/cmd_vel to red, as /cmd_vel there, urgent priority",
         "  /plan to red, all messages in order",

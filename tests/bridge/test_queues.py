@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pyros1.bridge.actions import Send
-from pyros1.bridge.keys import Channel, Key
+from pyros1.bridge.key_expressions import Channel, Key
 from pyros1.bridge.names import SharedName
 from pyros1.bridge.outgoing import Drop
 from pyros1.bridge.queues import Inbox, Outbox

@@ -12,7 +12,7 @@ import pytest
 
 from pyros1.bridge.actions import Send
 from pyros1.bridge.certificates import SiteKeys, load_keys, make_keys
-from pyros1.bridge.keys import Key, again_key, to_key, topic_key
+from pyros1.bridge.key_expressions import Key, again_key, to_key, topic_key
 from pyros1.bridge.names import SharedName
 from pyros1.bridge.security import security_settings
 from pyros1.bridge.zenoh_link import ZenohLink

@@ -9,7 +9,7 @@ import pytest
 
 from pyros1.bridge import packets
 from pyros1.bridge.actions import Action, Advertise, Listen, Log, Publish, Send, Subscribe, Withdraw
-from pyros1.bridge.keys import Channel, Key, parse_key, site_key
+from pyros1.bridge.key_expressions import Channel, Key, parse_key, site_key
 from pyros1.bridge.memory_link import MemoryNetwork
 from pyros1.bridge.names import SharedName
 from pyros1.bridge.outgoing import Drop, Taken

@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 
 from pyros1.bridge.actions import Send
-from pyros1.bridge.keys import Channel, Key, topic_key
+from pyros1.bridge.key_expressions import Channel, Key, topic_key
 from pyros1.bridge.names import SharedName
 from pyros1.bridge.zenoh_link import LinkError, ZenohLink
 

@@ -11,7 +11,7 @@ class Send(NamedTuple):
     """Send a packet.
 
     Attributes:
-        key: below this site's prefix, see `pyros1.bridge.keys`.
+        key: below this site's prefix, see `pyros1.bridge.key_expressions`.
         head, body: the packet.
         priority: which packets overtake others.
         replaces: a packet that waits with an equal key and value is replaced by this one; None: nothing is replaced.

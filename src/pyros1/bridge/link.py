@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import Protocol
 
 from pyros1.bridge.actions import Send
-from pyros1.bridge.keys import Key
+from pyros1.bridge.key_expressions import Key
 
 Receive = Callable[[Key, bytes, bytes], object]
 """Called with key, head and body of each packet, in any thread. It returns at once and raises nothing."""

@@ -13,7 +13,7 @@ from random import Random
 from typing import NamedTuple
 
 from pyros1.bridge.actions import Send
-from pyros1.bridge.keys import Channel, Key, parse_key, site_key
+from pyros1.bridge.key_expressions import Channel, Key, parse_key, site_key
 from pyros1.bridge.link import Receive
 
 

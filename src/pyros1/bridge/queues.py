@@ -12,7 +12,7 @@ from collections import deque
 from itertools import count
 
 from pyros1.bridge.actions import Send
-from pyros1.bridge.keys import Key
+from pyros1.bridge.key_expressions import Key
 from pyros1.bridge.outgoing import Drop
 from pyros1.bridge.rules import Priority
 

@@ -22,7 +22,7 @@ from collections.abc import Callable, Iterable
 from functools import partial
 
 from pyros1.bridge.actions import Action, Advertise, Forget, Listen, Log, Publish, Send, Subscribe, Withdraw
-from pyros1.bridge.keys import Key
+from pyros1.bridge.key_expressions import Key
 from pyros1.bridge.link import Link, Receive
 from pyros1.bridge.local_graph import STATUS_SERVICE, LocalGraph
 from pyros1.bridge.outgoing import Taken

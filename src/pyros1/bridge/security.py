@@ -7,7 +7,7 @@ from collections.abc import Collection, Mapping
 from typing import Any
 
 from pyros1.bridge.certificates import SiteKeys
-from pyros1.bridge.keys import ROOT, site_key
+from pyros1.bridge.key_expressions import ROOT, site_key
 
 _EVERYTHING = f"{ROOT}/**"
 

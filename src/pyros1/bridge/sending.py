@@ -11,7 +11,7 @@ from itertools import islice
 from typing import NamedTuple
 
 from pyros1.bridge.actions import Action, Send, Subscribe
-from pyros1.bridge.keys import again_key, to_key, topic_key
+from pyros1.bridge.key_expressions import again_key, to_key, topic_key
 from pyros1.bridge.names import SharedName, is_topic_name
 from pyros1.bridge.outgoing import Drop, Numbered, OutgoingTopic, Taken
 from pyros1.bridge.packets import (

@@ -27,7 +27,7 @@ from typing import NamedTuple
 
 from pyros1.bridge.actions import Action, Log, Send
 from pyros1.bridge.documents import ListReceiver, ListSender
-from pyros1.bridge.keys import HELLO, Channel, Key, to_key
+from pyros1.bridge.key_expressions import HELLO, Channel, Key, to_key
 from pyros1.bridge.names import SharedName
 from pyros1.bridge.outgoing import OutgoingTopic, Taken
 from pyros1.bridge.packets import (

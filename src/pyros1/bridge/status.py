@@ -6,7 +6,7 @@ import json
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from pyros1.bridge.keys import topic_key
+from pyros1.bridge.key_expressions import topic_key
 from pyros1.bridge.link import Link
 from pyros1.bridge.queues import Inbox
 from pyros1.bridge.sender import Sender

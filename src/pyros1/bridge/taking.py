@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 from pyros1.bridge.actions import Action, Listen, Publish, Send
 from pyros1.bridge.definitions import Definitions
-from pyros1.bridge.keys import to_key, topic_key
+from pyros1.bridge.key_expressions import to_key, topic_key
 from pyros1.bridge.names import SharedName, is_topic_name
 from pyros1.bridge.outgoing import Drop
 from pyros1.bridge.outputs import Candidate, Feed, Output, Outputs, choose

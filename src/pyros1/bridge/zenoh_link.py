@@ -16,7 +16,7 @@ from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
 from pyros1.bridge.actions import Send
-from pyros1.bridge.keys import ROOT, parse_key, site_key
+from pyros1.bridge.key_expressions import ROOT, parse_key, site_key
 from pyros1.bridge.link import Receive
 from pyros1.bridge.rules import Priority
 from pyros1.ground.errors import Error

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import threading
-from typing import Any
 
 import pytest
 from hypothesis import given
@@ -196,15 +195,19 @@ def test_a_channel_is_closed_when_its_last_message_has_been_sent(
     box.close(other)  # it has nothing to wait for
     closed: list[None] = []
     is_waiting = threading.Event()
-    lock: Any = box._lock
-    wait = lock.wait
+    wait = threading.Condition.wait
+
+    def wait_and_tell(condition: threading.Condition, timeout: float | None = None) -> bool:
+        if timeout is None:
+            is_waiting.set()
+        return wait(condition, timeout)
 
     def close() -> None:
         box.close(ticket)
         closed.append(None)
         is_waiting.set()
 
-    monkeypatch.setattr(lock, "wait", lambda: is_waiting.set() or wait())
+    monkeypatch.setattr(threading.Condition, "wait", wait_and_tell)
     closing = threading.Thread(target=close, daemon=True)
     closing.start()
     assert is_waiting.wait(PATIENCE) and not closed

@@ -135,10 +135,10 @@ def test_what_was_written_before_it_is_shared_comes_first() -> None:
 def test_sharing_again_changes_nothing() -> None:
     async def test(ends: Ends) -> None:
         ends.ours.share()
-        duplicate = ends.ours._socket
+        duplicate = ends.ours.socket
         assert ends.ours.send([LARGE])
         ends.ours.share()
-        assert ends.ours._socket is duplicate
+        assert ends.ours.socket is duplicate
         assert not ends.ours.send([b"not sent"])
         assert await ends.receive(len(LARGE)) == LARGE
 
@@ -254,7 +254,7 @@ def test_one_at_a_time_uses_the_socket(monkeypatch: pytest.MonkeyPatch) -> None:
 
         def guarded(name: str, use: Callable[..., Any]) -> Callable[..., Any]:
             def noted(*args: Any) -> Any:
-                uses.append((name, ends.ours._lock.locked()))
+                uses.append((name, ends.ours.lock.locked()))
                 return use(*args)
 
             return noted

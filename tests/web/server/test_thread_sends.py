@@ -66,14 +66,14 @@ def test_a_fault_while_a_message_is_encoded(
     join: Connect, make_node: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The topic's other clients may not notice; this client's connection ends."""
-    encode = client_module._encode
+    encode = client_module.encode_message
 
     def fail_for_one(arrival: Any, form: str, topic: str) -> Any:
         if form == "cbor-raw":
             raise ZeroDivisionError
         return encode(arrival, form, topic)
 
-    monkeypatch.setattr(client_module, "_encode", fail_for_one)
+    monkeypatch.setattr(client_module, "encode_message", fail_for_one)
     publisher = make_node("camera").advertise("images", Image)
     faulty, other = join("cbor-raw"), join("cbor")
     publisher.publish(Image(width=1, data=b"\x01" * MEGABYTE))
@@ -109,7 +109,7 @@ def test_the_socket_of_a_connection_that_has_ended_is_closed(join: Connect, monk
     monkeypatch.setattr(SharedTransport, "share", note_start)
     monkeypatch.setattr(SharedTransport, "lose", note_end)
     client = join("none")
-    duplicate = shared[0]._socket
+    duplicate = shared[0].socket
     assert duplicate is not None and duplicate.fileno() >= 0
     client.close()
     assert ended.wait(PATIENCE)

@@ -272,7 +272,7 @@ class Client:
         """Yield the frames for a message; none if it cannot be encoded, which is then reported to the client."""
         form, topic = queue.compression, queue.name
         try:
-            frame = self._shared_encodings.get(arrival, form, topic, lambda: _encode(arrival, form, topic), may_wait)
+            frame = self._shared_encodings.get(arrival, form, topic, lambda: encode_message(arrival, form, topic), may_wait)
             queue.problem = ""
         except Error as error:
             if str(error) != queue.problem:  # report each problem only once
@@ -336,7 +336,7 @@ def _may_send_now(queue: TopicQueue, arrival: Arrival) -> bool:
     return size <= _MAX_QUICK_BYTES or (size <= _MAX_QUICK_RAW_BYTES and values.has_only_bytes(arrival.message_class))
 
 
-def _encode(arrival: Arrival, form: str, topic: str) -> Frame:
+def encode_message(arrival: Arrival, form: str, topic: str) -> Frame:
     """Return the frame for a message; ``form`` is the client's form of compression."""
     data = arrival.raw._buff
     if form == "cbor-raw":

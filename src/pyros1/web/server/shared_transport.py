@@ -50,6 +50,10 @@ class SharedTransport(asyncio.Transport):
         transport: the loop's transport.
         loop: the loop.
         may_send: returns whether threads may send; called by any thread.
+
+    Attributes:
+        lock: held during each write, and while the socket is closed.
+        socket: a duplicate of the connection's socket, for threads; None while they may not send.
     """
 
     def __init__(
@@ -59,11 +63,11 @@ class SharedTransport(asyncio.Transport):
         self._transport = transport
         self._loop = loop
         self._may_send = may_send
-        self._lock = threading.Lock()
+        self.lock = threading.Lock()
         self._state = _State.LOOP_ONLY
         self._rest: list[Piece] = []
         # A descriptor of our own: a thread must not use a number that the loop has closed, and that is used again.
-        self._socket: socket.socket | None = None
+        self.socket: socket.socket | None = None
 
     def send(self, pieces: Sequence[Piece]) -> bool:
         """Send bytes without waiting, from any thread.
@@ -74,7 +78,7 @@ class SharedTransport(asyncio.Transport):
         Returns:
             Whether all bytes have been sent, or will be sent before anything else. If not, none has been sent.
         """
-        with self._lock:
+        with self.lock:
             if self._state is not _State.CLEAR or not self._may_send():
                 return False
             rest = self._pass_to_system(pieces)
@@ -89,9 +93,9 @@ class SharedTransport(asyncio.Transport):
 
     def _pass_to_system(self, pieces: Sequence[Piece]) -> Sequence[Piece]:
         """Return what the system has not accepted: ``pieces`` itself if it has accepted nothing."""
-        assert self._socket is not None
+        assert self.socket is not None
         try:
-            sent = self._socket.send(pieces[0]) if len(pieces) == 1 else self._socket.sendmsg(pieces[:_MAX_PIECES])
+            sent = self.socket.send(pieces[0]) if len(pieces) == 1 else self.socket.sendmsg(pieces[:_MAX_PIECES])
         except OSError:  # the system's buffer is full; or the connection is broken, which the loop notices
             return pieces
         for number, piece in enumerate(pieces):
@@ -104,7 +108,7 @@ class SharedTransport(asyncio.Transport):
 
     def share(self) -> None:
         """Let threads send from now on, unless the connection is encrypted or the system cannot send several pieces."""
-        if self._socket is not None or self.is_closing() or self.get_extra_info("ssl_object") is not None:
+        if self.socket is not None or self.is_closing() or self.get_extra_info("ssl_object") is not None:
             return
         try:
             duplicate = self.get_extra_info("socket").dup()
@@ -113,8 +117,8 @@ class SharedTransport(asyncio.Transport):
         if not hasattr(duplicate, "sendmsg"):
             duplicate.close()
             return
-        with self._lock:
-            self._socket, self._state = duplicate, _State.CLEAR
+        with self.lock:
+            self.socket, self._state = duplicate, _State.CLEAR
             self._update_state()
 
     def write(self, data: bytes | bytearray | memoryview) -> None:
@@ -124,7 +128,7 @@ class SharedTransport(asyncio.Transport):
     def writelines(self, list_of_data: Iterable[Any]) -> None:
         """Write pieces, with nothing in between, after everything that is still unsent."""
         pieces: Sequence[Piece] = [piece for piece in list_of_data if piece]
-        with self._lock:
+        with self.lock:
             self._pass_rest_on()
             if pieces and self._state is _State.CLEAR:
                 pieces = self._pass_to_system(pieces)
@@ -144,7 +148,7 @@ class SharedTransport(asyncio.Transport):
 
     def get_write_buffer_size(self) -> int:
         """Return the number of unsent bytes."""
-        with self._lock:
+        with self.lock:
             if not self._rest:
                 self._update_state()
             return sum(map(len, self._rest)) + self._transport.get_write_buffer_size()
@@ -159,23 +163,23 @@ class SharedTransport(asyncio.Transport):
 
     def abort(self) -> None:
         """Close the connection immediately."""
-        with self._lock:
+        with self.lock:
             self._rest = []
         self._close(self._transport.abort)
 
     def _close(self, close: Callable[[], None]) -> None:
-        with self._lock:
+        with self.lock:
             self._pass_rest_on()
             self._state = _State.LOOP_ONLY
         close()
 
     def lose(self) -> None:
         """Send nothing any more: the connection has ended. This must be called before its socket is closed."""
-        with self._lock:
+        with self.lock:
             self._state, self._rest = _State.LOOP_ONLY, []
-            if self._socket is not None:
-                self._socket.close()
-                self._socket = None
+            if self.socket is not None:
+                self.socket.close()
+                self.socket = None
 
     # The rest is the loop's transport's -------------------------------------------------------------------------------
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from pyros1.bridge.keys import Channel, Key, again_key, parse_key, site_key, to_key, topic_key
+from pyros1.bridge.key_expressions import Channel, Key, again_key, parse_key, site_key, to_key, topic_key
 from pyros1.bridge.names import SharedName
 
 TOPIC = SharedName("red", "/camera/image")
