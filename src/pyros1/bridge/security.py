@@ -29,7 +29,7 @@ def security_settings(keys: SiteKeys, sites: Collection[str]) -> Mapping[str, st
         "enable_mtls": True,
         "verify_name_on_connect": True,
     }
-    settings: dict[str, Any] = {"transport/link/tls": tls}
+    settings: dict[str, Any] = {f"transport/link/tls/{name}": value for name, value in tls.items()}
     if sites:
         settings["access_control"] = _access_control(sorted({*sites} - {keys.site}))
     return {path: json.dumps(value) for path, value in settings.items()}

@@ -2,7 +2,8 @@
 
 A site that listens is a router, so that sites which only dial out, from behind NAT, reach each other through it. One
 that only dials one other is a client, which costs least; one that dials several is a router, too, since a client has
-only one connection. Sites find each other only through the endpoints that they are given: multicast is off.
+only one connection. Sites find each other only through the endpoints that they are given: multicast and gossip are
+off.
 
 zenoh's callbacks run on its own threads, so what they call must return at once.
 """
@@ -12,6 +13,7 @@ from __future__ import annotations
 import json
 import threading
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
@@ -29,6 +31,9 @@ MAX_PACKET = 64 << 20
 _BLOCK_TIME = 10_000_000
 """Microseconds that a packet waits for the network, before zenoh closes a connection that takes nothing. A slow network
 needs some seconds for what zenoh itself queues."""
+_SEND_BUFFER = 64 << 10
+"""Bytes that the system queues for a connection. By default, it queues megabytes, for half a minute on a slow network,
+in which neither commands overtake images nor new images replace old ones. It is enough for 10 Mbit/s at 100 ms."""
 _MAX_PUBLISHERS = 10_000
 _DIAL_PERIOD = 1
 """Seconds between attempts to reach the first site."""
@@ -194,11 +199,16 @@ def _make_config(zenoh: Any, connect: Sequence[str], listen: Sequence[str], sett
         "listen/timeout_ms": 0,
         "listen/exit_on_failure": True,
         "scouting/multicast/enabled": False,
+        "scouting/gossip/enabled": False,  # else sites connect to addresses that they were not given
         "transport/link/tx/queue/congestion_control/block/wait_before_close": _BLOCK_TIME,
         "transport/link/rx/max_message_size": MAX_PACKET + (1 << 16),
+        "transport/shared_memory/enabled": False,  # it would pass the limits of links by
     }
     for path, value in values.items():
         config.insert_json5(path, json.dumps(value))
+    for protocol in ("tcp", "tls"):
+        with suppress(zenoh.ZError):  # versions before 1.3 leave it to the system
+            config.insert_json5(f"transport/link/{protocol}/so_sndbuf", str(_SEND_BUFFER))
     for path, text in settings.items():
         config.insert_json5(path, text)
     return config

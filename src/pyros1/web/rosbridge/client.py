@@ -272,7 +272,9 @@ class Client:
         """Yield the frames for a message; none if it cannot be encoded, which is then reported to the client."""
         form, topic = queue.compression, queue.name
         try:
-            frame = self._shared_encodings.get(arrival, form, topic, lambda: encode_message(arrival, form, topic), may_wait)
+            frame = self._shared_encodings.get(
+                arrival, form, topic, lambda: encode_message(arrival, form, topic), may_wait
+            )
             queue.problem = ""
         except Error as error:
             if str(error) != queue.problem:  # report each problem only once
