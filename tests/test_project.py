@@ -50,7 +50,7 @@ PURE += [
     for name in (
         *("names", "rules", "rules_text", "explanation", "endpoints", "keys", "packets", "actions", "documents"),
         *("clock_offset", "peer", "outgoing", "streams", "definitions", "outputs", "sending", "taking", "site"),
-        *("queues", "link", "memory_link"),
+        *("queues", "pacing", "link", "memory_link"),
     )
 ]
 

@@ -9,7 +9,7 @@ from collections.abc import Iterable
 from random import Random
 from typing import Any, NamedTuple
 
-from pyros1.bridge.actions import Action, Advertise, Forget, Listen, Publish, Send, Subscribe, Withdraw
+from pyros1.bridge.actions import Action, Advertise, Forget, Listen, Marked, Publish, Send, Subscribe, Withdraw
 from pyros1.bridge.memory_link import Conditions, MemoryLink, MemoryNetwork
 from pyros1.bridge.outgoing import Taken
 from pyros1.bridge.rules import Rules
@@ -162,6 +162,8 @@ class SimulatedSite:
                     self._deliver(action)
                 case Forget(local, source):
                     del self.kept[local][source]
+                case Marked():
+                    raise AssertionError("nobody has sent a mark")
                 case _:
                     self.logged.append(action.text)
 

@@ -41,6 +41,7 @@ DECODERS: dict[str, tuple[Callable[[bytes], Any], bytes, Any]] = {
     ),
     "missed": (packets.decode_missed, packets.encode_missed(Missed(TOPIC, 1, 5)), Missed(TOPIC, 1, 5)),
     "held": (packets.decode_held, packets.encode_held(Held(TOPIC, 5, {1: 4})), Held(TOPIC, 5, {1: 4})),
+    "mark": (packets.decode_mark, packets.encode_mark(7), 7),
     "gone": (packets.decode_gone, packets.encode_gone(Gone(TOPIC, 5)), Gone(TOPIC, 5)),
     "offer": (packets.decode_offer, next(packets.encode_pages(2, [OFFERED])), (2, 0, 1, [OFFERED])),
     "wish": (packets.decode_wish, next(packets.encode_pages(2, [Wish(TOPIC, 5.0)])), (2, 0, 1, [Wish(TOPIC, 5.0)])),

@@ -10,6 +10,7 @@ import pytest
 
 from pyros1.bridge.actions import Send
 from pyros1.bridge.outgoing import Drop
+from pyros1.bridge.pacing import FIRST_WINDOW
 from pyros1.bridge.rules import Priority
 from pyros1.bridge.sender import Sender
 
@@ -97,3 +98,25 @@ def test_listening_begins_before_the_wish_is_sent(link: SlowLink, sender: Sender
     sent = [link.sent.get(timeout=PATIENCE) for _ in range(6)]
     for number in range(3):
         assert sent.index(b"listen red t%d True" % number) < sent.index(b"wish %d" % number)
+
+
+def test_bulky_packets_wait_for_answers_to_marks(link: SlowLink) -> None:
+    link.may_send.set()
+    asked: queue.Queue[int] = queue.Queue()
+
+    def make_marks(number: int, priority: Priority) -> list[tuple[str, Send]]:
+        asked.put(number)
+        return [("base", Send("to/base", b"", b"mark", priority))]
+
+    sender = Sender(link, lambda: 0.0, lambda error: None, make_marks)
+    try:
+        for number in range(2):
+            sender.put(Send("image", b"", bytes([number]) * FIRST_WINDOW, Priority.LOW))
+        assert link.sent.get(timeout=PATIENCE)[0] == 0 and link.sent.get(timeout=PATIENCE) == b"mark"
+        assert link.sent.empty() and sender.waiting_bytes == FIRST_WINDOW
+        sender.put(Send("cmd_vel", b"", b"stop", Priority.URGENT))
+        assert link.sent.get(timeout=PATIENCE) == b"stop"
+        sender.on_marked("base", asked.get(timeout=PATIENCE))
+        assert link.sent.get(timeout=PATIENCE)[0] == 1
+    finally:
+        sender.close()

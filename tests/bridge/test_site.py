@@ -8,14 +8,14 @@ from typing import Any
 import pytest
 
 from pyros1.bridge import packets
-from pyros1.bridge.actions import Action, Advertise, Listen, Log, Publish, Send, Subscribe, Withdraw
+from pyros1.bridge.actions import Action, Advertise, Listen, Log, Marked, Publish, Send, Subscribe, Withdraw
 from pyros1.bridge.key_expressions import Channel, Key, parse_key, site_key
 from pyros1.bridge.memory_link import MemoryNetwork
 from pyros1.bridge.names import SharedName
 from pyros1.bridge.outgoing import Drop, Taken
 from pyros1.bridge.packets import Definition, Kind, MessageHead, Offered, Wish
 from pyros1.bridge.peer import FORGET_DELAY, State
-from pyros1.bridge.rules import Rules
+from pyros1.bridge.rules import Priority, Rules
 from pyros1.bridge.rules_text import parse_config
 from pyros1.bridge.sending import LocalTopic
 from pyros1.bridge.site import MAX_SITES, Site
@@ -248,6 +248,27 @@ def test_a_flood_of_questions() -> None:
         answers += len(liar.send(Kind.MISSED, packets.encode_missed(packets.Missed(name, 0, 100))))
         answers += len(liar.send(Kind.ASK, packets.encode_ask([STRING._md5sum] * 100)))
     assert 100 <= answers <= 6 * 101 + 6
+
+
+def test_marks_are_answered_at_once(liar: Liar) -> None:
+    assert liar.send(Kind.MARK, packets.encode_mark(7)) == []
+    liar.meet()
+    (answer,) = only(Send, liar.send(Kind.MARK, packets.encode_mark(7)))
+    assert packets.decode_head(answer.head) == (Kind.MARKED, OWN, THEIR) and packets.decode_mark(answer.body) == 7
+    assert (answer.key, answer.priority) == ("to/red", Priority.URGENT)
+    assert liar.send(Kind.MARKED, packets.encode_mark(8)) == [Marked("red", 8)]
+
+
+def test_marks_go_to_sites_that_want_something(liar: Liar) -> None:
+    liar.meet()
+    assert liar.site.marks(1, Priority.LOW) == []
+    topic = LocalTopic("/map", "std_msgs/String", STRING._md5sum, "", False, ("/n",))
+    liar.take(liar.site.set_topics([topic], 0.0, 0.0))
+    for body in packets.encode_pages(1, [Wish(SharedName("base", "/map"), 0.0)]):
+        liar.send(Kind.WISH, body)
+    ((name, mark),) = liar.site.marks(1, Priority.LOW)
+    assert name == "red" and mark.key == "to/red" and mark.priority is Priority.LOW
+    assert packets.decode_head(mark.head).kind is Kind.MARK
 
 
 def test_a_flood_of_sites() -> None:

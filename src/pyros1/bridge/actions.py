@@ -82,6 +82,13 @@ class Forget(NamedTuple):
     source: tuple[str, int]
 
 
+class Marked(NamedTuple):
+    """A site has answered a mark, see `pyros1.bridge.pacing`."""
+
+    site: str
+    number: int
+
+
 class Log(NamedTuple):
     """Log a text, which may contain text from other sites."""
 
@@ -89,4 +96,4 @@ class Log(NamedTuple):
     is_warning: bool = False
 
 
-Action = Send | Listen | Subscribe | Advertise | Withdraw | Publish | Forget | Log
+Action = Send | Listen | Subscribe | Advertise | Withdraw | Publish | Forget | Marked | Log

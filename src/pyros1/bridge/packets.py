@@ -56,6 +56,8 @@ class Kind(IntEnum):
     MISSED = 8
     HELD = 9
     GONE = 10
+    MARK = 11
+    MARKED = 12
     MESSAGE = 16
 
 
@@ -269,6 +271,16 @@ def encode_held(held: Held) -> bytes:
 def encode_gone(gone: Gone) -> bytes:
     """Return the body of a note that messages cannot be sent again."""
     return _dump([str(gone.topic), gone.first])
+
+
+def encode_mark(number: int) -> bytes:
+    """Return the body of a mark, or of the answer to it."""
+    return _dump([number])
+
+
+def decode_mark(body: bytes) -> int:
+    """Return the number of a mark; raises PacketError like the following functions."""
+    return _integer(_load(body, 1)[0])
 
 
 def decode_beat(body: bytes) -> Beat:

@@ -21,14 +21,14 @@ from collections import deque
 from collections.abc import Callable, Iterable
 from functools import partial
 
-from pyros1.bridge.actions import Action, Advertise, Forget, Listen, Log, Publish, Send, Subscribe, Withdraw
+from pyros1.bridge.actions import Action, Advertise, Forget, Listen, Log, Marked, Publish, Send, Subscribe, Withdraw
 from pyros1.bridge.key_expressions import Key
 from pyros1.bridge.link import Link, Receive
 from pyros1.bridge.local_graph import STATUS_SERVICE, LocalGraph
 from pyros1.bridge.outgoing import Taken
 from pyros1.bridge.publishing import MARK, Publishing
 from pyros1.bridge.queues import Inbox
-from pyros1.bridge.rules import Rules
+from pyros1.bridge.rules import Priority, Rules
 from pyros1.bridge.sender import Sender
 from pyros1.bridge.site import Site
 from pyros1.bridge.status import status_json
@@ -98,7 +98,7 @@ class Bridge:
         self._close_lock = threading.Lock()
         self._is_closed = False
         self._link = make_link(self._receive)
-        self._sender = Sender(self._link, steady_now, self._on_link_error)
+        self._sender = Sender(self._link, steady_now, self._on_link_error, self._make_marks)
         self._worker = threading.Thread(target=self._work, name="bridge: packets", daemon=True)
         self._keeper = threading.Thread(target=self._keep, name="bridge: master", daemon=True)
         node.on_shutdown(self.close)
@@ -153,6 +153,8 @@ class Bridge:
                     self._publishing.forget(action)
                 case Listen(site, key, on):
                     self._sender.listen(site, key, on)
+                case Marked(site, number):
+                    self._sender.on_marked(site, number)
                 case Log(text, is_warning):
                     self._node.log.peer_event(WARN if is_warning else INFO, "%s", one_line(text))
                 case Subscribe(local):
@@ -178,6 +180,11 @@ class Bridge:
         except Error as error:
             if self._node.ok():
                 self._node.log.peer_event(WARN, "cannot publish on %s: %s", one_line(action.local), error)
+
+    def _make_marks(self, number: int, priority: Priority) -> list[tuple[str, Send]]:
+        """Return marks to send. Called by the sender's threads."""
+        with self._lock:
+            return self._site.marks(number, priority)
 
     def _on_link_error(self, error: Exception) -> None:
         self._count("packets that the link has refused")

@@ -12,9 +12,13 @@ from time import monotonic
 
 from pyros1.bridge.actions import Send
 from pyros1.bridge.link import Link
+from pyros1.bridge.pacing import Pacing
 from pyros1.bridge.queues import Outbox
 from pyros1.bridge.rules import Priority
 
+MakeMarks = Callable[[int, Priority], list[tuple[str, Send]]]
+_PACING_PERIOD = 0.1
+"""Seconds between looks at answers that do not come."""
 FLUSH_TIME = 0.5
 """Maximum seconds to wait at the end until waiting packets are sent."""
 
@@ -27,12 +31,21 @@ class Lane:
         link: where to send them.
         clock: returns the site's time in seconds.
         on_error: called with an exception that sending has raised.
+        make_marks: returns the marks to send, each with its site, see `pyros1.bridge.pacing`; None for a lane that
+            sends everything at once.
     """
 
     def __init__(
-        self, name: str, link: Link, clock: Callable[[], float], on_error: Callable[[Exception], object]
+        self,
+        name: str,
+        link: Link,
+        clock: Callable[[], float],
+        on_error: Callable[[Exception], object],
+        make_marks: MakeMarks | None = None,
     ) -> None:
         self.outbox = Outbox()
+        self._pacing = Pacing()
+        self._make_marks = make_marks
         self._tasks: deque[Callable[[], object]] = deque()
         self._link = link
         self._clock = clock
@@ -73,13 +86,34 @@ class Lane:
                 self._changed.notify_all()
             while not self._is_closing:
                 task = self._tasks.popleft() if self._tasks else None
-                if task is None and (packet := self.outbox.pop(self._clock())) is not None:
-                    task = partial(self._link.send, packet)
+                now = self._clock()
+                may_send = self._make_marks is None or self._pacing.may_send(now)
+                if task is None and may_send and (packet := self.outbox.pop(now)) is not None:
+                    task = partial(self._send, packet)
                 if task is not None:
                     self._is_sending = True
                     return task
-                self._changed.wait()
+                self._changed.wait(None if may_send else _PACING_PERIOD)
         return None
+
+    def _send(self, packet: Send) -> None:
+        self._link.send(packet)
+        if self._make_marks is None:
+            return
+        with self._changed:
+            number = self._pacing.on_sent(len(packet.body), self._clock())
+        if number is not None:
+            marks = self._make_marks(number, packet.priority)
+            with self._changed:
+                self._pacing.on_marked(number, [site for site, _ in marks], self._clock())
+            for _, mark in marks:
+                self._link.send(mark)
+
+    def on_marked(self, site: str, number: int) -> None:
+        """Note that a site has answered a mark."""
+        with self._changed:
+            self._pacing.on_answer(site, number, self._clock())
+            self._changed.notify()
 
     def close(self) -> None:
         """Send what waits, for a short time, and end the thread."""
@@ -97,13 +131,19 @@ class Sender:
     """Sends packets in two lanes, so that bulky ones that wait for the network do not delay beats and commands.
 
     Args:
-        link, clock, on_error: see `Lane`.
+        link, clock, on_error, make_marks: see `Lane`.
     """
 
-    def __init__(self, link: Link, clock: Callable[[], float], on_error: Callable[[Exception], object]) -> None:
+    def __init__(
+        self,
+        link: Link,
+        clock: Callable[[], float],
+        on_error: Callable[[Exception], object],
+        make_marks: MakeMarks = lambda *_: [],
+    ) -> None:
         self._link = link
         self._urgent = Lane("bridge: urgent packets", link, clock, on_error)
-        self._bulk = Lane("bridge: other packets", link, clock, on_error)
+        self._bulk = Lane("bridge: other packets", link, clock, on_error, make_marks)
 
     def put(self, packet: Send) -> None:
         """Send a packet, in the thread for its priority."""
@@ -112,6 +152,10 @@ class Sender:
     def listen(self, site: str, key: str, on: bool) -> None:
         """Receive what another site sends on a key, or no longer; this precedes packets that are sent later."""
         self._urgent.do(partial(self._link.listen, site, key, on))
+
+    def on_marked(self, site: str, number: int) -> None:
+        """Note that a site has answered a mark."""
+        self._bulk.on_marked(site, number)
 
     def drops(self, key: str) -> dict[str, int]:
         """Return how many packets with a key were dropped for each reason."""

@@ -291,6 +291,10 @@ class Sending:
     def _head(self, kind: Kind, peer: str) -> bytes:
         return encode_head(kind, self._epoch, self._peers.get(peer, 0))
 
+    def wishing(self) -> list[str]:
+        """Return the sites that want something."""
+        return sorted({peer for sent in self._sent.values() for peer in sent.topic.wishes})
+
     def flows(self) -> list[tuple[OutgoingTopic, LocalTopic, Flow]]:
         """Return the outgoing topics, each with its topic here and its flow, for the status."""
         return [(sent.topic, sent.local, sent.flow) for sent in self._sent.values()]

@@ -25,7 +25,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from itertools import count
 from typing import NamedTuple
 
-from pyros1.bridge.actions import Action, Log, Send
+from pyros1.bridge.actions import Action, Log, Marked, Send
 from pyros1.bridge.documents import ListReceiver, ListSender
 from pyros1.bridge.key_expressions import HELLO, Channel, Key, to_key
 from pyros1.bridge.names import SharedName
@@ -39,12 +39,14 @@ from pyros1.bridge.packets import (
     decode_gone,
     decode_head,
     decode_held,
+    decode_mark,
     decode_message_head,
     decode_missed,
     decode_offer,
     decode_wish,
     encode_beat,
     encode_head,
+    encode_mark,
     encode_pages,
 )
 from pyros1.bridge.peer import BEAT_PERIOD, Change, Peer, State
@@ -100,6 +102,8 @@ class Site:
             Kind.WISH: self._on_wish,
             Kind.ASK: lambda peer, body, now: self._sending.on_ask(peer, decode_ask(body), now),
             Kind.DEFINITION: self._on_definition,
+            Kind.MARK: lambda peer, body, _: [self._to(peer, Kind.MARKED, encode_mark(decode_mark(body)))],
+            Kind.MARKED: lambda peer, body, _: [Marked(peer, decode_mark(body))],
             Kind.MISSED: lambda peer, body, now: self._sending.on_missed(peer, decode_missed(body), now),
             Kind.HELD: lambda peer, body, now: self._taking.on_held(peer, decode_held(body), now),
             Kind.GONE: lambda peer, body, now: self._taking.on_gone(peer, decode_gone(body), now),
@@ -159,6 +163,14 @@ class Site:
             for peer in self._peers.values()
             if peer.is_present
         ]
+
+    def _to(self, name: str, kind: Kind, body: bytes, priority: Priority = Priority.URGENT) -> Send:
+        return Send(to_key(name), encode_head(kind, self._epoch, self._peers[name].epoch), body, priority)
+
+    def marks(self, number: int, priority: Priority) -> list[tuple[str, Send]]:
+        """Return a mark for each site that gets messages, see `pyros1.bridge.pacing`."""
+        names = [name for name in self._sending.wishing() if name in self._peers and self._peers[name].is_present]
+        return [(name, self._to(name, Kind.MARK, encode_mark(number), priority)) for name in names]
 
     def _hello(self) -> Action:
         return Send(HELLO, encode_head(Kind.HELLO, self._epoch), priority=Priority.URGENT, replaces=0, may_drop=True)
