@@ -48,9 +48,9 @@ PURE += [f"turtlesim/{name}.py" for name in ("turtle", "canvas", "world", "block
 PURE += [
     f"bridge/{name}.py"
     for name in (
-        *("names", "rules", "rules_text", "explanation", "endpoints", "keys", "packets", "actions", "documents"),
+        *("names", "rules", "rules_text", "explanation", "endpoints", "keys", "packets", "packet_values", "actions"),
         *("clock_offset", "peer", "outgoing", "streams", "definitions", "outputs", "sending", "taking", "site"),
-        *("queues", "pacing", "link", "memory_link"),
+        *("documents", "queues", "pacing", "link", "memory_link"),
     )
 ]
 

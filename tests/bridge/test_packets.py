@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 
 from pyros1.bridge import packets
 from pyros1.bridge.names import SharedName
+from pyros1.bridge.packet_values import MAX_BODY, PacketError
 from pyros1.bridge.packets import (
     Beat,
     Definition,
@@ -23,7 +24,6 @@ from pyros1.bridge.packets import (
     MessageHead,
     Missed,
     Offered,
-    PacketError,
     Wish,
 )
 
@@ -96,7 +96,7 @@ def test_other_bytes(data: bytes) -> None:
     "body",
     [
         b"[" * 100_000,
-        b'["' + b"a" * packets.MAX_BODY + b'"]',
+        b'["' + b"a" * MAX_BODY + b'"]',
         b"[" + b"1" * 100_000 + b"]",
         b"[1e999]",
         b"[NaN]",

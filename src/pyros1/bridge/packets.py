@@ -8,20 +8,28 @@ its body is the message as in ROS. The bodies of other packets are JSON.
 
 from __future__ import annotations
 
-import json
 import math
-import re
 import struct
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from enum import IntEnum
 from typing import Any, NamedTuple
 
-from pyros1.bridge.names import SharedName, SiteNameError, parse_shared_name
-from pyros1.ground.errors import Error
+from pyros1.bridge.names import SharedName
+from pyros1.bridge.packet_values import (
+    MAX_NUMBER,
+    PacketError,
+    dump,
+    load,
+    read_bools,
+    read_integer,
+    read_md5,
+    read_real,
+    read_rows,
+    read_topic,
+    read_type,
+)
 
 _VERSION = 1
-MAX_BODY = 1 << 20
-"""Maximum size in bytes of a packet that is not a message."""
 MAX_DEFINITION = 256 << 10
 """Maximum number of characters of a definition."""
 PAGE_ENTRIES = 200
@@ -30,17 +38,9 @@ MAX_PAGES = 32
 """Maximum number of pages of a list."""
 MAX_NUMBERS = 1000
 """Maximum number of items in other lists."""
-_MAX_TYPE_LENGTH = 255
-_MAX_NUMBER = 1 << 63
-_MD5 = re.compile(r"[0-9a-f]{32}\Z")
-_TYPE = re.compile(r"[A-Za-z]\w*/[A-Za-z]\w*\Z", re.ASCII)
 
 _HEAD = struct.Struct("<BBQQ")
 _MESSAGE = struct.Struct("<BBQQQIdB16s")
-
-
-class PacketError(Error, ValueError):
-    """A packet from another site is not valid."""
 
 
 class Kind(IntEnum):
@@ -226,7 +226,7 @@ def decode_message_head(data: bytes) -> MessageHead:
     if len(data) != _MESSAGE.size or data[0] != _VERSION or data[1] != Kind.MESSAGE:
         raise PacketError("not a message's head")
     _, _, epoch, to_epoch, number, publisher, taken_at, flags, md5 = _MESSAGE.unpack(data)
-    if not (0 < number < _MAX_NUMBER and math.isfinite(taken_at)):
+    if not (0 < number < MAX_NUMBER and math.isfinite(taken_at)):
         raise PacketError("a message with impossible numbers")
     return MessageHead(epoch, to_epoch, number, publisher, taken_at, flags, md5.hex())
 
@@ -237,7 +237,7 @@ def decode_message_head(data: bytes) -> MessageHead:
 def encode_beat(beat: Beat) -> bytes:
     """Return the body of a beat."""
     tails = [[str(topic), number] for topic, number in beat.tails.items()]
-    return _dump([*beat[:8], tails])
+    return dump([*beat[:8], tails])
 
 
 def encode_pages(version: int, entries: Sequence[Offered] | Sequence[Wish]) -> Iterator[bytes]:
@@ -245,174 +245,115 @@ def encode_pages(version: int, entries: Sequence[Offered] | Sequence[Wish]) -> I
     rows = [[str(entry[0]), *entry[1:]] for entry in entries[: PAGE_ENTRIES * MAX_PAGES]]
     count = max(1, -(-len(rows) // PAGE_ENTRIES))
     for number in range(count):
-        yield _dump([version, number, count, rows[number * PAGE_ENTRIES : (number + 1) * PAGE_ENTRIES]])
+        yield dump([version, number, count, rows[number * PAGE_ENTRIES : (number + 1) * PAGE_ENTRIES]])
 
 
 def encode_ask(md5sums: Iterable[str]) -> bytes:
     """Return the body of a question for definitions."""
-    return _dump([*md5sums])
+    return dump([*md5sums])
 
 
 def encode_definition(definition: Definition) -> bytes:
     """Return the body of a packet with a definition."""
-    return _dump([*definition])
+    return dump([*definition])
 
 
 def encode_missed(missed: Missed) -> bytes:
     """Return the body of a question for messages."""
-    return _dump([str(missed.topic), missed.first, missed.last])
+    return dump([str(missed.topic), missed.first, missed.last])
 
 
 def encode_held(held: Held) -> bytes:
     """Return the body of a list of latched messages."""
-    return _dump([str(held.topic), held.number, [[*item] for item in held.messages.items()]])
+    return dump([str(held.topic), held.number, [[*item] for item in held.messages.items()]])
 
 
 def encode_gone(gone: Gone) -> bytes:
     """Return the body of a note that messages cannot be sent again."""
-    return _dump([str(gone.topic), gone.first])
+    return dump([str(gone.topic), gone.first])
 
 
 def encode_mark(number: int) -> bytes:
     """Return the body of a mark, or of the answer to it."""
-    return _dump([number])
+    return dump([number])
 
 
 def decode_mark(body: bytes) -> int:
     """Return the number of a mark; raises PacketError like the following functions."""
-    return _integer(_load(body, 1)[0])
+    return read_integer(load(body, 1)[0])
 
 
 def decode_beat(body: bytes) -> Beat:
     """Return a beat; this and the following functions raise PacketError if the body is not valid."""
-    number, sent_at, echo, held, offer, wish, offer_seen, wish_seen, tails = _load(body, 9)
+    number, sent_at, echo, held, offer, wish, offer_seen, wish_seen, tails = load(body, 9)
     return Beat(
-        _integer(number, 1),
-        _real(sent_at),
-        _integer(echo),
-        _real(held),
-        _integer(offer),
-        _integer(wish),
-        _integer(offer_seen, -1),
-        _integer(wish_seen, -1),
-        {_topic(name): _integer(tail) for name, tail in _rows(tails, 2, PAGE_ENTRIES * MAX_PAGES)},
+        read_integer(number, 1),
+        read_real(sent_at),
+        read_integer(echo),
+        read_real(held),
+        read_integer(offer),
+        read_integer(wish),
+        read_integer(offer_seen, -1),
+        read_integer(wish_seen, -1),
+        {read_topic(name): read_integer(tail) for name, tail in read_rows(tails, 2, PAGE_ENTRIES * MAX_PAGES)},
     )
 
 
 def decode_offer(body: bytes) -> Page:
     """Return a page of offers, whose entries are `Offered`."""
-    return _decode_page(body, 5, lambda row: Offered(_topic(row[0]), _type(row[1]), _md5(row[2]), *_bools(row[3:])))
+    return _decode_page(
+        body, 5, lambda row: Offered(read_topic(row[0]), read_type(row[1]), read_md5(row[2]), *read_bools(row[3:]))
+    )
 
 
 def decode_wish(body: bytes) -> Page:
     """Return a page of wishes, whose entries are `Wish`."""
-    return _decode_page(body, 2, lambda row: Wish(_topic(row[0]), max(0.0, _real(row[1]))))
+    return _decode_page(body, 2, lambda row: Wish(read_topic(row[0]), max(0.0, read_real(row[1]))))
 
 
 def decode_ask(body: bytes) -> list[str]:
     """Return the md5 sums of the definitions that a site asks for."""
-    values = _load(body, None)
+    values = load(body, None)
     if len(values) > MAX_NUMBERS:
         raise PacketError("too many definitions at once")
-    return [*map(_md5, values)]
+    return [*map(read_md5, values)]
 
 
 def decode_definition(body: bytes) -> Definition:
     """Return a definition, which still has to be compared with its md5 sum."""
-    type_name, md5sum, text = _load(body, 3)
+    type_name, md5sum, text = load(body, 3)
     if not isinstance(text, str) or len(text) > MAX_DEFINITION:
         raise PacketError("not the text of a definition, or too long")
-    return Definition(_type(type_name), _md5(md5sum), text)
+    return Definition(read_type(type_name), read_md5(md5sum), text)
 
 
 def decode_missed(body: bytes) -> Missed:
     """Return a question for messages."""
-    name, first, last = _load(body, 3)
-    return Missed(_topic(name), _integer(first), _integer(last))
+    name, first, last = load(body, 3)
+    return Missed(read_topic(name), read_integer(first), read_integer(last))
 
 
 def decode_held(body: bytes) -> Held:
     """Return a list of latched messages."""
-    name, number, rows = _load(body, 3)
-    messages = {_integer(publisher): _integer(each) for publisher, each in _rows(rows, 2, MAX_NUMBERS)}
-    return Held(_topic(name), _integer(number), messages)
+    name, number, rows = load(body, 3)
+    messages = {read_integer(publisher): read_integer(each) for publisher, each in read_rows(rows, 2, MAX_NUMBERS)}
+    return Held(read_topic(name), read_integer(number), messages)
 
 
 def decode_gone(body: bytes) -> Gone:
     """Return a note that messages cannot be sent again."""
-    name, first = _load(body, 2)
-    return Gone(_topic(name), _integer(first))
+    name, first = load(body, 2)
+    return Gone(read_topic(name), read_integer(first))
 
 
 def _decode_page(body: bytes, width: int, make: Any) -> Page:
-    version, number, count, rows = _load(body, 4)
+    version, number, count, rows = load(body, 4)
     page = Page(
-        _integer(version),
-        _integer(number),
-        _integer(count, 1),
-        [make(row) for row in _rows(rows, width, PAGE_ENTRIES)],
+        read_integer(version),
+        read_integer(number),
+        read_integer(count, 1),
+        [make(row) for row in read_rows(rows, width, PAGE_ENTRIES)],
     )
     if page.page_count > MAX_PAGES or page.number >= page.page_count:
         raise PacketError("a page of a list that is too long")
     return page
-
-
-def _dump(value: Any) -> bytes:
-    return json.dumps(value, separators=(",", ":")).encode()
-
-
-def _load(body: bytes, length: int | None) -> list[Any]:
-    if len(body) > MAX_BODY:
-        raise PacketError("a packet that is too large")
-    try:
-        value = json.loads(body)
-    except (ValueError, RecursionError):
-        raise PacketError("a packet that is not JSON") from None
-    if not isinstance(value, list) or length not in (None, len(value)):
-        raise PacketError("a packet of another form")
-    return value
-
-
-def _rows(value: Any, width: int, maximum: int) -> list[list[Any]]:
-    if not isinstance(value, list) or len(value) > maximum:
-        raise PacketError("not a list, or too long")
-    if not all(isinstance(row, list) and len(row) == width for row in value):
-        raise PacketError("a list of another form")
-    return value
-
-
-def _integer(value: Any, minimum: int = 0) -> int:
-    if type(value) is not int or not minimum <= value < _MAX_NUMBER:
-        raise PacketError("not a number in range")
-    return value
-
-
-def _real(value: Any) -> float:
-    if type(value) not in (int, float) or not abs(value) < 1e15:
-        raise PacketError("not a time or rate")
-    return float(value)
-
-
-def _topic(value: Any) -> SharedName:
-    try:
-        return parse_shared_name(value if isinstance(value, str) and len(value) <= 400 else "")
-    except SiteNameError:
-        raise PacketError("not a topic's name") from None
-
-
-def _type(value: Any) -> str:
-    if not (isinstance(value, str) and len(value) <= _MAX_TYPE_LENGTH and _TYPE.match(value)):
-        raise PacketError("not a message type")
-    return value
-
-
-def _md5(value: Any) -> str:
-    if not (isinstance(value, str) and _MD5.match(value)):
-        raise PacketError("not an md5 sum")
-    return value
-
-
-def _bools(values: list[Any]) -> list[bool]:
-    if not all(isinstance(value, bool) for value in values):
-        raise PacketError("neither true nor false")
-    return values

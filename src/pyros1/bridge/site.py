@@ -14,9 +14,8 @@ started (present)     what was known of an earlier run is dropped; both send the
 beat                  lists that the other site lacks are sent again; messages that were missed are asked for
 lost                  nothing is sent to it on purpose; offers, wishes, and what is published here stay as they are
 returned (present)    the same run goes on: what was missed and is not too old is asked for, newest messages flow
-forgotten, goodbye    its topics are withdrawn here, its wishes are dropped, and sources that nobody else wants with
-them ====================
-================================================================================================
+forgotten, goodbye    its topics are withdrawn here; its wishes, and sources that nobody else wants, are dropped
+====================  ================================================================================================
 """
 
 from __future__ import annotations
@@ -30,9 +29,9 @@ from pyros1.bridge.documents import ListReceiver, ListSender
 from pyros1.bridge.key_expressions import HELLO, Channel, Key, to_key
 from pyros1.bridge.names import SharedName
 from pyros1.bridge.outgoing import OutgoingTopic, Taken
+from pyros1.bridge.packet_values import PacketError
 from pyros1.bridge.packets import (
     Kind,
-    PacketError,
     decode_ask,
     decode_beat,
     decode_definition,
