@@ -9,7 +9,7 @@ from pyros1.bridge.rules_text import SiteConfig, parse_config, rules_from_words
 def test_a_robot() -> None:
     rules = rules_from_words("red", ["/odom", "/scan@5", "!/secret"], ["/cmd_vel"])
     assert [*explain(SiteConfig(rules, ("tcp/base:7447",)))] == [
-        "site red: talks to all sites that it finds",
+        "site red: talks to all sites",
         "  connects to tcp/base:7447",
         "sends:",
         "  /odom to every site that takes it",

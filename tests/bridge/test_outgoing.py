@@ -14,7 +14,7 @@ MD5 = "992ce8a1687cec8c8bd883ec73ca41d1"
 
 
 def make(latched: bool = False, **rule: Any) -> OutgoingTopic:
-    settings = Rule(Pattern("/t"), **rule).settings("/t", "std_msgs/String", latched)
+    settings = Rule(Pattern("/t"), **rule).settings("/t", "std_msgs/String")
     topic = OutgoingTopic(Offered(TOPIC, "std_msgs/String", MD5, latched, settings.reliable), settings, 7)
     topic.wishes = {"base": 0.0}
     return topic

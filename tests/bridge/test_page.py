@@ -36,8 +36,8 @@ def test_the_file() -> None:
     (text,) = re.findall(r"```yaml\n(.*?)```", TEXT, re.S)
     assert [*explain(parse_config(text, "base.yaml"))] == [
         "site base: talks to the sites red, blue",
-        "  listens on tls/[::]:7447",
-        "  proves its name with the keys in base, and asks others for theirs",
+        "  listens on tls/0.0.0.0:7447",
+        "  proves its name with the keys in base, and requires certificates from others",
         "sends:",
         "  /joystick/cmd_vel to red, as /cmd_vel there, urgent priority",
         "  /plan to red, all messages in order",

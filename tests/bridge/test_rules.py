@@ -88,24 +88,26 @@ def test_two_rules_for_a_topic_give_the_settings_of_the_first() -> None:
 
 
 @pytest.mark.parametrize(
-    ("type_name", "latched", "priority", "reliable", "age"),
+    ("type_name", "priority", "reliable", "age"),
     [
-        ("std_msgs/String", False, Priority.NORMAL, False, NEWEST_AGE),
-        ("std_msgs/String", True, Priority.NORMAL, False, None),
-        ("geometry_msgs/Twist", False, Priority.URGENT, False, 0.5),
-        ("sensor_msgs/Image", False, Priority.LOW, False, NEWEST_AGE),
-        ("move_base_msgs/MoveBaseActionGoal", False, Priority.HIGH, True, RELIABLE_AGE),
-        ("tf2_msgs/TFMessage", False, Priority.NORMAL, True, NEWEST_AGE),
+        ("std_msgs/String", Priority.NORMAL, False, NEWEST_AGE),
+        ("geometry_msgs/Twist", Priority.URGENT, False, 0.5),
+        ("sensor_msgs/Image", Priority.LOW, False, NEWEST_AGE),
+        ("move_base_msgs/MoveBaseActionGoal", Priority.HIGH, True, RELIABLE_AGE),
+        ("tf2_msgs/TFMessage", Priority.NORMAL, True, NEWEST_AGE),
     ],
 )
-def test_settings_by_type(type_name: str, latched: bool, priority: Priority, reliable: bool, age: float | None) -> None:
-    settings = Rule(Pattern("/x")).settings("/x", type_name, latched)
-    assert settings == ("/x", None, DEFAULT_MAX_SIZE, priority, reliable, age)
+def test_settings_by_type(type_name: str, priority: Priority, reliable: bool, age: float) -> None:
+    settings = Rule(Pattern("/x")).settings("/x", type_name)
+    assert settings == ("/x", None, DEFAULT_MAX_SIZE, priority, reliable, age, None)
+    assert [settings.max_age(is_latched) for is_latched in (False, True)] == [age, None]
 
 
 def test_settings_of_a_rule_win() -> None:
     rule = Rule(Pattern("/x"), "", (), 5.0, 1000, Priority.BACKGROUND, True, 7.0)
-    assert rule.settings("/y", "geometry_msgs/Twist", True) == ("/y", 5.0, 1000, Priority.BACKGROUND, True, 7.0)
+    settings = rule.settings("/y", "geometry_msgs/Twist")
+    assert settings == ("/y", 5.0, 1000, Priority.BACKGROUND, True, 7.0, 7.0)
+    assert settings.max_age(is_latched=True) == 7.0
 
 
 def test_names_that_would_be_too_long() -> None:

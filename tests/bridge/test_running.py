@@ -253,7 +253,7 @@ def test_the_status_says_what_flows(pair: tuple[RunningSite, RunningSite]) -> No
     assert [(site["name"], site["state"]) for site in status["sites"]] == [("red", "present")]
     assert status["sites"][0]["round_trip"] > 0
     taken = next(entry for entry in status["taken"] if entry["local"] == "/red/text")
-    assert (taken["messages"], taken["bytes"], taken["state"]) == (1, 9, "wanted")
+    assert (taken["messages"], taken["bytes"], taken["state"]) == (1, 9, "subscribed")
     sent = _sent(red, "/text")
     assert (sent["messages"], sent["wanted_by"]) == (1, ["base"])
 

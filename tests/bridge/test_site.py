@@ -13,7 +13,7 @@ from pyros1.bridge.key_expressions import Channel, Key, parse_key, site_key
 from pyros1.bridge.memory_link import MemoryNetwork
 from pyros1.bridge.names import SharedName
 from pyros1.bridge.outgoing import Drop, Taken
-from pyros1.bridge.packets import Definition, Kind, MessageHead, Offered, Wish
+from pyros1.bridge.packets import Definition, Flag, Kind, MessageHead, Offered, Wish
 from pyros1.bridge.peer import FORGET_DELAY, State
 from pyros1.bridge.rules import Priority, Rules
 from pyros1.bridge.rules_text import parse_config
@@ -23,6 +23,7 @@ from pyros1.bridge.taking import MAX_TOPICS
 from pyros1.msgs import load_message
 
 STRING: Any = load_message("std_msgs/String")
+TWIST: Any = load_message("geometry_msgs/Twist")
 OWN, THEIR = 11, 22
 ODOM = SharedName("red", "/odom")
 
@@ -135,7 +136,7 @@ def test_topics_of_third_sites_are_refused(liar: Liar) -> None:
     assert states == {
         "blue:/odom": "red offers a topic of another site",
         "base:/odom": "no rule takes it",
-        "red:/odom": "wanted",
+        "red:/odom": "subscribed",
     }
 
 
@@ -180,6 +181,49 @@ def test_old_messages_are_dropped(liar: Liar) -> None:
     assert liar.message(1, taken_at=liar.now + 5000 - 3.0) == [] and only(Publish, liar.message(2))
     assert liar.message(2) == [] and liar.message(1) == []
     assert liar.site.taken()[0].flow.drops == {Drop.OLD: 1}
+
+
+def test_latched_messages_may_be_old_but_others_of_their_topic_not(liar: Liar) -> None:
+    wanted(liar, offered(latched=True))
+    old = liar.now + 5000 - 100
+    assert len(only(Publish, liar.message(1, taken_at=old, flags=Flag.LATCHED))) == 1
+    assert only(Publish, liar.message(2, taken_at=old)) == []
+    assert len(only(Publish, liar.message(3))) == 1
+
+
+def test_commands_are_never_latched(liar: Liar) -> None:
+    """Who commands by hand latches (`rostopic pub`). After an outage, that must not be carried out again."""
+    command = offered(SharedName("base", "/cmd_vel"), type="geometry_msgs/Twist", md5sum=TWIST._md5sum, latched=True)
+    liar.meet()
+    liar.offer(command)
+    assert [each.latched for each in only(Advertise, liar.define(TWIST._type, TWIST._md5sum, TWIST._full_text))] == [
+        False
+    ]
+    liar.take(liar.site.set_demand(["/cmd_vel"], liar.now))
+    liar.now += 0.5
+    liar.beat()
+    message: Any = {"topic": command.topic, "md5sum": TWIST._md5sum, "flags": Flag.LATCHED}
+    assert [each.latched for each in only(Publish, liar.message(1, **message))] == [False]
+    assert only(Publish, liar.message(2, taken_at=liar.now + 5000 - 1, **message)) == []
+
+
+def test_commands_are_not_offered_as_latched() -> None:
+    site = Site(rules("{send: [red:/cmd_vel, /map]}"), OWN, 0.0)
+    liar = Liar(site)
+    topics = [
+        LocalTopic(name, cls._type, cls._md5sum, cls._full_text, True, ("/publisher",))
+        for name, cls in (("/red/cmd_vel", TWIST), ("/map", STRING))
+    ]
+    liar.take(site.set_topics(topics, liar.now, liar.now))
+    liar.meet()
+    liar.take(site.tick(liar.now))
+    offers = [
+        entry
+        for action in only(Send, liar.actions)
+        if packets.decode_head(action.head).kind is Kind.OFFER
+        for entry in packets.decode_offer(action.body).entries
+    ]
+    assert {(each.topic.name, each.latched) for each in offers} == {("/cmd_vel", False), ("/map", True)}
 
 
 def test_what_was_sent_before_it_was_wanted_is_dropped(liar: Liar) -> None:
@@ -352,7 +396,7 @@ def test_two_topics_with_one_name_here() -> None:
     liar.define("std_msgs/Int64", other._md5sum, "int64 data\n")
     liar.site.set_demand(["/odom"], 0.0)
     states = {str(taken.topic): taken.state for taken in liar.site.taken()}
-    assert states["red:/odom"] == "wanted" and states["red:/text"].startswith("/odom is a std_msgs/String already")
+    assert states["red:/odom"] == "subscribed" and states["red:/text"].startswith("/odom is a std_msgs/String already")
     liar.offer(offered(SharedName("red", "/text"), type="std_msgs/Int64", md5sum=other._md5sum))
     assert only(Withdraw, liar.actions) and only(Advertise, liar.actions)[-1].type == "std_msgs/Int64"
 

@@ -61,7 +61,7 @@ STATUS = {
     "overflowed": 3,
     "ignored": {"red: not a packet's head": 2},
     "problems": {"/x": "its publishers have not said its type"},
-    "trouble": {},
+    "trouble": {"packets that could not be sent": 1},
 }
 
 
@@ -71,14 +71,15 @@ def test_lines() -> None:
         "  red: present, round trip 12.3 ms",
         "  blue\\x1b[2J: heard",
         "sends:",
-        "  /map   to blue red      1 message, 4.0 MB",
-        "  /scan  nobody wants it  0 messages, 0 B; dropped: 5 too old",
+        "  /map   to blue red     1 message, 4.0 MB",
+        "  /scan  no subscribers  0 messages, 0 B; dropped: 5 too old",
         "takes:",
         "  /red/odom  from red: wanted  1500 messages, 1.1 MB; dropped: 2 repeated, 1 too old",
         "  not taken: red:/cmd from red: no rule takes it",
         "  /x: its publishers have not said its type",
         "  3 packets dropped, since they came faster than they could be dealt with",
         "  ignored: red: not a packet's head (2 times)",
+        "  problem: packets that could not be sent (1 times)",
     ]
 
 
@@ -92,9 +93,10 @@ def test_a_site_alone() -> None:
         "overflowed": 0,
         "ignored": {},
         "problems": {},
+        "trouble": {},
     }
     assert [*status_lines(status)] == [
         "site base",
         "  no connection yet: cannot reach it",
-        "  no other site has been heard of",
+        "  no other site found yet",
     ]

@@ -15,14 +15,14 @@ def explain(config: SiteConfig) -> Iterator[str]:
         config: the site's configuration.
     """
     rules = config.rules
-    partners = f"the sites {', '.join(rules.sites)}" if rules.sites else "all sites that it finds"
+    partners = f"the sites {', '.join(rules.sites)}" if rules.sites else "all sites"
     yield f"site {rules.site}: talks to {partners}"
     for endpoint in config.connect:
         yield f"  connects to {endpoint}"
     for endpoint in config.listen:
         yield f"  listens on {endpoint}"
     if config.keys:
-        yield f"  proves its name with the keys in {config.keys}, and asks others for theirs"
+        yield f"  proves its name with the keys in {config.keys}, and requires certificates from others"
     yield from _explain_sent(rules)
     yield from _explain_taken(rules)
 

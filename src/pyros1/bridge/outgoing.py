@@ -49,19 +49,17 @@ class Numbered(NamedTuple):
 class Drop:
     """Why messages are not sent or not delivered, as shown by the status."""
 
-    RATE = "more often than its rate"
+    RATE = "over the rate limit"
     SIZE = "too large"
-    TYPE = "another type"
+    TYPE = "with a different md5sum"
     BRIDGED = "came over a bridge"
     OLD = "too old"
-    EARLY = "sent before it was wanted here"
+    EARLY = "published before anyone here subscribed"
     REPEATED = "repeated"
-    OVERTAKEN = "overtaken by newer ones"
-    MISSED = "missed, and too late to be sent again"
-    LOST_SITE = "from a site that is lost"
-    PUBLISHERS = "too many publishers"
-    BUFFER = "too many while others were missed"
-    QUEUE = "more than the network carries"
+    OVERTAKEN = "replaced by newer ones"
+    MISSED = "lost"
+    PUBLISHERS = "from too many publishers"
+    QUEUE = "queue full, since the network is too slow"
 
 
 class OutgoingTopic:
@@ -157,7 +155,7 @@ class OutgoingTopic:
     def due(self, now: float) -> list[Numbered]:
         """Return the latched messages that waited for the rate, and may be sent now; and forget what is too old."""
         age = self.settings.age
-        while self._history and age is not None and now - self._history[0].head.taken_at > age:
+        while self._history and now - self._history[0].head.taken_at > age:
             self._history_bytes -= len(self._history.popleft().body)
         ready = []
         for publisher, (taken, taken_at) in list(self._waiting.items()):

@@ -41,7 +41,8 @@ class Settings(NamedTuple):
         priority: which messages overtake others.
         reliable: whether all messages are delivered in order, as long as they are not too old; otherwise a message that
             waits is replaced by a newer one.
-        age: maximum age of a message in seconds when it is delivered; None for no limit.
+        age: maximum age of a message in seconds when it is delivered.
+        latched_age: the same for latched messages, which describe something that still holds; None for no limit.
     """
 
     local: str
@@ -49,7 +50,12 @@ class Settings(NamedTuple):
     max_size: int
     priority: Priority
     reliable: bool
-    age: float | None
+    age: float
+    latched_age: float | None = None
+
+    def max_age(self, is_latched: bool) -> float | None:
+        """Return the maximum age of a message in seconds; None for no limit."""
+        return self.latched_age if is_latched else self.age
 
 
 class _TypeDefaults(NamedTuple):
@@ -80,6 +86,13 @@ _BY_TYPE: Mapping[str, _TypeDefaults] = {
 _EVENT_SUFFIXES = ("ActionGoal", "ActionResult")
 
 
+def is_command(type_name: str) -> bool:
+    """Return whether messages of a type command a robot. They are never latched for other sites: ``rostopic pub``
+    latches its message, and a command from before an outage must not be carried out after it.
+    """
+    return _BY_TYPE.get(type_name) is _COMMAND
+
+
 @dataclass(frozen=True)
 class Rule:
     """A rule that allows topics to be sent or taken. None in an attribute: the message type decides.
@@ -105,27 +118,24 @@ class Rule:
         """Return whether the rule is also for this other site."""
         return not self.sites or site in self.sites
 
-    def settings(self, local: str, type_name: str, latched: bool) -> Settings:
+    def settings(self, local: str, type_name: str) -> Settings:
         """Return the settings of a topic that the rule allows.
 
         Args:
             local: the topic's name on this site's master.
             type_name: its message type.
-            latched: whether it has latched messages. These have no maximum age unless the rule says one, since they
-                describe something that still holds.
         """
         defaults = _EVENT if type_name.endswith(_EVENT_SUFFIXES) else _BY_TYPE.get(type_name, _TypeDefaults())
         reliable = defaults.reliable if self.reliable is None else self.reliable
-        age = self.age
-        if age is None and not latched:
-            age = defaults.age if defaults.age is not None else RELIABLE_AGE if reliable else NEWEST_AGE
+        age = defaults.age if defaults.age is not None else RELIABLE_AGE if reliable else NEWEST_AGE
         return Settings(
             local,
             self.rate,
             DEFAULT_MAX_SIZE if self.max_size is None else self.max_size,
             defaults.priority if self.priority is None else self.priority,
             reliable,
-            age,
+            age if self.age is None else self.age,
+            self.age,
         )
 
 

@@ -193,7 +193,7 @@ class _FileReader:
         if not pattern.is_literal and (
             pattern.subtree is None or base == name or not (base == "" or is_topic_name(base))
         ):
-            self._fail(path, "where topic ends in /**, here must, too; with other wildcards, there can be no here")
+            self._fail(path, "`here` must end in /** if `topic` does; it cannot be used with other wildcards")
         return name
 
     def _prefixes(self, value: Any) -> dict[str, str]:
@@ -259,7 +259,7 @@ class _FileReader:
 
     def _mapping(self, value: Any, path: _Path, keys: tuple[str, ...] | None) -> dict[str, Any]:
         if not isinstance(value, dict):
-            self._fail(path, f"expected names with values (name: value), not {value!r:.40}")
+            self._fail(path, f"expected a mapping (name: value), not {value!r:.40}")
         for key in value:
             if keys is not None and key not in keys:
                 hint = did_you_mean(str(key), keys)
@@ -268,7 +268,7 @@ class _FileReader:
 
     def _text(self, value: Any, path: _Path) -> str:
         if not isinstance(value, str):
-            self._fail(path, f"expected a text, not {value!r:.40}")
+            self._fail(path, f"expected a string, not {value!r:.40}")
         return value
 
     def _checked(self, path: _Path, function: Callable[[Any], _T], value: Any) -> _T:

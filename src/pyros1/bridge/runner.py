@@ -167,7 +167,7 @@ class Bridge:
 
     def _leave_to_keeper(self, action: Action) -> None:
         if isinstance(action, Publish) and len(self._chores) >= _MAX_CHORES:
-            self._count("messages that came before their topic was published")
+            self._count("messages that came before their topic was advertised")
             return
         with self._has_chores:
             self._chores.append(action)
@@ -187,7 +187,7 @@ class Bridge:
             return self._site.marks(number, priority)
 
     def _on_link_error(self, error: Exception) -> None:
-        self._count("packets that the link has refused")
+        self._count("packets that could not be sent")
         if not self._is_closing:
             self._node.log.peer_event(WARN, "cannot send to other sites: %s", one_line(error, 200))
 

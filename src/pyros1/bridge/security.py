@@ -17,8 +17,8 @@ def security_settings(keys: SiteKeys, sites: Collection[str]) -> Mapping[str, st
 
     Args:
         keys: the keys of this site.
-        sites: the sites that may connect to this one. If there are none, all sites with keys of the same authority may,
-            and they could pass themselves off as each other.
+        sites: the sites that may exchange packets with this one, all of which connect to it. If there are none, all
+            sites with keys of the same authority may, and they could impersonate each other.
     """
     tls = {
         "root_ca_certificate": str(keys.ca_certificate),
@@ -38,8 +38,8 @@ def security_settings(keys: SiteKeys, sites: Collection[str]) -> Mapping[str, st
 def _access_control(sites: Collection[str]) -> dict[str, Any]:
     """Return zenoh's access control for the connections of other sites, which are recognised by their certificates.
 
-    What a site sends arrives here as *ingress*; what others send to it leaves as *egress*. It gets only what is meant
-    for it or for all.
+    What a site sends arrives here as *ingress*; what others send to it leaves as *egress*. It gets the messages of all
+    topics, but of other packets only those for it or for all.
     """
     rules = [_rule("subscribe", ("declare_subscriber",), ("ingress", "egress"), (_EVERYTHING,))]
     policies = []

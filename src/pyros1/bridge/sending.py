@@ -17,8 +17,10 @@ from pyros1.bridge.outgoing import Drop, Numbered, OutgoingTopic, Taken
 from pyros1.bridge.packets import (
     MAX_DEFINITION,
     Definition,
+    Flag,
     Gone,
     Kind,
+    MessageHead,
     Missed,
     Offered,
     Wish,
@@ -28,7 +30,7 @@ from pyros1.bridge.packets import (
     encode_held,
     encode_message_head,
 )
-from pyros1.bridge.rules import Outgoing, Rules
+from pyros1.bridge.rules import Outgoing, Rules, is_command
 
 _ANSWER_PERIOD = 0.1
 """Minimum seconds between answers to a site's questions about the same topic, or for definitions."""
@@ -168,8 +170,9 @@ class Sending:
                 shared, rule = outgoing
                 if shared in self._sent:
                     continue  # two topics here would have the same name there: the first one is sent
-                settings = rule.settings(name, local.type, local.latched)
-                offered = Offered(shared, local.type, local.md5sum, local.latched, settings.reliable)
+                settings = rule.settings(name, local.type)
+                is_latched = local.latched and not is_command(local.type)
+                offered = Offered(shared, local.type, local.md5sum, is_latched, settings.reliable)
                 before = old.get(shared)
                 if before is not None and before.topic.offered == offered and before.local.name == name:
                     topic, flow = before.topic, before.flow
@@ -206,7 +209,7 @@ class Sending:
     def _send(self, sent: _Sent, message: Numbered) -> Action:
         sent.flow.count(len(message.body))
         topic, head = sent.topic, message.head
-        age = topic.settings.age
+        age = _max_age(topic, head)
         return Send(
             topic_key(topic.topic),
             encode_message_head(head),
@@ -258,7 +261,7 @@ class Sending:
 
     def _send_again(self, sent: _Sent, message: Numbered, peer: str) -> Action:
         head = message.head._replace(to_epoch=self._peers.get(peer, 0))
-        age = sent.topic.settings.age
+        age = _max_age(sent.topic, head)
         expires = None if age is None else head.taken_at + age
         key, priority = again_key(peer, sent.topic.topic), sent.topic.settings.priority
         # A message that still waits to be sent again is not queued twice.
@@ -298,6 +301,10 @@ class Sending:
     def flows(self) -> list[tuple[OutgoingTopic, LocalTopic, Flow]]:
         """Return the outgoing topics, each with its topic here and its flow, for the status."""
         return [(sent.topic, sent.local, sent.flow) for sent in self._sent.values()]
+
+
+def _max_age(topic: OutgoingTopic, head: MessageHead) -> float | None:
+    return topic.settings.max_age(is_latched=bool(head.flags & (Flag.LATCHED | Flag.LEFT)))
 
 
 def _sendable(definition: str) -> str:

@@ -84,7 +84,7 @@ def status_lines(status: Mapping[str, Any]) -> Iterator[str]:
             f", round trip {trip * 1000:.1f} ms" if trip is not None else ""
         )
     if not status["sites"]:
-        yield "  no other site has been heard of"
+        yield "  no other site found yet"
     yield from _table("sends", status["sent"], _sent_cells)
     yield from _table("takes", [entry for entry in status["taken"] if entry["local"]], _taken_cells)
     refused = [entry for entry in status["taken"] if not entry["local"]]
@@ -94,13 +94,14 @@ def status_lines(status: Mapping[str, Any]) -> Iterator[str]:
         yield f"  {one_line(topic)}: {one_line(problem)}"
     if status["overflowed"]:
         yield f"  {status['overflowed']} packets dropped, since they came faster than they could be dealt with"
-    for reason, number in (*status["ignored"].items(), *status["trouble"].items()):
-        yield f"  ignored: {one_line(reason)} ({number} times)"
+    for label, counts in (("ignored", status["ignored"]), ("problem", status["trouble"])):
+        for reason, number in counts.items():
+            yield f"  {label}: {one_line(reason)} ({number} times)"
 
 
 def _sent_cells(entry: Mapping[str, Any]) -> list[str]:
     wanted = " ".join(entry["wanted_by"])
-    return [one_line(entry["local"]), f"to {one_line(wanted)}" if wanted else "nobody wants it"]
+    return [one_line(entry["local"]), f"to {one_line(wanted)}" if wanted else "no subscribers"]
 
 
 def _taken_cells(entry: Mapping[str, Any]) -> list[str]:

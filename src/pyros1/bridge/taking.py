@@ -30,7 +30,7 @@ from pyros1.bridge.packets import (
     encode_missed,
 )
 from pyros1.bridge.peer import Peer
-from pyros1.bridge.rules import Rules, Settings
+from pyros1.bridge.rules import Rules, Settings, is_command
 from pyros1.bridge.sending import Flow
 from pyros1.bridge.streams import Delivery, Stream, make_stream
 
@@ -108,6 +108,8 @@ class Taking:
         self._refused = {feed: reason for feed, reason in self._refused.items() if feed[0] != peer}
         count = 0
         for offered in offers:
+            if is_command(offered.type):
+                offered = offered._replace(latched=False)  # noqa: PLW2901 - whatever the other site says
             feed = (peer, offered.topic)
             rule = self._rules.incoming(offered.topic, peer)
             if isinstance(rule, str):
@@ -125,7 +127,7 @@ class Taking:
             if before is not None and before.offered == offered:
                 self._taken[feed] = before
             else:
-                settings = rule.settings(local, offered.type, offered.latched)
+                settings = rule.settings(local, offered.type)
                 self._taken[feed] = _Taken(offered, settings, self._stream(feed, offered, settings))
         actions: list[Action] = []
         for feed, taken in old.items():
@@ -253,9 +255,10 @@ class Taking:
         settings = taken.settings
         if size > settings.max_size:
             return Drop.SIZE
-        is_latched = bool(head.flags & Flag.LATCHED)
+        is_latched = bool(head.flags & Flag.LATCHED) and taken.offered.latched
         age = self._peers[peer].clock.age(head.taken_at, now)
-        if settings.age is not None and (age is None or age > settings.age):
+        max_age = settings.max_age(is_latched)
+        if max_age is not None and (age is None or age > max_age):
             return Drop.OLD
         # An earlier run of this site may have delivered what was sent before this one wanted it.
         if not is_latched and (age is None or age > now - taken.wanted_since + _EARLY_TOLERANCE):
@@ -313,7 +316,7 @@ class Taking:
                 topic,
                 taken.offered.type,
                 taken.settings.local,
-                self._unusable.get((peer, topic)) or ("wanted" if taken.is_wanted else "nobody here wants it"),
+                self._unusable.get((peer, topic)) or ("subscribed" if taken.is_wanted else "no subscribers here"),
                 taken.flow,
                 taken.stream.drops,
             )

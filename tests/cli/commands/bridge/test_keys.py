@@ -78,7 +78,7 @@ def test_a_path_in_a_file_is_relative_to_it(run: Run, tmp_path: Path) -> None:
     (tmp_path / "red.yaml").write_text("site: red\nto: tls/base:1\nkeys: keys/red\nsites: [base]\n")
     code, out, _ = run("--config", tmp_path / "red.yaml", "--check", "--sites", "far")
     assert code == 0
-    assert f"  proves its name with the keys in {tmp_path}/keys/red, and asks others for theirs" in out
+    assert f"  proves its name with the keys in {tmp_path}/keys/red, and requires certificates from others" in out
     assert "talks to the sites base, far" in out
 
 
@@ -90,5 +90,7 @@ def test_keys_that_expire_soon_and_a_listener_for_all(
     words = ["--site", "red", "--keys", tmp_path / "red", "--listen", "tls/127.0.0.1:0"]
     _, _, err = run(*words)
     assert f"WARNING: the keys in {tmp_path}/red expire in 29 days" in err
-    assert "WARNING: no sites are named, so every site with keys may connect" in err
-    assert "WARNING: no sites" not in run(*words, "--sites", "green")[2]
+    assert "WARNING: no sites are named with --sites, so any site with keys can impersonate another one here" in err
+    assert "impersonate" not in run(*words, "--sites", "green")[2]
+    both = run(*words, "--sites", "green", "--to", "tls/127.0.0.1:1")
+    assert "WARNING: this site also connects to others, so any site with keys can impersonate another" in both[2]

@@ -44,7 +44,7 @@ def test_check_explains(run: Run) -> None:
     ]
     code, out, err = run(*words)
     assert (code, err) == (0, "") and out.splitlines() == [
-        "site red: talks to all sites that it finds",
+        "site red: talks to all sites",
         "  connects to tcp/localhost:7447",
         "sends:",
         "  /odom to every site that takes it",
@@ -130,7 +130,7 @@ def test_a_bridge_runs_until_it_is_interrupted(
         try:
             assert program.stderr is not None
             assert program.stderr.readline().startswith(f"site red on tcp/127.0.0.1:{free_port}")
-            assert run("status") == (0, "site red\n  no other site has been heard of\n", "")
+            assert run("status") == (0, "site red\n  no other site found yet\n", "")
             code, out, _ = run("status", "--json")
             assert code == 0 and out.startswith('[{"site": "red"')
             program.send_signal(number)

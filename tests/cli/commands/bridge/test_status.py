@@ -43,7 +43,7 @@ def test_a_bridge_that_does_not_answer(run: Run, make_node: Callable[..., Node])
 
     make_node("broken").advertise_service("~bridge_status", "std_srvs/Trigger", refuse)
     code, _, err = run("status")
-    assert code == 1 and "ERROR: /broken does not say its status" in err and "out of order" in err
+    assert code == 1 and "ERROR: /broken did not return its status" in err and "out of order" in err
 
 
 def test_a_bridge_that_hangs(run: Run, make_node: Callable[..., Node], monkeypatch: pytest.MonkeyPatch) -> None:
@@ -59,4 +59,4 @@ def test_a_bridge_that_hangs(run: Run, make_node: Callable[..., Node], monkeypat
         code, _, err = run("status")
     finally:
         end.set()
-    assert code == 1 and "/hanging does not say its status: no response within" in err
+    assert code == 1 and "/hanging did not return its status: no response within" in err

@@ -96,13 +96,11 @@ def _read_keys(config: SiteConfig) -> Mapping[str, str]:
         raise KeysError(f"{one_line(config.keys)} has the keys of site {keys.site}, not of {config.rules.site}")
     if (days := keys.days_left()) < EXPIRY_WARNING_DAYS:
         print(f"WARNING: the keys in {one_line(config.keys)} expire in {days} days", file=sys.stderr)
-    if config.listen and not config.rules.sites:
-        print(
-            "WARNING: no sites are named, so every site with keys may connect, and pass itself off as another one; "
-            "name them with --sites, or as sites in the file",
-            file=sys.stderr,
-        )
-    return security_settings(keys, config.rules.sites)
+    if config.listen and (config.connect or not config.rules.sites):
+        reason = "this site also connects to others" if config.rules.sites else "no sites are named with --sites"
+        print(f"WARNING: {reason}, so any site with keys can impersonate another one here", file=sys.stderr)
+    # Where this site connects to another one, packets of third sites come under that one's certificate.
+    return security_settings(keys, config.rules.sites if config.listen and not config.connect else ())
 
 
 def _run_bridge(invocation: Invocation, config: SiteConfig, security: Mapping[str, str]) -> int:
@@ -150,14 +148,14 @@ VERB = Verb(
         action="append",
         default=[],
         metavar="ENDPOINT",
-        help="where another site listens, for example tcp/base.example:7447; may be repeated",
+        help="where another site listens, for example tls/base.example:7447; may be repeated",
     ),
     Option(
         "--listen",
         action="append",
         default=[],
         metavar="ENDPOINT",
-        help="where to listen for other sites, for example tcp/127.0.0.1:7447; may be repeated",
+        help="where to listen for other sites, for example tls/0.0.0.0:7447; may be repeated",
     ),
     Option(
         "--send",
@@ -185,7 +183,8 @@ VERB = Verb(
         action="append",
         default=[],
         metavar="NAME",
-        help="talk only to these sites; with --keys, only they can connect, and none can pass itself off as another",
+        help="talk only to these sites; where this site listens with --keys, only they are let in, and none can "
+        "impersonate another",
     ),
     Flag("--check", help="explain what would be sent and taken, and exit"),
     Flag(
@@ -197,11 +196,11 @@ VERB = Verb(
     "masters; nothing is sent or taken unless it is named.",
     examples=[
         (
-            "pyros1 bridge --site base --listen tls/[::]:7447 --keys keys/base --take 'red:**' --send red:/cmd_vel",
+            "pyros1 bridge --site base --listen tls/0.0.0.0:7447 --keys base --sites red --take 'red:**'",
             "at the base",
         ),
         (
-            "pyros1 bridge --site red --to tls/base.example:7447 --keys keys/red --send /odom /scan@5 --take /cmd_vel",
+            "pyros1 bridge --site red --to tls/base.example:7447 --keys red --send /odom /scan@5 --take /cmd_vel",
             "at the robot",
         ),
         ("--config red.yaml --check", "explain the rules in a file"),

@@ -39,7 +39,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int | None:
                     raise response
                 statuses.append(_parse_status(response.message))
             except (Error, ValueError) as error:
-                print(f"ERROR: {one_line(name)} does not say its status: {one_line(error)}", file=sys.stderr)
+                print(f"ERROR: {one_line(name)} did not return its status: {one_line(error)}", file=sys.stderr)
                 code = 1
     if options.json:
         print_json(statuses)
@@ -48,7 +48,10 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int | None:
         try:
             lines = [*status_lines(status)]
         except (KeyError, TypeError, AttributeError, ValueError):
-            print("ERROR: a bridge has sent a status of another form; is it of another version?", file=sys.stderr)
+            print(
+                "ERROR: a bridge has sent a status that this version cannot read; update pyros1 at both ends",
+                file=sys.stderr,
+            )
             code = 1
             continue
         print(*lines, sep="\n")
