@@ -168,16 +168,19 @@ def test_a_key_that_others_can_read_is_refused(keys: Path) -> None:
 
 def test_validity(keys: Path) -> None:
     now = datetime.now(timezone.utc)
-    with pytest.raises(KeysError, match=r"ca\.crt expired on \d{4}-\d\d-\d\d; make new keys"):
+    with pytest.raises(KeysError, match=r"site\.crt expired on \d{4}-\d\d-\d\d; make new keys"):
         load_keys(keys / "red", now + timedelta(days=3651))
+    with pytest.raises(KeysError, match=r"ca\.crt expired on \d{4}-\d\d-\d\d; make new keys"):
+        load_keys(keys / "red", now + timedelta(days=36501))
     with pytest.raises(KeysError, match=r"is not valid before .*clock"):
         load_keys(keys / "red", now - timedelta(days=2))
     load_keys(keys / "red", now - timedelta(hours=12))  # a clock that is a little behind
 
 
-def test_the_first_certificate_that_expires_counts(tmp_path: Path) -> None:
-    make_keys(tmp_path / "keys", {"red": []})
+def test_keys_for_a_few_days_do_not_end_the_authority(tmp_path: Path) -> None:
     make_keys(tmp_path / "keys", {"guest": []}, days=10)
+    make_keys(tmp_path / "keys", {"red": []})
+    assert load_keys(tmp_path / "keys" / "red").days_left() == 3649
     assert load_keys(tmp_path / "keys" / "guest").days_left() == 9
     with pytest.raises(KeysError, match=r"guest/site\.crt expired"):
         load_keys(tmp_path / "keys" / "guest", datetime.now(timezone.utc) + timedelta(days=11))

@@ -19,6 +19,17 @@ def test_each_is_asked_for_once() -> None:
     assert definitions.to_ask([MD5], 5.0, 9) == [MD5]  # of another type with the same sum
 
 
+def test_a_definition_that_can_be_used_is_not_replaced() -> None:
+    definitions = Definitions()
+    definitions.to_ask([MD5], 0.0, 9)
+    assert definitions.add(Definition("far_msgs/Thing", MD5, ""))  # one site does not have it,
+    assert not definitions.add(Definition("far_msgs/Thing", MD5, ""))
+    assert definitions.add(Definition("far_msgs/Thing", MD5, TEXT))  # but another one has
+    for text in ("", "junk", TEXT + "# and a comment\n"):
+        assert not definitions.add(Definition("far_msgs/Thing", MD5, text))
+    assert definitions.text("far_msgs/Thing", MD5) == TEXT
+
+
 def test_what_nobody_asked_for_is_ignored() -> None:
     definitions = Definitions()
     assert not definitions.add(Definition("far_msgs/Thing", MD5, TEXT))
@@ -30,4 +41,5 @@ def test_a_text_that_does_not_belong_to_its_sum_is_not_used() -> None:
     assert checked_text(Definition("far_msgs/Thing", MD5, "float64 x\nstring lie\n")) == ""
     assert checked_text(Definition("far_msgs/Thing", MD5, "no definition at all")) == ""
     assert checked_text(Definition("far_msgs/Thing", MD5, "")) == ""
+    assert checked_text(Definition("far_msgs/Thing", MD5, TEXT + "# \ud800\n")) == ""
     assert checked_text(Definition("far_msgs/Thing", MD5, "far_msgs/Thing x\n")) == ""

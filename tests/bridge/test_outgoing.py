@@ -69,6 +69,16 @@ def test_the_rate_that_sites_want() -> None:
     assert sum(isinstance(topic.take(message(), 20 + step / 100), Numbered) for step in range(1000)) in (100, 101)
 
 
+def test_a_slow_wish_does_not_hold_up_a_faster_one_that_comes_later() -> None:
+    topic = make()
+    topic.wishes = {"red": 0.001}
+    assert number(topic.take(message(), 0.0)) == 1
+    assert topic.take(message(), 1.0) == Drop.RATE
+    topic.wishes = {"red": 0.001, "green": 10.0}
+    assert topic.take(message(), 1.2) == Drop.RATE
+    assert number(topic.take(message(), 1.3)) == 2
+
+
 def test_latched_messages_that_wait_for_the_rate() -> None:
     topic = make(latched=True, rate=1.0)
     assert number(topic.take(message(b"1", latched=True), 0.0)) == 1

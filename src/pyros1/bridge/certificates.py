@@ -95,7 +95,7 @@ def make_keys(folder: Path, hosts: Mapping[str, Sequence[str]], days: int = DEFA
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)
         authority = folder / AUTHORITY
         if not authority.exists():
-            _make_authority(authority, days)
+            _make_authority(authority)
         certificate, key = _load_authority(authority)
         return [_make_site(folder / site, names, certificate, key, days) for site, names in hosts.items()]
     except OSError as error:
@@ -145,12 +145,12 @@ def load_keys(folder: Path, now: datetime | None = None) -> SiteKeys:
     return SiteKeys(_common_name(certificate, certificate_path), ca_path, certificate_path, key_path, expires)
 
 
-def _make_authority(folder: Path, days: int) -> None:
+def _make_authority(folder: Path) -> None:
     x509 = _import("x509")
     key = _new_key()
     name = _name("pyros1 sites")
     usage = _key_usage(key_cert_sign=True, crl_sign=True)
-    builder = _certificate_builder(name, name, key, days).add_extension(
+    builder = _certificate_builder(name, name, key, _MAX_DAYS).add_extension(
         x509.BasicConstraints(ca=True, path_length=0), critical=True
     )
     certificate = builder.add_extension(usage, critical=True).sign(key, _import("hazmat.primitives.hashes").SHA256())

@@ -37,12 +37,17 @@ class Definitions:
         return due
 
     def add(self, definition: Definition) -> bool:
-        """Note a definition that a site has sent; return whether it was asked for."""
-        if definition.md5sum not in self._asked_at:
+        """Note a definition that a site has sent; return whether it was asked for, and is of use. One that can be used
+        is never replaced, so no site can disturb the topics of others.
+        """
+        key = (definition.type, definition.md5sum)
+        known = self._texts.get(key)
+        if definition.md5sum not in self._asked_at or known:
             return False
-        while len(self._texts) >= _MAX_DEFINITIONS:
-            self._texts.pop(next(iter(self._texts)))
-        self._texts[definition.type, definition.md5sum] = checked_text(definition)
+        text = checked_text(definition)
+        if text == known or (known is None and len(self._texts) >= _MAX_DEFINITIONS):
+            return False
+        self._texts[key] = text
         return True
 
 
@@ -53,7 +58,8 @@ def checked_text(definition: Definition) -> str:
     belong to the md5 sum would let a site give other meanings to the fields of a type.
     """
     try:
+        definition.text.encode()  # it goes into connection headers
         is_right = from_definition(definition.type, definition.text)._md5sum == definition.md5sum
-    except Error:
+    except (Error, ValueError):
         is_right = False
     return definition.text if is_right else ""

@@ -58,6 +58,8 @@ def check_security(connect: Iterable[str], listen: Iterable[str], has_keys: bool
             raise EndpointError(
                 f"{endpoint} needs keys: make them with `pyros1 bridge keys`, and give this site's folder with --keys"
             )
+        if has_keys and not _is_encrypted(endpoint):
+            raise EndpointError(f"{endpoint} cannot use the keys: use {_encrypted_form(endpoint)}, or leave --keys out")
     for endpoint in listen:
         if not (insecure or _is_encrypted(endpoint) or is_local(endpoint)):
             raise EndpointError(

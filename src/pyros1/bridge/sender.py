@@ -161,7 +161,7 @@ class Sender:
         """Return how many packets with a key were dropped for each reason."""
         found: dict[str, int] = {}
         for lane in (self._urgent, self._bulk):
-            for reason, number in lane.outbox.drops.get(key, {}).items():
+            for reason, number in dict(lane.outbox.drops.get(key, {})).items():  # lanes' threads change it
                 found[reason] = found.get(reason, 0) + number
         return found
 

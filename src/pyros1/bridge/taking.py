@@ -38,6 +38,8 @@ MAX_TOPICS = 2_000
 """Maximum number of topics of a site that are published here: all of them are registered with the master."""
 _MAX_ASKED = 100
 """Maximum number of definitions to ask for at a time."""
+_MAX_PUBLISHERS = 1_000
+"""Maximum number of publishers of a topic whose rates are limited."""
 _EARLY_TOLERANCE = 0.05
 """Seconds by which a message may be older than the wish for its topic, since ages are upper bounds."""
 
@@ -157,7 +159,11 @@ class Taking:
 
     def on_definition(self, definition: Definition, now: float) -> list[Action]:
         """Note a definition, and return the actions that follow."""
-        return self.apply(now) if self._definitions.add(definition) else []
+        is_offered = any(
+            (taken.offered.type, taken.offered.md5sum) == (definition.type, definition.md5sum)
+            for taken in self._taken.values()
+        )
+        return self.apply(now) if is_offered and self._definitions.add(definition) else []
 
     def apply(self, now: float) -> list[Action]:
         """Bring what is published, and what is wanted, in line with offers, definitions and demand."""
@@ -265,8 +271,12 @@ class Taking:
             return Drop.EARLY
         if settings.rate and not is_latched:
             period = 1.0 / settings.rate
+            if head.publisher not in taken.due and len(taken.due) >= _MAX_PUBLISHERS:
+                taken.due = {publisher: due for publisher, due in taken.due.items() if due > now}
+                if len(taken.due) >= _MAX_PUBLISHERS:
+                    return Drop.PUBLISHERS
             due = taken.due.get(head.publisher, now)
-            if now < due - 0.1 * period or (head.publisher not in taken.due and len(taken.due) > 1000):
+            if now < due - 0.1 * period:
                 return Drop.RATE
             taken.due[head.publisher] = max(due, now - period) + period
         return None

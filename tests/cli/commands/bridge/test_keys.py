@@ -60,7 +60,7 @@ def test_mistakes(run: Run, tmp_path: Path, words: list[str], code: int, complai
         (["--keys", "FOLDER/blue"], "blue/site.key: No such file or directory"),
         ([], "tls/127.0.0.1:1 needs keys: make them with `pyros1 bridge keys`"),
         (["--keys", "FOLDER/red", "--sites", "r-d"], "'r-d' cannot be a site's name"),
-        (["--keys", "FOLDER/red", "--to", "tcp/base:1"], "tcp/base:1 is not encrypted"),
+        (["--keys", "FOLDER/red", "--to", "tcp/base:1"], "tcp/base:1 cannot use the keys: use tls/base:1"),
     ],
 )
 def test_keys_that_do_not_fit(run: Run, tmp_path: Path, words: list[str], complaint: str) -> None:
