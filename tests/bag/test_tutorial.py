@@ -39,10 +39,15 @@ def test_what_was_recorded_is_played(start: Any, tmp_path: Path, master: Any) ->
 
     subscriber = start(program=SCRIPTS / "minimal_subscriber")
     player = start("bag", "play", "--wait-for-subscribers", "tutorial.bag")
-    lines = [subscriber.stdout.readline() for _ in values]
+    expected = [f"{value:.6f}" for value in values]
+    lines = [subscriber.stdout.readline()]
+    # It has a queue of one: while the machine is busy, it skips messages, but never the last one.
+    while lines[-1] and expected[-1] not in lines[-1]:
+        lines.append(subscriber.stdout.readline())
     found = [re.fullmatch(r"\[INFO\] \[(\d+\.\d+)\]: received value is: (\d+\.\d{6})\n", line) for line in lines]
     assert all(found), lines
-    assert [match[2] for match in found if match] == [f"{value:.6f}" for value in values]
+    rest = iter(expected)
+    assert all(match[2] in rest for match in found if match), "they come in order"
     stamps = [float(match[1]) for match in found if match]
     assert stamps[-1] - stamps[0] > length / 2, "at the pace of the recording, not at once"
     assert player.communicate(timeout=DEADLINE)[1] == "" and player.returncode == 0
