@@ -52,3 +52,7 @@ deny_take: ['red:/noise']
 def test_nothing() -> None:
     lines = [*explain(SiteConfig(rules_from_words("red", [], [])))]
     assert lines[1:] == ["sends nothing", "takes nothing"]
+
+
+def test_one_site_is_named_as_one() -> None:
+    assert next(explain(parse_config("sites: [base]", "f", "red"))) == "site red: talks to site base"

@@ -159,6 +159,26 @@ def test_a_definition_that_lies(liar: Liar) -> None:
     assert [action.definition for action in only(Advertise, liar.actions)] == [""]
 
 
+def test_a_definition_of_a_type_that_is_not_offered_is_not_kept(liar: Liar) -> None:
+    """Otherwise a site could use up the space for those of others, with an md5 sum that was asked for once."""
+    wanted(liar)
+    other = offered(SharedName("red", "/map"), type="far_msgs/Other")
+    assert liar.define("far_msgs/Other") == []
+    assert only(Advertise, liar.offer(offered(), other)) == []
+    assert [each.local for each in only(Advertise, liar.define("far_msgs/Other"))] == ["/red/map"]
+
+
+def test_publishers_that_are_gone_do_not_count() -> None:
+    liar = Liar(Site(rules("take: [{topic: 'red:/odom', rate: 10}]"), OWN, 0.0))
+    wanted(liar)
+    for number in range(1, 1001):
+        assert len(only(Publish, liar.message(number, publisher=number))) == 1
+    assert only(Publish, liar.message(1001, publisher=1001)) == []
+    assert liar.site.taken()[0].flow.drops == {Drop.PUBLISHERS: 1}
+    liar.now += 1
+    assert len(only(Publish, liar.message(1002, publisher=1002))) == 1
+
+
 def test_messages_that_are_too_large_and_too_many(liar: Liar) -> None:
     site = Site(rules("take: [{topic: 'red:/odom', size: 10, rate: 2}]"), OWN, 0.0)
     liar = Liar(site)

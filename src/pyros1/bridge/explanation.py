@@ -15,7 +15,8 @@ def explain(config: SiteConfig) -> Iterator[str]:
         config: the site's configuration.
     """
     rules = config.rules
-    partners = f"the sites {', '.join(rules.sites)}" if rules.sites else "all sites"
+    named = f"{'the sites' if len(rules.sites) > 1 else 'site'} {', '.join(rules.sites)}"
+    partners = named if rules.sites else "all sites"
     yield f"site {rules.site}: talks to {partners}"
     for endpoint in config.connect:
         yield f"  connects to {endpoint}"
