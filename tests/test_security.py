@@ -50,7 +50,7 @@ ALLOWED = {
     "web/rosbridge/rosapi/__init__.py: importlib.import_module": "names in the source",
     "bag/export/extras.py: importlib.import_module": "the same",
     "bag/export/mcap_reader.py: importlib.import_module": "the same",
-    "bridge/certificates.py: importlib.import_module": "the same",
+    "bridge/transport/certificates.py: importlib.import_module": "the same",
     "launch/remote/agent.py: importlib.import_module": "the same",
     "drop_in/module_attributes.py: importlib.import_module": "the same",
     "drop_in/message_modules.py: importlib.import_module": "packages that the program itself imports",

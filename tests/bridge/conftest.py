@@ -11,8 +11,8 @@ from typing import Any
 
 import pytest
 
-from pyros1.bridge.link import Link, Receive
-from pyros1.bridge.rules_text import parse_config
+from pyros1.bridge.rules.parsing import parse_config
+from pyros1.bridge.transport.link import Link, Receive
 from pyros1.master.server import Master
 from pyros1.node import Node
 
@@ -28,7 +28,7 @@ def wait_until(holds: Callable[[], object], what: str) -> None:
         pause.wait(0.02)
 
 
-class Ear:
+class QueuedSubscriber:
     """A subscriber whose messages can be waited for."""
 
     def __init__(self, node: Node, topic: str, type_name: str = "std_msgs/String") -> None:
@@ -99,7 +99,7 @@ class RunningSite:
 def make_site(tmp_path: Path) -> Iterator[Callable[..., RunningSite]]:
     """Return a function that starts a site: name, rules as YAML, endpoints to connect to and to listen on."""
     pytest.importorskip("zenoh")
-    from pyros1.bridge.zenoh_link import ZenohLink
+    from pyros1.bridge.transport.zenoh_link import ZenohLink
 
     sites: list[RunningSite] = []
 

@@ -9,13 +9,23 @@ from collections.abc import Iterable
 from random import Random
 from typing import Any, NamedTuple
 
-from pyros1.bridge.actions import Action, Advertise, Forget, Listen, Marked, Publish, Send, Subscribe, Withdraw
-from pyros1.bridge.memory_link import Conditions, MemoryLink, MemoryNetwork
-from pyros1.bridge.outgoing import Taken
-from pyros1.bridge.rules import Rules
-from pyros1.bridge.rules_text import parse_config
-from pyros1.bridge.sending import LocalTopic
-from pyros1.bridge.site import Site
+from pyros1.bridge.exchange.actions import (
+    Action,
+    Advertise,
+    Forget,
+    Listen,
+    ProbeReply,
+    Publish,
+    Send,
+    Subscribe,
+    Withdraw,
+)
+from pyros1.bridge.exchange.outgoing import ReceivedMessage
+from pyros1.bridge.exchange.sending import LocalTopic
+from pyros1.bridge.exchange.site import Site
+from pyros1.bridge.rules.parsing import parse_config
+from pyros1.bridge.rules.rules import Rules
+from pyros1.bridge.transport.memory_link import Conditions, MemoryLink, MemoryNetwork
 from pyros1.msgs import load_message
 
 TICK = 0.1
@@ -162,8 +172,8 @@ class SimulatedSite:
                     self._deliver(action)
                 case Forget(local, source):
                     del self.kept[local][source]
-                case Marked():
-                    raise AssertionError("nobody has sent a mark")
+                case ProbeReply():
+                    raise AssertionError("nobody has sent a probe")
                 case _:
                     self.logged.append(action.text)
 
@@ -181,8 +191,8 @@ class SimulatedSite:
 
     def _hand_over(self, local: str, publisher: str, latched: bool, body: bytes) -> None:
         if local in self.subscribed:
-            taken = Taken(publisher, STRING._md5sum, latched, body)
-            self.act(self.site.on_message(local, taken, publisher == "/bridge", self.now))
+            received = ReceivedMessage(publisher, STRING._md5sum, latched, body)
+            self.act(self.site.on_message(local, received, publisher == "/bridge", self.now))
 
     def _deliver(self, message: Publish) -> None:
         assert message.local in self.kept, f"{message.local} is not published"

@@ -10,8 +10,8 @@ from typing import Any
 import pytest
 
 import pyros1
-from pyros1.bridge.explanation import explain
-from pyros1.bridge.rules_text import parse_config
+from pyros1.bridge.rules.explanation import explain
+from pyros1.bridge.rules.parsing import parse_config
 from pyros1.cli.running import run_command
 
 TEXT = (Path(pyros1.__file__).parent / "guide" / "howto" / "sites.md").read_text(encoding="utf-8")

@@ -19,7 +19,7 @@ from pyros1.msgs import AnyMsg, from_definition
 from pyros1.net.hosts import parse_uri
 from pyros1.node import Node
 
-from .conftest import Ear, RunningSite, wait_until
+from .conftest import QueuedSubscriber, RunningSite, wait_until
 
 MakeSite = Callable[..., RunningSite]
 EVERYTHING = "{send: ['/**'], take: ['*:**', '/**']}"
@@ -37,10 +37,10 @@ def test_topics_go_both_ways(pair: tuple[RunningSite, RunningSite]) -> None:
         publisher: Any = source.node.advertise("/text", "std_msgs/String")
         topic = f"/{source.name}/text"
         target.has_topic(topic)
-        ear = Ear(target.node, topic)
+        subscriber = QueuedSubscriber(target.node, topic)
         assert publisher.wait_for_subscribers(1, 20)
         publisher.publish("hello")
-        ear.hears("hello")
+        subscriber.hears("hello")
         assert target.topics()[topic] == "std_msgs/String"
 
 
@@ -49,9 +49,9 @@ def test_nothing_is_subscribed_to_that_nobody_wants(pair: tuple[RunningSite, Run
     publisher: Any = red.node.advertise("/text", "std_msgs/String")
     base.has_topic("/red/text")
     assert publisher.num_connections == 0
-    ear = Ear(base.node, "/red/text")
+    subscriber = QueuedSubscriber(base.node, "/red/text")
     assert publisher.wait_for_subscribers(1, 20)
-    ear.subscriber.unregister()
+    subscriber.subscriber.unregister()
     wait_until(lambda: publisher.num_connections == 0, "the bridge unsubscribes")
     publisher.unregister()
     wait_until(lambda: "/red/text" not in base.topics(), "the topic is withdrawn")
@@ -64,8 +64,8 @@ def test_types_that_are_installed_nowhere(pair: tuple[RunningSite, RunningSite])
     publisher: Any = red.node.advertise("/strange", cls, latch=True)
     publisher.publish(1.5, "words")
     base.has_topic("/red/strange")
-    ear = Ear(base.node, "/red/strange", AnyMsg)  # type: ignore[arg-type]
-    header = ear.get()._connection_header
+    subscriber = QueuedSubscriber(base.node, "/red/strange", AnyMsg)  # type: ignore[arg-type]
+    header = subscriber.get()._connection_header
     assert header["type"] == "nowhere_msgs/Strange" and header["md5sum"] == cls._md5sum
     assert header["message_definition"] == definition
 
@@ -77,8 +77,8 @@ def test_latched_messages_come_to_who_comes_later(pair: tuple[RunningSite, Runni
         publisher.publish(name)
     base.has_topic("/red/tf_static")
     for _ in range(2):
-        ear = Ear(base.make_node(f"listener{_}"), "/red/tf_static")
-        assert {ear.get().data, ear.get().data} == {"left", "right"}
+        subscriber = QueuedSubscriber(base.make_node(f"listener{_}"), "/red/tf_static")
+        assert {subscriber.get().data, subscriber.get().data} == {"left", "right"}
 
 
 def test_a_latched_message_goes_with_its_publisher(pair: tuple[RunningSite, RunningSite]) -> None:
@@ -88,13 +88,15 @@ def test_a_latched_message_goes_with_its_publisher(pair: tuple[RunningSite, Runn
     for publisher in publishers:
         publisher.publish("first")
     base.has_topic("/red/map")
-    ear = Ear(base.node, "/red/map")
-    assert [ear.get().data, ear.get().data] == ["first", "first"]
+    subscriber = QueuedSubscriber(base.node, "/red/map")
+    assert [subscriber.get().data, subscriber.get().data] == ["first", "first"]
     nodes[0].shutdown()
     wait_until(lambda: _sent(red, "/map")["publishers"] == ["/right"], "the bridge notes that left is gone")
     publishers[1].publish("second")
-    ear.hears("second")
-    assert Ear(base.make_node("late"), "/red/map").get().data == "second"  # and not that of left, which was older
+    subscriber.hears("second")
+    assert (
+        QueuedSubscriber(base.make_node("late"), "/red/map").get().data == "second"
+    )  # and not that of left, which was older
 
 
 def _sent(site: RunningSite, local: str) -> Any:
@@ -107,10 +109,10 @@ def test_commands_go_into_a_robots_names(make_site: MakeSite, endpoint: str) -> 
     red = make_site("red", "{take: [/cmd_vel]}", (endpoint,))
     publisher: Any = base.node.advertise("/red/cmd_vel", "geometry_msgs/Twist")
     red.has_topic("/cmd_vel")
-    ear = Ear(red.node, "/cmd_vel", "geometry_msgs/Twist")
+    subscriber = QueuedSubscriber(red.node, "/cmd_vel", "geometry_msgs/Twist")
     assert publisher.wait_for_subscribers(1, 20)
     publisher.publish(_twist(0.5))
-    assert ear.get().linear.x == 0.5
+    assert subscriber.get().linear.x == 0.5
 
 
 def _twist(speed: float) -> Any:
@@ -125,21 +127,21 @@ def test_three_sites_that_exchange_everything(make_site: MakeSite, endpoint: str
     publishers: dict[str, Any] = {}
     for site in sites:
         publishers[site.name] = site.node.advertise("/text", "std_msgs/String")
-    ears = {}
+    subscribers = {}
     for site in sites:
         for other in sites:
             if other is not site:
                 site.has_topic(f"/{other.name}/text")
-                ears[site.name, other.name] = Ear(site.node, f"/{other.name}/text")
+                subscribers[site.name, other.name] = QueuedSubscriber(site.node, f"/{other.name}/text")
     for name, publisher in publishers.items():
         assert publisher.wait_for_subscribers(1, 20)
         wait_until(partial(_is_wanted_by_both, sites, name), "both others want it")
         publisher.publish(f"from {name}")
-    for (_, source), ear in ears.items():
-        assert ear.get().data == f"from {source}"
+    for (_, source), subscriber in subscribers.items():
+        assert subscriber.get().data == f"from {source}"
     names = {topic for site in sites for topic in site.topics() if "text" in topic}
     assert names == {"/text", "/red/text", "/blue/text", "/base/text"}, "a topic has gone on to a third site"
-    assert all(ear.is_silent() for ear in ears.values())
+    assert all(subscriber.is_silent() for subscriber in subscribers.values())
 
 
 def _is_wanted_by_both(sites: list[RunningSite], name: str) -> bool:
@@ -148,7 +150,7 @@ def _is_wanted_by_both(sites: list[RunningSite], name: str) -> bool:
 
 def test_two_bridges_on_one_master_send_nothing_of_each_other(make_site: MakeSite, free_ports: Any) -> None:
     from pyros1.bridge.runner import Bridge
-    from pyros1.bridge.zenoh_link import ZenohLink
+    from pyros1.bridge.transport.zenoh_link import ZenohLink
 
     first, second = (f"tcp/127.0.0.1:{port}" for port in free_ports(2))
     base = make_site("base", EVERYTHING, (), (first,))
@@ -161,10 +163,10 @@ def test_two_bridges_on_one_master_send_nothing_of_each_other(make_site: MakeSit
         own: Any = red.node.advertise("/own", "std_msgs/String")
         red.has_topic("/base/text")
         far.has_topic("/red/own")
-        ear = Ear(red.node, "/base/text")
+        subscriber = QueuedSubscriber(red.node, "/base/text")
         assert publisher.wait_for_subscribers(1, 20)
         publisher.publish("hello")
-        ear.hears("hello")
+        subscriber.hears("hello")
         assert not [topic for topic in far.topics() if "text" in topic]
         assert own.name == "/own"
     finally:
@@ -176,20 +178,20 @@ def test_the_loss_of_the_router_and_its_return(pair: tuple[RunningSite, RunningS
     publisher: Any = red.node.advertise("/map", "std_msgs/String", latch=True)
     publisher.publish("before")
     base.has_topic("/red/map")
-    ear = Ear(base.node, "/red/map")
-    ear.hears("before")
+    subscriber = QueuedSubscriber(base.node, "/red/map")
+    subscriber.hears("before")
     base.bridge_node.shutdown()
     wait_until(lambda: publisher.num_connections == 0, "red notes that base has left")
     publisher.publish("meanwhile")
     base.restart_bridge()
-    ear.hears("meanwhile")
+    subscriber.hears("meanwhile")
     publisher.publish("after")
-    ear.hears("after")
+    subscriber.hears("after")
 
 
 ROUTER = """
 import sys
-from pyros1.bridge.zenoh_link import ZenohLink
+from pyros1.bridge.transport.zenoh_link import ZenohLink
 link = ZenohLink("middle", lambda *_: None, (), (sys.argv[1],))
 print("ready", flush=True)
 sys.stdin.read()
@@ -222,7 +224,7 @@ def test_a_router_in_the_middle_is_killed_and_returns(make_site: MakeSite, endpo
         latched.publish("before")
         for topic in ("/red/map", "/red/text"):
             base.has_topic(topic)
-        maps, texts = Ear(base.node, "/red/map"), Ear(base.node, "/red/text")
+        maps, texts = QueuedSubscriber(base.node, "/red/map"), QueuedSubscriber(base.node, "/red/text")
         maps.hears("before")
         assert plain.wait_for_subscribers(1, 20)
         plain.publish("before")
@@ -244,16 +246,16 @@ def test_the_status_says_what_flows(pair: tuple[RunningSite, RunningSite]) -> No
     red, base = pair
     publisher: Any = red.node.advertise("/text", "std_msgs/String")
     base.has_topic("/red/text")
-    ear = Ear(base.node, "/red/text")
+    subscriber = QueuedSubscriber(base.node, "/red/text")
     assert publisher.wait_for_subscribers(1, 20)
     publisher.publish("hello")
-    ear.hears("hello")
+    subscriber.hears("hello")
     status = json.loads(base.node.service("/bridge_base/bridge_status", "std_srvs/Trigger")().message)
     assert status["site"] == "base"
     assert [(site["name"], site["state"]) for site in status["sites"]] == [("red", "present")]
     assert status["sites"][0]["round_trip"] > 0
-    taken = next(entry for entry in status["taken"] if entry["local"] == "/red/text")
-    assert (taken["messages"], taken["bytes"], taken["state"]) == (1, 9, "subscribed")
+    received = next(entry for entry in status["received"] if entry["local"] == "/red/text")
+    assert (received["messages"], received["bytes"], received["state"]) == (1, 9, "subscribed")
     sent = _sent(red, "/text")
     assert (sent["messages"], sent["wanted_by"]) == (1, ["base"])
 
@@ -264,13 +266,13 @@ def test_a_publisher_starts_again_with_another_type(pair: tuple[RunningSite, Run
     texts: Any = first.advertise("/changing", "std_msgs/String", latch=True)
     texts.publish("text")
     base.has_topic("/red/changing")
-    ear = Ear(base.node, "/red/changing", AnyMsg)  # type: ignore[arg-type]
-    assert ear.get()._connection_header["type"] == "std_msgs/String"
+    subscriber = QueuedSubscriber(base.node, "/red/changing", AnyMsg)  # type: ignore[arg-type]
+    assert subscriber.get()._connection_header["type"] == "std_msgs/String"
     first.shutdown()
     numbers: Any = red.make_node("talker").advertise("/changing", "std_msgs/Int64", latch=True)
     numbers.publish(5)
     wait_until(lambda: base.topics().get("/red/changing") == "std_msgs/Int64", "the new type")
-    late = Ear(base.make_node("late"), "/red/changing", "std_msgs/Int64")
+    late = QueuedSubscriber(base.make_node("late"), "/red/changing", "std_msgs/Int64")
     assert late.get().data == 5
 
 
@@ -278,15 +280,15 @@ def test_the_master_is_away_for_a_while(pair: tuple[RunningSite, RunningSite]) -
     red, base = pair
     publisher: Any = red.node.advertise("/text", "std_msgs/String")
     base.has_topic("/red/text")
-    ear = Ear(base.node, "/red/text")
+    subscriber = QueuedSubscriber(base.node, "/red/text")
     assert publisher.wait_for_subscribers(1, 20)
     port = parse_uri(red.master.uri)[1]
     red.master.stop()
     publisher.publish("meanwhile")
-    ear.hears("meanwhile")
+    subscriber.hears("meanwhile")
     red.master = Master(port=port, bind_host="127.0.0.1")
     red.master.start()
     late: Any = red.node.advertise("/late", "std_msgs/String", latch=True)
     late.publish("after")
     base.has_topic("/red/late")
-    Ear(base.node, "/red/late").hears("after")
+    QueuedSubscriber(base.node, "/red/late").hears("after")

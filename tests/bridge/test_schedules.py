@@ -13,11 +13,11 @@ from typing import Any
 
 import pytest
 
-from pyros1.bridge.clock_offset import ClockOffset
-from pyros1.bridge.outgoing import OutgoingTopic
-from pyros1.bridge.sending import Sending
-from pyros1.bridge.streams import Delivery, LatchedStream, NewestStream, ReliableStream
-from pyros1.bridge.taking import Taking
+from pyros1.bridge.exchange.clock_offset import ClockOffset
+from pyros1.bridge.exchange.outgoing import OutgoingTopic
+from pyros1.bridge.exchange.receiving import Receiving
+from pyros1.bridge.exchange.sending import Sending
+from pyros1.bridge.exchange.streams import Delivery, LatchedStream, NewestStream, ReliableStream
 
 from .simulation import Simulation
 
@@ -48,7 +48,7 @@ def unsorted(self: ReliableStream, head: Any, body: bytes, now: float) -> list[A
 
 
 def forward_all(original: Any) -> Callable[..., Any]:
-    return lambda self, local, taken, is_bridged, now: original(self, local, taken, False, now)
+    return lambda self, local, received, is_bridged, now: original(self, local, received, False, now)
 
 
 MISTAKES: dict[str, tuple[Any, str, Any, str]] = {
@@ -57,8 +57,8 @@ MISTAKES: dict[str, tuple[Any, str, Any, str]] = {
     "ages are not known": (ClockOffset, "age", lambda *_: 0.0, "s old"),
     "the last numbers are not compared": (LatchedStream, "on_tail", lambda *_: None, "not"),
     "publishers that are gone are not noted": (OutgoingTopic, "drop_publishers", lambda *_: [], "not"),
-    "wishes of sites that are gone stay": (Sending, "set_wishes", lambda *_: [], "subscribes"),
-    "the demand here is ignored": (Taking, "set_demand", lambda *_: [], "subscribes"),
+    "requests of sites that are gone stay": (Sending, "set_requests", lambda *_: [], "subscribes"),
+    "the demand here is ignored": (Receiving, "set_demand", lambda *_: [], "subscribes"),
 }
 
 

@@ -35,7 +35,7 @@ STATUS = {
             "dropped": {"too old": 5},
         },
     ],
-    "taken": [
+    "received": [
         {
             "topic": "red:/odom",
             "from": "red",
@@ -89,7 +89,7 @@ def test_a_site_alone() -> None:
         "link": "cannot reach it",
         "sites": [],
         "sent": [],
-        "taken": [],
+        "received": [],
         "overflowed": 0,
         "ignored": {},
         "problems": {},

@@ -8,7 +8,7 @@ from itertools import islice
 from time import monotonic
 from typing import NamedTuple
 
-from pyros1.bridge.sending import LocalTopic
+from pyros1.bridge.exchange.sending import LocalTopic
 from pyros1.doctor.concurrent import run_concurrently
 from pyros1.doctor.facts import ReportedType
 from pyros1.doctor.probe import query_publisher

@@ -117,18 +117,18 @@ class Pattern:
         """Return whether the pattern matches the name of a topic, whatever the site."""
         # If a part after a ** does not match, only the last ** needs to take one more part: never exponential.
         parts, chunks = self._parts, name.split("/")[1:]
-        part = chunk = taken = 0
+        part = chunk = received = 0
         last = -1
         while chunk < len(chunks):
             if part < len(parts) and parts[part] == "**":
-                last, taken = part, chunk
+                last, received = part, chunk
                 part += 1
             elif part < len(parts) and _matches_chunk(parts[part], chunks[chunk]):
                 part += 1
                 chunk += 1
             elif last >= 0:
-                taken += 1
-                part, chunk = last + 1, taken
+                received += 1
+                part, chunk = last + 1, received
             else:
                 return False
         return all(each == "**" for each in parts[part:])

@@ -9,14 +9,14 @@ from __future__ import annotations
 import threading
 from collections.abc import Collection, Mapping
 
-from pyros1.bridge.actions import Advertise, Forget, Publish
+from pyros1.bridge.exchange.actions import Advertise, Forget, Publish
 from pyros1.ground.names import FullName
 from pyros1.msgs import AnyMsg
 from pyros1.node import Node
 from pyros1.node.publishing.publisher import Publisher
 from pyros1.wire.handshake import TopicType
 
-MARK = "pyros1_bridge"
+BRIDGE_FIELD = "pyros1_bridge"
 """Field of the connection headers of bridges' publishers, with the site's name."""
 _QUEUE_SIZE = 100
 
@@ -38,7 +38,7 @@ class Publishing:
 
     def __init__(self, node: Node, site: str) -> None:
         self._node = node
-        self._headers: Mapping[str, str] = {MARK: site}
+        self._headers: Mapping[str, str] = {BRIDGE_FIELD: site}
         self._topics: dict[str, _Topic] = {}
         self._lock = threading.Lock()  # topics come and go in another thread than messages
 

@@ -1,11 +1,11 @@
-"""A running bridge: a node of the site's master, a link to other sites, and the site's machine between them.
+"""A running bridge: a node of the site's master, a link to other sites, and the site's state machine between them.
 
-Several threads use the machine. A lock guards it, and is held until the actions that follow have been done or queued,
-so that they are done in their order; none of them waits. These are the threads:
+Several threads use the state machine. A lock guards it, and is held until the actions that follow have been done or
+queued, so that they are done in their order; none of them waits. These are the threads:
 
-- the node's threads hand messages to the machine, and its packets to the sender;
+- the node's threads hand messages to the state machine, and its packets to the sender;
 - the worker deals with packets from the link, publishes what they bring, and ticks;
-- the keeper asks the master, and subscribes and advertises, all of which may wait for the master;
+- the master thread asks the master, and subscribes and advertises, all of which may wait for the master;
 - the sender has two threads, which may wait for the network.
 
 So neither a slow master nor a slow network stops the node's loop, its callbacks, or the link's own threads.
@@ -21,17 +21,28 @@ from collections import deque
 from collections.abc import Callable, Iterable
 from functools import partial
 
-from pyros1.bridge.actions import Action, Advertise, Forget, Listen, Log, Marked, Publish, Send, Subscribe, Withdraw
-from pyros1.bridge.key_expressions import Key
-from pyros1.bridge.link import Link, Receive
+from pyros1.bridge.exchange.actions import (
+    Action,
+    Advertise,
+    Forget,
+    Listen,
+    Log,
+    ProbeReply,
+    Publish,
+    Send,
+    Subscribe,
+    Withdraw,
+)
+from pyros1.bridge.exchange.outgoing import ReceivedMessage
+from pyros1.bridge.exchange.site import Site
 from pyros1.bridge.local_graph import STATUS_SERVICE, LocalGraph
-from pyros1.bridge.outgoing import Taken
-from pyros1.bridge.publishing import MARK, Publishing
-from pyros1.bridge.queues import Inbox
-from pyros1.bridge.rules import Priority, Rules
-from pyros1.bridge.sender import Sender
-from pyros1.bridge.site import Site
+from pyros1.bridge.protocol.key_expressions import Key
+from pyros1.bridge.publishing import BRIDGE_FIELD, Publishing
+from pyros1.bridge.rules.rules import Priority, Rules
 from pyros1.bridge.status import status_json
+from pyros1.bridge.transport.link import Link, Receive
+from pyros1.bridge.transport.queues import Inbox
+from pyros1.bridge.transport.sender import Sender
 from pyros1.graph import Graph
 from pyros1.ground.errors import Error
 from pyros1.ground.names import FullName
@@ -42,14 +53,14 @@ from pyros1.node.log.levels import INFO, WARN
 from pyros1.node.subscribing.subscriber import Subscriber
 
 _TICK = 0.1
-"""Seconds between ticks of the machine."""
+"""Seconds between ticks of the state machine."""
 _POLL_PERIOD = 1.0
 """Seconds between questions to the master."""
 _DEMAND_PERIOD = 0.2
 """Seconds between looks at who subscribes to what the bridge publishes."""
 _QUEUE_SIZE = 1000
 """Messages of a publisher that wait for the bridge: it only queues them, so they hardly ever do."""
-_MAX_CHORES = 5_000
+_MAX_DEFERRED = 5_000
 _JOIN_TIME = 3.0
 MakeLink = Callable[[Receive], Link]
 
@@ -86,24 +97,24 @@ class Bridge:
         self._subscribers: dict[str, Subscriber[AnyMsg]] = {}
         self._inbox = Inbox()
         self._arrived = threading.Condition()
-        self._chores: deque[Action] = deque()
+        self._deferred: deque[Action] = deque()
         self._newest: dict[tuple[str, str], Action] = {}  # the last action about a subscription or a published topic
         self._failed: list[Action] = []
         self._next_poll = 0.0
         self._demand: frozenset[str] = frozenset()
-        self._awaited: dict[str, int] = {}  # topics -> how many of the chores advertise or withdraw them
-        self._has_chores = threading.Condition()
+        self._awaited: dict[str, int] = {}  # topics -> how many of the deferred actions advertise or withdraw them
+        self._has_deferred = threading.Condition()
         self._is_closing = False
         self._problems: dict[str, int] = {}
         self._close_lock = threading.Lock()
         self._is_closed = False
         self._link = make_link(self._receive)
-        self._sender = Sender(self._link, steady_now, self._on_link_error, self._make_marks)
+        self._sender = Sender(self._link, steady_now, self._on_link_error, self._make_probes)
         self._worker = threading.Thread(target=self._work, name="bridge: packets", daemon=True)
-        self._keeper = threading.Thread(target=self._keep, name="bridge: master", daemon=True)
+        self._master_thread = threading.Thread(target=self._run_master_thread, name="bridge: master", daemon=True)
         node.on_shutdown(self.close)
         self._worker.start()
-        self._keeper.start()
+        self._master_thread.start()
         try:
             node.advertise_service(f"~{STATUS_SERVICE}", "std_srvs/Trigger", lambda _: (True, self.status()))
         except BaseException:
@@ -140,38 +151,38 @@ class Bridge:
                 self._node.log.internal_error(error)
 
     def _act(self, actions: Iterable[Action]) -> None:
-        """Do what the machine asks for; what may wait for the master is left to the keeper. Called with the lock."""
+        """Do what the state machine asks for, or leave it to the master thread if it may wait. Called with the lock."""
         for action in actions:
             match action:
                 case Send():
                     self._sender.put(action)
                 case Publish(local) | Forget(local) if local in self._awaited:
-                    self._leave_to_keeper(action)
+                    self._defer(action)
                 case Publish():
                     self._publish(action)
                 case Forget():
                     self._publishing.forget(action)
                 case Listen(site, key, on):
                     self._sender.listen(site, key, on)
-                case Marked(site, number):
-                    self._sender.on_marked(site, number)
+                case ProbeReply(site, number):
+                    self._sender.on_probe_reply(site, number)
                 case Log(text, is_warning):
                     self._node.log.peer_event(WARN if is_warning else INFO, "%s", one_line(text))
                 case Subscribe(local):
                     self._newest["subscribe", local] = action
-                    self._leave_to_keeper(action)
+                    self._defer(action)
                 case Advertise(local) | Withdraw(local):
                     self._newest["publish", local] = action
                     self._awaited[local] = self._awaited.get(local, 0) + 1
-                    self._leave_to_keeper(action)
+                    self._defer(action)
 
-    def _leave_to_keeper(self, action: Action) -> None:
-        if isinstance(action, Publish) and len(self._chores) >= _MAX_CHORES:
+    def _defer(self, action: Action) -> None:
+        if isinstance(action, Publish) and len(self._deferred) >= _MAX_DEFERRED:
             self._count("messages that came before their topic was advertised")
             return
-        with self._has_chores:
-            self._chores.append(action)
-            self._has_chores.notify()
+        with self._has_deferred:
+            self._deferred.append(action)
+            self._has_deferred.notify()
 
     def _publish(self, action: Publish) -> None:
         try:
@@ -181,10 +192,10 @@ class Bridge:
             if self._node.ok():
                 self._node.log.peer_event(WARN, "cannot publish on %s: %s", one_line(action.local), error)
 
-    def _make_marks(self, number: int, priority: Priority) -> list[tuple[str, Send]]:
-        """Return marks to send. Called by the sender's threads."""
+    def _make_probes(self, number: int, priority: Priority) -> list[tuple[str, Send]]:
+        """Return probes to send. Called by the sender's threads."""
         with self._lock:
-            return self._site.marks(number, priority)
+            return self._site.probes(number, priority)
 
     def _on_link_error(self, error: Exception) -> None:
         self._count("packets that could not be sent")
@@ -196,19 +207,19 @@ class Bridge:
 
     # The master's side ------------------------------------------------------------------------------------------------
 
-    def _keep(self) -> None:
+    def _run_master_thread(self) -> None:
         while not self._is_closing:
-            with self._has_chores:
-                if not self._chores:
-                    self._has_chores.wait(_DEMAND_PERIOD)
+            with self._has_deferred:
+                if not self._deferred:
+                    self._has_deferred.wait(_DEMAND_PERIOD)
             try:
                 self._look_after_master()
             except Exception as error:  # noqa: BLE001 - a mistake of ours must not end the bridge silently
                 self._node.log.internal_error(error)
 
     def _look_after_master(self) -> None:
-        while self._chores and not self._is_closing:
-            self._do(self._chores.popleft())
+        while self._deferred and not self._is_closing:
+            self._do(self._deferred.popleft())
         if time.monotonic() >= self._next_poll and not self._is_closing:
             self._poll()
             self._next_poll = time.monotonic() + (0.0 if self._graph.is_behind else _POLL_PERIOD)
@@ -261,9 +272,9 @@ class Bridge:
             if self._awaited[local]:
                 return
             del self._awaited[local]
-            waiting = [each for each in self._chores if isinstance(each, (Publish, Forget)) and each.local == local]
-            for chore in waiting:
-                self._chores.remove(chore)
+            waiting = [each for each in self._deferred if isinstance(each, (Publish, Forget)) and each.local == local]
+            for action in waiting:
+                self._deferred.remove(action)
             self._act(waiting)
 
     def _poll(self) -> None:
@@ -283,14 +294,16 @@ class Bridge:
         return bool(self._rules.outgoing(topic, others))
 
     def _on_message(self, local: str, message: AnyMsg) -> None:
-        """Hand a message to the machine. Called in the node's threads."""
+        """Hand a message to the state machine. Called in the node's threads."""
         header = message._connection_header or {}
         publisher = header.get("callerid", "")
-        is_bridged = MARK in header or publisher in self._graph.bridges or publisher == self._node.name
+        is_bridged = BRIDGE_FIELD in header or publisher in self._graph.bridges or publisher == self._node.name
         self._graph.check_type(publisher, local, header.get("md5sum", ""))
-        taken = Taken(publisher, header.get("md5sum", ""), header.get("latching") == "1", bytes(message._buff))
+        received = ReceivedMessage(
+            publisher, header.get("md5sum", ""), header.get("latching") == "1", bytes(message._buff)
+        )
         with self._lock:
-            self._act(self._site.on_message(local, taken, is_bridged, steady_now()))
+            self._act(self._site.on_message(local, received, is_bridged, steady_now()))
 
     # The end ----------------------------------------------------------------------------------------------------------
 
@@ -312,9 +325,9 @@ class Bridge:
         self._is_closing = True
         with self._arrived:
             self._arrived.notify_all()
-        with self._has_chores:
-            self._has_chores.notify_all()
-        for thread in (self._worker, self._keeper):
+        with self._has_deferred:
+            self._has_deferred.notify_all()
+        for thread in (self._worker, self._master_thread):
             thread.join(_JOIN_TIME)
         self._sender.close()
         self._link.close()

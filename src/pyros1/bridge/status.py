@@ -6,11 +6,11 @@ import json
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from pyros1.bridge.key_expressions import topic_key
-from pyros1.bridge.link import Link
-from pyros1.bridge.queues import Inbox
-from pyros1.bridge.sender import Sender
-from pyros1.bridge.site import Site
+from pyros1.bridge.exchange.site import Site
+from pyros1.bridge.protocol.key_expressions import topic_key
+from pyros1.bridge.transport.link import Link
+from pyros1.bridge.transport.queues import Inbox
+from pyros1.bridge.transport.sender import Sender
 from pyros1.ground.terminal_text import one_line
 
 
@@ -36,25 +36,25 @@ def status_json(
                 "local": local.name,
                 "type": topic.offered.type,
                 "publishers": [*local.publishers],
-                "wanted_by": sorted(topic.wishes),
+                "wanted_by": sorted(topic.requests),
                 "messages": flow.messages,
                 "bytes": flow.bytes,
                 "dropped": _add(flow.drops, sender.drops(topic_key(topic.topic))),
             }
             for topic, local, flow in site.sent()
         ],
-        "taken": [
+        "received": [
             {
-                "topic": str(taken.topic),
-                "from": taken.peer,
-                "local": taken.local,
-                "type": taken.type,
-                "state": taken.state,
-                "messages": taken.flow.messages,
-                "bytes": taken.flow.bytes,
-                "dropped": _add(taken.flow.drops, taken.missed_drops),
+                "topic": str(received.topic),
+                "from": received.peer,
+                "local": received.local,
+                "type": received.type,
+                "state": received.state,
+                "messages": received.flow.messages,
+                "bytes": received.flow.bytes,
+                "dropped": _add(received.flow.drops, received.missed_drops),
             }
-            for taken in site.taken()
+            for received in site.received()
         ],
         "waiting_bytes": sender.waiting_bytes,
         "overflowed": inbox.dropped,
@@ -86,8 +86,8 @@ def status_lines(status: Mapping[str, Any]) -> Iterator[str]:
     if not status["sites"]:
         yield "  no other site found yet"
     yield from _table("sends", status["sent"], _sent_cells)
-    yield from _table("takes", [entry for entry in status["taken"] if entry["local"]], _taken_cells)
-    refused = [entry for entry in status["taken"] if not entry["local"]]
+    yield from _table("takes", [entry for entry in status["received"] if entry["local"]], _received_cells)
+    refused = [entry for entry in status["received"] if not entry["local"]]
     for entry in refused:
         yield f"  not taken: {one_line(entry['topic'])} from {one_line(entry['from'])}: {one_line(entry['state'])}"
     for topic, problem in status["problems"].items():
@@ -104,7 +104,7 @@ def _sent_cells(entry: Mapping[str, Any]) -> list[str]:
     return [one_line(entry["local"]), f"to {one_line(wanted)}" if wanted else "no subscribers"]
 
 
-def _taken_cells(entry: Mapping[str, Any]) -> list[str]:
+def _received_cells(entry: Mapping[str, Any]) -> list[str]:
     return [one_line(entry["local"]), f"from {one_line(entry['from'])}: {one_line(entry['state'])}"]
 
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from pyros1.bridge.certificates import make_keys
+from pyros1.bridge.transport.certificates import make_keys
 from pyros1.cli.running import run_command
 
 pytest.importorskip("cryptography")

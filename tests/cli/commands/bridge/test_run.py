@@ -1,6 +1,6 @@
 """bridge run: options, files, and what is refused.
 
-Feature: `pyros1 bridge` connects masters; `--check` explains what would be sent and taken
+Feature: `pyros1 bridge` connects masters; `--check` explains what would be sent and received
 """
 
 from __future__ import annotations
@@ -108,7 +108,7 @@ def test_help(run: Run) -> None:
 
 
 def test_without_zenoh(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("pyros1.bridge.zenoh_link.find_spec", lambda name: None)
+    monkeypatch.setattr("pyros1.bridge.transport.zenoh_link.find_spec", lambda name: None)
     code, _, err = run("--site", "red", "--to", "tcp/127.0.0.1:1")
     assert code == 1 and "pip install 'pyros1[bridge]'" in err
 

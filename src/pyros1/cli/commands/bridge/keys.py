@@ -15,8 +15,8 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int | None:
     """Make the keys, and say what to do with them."""
     if len(args) < 2:
         raise UsageError("name a folder for the keys, and the sites")
-    from pyros1.bridge.certificates import KeysError, make_keys  # noqa: PLC0415
     from pyros1.bridge.names import SiteNameError  # noqa: PLC0415
+    from pyros1.bridge.transport.certificates import KeysError, make_keys  # noqa: PLC0415
 
     folder, *words = args
     hosts: dict[str, list[str]] = {}

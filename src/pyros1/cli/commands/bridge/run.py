@@ -13,17 +13,17 @@ from pyros1.cli.records import Flag, Option, Verb
 from pyros1.ground.terminal_text import one_line
 
 if TYPE_CHECKING:
-    from pyros1.bridge.rules_text import SiteConfig
+    from pyros1.bridge.rules.parsing import SiteConfig
 
 _MAX_FILE_SIZE = 1 << 20
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> int | None:
     """Run the bridge until its node shuts down, or explain what it would do."""
-    from pyros1.bridge.certificates import KeysError  # noqa: PLC0415
-    from pyros1.bridge.endpoints import EndpointError, check_endpoint, check_security  # noqa: PLC0415
     from pyros1.bridge.names import SiteNameError  # noqa: PLC0415
-    from pyros1.bridge.rules_text import RulesError  # noqa: PLC0415
+    from pyros1.bridge.rules.parsing import RulesError  # noqa: PLC0415
+    from pyros1.bridge.transport.certificates import KeysError  # noqa: PLC0415
+    from pyros1.bridge.transport.endpoints import EndpointError, check_endpoint, check_security  # noqa: PLC0415
     from pyros1.values.reading import YamlError  # noqa: PLC0415
 
     try:
@@ -35,7 +35,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int | None:
     except (RulesError, SiteNameError, EndpointError, KeysError, YamlError) as error:
         raise CommandError(str(error), 2) from None
     if options.check:
-        from pyros1.bridge.explanation import explain  # noqa: PLC0415
+        from pyros1.bridge.rules.explanation import explain  # noqa: PLC0415
 
         print(*map(one_line, explain(config)), sep="\n")
         return None
@@ -53,7 +53,7 @@ def _read_config(options: Any) -> SiteConfig:
     from dataclasses import replace  # noqa: PLC0415
 
     from pyros1.bridge.names import check_site_name  # noqa: PLC0415
-    from pyros1.bridge.rules_text import SiteConfig, add_words, parse_config, rules_from_words  # noqa: PLC0415
+    from pyros1.bridge.rules.parsing import SiteConfig, add_words, parse_config, rules_from_words  # noqa: PLC0415
 
     send = [word for words in options.send for word in words]
     take = [word for words in options.take for word in words]
@@ -88,8 +88,8 @@ def _read_keys(config: SiteConfig) -> Mapping[str, str]:
     """
     if not config.keys:
         return {}
-    from pyros1.bridge.certificates import EXPIRY_WARNING_DAYS, KeysError, load_keys  # noqa: PLC0415
-    from pyros1.bridge.security import security_settings  # noqa: PLC0415
+    from pyros1.bridge.transport.access_control import security_settings  # noqa: PLC0415
+    from pyros1.bridge.transport.certificates import EXPIRY_WARNING_DAYS, KeysError, load_keys  # noqa: PLC0415
 
     keys = load_keys(Path(config.keys).expanduser())
     if keys.site != config.rules.site:
@@ -104,7 +104,7 @@ def _read_keys(config: SiteConfig) -> Mapping[str, str]:
 
 
 def _run_bridge(invocation: Invocation, config: SiteConfig, security: Mapping[str, str]) -> int:
-    from pyros1.bridge.zenoh_link import ZenohLink, check_installed  # noqa: PLC0415
+    from pyros1.bridge.transport.zenoh_link import ZenohLink, check_installed  # noqa: PLC0415
 
     check_installed()
     rules = config.rules
@@ -186,14 +186,14 @@ VERB = Verb(
         help="talk only to these sites; where this site listens with --keys, only they are let in, and none can "
         "impersonate another",
     ),
-    Flag("--check", help="explain what would be sent and taken, and exit"),
+    Flag("--check", help="explain what would be sent and received, and exit"),
     Flag(
         "--insecure",
         help="use unencrypted endpoints beyond this machine, although anybody who reaches them can read what is sent, "
         "and send",
     ),
     description="Exchange topics with the masters of other sites. What site red sends appears below /red on the other "
-    "masters; nothing is sent or taken unless it is named.",
+    "masters; nothing is sent or received unless it is named.",
     examples=[
         (
             "pyros1 bridge --site base --listen tls/0.0.0.0:7447 --keys base --sites red --take 'red:**'",

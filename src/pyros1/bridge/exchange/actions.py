@@ -1,0 +1,99 @@
+"""What the state machine asks of whoever drives it. All are plain values; the order in which they are given counts."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from pyros1.bridge.rules.rules import Priority
+
+
+class Send(NamedTuple):
+    """Send a packet.
+
+    Attributes:
+        key: below this site's prefix, see `pyros1.bridge.protocol.key_expressions`.
+        head, body: the packet.
+        priority: which packets overtake others.
+        replaces: a packet that waits with an equal key and value is replaced by this one; None: nothing is replaced.
+        may_drop: whether it is replaced only where the network is slow, since all are wanted where it is not.
+        expires: time by the site's clock after which the packet is useless; None: never.
+    """
+
+    key: str
+    head: bytes
+    body: bytes = b""
+    priority: Priority = Priority.HIGH
+    replaces: int | None = None
+    may_drop: bool = False
+    expires: float | None = None
+
+
+class Listen(NamedTuple):
+    """Receive what another site sends on a key, or no longer if `on` is false."""
+
+    site: str
+    key: str
+    on: bool
+
+
+class Subscribe(NamedTuple):
+    """Subscribe to a topic of this site's master, or no longer if `on` is false."""
+
+    local: str
+    on: bool
+
+
+class Advertise(NamedTuple):
+    """Publish a topic on this site's master, although there are no messages yet."""
+
+    local: str
+    type: str
+    md5sum: str
+    definition: str
+    latched: bool
+
+
+class Withdraw(NamedTuple):
+    """Publish a topic no longer."""
+
+    local: str
+
+
+class Publish(NamedTuple):
+    """Publish a message.
+
+    Attributes:
+        local: the topic.
+        source: the original publisher: its site, and a number.
+        body: the encoded message.
+        latched: whether it is kept for later subscribers, as the last one of its source.
+    """
+
+    local: str
+    source: tuple[str, int]
+    body: bytes
+    latched: bool
+
+
+class Forget(NamedTuple):
+    """Keep the last message of a source no longer, since its publisher is gone."""
+
+    local: str
+    source: tuple[str, int]
+
+
+class ProbeReply(NamedTuple):
+    """A site has answered a probe, see `pyros1.bridge.transport.pacing`."""
+
+    site: str
+    number: int
+
+
+class Log(NamedTuple):
+    """Log a text, which may contain text from other sites."""
+
+    text: str
+    is_warning: bool = False
+
+
+Action = Send | Listen | Subscribe | Advertise | Withdraw | Publish | Forget | ProbeReply | Log

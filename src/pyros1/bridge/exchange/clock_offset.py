@@ -1,0 +1,66 @@
+"""How far another site's clock is ahead of ours, estimated from the round trips of heartbeats. No I/O.
+
+What is needed is not the best guess of a message's age but its upper bound, since no message may be delivered that
+could be too old. The answer to a heartbeat of ours was sent after the heartbeat was, whatever the delays of the two
+ways are, which bounds the offset. Of several bounds, the least holds; since clocks drift, a bound grows with time.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+
+_KEPT = 32
+"""Number of bounds that are kept."""
+DRIFT = 1e-4
+"""Maximum drift between two clocks, in seconds per second: cheap quartz has half of it."""
+_RESOLUTION = 1e-3
+"""Seconds by which a round trip may be negative, since a clock's ticks may be as long as that."""
+_MAX_ROUND_TRIP = 60.0
+"""Round trips longer than this, in seconds, are ignored."""
+
+
+class ClockOffset:
+    """The offset of a site's clock. All times are in seconds.
+
+    Attributes:
+        round_trip: the last round trip; None before the first.
+    """
+
+    def __init__(self) -> None:
+        self.round_trip: float | None = None
+        self._latest: deque[float] = deque(maxlen=_KEPT)  # the greatest possible offset, less the drift until then
+        self._least = math.inf
+
+    @property
+    def is_known(self) -> bool:
+        """Whether there is a bound."""
+        return bool(self._latest)
+
+    def add(self, sent_at: float, received_at: float, their_time: float, held: float) -> None:
+        """Add a round trip.
+
+        Args:
+            sent_at, received_at: when our heartbeat was sent and its answer arrived, by our clock.
+            their_time: when the answer was sent, by their clock.
+            held: the time between the arrival of our heartbeat and their answer, by their clock.
+        """
+        round_trip = received_at - sent_at - held
+        if held < 0 or not -held * DRIFT - _RESOLUTION <= round_trip <= _MAX_ROUND_TRIP:
+            return
+        self.round_trip = max(0.0, round_trip)
+        # The answer was sent after sent_at + held, by our clock, so their clock is ahead by this at most:
+        self._latest.append(their_time - sent_at - held * (1 - DRIFT) - received_at * DRIFT)
+        self._least = min(self._latest)
+
+    def age(self, received_at: float, now: float) -> float | None:
+        """Return the greatest possible age of something.
+
+        Args:
+            received_at: its time by their clock.
+            now: the time by our clock.
+
+        Returns:
+            The age; None if the offset is not known.
+        """
+        return now - received_at + self._least + now * DRIFT if self._latest else None

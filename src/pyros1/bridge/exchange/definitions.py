@@ -1,0 +1,65 @@
+"""Definitions of message types that other sites use. Each is asked for once, by its md5 sum. No I/O."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from pyros1.bridge.protocol.packets import Definition
+from pyros1.ground.errors import Error
+from pyros1.msgs import from_definition
+
+_RETRY_PERIOD = 2.0
+"""Seconds after which a definition is asked for again, at that site or another one."""
+_MAX_DEFINITIONS = 5_000
+
+
+class Definitions:
+    """The definitions that other sites have sent."""
+
+    def __init__(self) -> None:
+        self._texts: dict[tuple[str, str], str] = {}  # (type, md5 sum) -> text
+        self._asked_at: dict[str, float] = {}
+
+    def text(self, type_name: str, md5sum: str) -> str | None:
+        """Return the definition of a type; empty if it cannot be used, None if it has not come yet."""
+        return self._texts.get((type_name, md5sum))
+
+    def to_ask(self, md5sums: Iterable[str], now: float, limit: int) -> list[str]:
+        """Return those of some md5 sums, at most `limit`, for which a site is to be asked now; they are taken as asked
+        for.
+        """
+        due = [
+            md5sum
+            for md5sum in dict.fromkeys(md5sums)
+            if now - self._asked_at.get(md5sum, float("-inf")) >= _RETRY_PERIOD
+        ][:limit]
+        self._asked_at.update(dict.fromkeys(due, now))
+        return due
+
+    def add(self, definition: Definition) -> bool:
+        """Note a definition that a site has sent; return whether it was asked for, and is of use. One that can be used
+        is never replaced, so no site can disturb the topics of others.
+        """
+        key = (definition.type, definition.md5sum)
+        known = self._texts.get(key)
+        if definition.md5sum not in self._asked_at or known:
+            return False
+        text = checked_text(definition)
+        if text == known or (known is None and len(self._texts) >= _MAX_DEFINITIONS):
+            return False
+        self._texts[key] = text
+        return True
+
+
+def checked_text(definition: Definition) -> str:
+    """Return the text of a definition if it has the md5 sum that it claims to have, otherwise an empty text.
+
+    Messages travel without it, but programs that do not have the type installed cannot read them. A text that does not
+    belong to the md5 sum would let a site give other meanings to the fields of a type.
+    """
+    try:
+        definition.text.encode()  # it goes into connection headers
+        is_right = from_definition(definition.type, definition.text)._md5sum == definition.md5sum
+    except (Error, ValueError):
+        is_right = False
+    return definition.text if is_right else ""

@@ -1,0 +1,217 @@
+"""A topic that a site sends: who wants it, the numbers of its messages, and what it keeps to send again. No I/O.
+
+Messages are numbered without gaps, so receivers notice what they missed. What is kept depends on the topic:
+
+- latched: the last message of each publisher that latches, until the publisher is gone;
+- reliable: all messages that are not too old, within bounds;
+- others: nothing, since the next message replaces what was lost.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Collection
+from typing import NamedTuple
+
+from pyros1.bridge.names import SharedName
+from pyros1.bridge.protocol.packets import MAX_NUMBERS, Flag, Held, MessageHead, Missed, Offered
+from pyros1.bridge.rules.rules import Settings
+
+HISTORY_BYTES = 8 << 20
+"""Maximum total size in bytes of the messages of a reliable topic that are kept; at least one is."""
+HISTORY_MESSAGES = 2_000
+"""Maximum number of these messages."""
+
+
+class ReceivedMessage(NamedTuple):
+    """A message that a site's bridge has got from its publisher.
+
+    Attributes:
+        publisher: the publisher's name.
+        md5sum: md5 sum of its type.
+        latched: whether the publisher latches it.
+        body: the encoded message.
+    """
+
+    publisher: str
+    md5sum: str
+    latched: bool
+    body: bytes
+
+
+class Numbered(NamedTuple):
+    """A message with its head, ready to be sent."""
+
+    head: MessageHead
+    body: bytes
+
+
+class Drop:
+    """Why messages are not sent or not delivered, as shown by the status."""
+
+    RATE = "over the rate limit"
+    SIZE = "too large"
+    TYPE = "with a different md5sum"
+    BRIDGED = "came over a bridge"
+    OLD = "too old"
+    EARLY = "published before anyone here subscribed"
+    REPEATED = "repeated"
+    OVERTAKEN = "replaced by newer ones"
+    MISSED = "lost"
+    PUBLISHERS = "from too many publishers"
+    QUEUE = "queue full, since the network is too slow"
+
+
+class OutgoingTopic:
+    """A topic that is offered to other sites.
+
+    Args:
+        offered: how it is offered.
+        settings: how its messages travel.
+        epoch: this site's epoch.
+
+    Attributes:
+        requests: the sites that want it, with the rate that each wants; 0 for all messages.
+        last: the number of the last message.
+    """
+
+    def __init__(self, offered: Offered, settings: Settings, epoch: int) -> None:
+        self.offered = offered
+        self.settings = settings
+        self.requests: dict[str, float] = {}
+        self.last = 0
+        self._epoch = epoch
+        self._publishers: dict[str, int] = {}
+        self._first_received_at: dict[str, float] = {}
+        self._next_publisher = 1
+        self._due: dict[str, float] = {}  # publisher -> when its next message may be sent
+        self._waiting: dict[
+            str, tuple[ReceivedMessage, float]
+        ] = {}  # latched messages that came more often than the rate
+        self._held: dict[str, Numbered] = {}
+        self._history: deque[Numbered] = deque()
+        self._history_bytes = 0
+
+    @property
+    def topic(self) -> SharedName:
+        """The topic's name among sites."""
+        return self.offered.topic
+
+    @property
+    def may_lose_none(self) -> bool:
+        """Whether receivers are told the number of the last message, so that they notice what they missed."""
+        return self.offered.latched or self.offered.reliable
+
+    def take(self, received: ReceivedMessage, now: float) -> Numbered | str:
+        """Return a message with its number, to be sent to all sites that want the topic; or why it is dropped."""
+        if received.md5sum != self.offered.md5sum:
+            return Drop.TYPE
+        if len(received.body) > self.settings.max_size:
+            return Drop.SIZE
+        if not self._may_send(received.publisher, now):
+            if received.latched and self.offered.latched:  # the last one must arrive in the end
+                self._waiting[received.publisher] = (received, now)
+            return Drop.RATE
+        self._waiting.pop(received.publisher, None)
+        return self._number(received, now)
+
+    def _may_send(self, publisher: str, now: float) -> bool:
+        limits = [self.settings.rate] if self.settings.rate else []
+        if self.requests and all(self.requests.values()):
+            limits.append(max(self.requests.values()))
+        if not limits:
+            return True
+        period = 1.0 / min(limits)
+        due = self._due.get(publisher, now)
+        if due > now + 1.2 * period:  # a slower rate was wanted before
+            due = self._due[publisher] = now + period
+        # A message that is a little early counts as the due one: publishers are not exact.
+        if now < due - 0.1 * period:
+            return False
+        self._due[publisher] = max(due, now - period) + period
+        return True
+
+    def _number(self, received: ReceivedMessage, now: float) -> Numbered | str:
+        publisher = self._publishers.get(received.publisher)
+        if publisher is None:
+            if len(self._publishers) >= MAX_NUMBERS:
+                return Drop.PUBLISHERS
+            publisher = self._publishers[received.publisher] = self._next_publisher
+            self._next_publisher += 1
+            self._first_received_at[received.publisher] = now
+        self.last += 1
+        is_held = received.latched and self.offered.latched
+        flags = Flag.LATCHED if is_held else 0
+        head = MessageHead(self._epoch, 0, self.last, publisher, now, flags, received.md5sum)
+        message = Numbered(head, received.body)
+        if is_held:
+            self._held[received.publisher] = message
+        elif self.offered.reliable and not self.offered.latched:
+            self._remember(message)
+        return message
+
+    def _remember(self, message: Numbered) -> None:
+        self._history.append(message)
+        self._history_bytes += len(message.body)
+        while len(self._history) > 1 and (self._history_bytes > HISTORY_BYTES or len(self._history) > HISTORY_MESSAGES):
+            self._history_bytes -= len(self._history.popleft().body)
+
+    def due(self, now: float) -> list[Numbered]:
+        """Return the latched messages that waited for the rate, and may be sent now; and forget what is too old."""
+        age = self.settings.age
+        while self._history and now - self._history[0].head.received_at > age:
+            self._history_bytes -= len(self._history.popleft().body)
+        ready = []
+        for publisher, (received, received_at) in list(self._waiting.items()):
+            if self._may_send(publisher, now):
+                del self._waiting[publisher]
+                message = self._number(received, received_at)
+                if not isinstance(message, str):
+                    ready.append(message)
+        return ready
+
+    def drop_publishers(self, gone: list[str], now: float) -> list[Numbered]:
+        """Forget publishers, and return messages that tell so of those that had latched one."""
+        notes = []
+        for name in gone:
+            self._due.pop(name, None)
+            self._waiting.pop(name, None)
+            number = self._publishers.pop(name, None)
+            self._first_received_at.pop(name, None)
+            held = self._held.pop(name, None)
+            if number is not None and held is not None:
+                self.last += 1
+                head = MessageHead(self._epoch, 0, self.last, number, now, Flag.LEFT, self.offered.md5sum)
+                notes.append(Numbered(head, b""))
+        return notes
+
+    def gone_publishers(self, registered: Collection[str], asked_at: float) -> list[str]:
+        """Return the publishers whose messages have come, but that are gone.
+
+        Args:
+            registered: the publishers that the master knows.
+            asked_at: when the master was asked. A publisher whose first message came later may be new; whose came
+                earlier was registered before, even if only for a moment.
+        """
+        return [
+            name for name in self._publishers if name not in registered and self._first_received_at[name] < asked_at
+        ]
+
+    def held(self) -> tuple[list[Numbered], Held]:
+        """Return the latched messages, and the list of them."""
+        messages = [*self._held.values()]
+        numbers = {message.head.publisher: message.head.number for message in messages}
+        return messages, Held(self.topic, self.last, numbers)
+
+    def again(self, missed: Missed) -> tuple[list[Numbered], int]:
+        """Return the messages that a site missed and that are still kept, and the number of the first that is kept."""
+        first_kept = self._history[0].head.number if self._history else self.last + 1
+        found = [message for message in self._history if missed.first <= message.head.number <= missed.last]
+        return found[:MAX_NUMBERS], first_kept
+
+    def forget_all(self) -> None:
+        """Forget all messages, since nobody wants the topic any more."""
+        self._history.clear()
+        self._history_bytes = 0
+        self._held.clear()
+        self._waiting.clear()

@@ -1,0 +1,114 @@
+"""The topics that a bridge publishes on its site's master: which there are, and who wants them there. No I/O.
+
+Several topics of other sites may have one name here; then they must have the same type, and the first one decides.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import NamedTuple
+
+from pyros1.bridge.exchange.actions import Action, Advertise, Forget, Withdraw
+from pyros1.bridge.names import SharedName
+
+Feed = tuple[str, SharedName]
+"""What comes from another site: the site that sends it, and the topic."""
+
+
+class Output(NamedTuple):
+    """A topic that is published here.
+
+    Attributes:
+        type, md5sum, definition: its message type.
+        latched: whether it has latched messages.
+    """
+
+    type: str
+    md5sum: str
+    definition: str
+    latched: bool
+
+
+class Outputs:
+    """The topics that are published here, by name."""
+
+    def __init__(self) -> None:
+        self._outputs: dict[str, Output] = {}
+        self._sources: dict[str, set[tuple[str, int]]] = {}  # topic -> the sources with latched messages
+
+    def changed(self, wanted: Mapping[str, Output]) -> set[str]:
+        """Return the topics that `update` would withdraw, even if it publishes them again in another way."""
+        return {local for local, output in self._outputs.items() if output != wanted.get(local)}
+
+    def update(self, wanted: Mapping[str, Output]) -> list[Action]:
+        """Publish exactly these topics, and return the actions for that."""
+        actions: list[Action] = []
+        for local in sorted(self.changed(wanted)):
+            actions.append(Withdraw(local))
+            del self._outputs[local]
+            self._sources.pop(local, None)
+        for local, output in wanted.items():
+            if local not in self._outputs:
+                self._outputs[local] = output
+                actions.append(Advertise(local, *output))
+        return actions
+
+    def __contains__(self, local: str) -> bool:
+        return local in self._outputs
+
+    def is_latched(self, local: str) -> bool:
+        """Return whether a topic that is published here has latched messages."""
+        output = self._outputs.get(local)
+        return output is not None and output.latched
+
+    def hold(self, local: str, source: tuple[str, int]) -> None:
+        """Note that the last message of a source is kept."""
+        self._sources.setdefault(local, set()).add(source)
+
+    def forget(self, local: str, source: tuple[str, int]) -> list[Action]:
+        """Return the action by which the last message of a source is kept no longer."""
+        sources = self._sources.get(local, set())
+        if source not in sources:
+            return []
+        sources.remove(source)
+        return [Forget(local, source)]
+
+    def forget_site(self, local: str, site: str) -> list[Action]:
+        """Return the actions by which no messages of a site are kept any longer."""
+        sources = [source for source in self._sources.get(local, ()) if source[0] == site]
+        return [action for source in sorted(sources) for action in self.forget(local, source)]
+
+
+class Candidate(NamedTuple):
+    """A topic of another site that could be published here.
+
+    Attributes:
+        local: its name here.
+        feed: where it comes from.
+        output: its type; None as long as its definition is not known.
+    """
+
+    local: str
+    feed: Feed
+    output: Output | None
+
+
+def choose(candidates: Iterable[Candidate]) -> tuple[dict[str, Output], dict[Feed, str]]:
+    """Return what to publish, by name, and why some topics cannot be.
+
+    Args:
+        candidates: the topics of other sites; those that are first decide about the type.
+    """
+    outputs: dict[str, Output] = {}
+    refused: dict[Feed, str] = {}
+    for local, feed, output in candidates:
+        known = outputs.get(local)
+        if output is None:
+            continue
+        if known is None:
+            outputs[local] = output
+        elif known.md5sum != output.md5sum:
+            refused[feed] = f"{local} is a {known.type} already, not a {output.type}"
+        elif output.latched and not known.latched:
+            outputs[local] = known._replace(latched=True)
+    return outputs, refused

@@ -1,0 +1,208 @@
+"""What a site knows of another one: whether it is there, since when, and how old its messages are. No I/O.
+
+The states, and what leads from one to the next:
+
+- *heard*: a packet came under the site's name. Whoever records packets can send them again, and the network can delay
+  them, so nothing is believed yet.
+- *present*: it has answered a heartbeat that was sent to it after this run of it (its *epoch*) was first heard of, so
+  it is not an echo of an earlier run. From now on its lists and messages count, if they carry this epoch.
+- *lost*: no new answer came for `LOSS_DELAY`. What is known of it is kept, since it may come back.
+
+A lost site that answers again is present. One that has started again is heard under another epoch, and becomes present
+under that one as soon as it has answered; then everything that was known of its earlier run is void. A lost site that
+does not come back within `FORGET_DELAY`, and one that says goodbye, is forgotten.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from enum import Enum
+from typing import NamedTuple
+
+from pyros1.bridge.exchange.clock_offset import ClockOffset
+from pyros1.bridge.names import SharedName
+from pyros1.bridge.protocol.packets import Heartbeat
+
+HEARTBEAT_PERIOD = 1.0
+"""Seconds between heartbeats."""
+LOSS_DELAY = 5.0
+"""Seconds from the last heartbeat that was answered until the site is lost. The next heartbeat brings the answer,
+ so even without losses this time grows to two periods and a round trip."""
+FORGET_DELAY = 60.0
+"""Seconds after which a lost site is forgotten."""
+_ANSWER_PERIOD = 0.1
+"""Minimum seconds between heartbeats that answer packets of a site that is not present yet, so that such packets cannot
+make this site send without end."""
+_KEPT_HEARTBEATS = 64
+"""Number of sent heartbeats whose answers are recognised."""
+
+
+class State(Enum):
+    """The states of another site."""
+
+    HEARD = "heard"
+    PRESENT = "present"
+    LOST = "lost"
+
+
+class _Candidate(NamedTuple):
+    """A run of the site that has not shown yet that it is running now."""
+
+    epoch: int
+    first_heartbeat: int
+    """Number of the first heartbeat that was sent after it was heard; only an answer to this or a later one counts."""
+
+
+class Change(Enum):
+    """What a heartbeat has changed."""
+
+    NONE = "none"
+    STARTED = "started"
+    """The site is present in a new run: what was known of an earlier one is void."""
+    RETURNED = "returned"
+
+
+class Peer:
+    """Another site, as its packets describe it. All times are in seconds of this site's clock.
+
+    Args:
+        name: the other site's name.
+        own_epoch: this site's epoch.
+        numbers: the numbers of heartbeats; shared by all peers of a site. A run never uses a number twice, not even
+            for a peer that it has forgotten meanwhile, since the other side may remember it.
+        now: the current time.
+
+    Attributes:
+        state: its state.
+        epoch: its current run; 0 if it was never present.
+        clock: the offset of its clock.
+        answer_due: whether a heartbeat must be sent now.
+        offer_wanted, request_wanted: the versions of its lists for us; 0 if it has not said.
+        offer_seen, request_seen: the versions of our lists that it has; -1 for none.
+        lost_at: when it was lost.
+    """
+
+    def __init__(self, name: str, own_epoch: int, numbers: Iterator[int], now: float) -> None:
+        self.name = name
+        self.state = State.HEARD
+        self.epoch = 0
+        self.clock = ClockOffset()
+        self.answer_due = False
+        self.offer_wanted = self.request_wanted = 0
+        self.offer_seen = self.request_seen = -1
+        self.lost_at = now
+        self._own_epoch = own_epoch
+        self._candidate: _Candidate | None = None
+        self._heard_at = now
+        self._answered_at = now  # when the newest heartbeat that it has answered was sent
+        self._sent: dict[int, float] = {}
+        self._numbers = numbers
+        self._last_number = 0
+        self._heartbeat_sent_at = float("-inf")
+        self._received: dict[
+            int, tuple[int, float]
+        ] = {}  # epoch -> number and arrival of the last heartbeat of that run
+
+    @property
+    def is_present(self) -> bool:
+        """Whether the site is present."""
+        return self.state is State.PRESENT
+
+    def is_current(self, epoch: int, to_epoch: int) -> bool:
+        """Return whether a packet is from the present run of the site, and for this run of ours, or for all sites."""
+        return self.state is State.PRESENT and epoch == self.epoch and to_epoch in (0, self._own_epoch)
+
+    def hear(self, epoch: int, now: float) -> None:
+        """Note that a packet with an epoch came; this alone proves nothing."""
+        if self.state is not State.LOST:
+            self._heard_at = now
+        if epoch == self.epoch and self.state is State.PRESENT:
+            return
+        if self._candidate is None or self._candidate.epoch != epoch:
+            self._candidate = _Candidate(epoch, self._last_number + 1)
+        self.answer_due = self.answer_due or now - self._heartbeat_sent_at >= _ANSWER_PERIOD
+
+    def on_heartbeat(self, epoch: int, to_epoch: int, heartbeat: Heartbeat, now: float) -> Change:
+        """Note a heartbeat from the site, and return what it changes."""
+        number, _ = self._received.get(epoch, (0, 0.0))
+        if heartbeat.number <= number:
+            return Change.NONE  # repeated, or overtaken by a later one
+        is_answer = to_epoch == self._own_epoch and heartbeat.echo in self._sent
+        if not is_answer or (epoch != self.epoch and not self._proves(epoch, heartbeat.echo)):
+            self.hear(epoch, now)
+            self._note_arrival(epoch, heartbeat.number, now)
+            return Change.NONE
+        change = self._on_answer(epoch, heartbeat, now)
+        self._note_arrival(epoch, heartbeat.number, now)
+        return change
+
+    def _note_arrival(self, epoch: int, number: int, now: float) -> None:
+        runs = (self.epoch, self._candidate.epoch if self._candidate else 0)
+        self._received = {run: last for run, last in self._received.items() if run in runs}
+        if epoch in runs:
+            self._received[epoch] = (number, now)
+
+    def _proves(self, epoch: int, echo: int) -> bool:
+        """Return whether the answer to a heartbeat shows that a run of the site is the current one."""
+        candidate = self._candidate
+        return candidate is not None and candidate.epoch == epoch and echo >= candidate.first_heartbeat
+
+    def _on_answer(self, epoch: int, heartbeat: Heartbeat, now: float) -> Change:
+        change = Change.NONE
+        if epoch != self.epoch:
+            change = Change.STARTED
+            self.epoch = epoch
+            self.clock = ClockOffset()
+            self._answered_at = float("-inf")
+            self.answer_due = True  # it may wait for an answer of ours, too
+        self._candidate = None
+        sent_at = self._sent[heartbeat.echo]
+        self._answered_at = max(self._answered_at, sent_at)
+        self.clock.add(sent_at, now, heartbeat.sent_at, heartbeat.held)
+        self.offer_wanted, self.request_wanted = heartbeat.offer, heartbeat.request
+        self.offer_seen, self.request_seen = heartbeat.offer_seen, heartbeat.request_seen
+        if self.state is not State.PRESENT and now - self._answered_at < LOSS_DELAY:
+            if change is Change.NONE:
+                change = Change.STARTED if self.state is State.HEARD else Change.RETURNED
+            self.state = State.PRESENT
+        return change
+
+    def tick(self, now: float) -> bool:
+        """Return whether the site is lost now, and was not before."""
+        if self.state is not State.PRESENT or now - self._answered_at < LOSS_DELAY:
+            return False
+        self.state, self.lost_at = State.LOST, now
+        return True
+
+    def is_forgotten(self, now: float) -> bool:
+        """Return whether the site has been away for so long that nothing needs to be kept of it."""
+        if self.state is State.PRESENT:
+            return False
+        since = self.lost_at if self.state is State.LOST else self._heard_at
+        return now - since >= FORGET_DELAY
+
+    def wants_heartbeat(self, now: float) -> bool:
+        """Return whether a heartbeat must be sent to the site now."""
+        return self.answer_due or now - self._heartbeat_sent_at >= HEARTBEAT_PERIOD
+
+    def make_heartbeat(
+        self, now: float, offer: int, request: int, seen: tuple[int, int], tails: Mapping[SharedName, int]
+    ) -> tuple[int, Heartbeat]:
+        """Return the next heartbeat to the site, after the epoch of the run that it is for.
+
+        Args:
+            now: the current time.
+            offer, request: the versions of our lists for it.
+            seen: the versions of its lists that we have; -1 for none.
+            tails: see `Heartbeat`.
+        """
+        number = self._last_number = next(self._numbers)
+        self._sent[number] = now
+        if len(self._sent) > _KEPT_HEARTBEATS:
+            del self._sent[min(self._sent)]
+        # A packet of another run may be old: one heartbeat asks that run, the others keep up what there is.
+        asks = self._candidate is not None and (self.answer_due or self.state is not State.PRESENT)
+        epoch = self._candidate.epoch if asks and self._candidate else self.epoch
+        self._heartbeat_sent_at, self.answer_due = now, False
+        echo, arrived_at = self._received.get(epoch, (0, now))
+        return epoch, Heartbeat(number, now, echo, now - arrived_at, offer, request, *seen, tails)

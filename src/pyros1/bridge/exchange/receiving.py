@@ -1,0 +1,341 @@
+"""What a site takes: which topics of other sites are published here, and which of their messages. No I/O.
+
+A topic that is offered, and that a rule takes, is advertised here as soon as its definition is known, so that programs
+see it. It is wanted from the other site only while somebody here subscribes to it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import NamedTuple
+
+from pyros1.bridge.exchange.actions import Action, Listen, Publish, Send
+from pyros1.bridge.exchange.definitions import Definitions
+from pyros1.bridge.exchange.outgoing import Drop
+from pyros1.bridge.exchange.outputs import Candidate, Feed, Output, Outputs, choose
+from pyros1.bridge.exchange.peer import Peer
+from pyros1.bridge.exchange.sending import Flow
+from pyros1.bridge.exchange.streams import Delivery, Stream, make_stream
+from pyros1.bridge.names import SharedName, is_topic_name
+from pyros1.bridge.protocol.key_expressions import to_key, topic_key
+from pyros1.bridge.protocol.packets import (
+    Definition,
+    Flag,
+    Gone,
+    Held,
+    Kind,
+    MessageHead,
+    Missed,
+    Offered,
+    Request,
+    encode_ask,
+    encode_head,
+    encode_missed,
+)
+from pyros1.bridge.rules.rules import Rules, Settings, is_command
+
+MAX_TOPICS = 2_000
+"""Maximum number of topics of a site that are published here: all of them are registered with the master."""
+_MAX_ASKED = 100
+"""Maximum number of definitions to ask for at a time."""
+_MAX_PUBLISHERS = 1_000
+"""Maximum number of publishers of a topic whose rates are limited."""
+_EARLY_TOLERANCE = 0.05
+"""Seconds by which a message may be older than the request for its topic, since ages are upper bounds."""
+
+
+class _IncomingTopic:
+    """A topic that another site offers and that a rule takes."""
+
+    def __init__(self, offered: Offered, settings: Settings, stream: Stream) -> None:
+        self.offered = offered
+        self.settings = settings
+        self.stream = stream
+        self.flow = Flow()
+        self.is_wanted = False
+        self.wanted_since = 0.0
+        self.due: dict[int, float] = {}  # publisher -> when its next message may be delivered
+
+
+class ReceivedTopic(NamedTuple):
+    """A topic of another site, for the status.
+
+    Attributes:
+        peer: the site that offers it.
+        topic, type, local: its name among sites, its message type, its name here; the latter is empty if it is refused.
+        state: whether it is wanted, or why it is not incoming.
+        flow: what came, and what was dropped.
+        missed_drops: the messages that the order of delivery has cost.
+    """
+
+    peer: str
+    topic: SharedName
+    type: str
+    local: str
+    state: str
+    flow: Flow
+    missed_drops: Mapping[str, int]
+
+
+class Receiving:
+    """The topics that a site takes.
+
+    Args:
+        rules: the site's rules.
+        epoch: the site's epoch.
+        peers: the other sites; shared with the caller, who changes it.
+    """
+
+    def __init__(self, rules: Rules, epoch: int, peers: Mapping[str, Peer]) -> None:
+        self._rules = rules
+        self._epoch = epoch
+        self._peers = peers
+        self._definitions = Definitions()
+        self._outputs = Outputs()
+        self._demand: frozenset[str] = frozenset()
+        self._incoming: dict[Feed, _IncomingTopic] = {}
+        self._refused: dict[Feed, tuple[str, str]] = {}  # -> type and reason
+        self._unusable: dict[Feed, str] = {}
+        self._lacks_definitions = False
+        # Streams stay as long as the run of their site, so that nothing is delivered again if an offer comes back.
+        self._streams: dict[Feed, tuple[bool, bool, Stream]] = {}
+
+    # What there is ----------------------------------------------------------------------------------------------------
+
+    def set_offers(self, peer: str, offers: Iterable[Offered], now: float) -> list[Action]:
+        """Note what another site offers, and return the actions that follow."""
+        old = {feed: incoming for feed, incoming in self._incoming.items() if feed[0] == peer}
+        for feed in old:
+            del self._incoming[feed]
+        self._refused = {feed: reason for feed, reason in self._refused.items() if feed[0] != peer}
+        count = 0
+        for offered in offers:
+            if is_command(offered.type):
+                offered = offered._replace(latched=False)  # noqa: PLW2901 - whatever the other site says
+            feed = (peer, offered.topic)
+            rule = self._rules.incoming(offered.topic, peer)
+            if isinstance(rule, str):
+                self._refused[feed] = (offered.type, rule)
+                continue
+            local = self._rules.local_name(rule, offered.topic)
+            problem = "its name here would be too long" if not is_topic_name(local) else ""
+            if count >= MAX_TOPICS:
+                problem = "the site offers too many topics"
+            if problem:
+                self._refused[feed] = (offered.type, problem)
+                continue
+            count += 1
+            before = old.get(feed)
+            if before is not None and before.offered == offered:
+                self._incoming[feed] = before
+            else:
+                settings = rule.settings(local, offered.type)
+                self._incoming[feed] = _IncomingTopic(offered, settings, self._stream(feed, offered, settings))
+        actions: list[Action] = []
+        for feed, incoming in old.items():
+            if self._incoming.get(feed) is not incoming and incoming.is_wanted:
+                actions += self._stop(feed, incoming)
+        return actions + self.apply(now)
+
+    def _stream(self, feed: Feed, offered: Offered, settings: Settings) -> Stream:
+        latched, reliable, stream = self._streams.get(feed, (None, None, None))
+        if stream is None or (latched, reliable) != (offered.latched, offered.reliable):
+            floor = stream.highest if stream else 0
+            stream = make_stream(offered.latched, offered.reliable, settings.age, floor)
+            self._streams[feed] = (offered.latched, offered.reliable, stream)
+        return stream
+
+    def drop_peer(self, peer: str, now: float) -> list[Action]:
+        """Forget everything of another site, since it is gone or has started again; return the actions that follow."""
+        actions = self.set_offers(peer, (), now)
+        for feed in [feed for feed in self._streams if feed[0] == peer]:
+            del self._streams[feed]
+        return actions
+
+    def set_demand(self, demand: Iterable[str], now: float) -> list[Action]:
+        """Note to which topics nodes of this site's master subscribe, and return the actions that follow."""
+        self._demand = frozenset(demand)
+        return self.apply(now)
+
+    def on_definition(self, definition: Definition, now: float) -> list[Action]:
+        """Note a definition, and return the actions that follow."""
+        is_offered = any(
+            (incoming.offered.type, incoming.offered.md5sum) == (definition.type, definition.md5sum)
+            for incoming in self._incoming.values()
+        )
+        return self.apply(now) if is_offered and self._definitions.add(definition) else []
+
+    def apply(self, now: float) -> list[Action]:
+        """Bring what is published, and what is wanted, in line with offers, definitions and demand."""
+        candidates = self._candidates()
+        outputs, self._unusable = choose(candidates)
+        self._lacks_definitions = any(candidate.output is None for candidate in candidates)
+        actions = self._ask(now)
+        changed = self._outputs.changed(outputs)
+        for feed, incoming in self._incoming.items():
+            if incoming.is_wanted and incoming.settings.local in changed:
+                actions += self._stop(feed, incoming)  # if it is wanted again at once, latched messages come again
+        actions += self._outputs.update(outputs)
+        for feed, incoming in self._incoming.items():
+            local = incoming.settings.local
+            wants = local in self._outputs and local in self._demand and feed not in self._unusable
+            if wants and not incoming.is_wanted:
+                incoming.is_wanted, incoming.wanted_since = True, now
+                incoming.stream.restart(now)
+                actions.append(Listen(feed[0], topic_key(feed[1]), True))
+            elif incoming.is_wanted and not wants:
+                actions += self._stop(feed, incoming)
+        return actions
+
+    def _candidates(self) -> list[Candidate]:
+        """Return what could be published here; first what is published already, so that it stays."""
+        candidates = []
+        for feed in sorted(self._incoming, key=lambda feed: (not self._incoming[feed].is_wanted, feed)):
+            incoming = self._incoming[feed]
+            offered = incoming.offered
+            text = self._definitions.text(offered.type, offered.md5sum)
+            output = None if text is None else Output(offered.type, offered.md5sum, text, offered.latched)
+            candidates.append(Candidate(incoming.settings.local, feed, output))
+        return candidates
+
+    def _ask(self, now: float) -> list[Action]:
+        """Return questions for the definitions that are missing."""
+        if not self._lacks_definitions:
+            return []
+        missing: dict[str, list[str]] = {}
+        for (peer, _), incoming in self._incoming.items():
+            offered = incoming.offered
+            if self._definitions.text(offered.type, offered.md5sum) is None and self._peers[peer].is_present:
+                missing.setdefault(peer, []).append(offered.md5sum)
+        actions: list[Action] = []
+        for peer, md5sums in missing.items():
+            if due := self._definitions.to_ask(md5sums, now, _MAX_ASKED):
+                actions.append(Send(to_key(peer), self._head(Kind.ASK, peer), encode_ask(due)))
+        return actions
+
+    def _stop(self, feed: Feed, incoming: _IncomingTopic) -> list[Action]:
+        """Want a topic no longer. Its latched messages are forgotten, since they may change unnoticed from now on."""
+        incoming.is_wanted = False
+        peer, topic = feed
+        return [Listen(peer, topic_key(topic), False), *self._outputs.forget_site(incoming.settings.local, peer)]
+
+    def requests(self, peer: str) -> list[Request]:
+        """Return what this site wants from another one."""
+        return [
+            Request(feed[1], incoming.settings.rate or 0.0)
+            for feed, incoming in self._incoming.items()
+            if feed[0] == peer and incoming.is_wanted
+        ]
+
+    # Messages ---------------------------------------------------------------------------------------------------------
+
+    def on_message(self, peer: str, topic: SharedName, head: MessageHead, body: bytes, now: float) -> list[Action]:
+        """Return the actions for a message that has come from the current run of another site."""
+        incoming = self._incoming.get((peer, topic))
+        if incoming is None or not incoming.is_wanted:
+            return []
+        if head.md5sum != incoming.offered.md5sum:
+            incoming.flow.drop(Drop.TYPE)
+            return []
+        return self._deliver((peer, topic), incoming, incoming.stream.accept(head, body, now), now)
+
+    def _deliver(
+        self, feed: Feed, incoming: _IncomingTopic, deliveries: Iterable[Delivery], now: float
+    ) -> list[Action]:
+        actions: list[Action] = []
+        local = incoming.settings.local
+        for head, body in deliveries:
+            source = (feed[0], head.publisher)
+            if body is None:
+                actions += self._outputs.forget(local, source)
+                continue
+            if reason := self._reason_to_drop(feed[0], incoming, head, len(body), now):
+                incoming.flow.drop(reason)
+                continue
+            incoming.flow.count(len(body))
+            is_latched = bool(head.flags & Flag.LATCHED) and self._outputs.is_latched(local)
+            if is_latched:
+                self._outputs.hold(local, source)
+            actions.append(Publish(local, source, body, is_latched))
+        return actions
+
+    def _reason_to_drop(
+        self, peer: str, incoming: _IncomingTopic, head: MessageHead, size: int, now: float
+    ) -> str | None:
+        settings = incoming.settings
+        if size > settings.max_size:
+            return Drop.SIZE
+        is_latched = bool(head.flags & Flag.LATCHED) and incoming.offered.latched
+        age = self._peers[peer].clock.age(head.received_at, now)
+        max_age = settings.max_age(is_latched)
+        if max_age is not None and (age is None or age > max_age):
+            return Drop.OLD
+        # An earlier run of this site may have delivered what was sent before this one wanted it.
+        if not is_latched and (age is None or age > now - incoming.wanted_since + _EARLY_TOLERANCE):
+            return Drop.EARLY
+        if settings.rate and not is_latched:
+            period = 1.0 / settings.rate
+            if head.publisher not in incoming.due and len(incoming.due) >= _MAX_PUBLISHERS:
+                incoming.due = {publisher: due for publisher, due in incoming.due.items() if due > now}
+                if len(incoming.due) >= _MAX_PUBLISHERS:
+                    return Drop.PUBLISHERS
+            due = incoming.due.get(head.publisher, now)
+            if now < due - 0.1 * period:
+                return Drop.RATE
+            incoming.due[head.publisher] = max(due, now - period) + period
+        return None
+
+    def on_tails(self, peer: str, tails: Mapping[SharedName, int], now: float) -> None:
+        """Note the numbers of the last messages that another site has sent; `tick` asks for missed ones."""
+        for topic, number in tails.items():
+            incoming = self._incoming.get((peer, topic))
+            if incoming is not None and incoming.is_wanted:
+                incoming.stream.on_tail(number, now)
+
+    def on_held(self, peer: str, held: Held, now: float) -> list[Action]:
+        """Note which latched messages another site holds, and return the actions that follow."""
+        incoming = self._incoming.get((peer, held.topic))
+        if incoming is None or not incoming.is_wanted:
+            return []
+        return self._deliver((peer, held.topic), incoming, incoming.stream.on_held(held), now)
+
+    def on_gone(self, peer: str, gone: Gone, now: float) -> list[Action]:
+        """Note that another site cannot send some messages again, and return the actions that follow."""
+        incoming = self._incoming.get((peer, gone.topic))
+        if incoming is None or not incoming.is_wanted:
+            return []
+        return self._deliver((peer, gone.topic), incoming, incoming.stream.on_gone(gone, now), now)
+
+    def tick(self, now: float) -> list[Action]:
+        """Return the actions that follow because time has passed."""
+        actions = self._ask(now)
+        for feed, incoming in self._incoming.items():
+            peer, topic = feed
+            if not incoming.is_wanted or not self._peers[peer].is_present:
+                continue
+            actions += self._deliver(feed, incoming, incoming.stream.tick(now), now)
+            if numbers := incoming.stream.missed(now):
+                body = encode_missed(Missed(topic, *numbers))
+                actions.append(Send(to_key(peer), self._head(Kind.MISSED, peer), body))
+        return actions
+
+    def _head(self, kind: Kind, peer: str) -> bytes:
+        return encode_head(kind, self._epoch, self._peers[peer].epoch)
+
+    def topics(self) -> list[ReceivedTopic]:
+        """Return the topics of other sites, for the status."""
+        found = [
+            ReceivedTopic(
+                peer,
+                topic,
+                incoming.offered.type,
+                incoming.settings.local,
+                self._unusable.get((peer, topic)) or ("subscribed" if incoming.is_wanted else "no subscribers here"),
+                incoming.flow,
+                incoming.stream.drops,
+            )
+            for (peer, topic), incoming in self._incoming.items()
+        ]
+        for (peer, topic), (type_name, reason) in self._refused.items():
+            found.append(ReceivedTopic(peer, topic, type_name, "", reason, Flow(), {}))
+        return found

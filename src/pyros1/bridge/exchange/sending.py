@@ -1,0 +1,312 @@
+"""What a site sends: its topics that the rules allow, to the sites that want them. No I/O.
+
+A topic is subscribed to at its source only while a site wants it. Nothing that came over a bridge is sent on, whichever
+bridge it was: topics that only bridges publish are not offered, and messages of bridges are dropped.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from itertools import islice
+from typing import NamedTuple
+
+from pyros1.bridge.exchange.actions import Action, Send, Subscribe
+from pyros1.bridge.exchange.outgoing import Drop, Numbered, OutgoingTopic, ReceivedMessage
+from pyros1.bridge.names import SharedName, is_topic_name
+from pyros1.bridge.protocol.key_expressions import again_key, to_key, topic_key
+from pyros1.bridge.protocol.packets import (
+    MAX_DEFINITION,
+    Definition,
+    Flag,
+    Gone,
+    Kind,
+    MessageHead,
+    Missed,
+    Offered,
+    Request,
+    encode_definition,
+    encode_gone,
+    encode_head,
+    encode_held,
+    encode_message_head,
+)
+from pyros1.bridge.rules.rules import Outgoing, Rules, is_command
+
+_ANSWER_PERIOD = 0.1
+"""Minimum seconds between answers to a site's questions about the same topic, or for definitions."""
+_MAX_ANSWERS = 10_000
+_MAX_DEFINITIONS = 100
+"""Maximum number of definitions in answer to one question."""
+
+
+class LocalTopic(NamedTuple):
+    """A topic of this site's master that nodes other than bridges publish.
+
+    Attributes:
+        name: its full name.
+        type, md5sum, definition: its message type.
+        latched: whether a publisher latches its messages.
+        publishers: the names of those nodes.
+    """
+
+    name: str
+    type: str
+    md5sum: str
+    definition: str
+    latched: bool
+    publishers: tuple[str, ...]
+
+
+class Flow:
+    """How much of a topic has been sent or delivered, and how many messages were dropped for which reason."""
+
+    def __init__(self) -> None:
+        self.messages = 0
+        self.bytes = 0
+        self.drops: dict[str, int] = {}
+
+    def count(self, size: int) -> None:
+        """Count a message of so many bytes."""
+        self.messages += 1
+        self.bytes += size
+
+    def drop(self, reason: str) -> None:
+        """Count a message that is dropped."""
+        self.drops[reason] = self.drops.get(reason, 0) + 1
+
+
+class _Sent(NamedTuple):
+    topic: OutgoingTopic
+    receivers: frozenset[str]
+    outgoing: Outgoing
+    local: LocalTopic
+    flow: Flow
+
+
+class Sending:
+    """The topics that a site sends.
+
+    Args:
+        rules: the site's rules.
+        epoch: the site's epoch.
+    """
+
+    def __init__(self, rules: Rules, epoch: int) -> None:
+        self._rules = rules
+        self._epoch = epoch
+        self._locals: dict[str, LocalTopic] = {}
+        self._peers: dict[str, int] = {}  # the other sites that are known -> their epochs
+        self._requests: dict[str, dict[SharedName, float]] = {}
+        self._sent: dict[SharedName, _Sent] = {}
+        self._by_local: dict[str, list[_Sent]] = {}
+        self._last: dict[SharedName, int] = {}  # numbers never begin again within an epoch
+        self._subscribed: set[str] = set()
+        self._answered_at: dict[tuple[str, SharedName | None], float] = {}
+
+    # What there is ----------------------------------------------------------------------------------------------------
+
+    def set_topics(self, topics: Iterable[LocalTopic], asked_at: float, now: float) -> list[Action]:
+        """Note the topics of this site's master, and return the actions that follow.
+
+        Args:
+            topics: the topics.
+            asked_at: when the master was asked for them, in seconds.
+            now: the current time.
+        """
+        new_topics = {topic.name: topic for topic in topics if is_topic_name(topic.name) and topic.publishers}
+        notes: list[Action] = []
+        for sent in self._sent.values():
+            remaining = new_topics.get(sent.local.name)
+            gone = sent.topic.gone_publishers(remaining.publishers if remaining else (), asked_at)
+            for note in sent.topic.drop_publishers(gone, now):
+                notes.append(self._send(sent, note))
+        self._locals = new_topics
+        return notes + self._apply(now)
+
+    def set_peers(self, epochs: Mapping[str, int], now: float) -> list[Action]:
+        """Note which other sites are known, each with its epoch, and return the actions that follow."""
+        for name in [name for name in self._requests if name not in epochs or self._peers.get(name) != epochs[name]]:
+            del self._requests[name]
+        self._peers = dict(epochs)
+        return self._apply(now)
+
+    def set_requests(self, peer: str, requests: Iterable[Request], now: float) -> list[Action]:
+        """Note what another site wants, and return the actions that follow."""
+        self._requests[peer] = {request.topic: request.rate for request in requests}
+        return self._apply(now)
+
+    def offers(self, peer: str) -> list[Offered]:
+        """Return what is offered to another site."""
+        return [sent.topic.offered for sent in self._sent.values() if peer in sent.receivers]
+
+    def _apply(self, now: float) -> list[Action]:
+        """Bring the outgoing topics in line with topics, sites and requests."""
+        self._update_sent()
+        actions: list[Action] = []
+        for sent in self._sent.values():
+            requests = {
+                peer: requested[sent.topic.topic]
+                for peer, requested in self._requests.items()
+                if peer in sent.receivers and sent.topic.topic in requested
+            }
+            new_peers = requests.keys() - sent.topic.requests.keys()
+            sent.topic.requests = requests
+            if not requests:
+                sent.topic.forget_all()
+            elif sent.topic.offered.latched:
+                for peer in sorted(new_peers):
+                    actions += self._send_held(sent, peer)
+        needed = {sent.local.name for sent in self._sent.values() if sent.topic.requests}
+        actions += [Subscribe(local, False) for local in sorted(self._subscribed - needed)]
+        actions += [Subscribe(local, True) for local in sorted(needed - self._subscribed)]
+        self._subscribed = needed
+        return actions
+
+    def _update_sent(self) -> None:
+        old, self._sent, self._by_local = self._sent, {}, {}
+        for name in sorted(self._locals):
+            local = self._locals[name]
+            for outgoing in self._rules.outgoing(name, self._peers):
+                shared, rule = outgoing
+                if shared in self._sent:
+                    continue  # two topics here would have the same name there: the first one is sent
+                settings = rule.settings(name, local.type)
+                is_latched = local.latched and not is_command(local.type)
+                offered = Offered(shared, local.type, local.md5sum, is_latched, settings.reliable)
+                before = old.get(shared)
+                if before is not None and before.topic.offered == offered and before.local.name == name:
+                    topic, flow = before.topic, before.flow
+                else:
+                    topic, flow = OutgoingTopic(offered, settings, self._epoch), Flow()
+                    topic.last = before.topic.last if before else self._last.get(shared, 0)
+                receivers = frozenset(self._rules.receivers(outgoing, self._peers))
+                sent = self._sent[shared] = _Sent(topic, receivers, outgoing, local, flow)
+                self._by_local.setdefault(name, []).append(sent)
+        self._last.update((shared, sent.topic.last) for shared, sent in old.items() if shared not in self._sent)
+
+    # Messages ---------------------------------------------------------------------------------------------------------
+
+    def on_message(self, local: str, received: ReceivedMessage, is_bridged: bool, now: float) -> list[Action]:
+        """Return the packets to send for a message.
+
+        Args:
+            local: the topic's name on this site's master.
+            received: the message.
+            is_bridged: whether a bridge has published it.
+            now: the current time in seconds.
+        """
+        actions: list[Action] = []
+        for sent in self._by_local.get(local, ()):
+            if not sent.topic.requests:
+                continue
+            message = Drop.BRIDGED if is_bridged else sent.topic.take(received, now)
+            if isinstance(message, str):
+                sent.flow.drop(message)
+            else:
+                actions.append(self._send(sent, message))
+        return actions
+
+    def _send(self, sent: _Sent, message: Numbered) -> Action:
+        sent.flow.count(len(message.body))
+        topic, head = sent.topic, message.head
+        age = _max_age(topic, head)
+        return Send(
+            topic_key(topic.topic),
+            encode_message_head(head),
+            message.body,
+            topic.settings.priority,
+            None if topic.may_lose_none else head.publisher,
+            not topic.may_lose_none,
+            None if age is None else head.received_at + age,
+        )
+
+    def tick(self, now: float) -> list[Action]:
+        """Return the packets to send because time has passed."""
+        actions: list[Action] = []
+        for sent in self._sent.values():
+            if sent.topic.may_lose_none:
+                actions += [self._send(sent, message) for message in sent.topic.due(now)]
+        return actions
+
+    # Questions of other sites -----------------------------------------------------------------------------------------
+
+    def tails(self, peer: str) -> dict[SharedName, int]:
+        """Return the number of the last message of each topic of which another site may lose none."""
+        return {
+            shared: sent.topic.last
+            for shared, sent in self._sent.items()
+            if sent.topic.may_lose_none and peer in sent.topic.requests
+        }
+
+    def on_missed(self, peer: str, missed: Missed, now: float) -> list[Action]:
+        """Return the packets to send because another site missed messages."""
+        sent = self._sent.get(missed.topic)
+        if sent is None or peer not in sent.topic.requests or not self._may_answer(peer, missed.topic, now):
+            return []
+        if sent.topic.offered.latched:
+            return self._send_held(sent, peer)
+        messages, first_kept = sent.topic.again(missed)
+        actions: list[Action] = []
+        if missed.first < first_kept:
+            body = encode_gone(Gone(missed.topic, first_kept))
+            actions.append(Send(to_key(peer), self._head(Kind.GONE, peer), body, sent.topic.settings.priority))
+        return actions + [self._send_again(sent, message, peer) for message in messages]
+
+    def _send_held(self, sent: _Sent, peer: str) -> list[Action]:
+        messages, held = sent.topic.held()
+        actions: list[Action] = [self._send_again(sent, message, peer) for message in messages]
+        # With their priority, so that it comes after them.
+        priority = sent.topic.settings.priority
+        return [*actions, Send(to_key(peer), self._head(Kind.HELD, peer), encode_held(held), priority)]
+
+    def _send_again(self, sent: _Sent, message: Numbered, peer: str) -> Action:
+        head = message.head._replace(to_epoch=self._peers.get(peer, 0))
+        age = _max_age(sent.topic, head)
+        expires = None if age is None else head.received_at + age
+        key, priority = again_key(peer, sent.topic.topic), sent.topic.settings.priority
+        # A message that still waits to be sent again is not queued twice.
+        return Send(key, encode_message_head(head), message.body, priority, head.number, False, expires)
+
+    def _may_answer(self, peer: str, topic: SharedName | None, now: float) -> bool:
+        """Return whether to answer a question of a site: small questions with large answers must not come in floods."""
+        if now - self._answered_at.get((peer, topic), float("-inf")) < _ANSWER_PERIOD:
+            return False
+        if len(self._answered_at) >= _MAX_ANSWERS:
+            self._answered_at.clear()
+        self._answered_at[peer, topic] = now
+        return True
+
+    def on_ask(self, peer: str, md5sums: Iterable[str], now: float) -> list[Action]:
+        """Return the definitions for which another site asks, as far as they are of topics that are offered to it."""
+        if not self._may_answer(peer, None, now):
+            return []
+        known = {
+            sent.local.md5sum: Definition(sent.local.type, sent.local.md5sum, _sendable(sent.local.definition))
+            for sent in self._sent.values()
+            if peer in sent.receivers
+        }
+        return [
+            Send(to_key(peer), self._head(Kind.DEFINITION, peer), encode_definition(known[md5sum]))
+            for md5sum in islice(dict.fromkeys(md5sums), _MAX_DEFINITIONS)
+            if md5sum in known
+        ]
+
+    def _head(self, kind: Kind, peer: str) -> bytes:
+        return encode_head(kind, self._epoch, self._peers.get(peer, 0))
+
+    def requesting(self) -> list[str]:
+        """Return the sites that want something."""
+        return sorted({peer for sent in self._sent.values() for peer in sent.topic.requests})
+
+    def flows(self) -> list[tuple[OutgoingTopic, LocalTopic, Flow]]:
+        """Return the outgoing topics, each with its topic here and its flow, for the status."""
+        return [(sent.topic, sent.local, sent.flow) for sent in self._sent.values()]
+
+
+def _max_age(topic: OutgoingTopic, head: MessageHead) -> float | None:
+    return topic.settings.max_age(is_latched=bool(head.flags & (Flag.LATCHED | Flag.LEFT)))
+
+
+def _sendable(definition: str) -> str:
+    """Return the text of a definition; empty if it is too long to be sent, since messages can do without."""
+    return definition if len(definition) <= MAX_DEFINITION else ""

@@ -1,0 +1,342 @@
+"""A site: keeps up with other sites, and exchanges topics with them. Values in, actions out; no I/O.
+
+Whoever drives it calls `on_packet` for each packet, `on_message` for each message of a topic it has subscribed to,
+`set_topics` and `set_demand` when the site's master has changed, and `tick` several times per second. All of them take
+the time of a clock that never jumps, in seconds, and return actions to be done in that order.
+
+What a site does about another one, by its state (`peer.State`):
+
+====================  ================================================================================================
+event                 what follows
+====================  ================================================================================================
+heard                 a heartbeat is sent, since only an answer to it proves that the other site is running now
+started (present)     what was known of an earlier run is dropped; both send their offers, then their requests
+heartbeat                  lists that the other site lacks are sent again; messages that were missed are asked for
+lost                  nothing is sent to it on purpose; offers, requests, and what is published here stay as they are
+returned (present)    the same run goes on: what was missed and is not too old is asked for, newest messages flow
+forgotten, goodbye    its topics are withdrawn here; its requests, and sources that nobody else wants, are dropped
+====================  ================================================================================================
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from itertools import count
+from typing import NamedTuple
+
+from pyros1.bridge.exchange.actions import Action, Log, ProbeReply, Send
+from pyros1.bridge.exchange.outgoing import OutgoingTopic, ReceivedMessage
+from pyros1.bridge.exchange.peer import HEARTBEAT_PERIOD, Change, Peer, State
+from pyros1.bridge.exchange.receiving import ReceivedTopic, Receiving
+from pyros1.bridge.exchange.sending import Flow, LocalTopic, Sending
+from pyros1.bridge.names import SharedName
+from pyros1.bridge.protocol.key_expressions import HELLO, Channel, Key, to_key
+from pyros1.bridge.protocol.packet_values import PacketError
+from pyros1.bridge.protocol.packets import (
+    Kind,
+    decode_ask,
+    decode_definition,
+    decode_gone,
+    decode_head,
+    decode_heartbeat,
+    decode_held,
+    decode_message_head,
+    decode_missed,
+    decode_offer,
+    decode_probe,
+    decode_request,
+    encode_head,
+    encode_heartbeat,
+    encode_pages,
+    encode_probe,
+)
+from pyros1.bridge.protocol.versioned_lists import ListReceiver, ListSender
+from pyros1.bridge.rules.rules import Priority, Rules
+
+MAX_SITES = 256
+"""Maximum number of other sites; what further ones send is ignored."""
+
+
+class _Lists:
+    """The lists between this site and another one."""
+
+    def __init__(self, versions: Iterator[int]) -> None:
+        self.offer, self.request = ListSender(versions), ListSender(versions)
+        self.their_offer, self.their_request = ListReceiver(), ListReceiver()
+
+
+class SiteStatus(NamedTuple):
+    """What a site knows of another one, for the status."""
+
+    name: str
+    state: State
+    round_trip: float | None
+
+
+class Site:
+    """A site.
+
+    Args:
+        rules: its rules; they have its name.
+        epoch: a random number from 1 to 2^64 - 1, another one for each run.
+        now: the current time.
+
+    Attributes:
+        ignored: how many packets were ignored for each reason.
+    """
+
+    def __init__(self, rules: Rules, epoch: int, now: float) -> None:
+        self.ignored: dict[str, int] = {}
+        self._rules = rules
+        self._epoch = epoch
+        self._peers: dict[str, Peer] = {}
+        self._versions, self._heartbeat_numbers = count(1), count(1)
+        self._lists: dict[str, _Lists] = {}
+        self._sending = Sending(rules, epoch)
+        self._receiving = Receiving(rules, epoch, self._peers)
+        self._hello_at = now
+        self._has_namesake = False
+        self._on_kind: Mapping[Kind, Callable[[str, bytes, float], list[Action]]] = {
+            Kind.OFFER: self._on_offer,
+            Kind.REQUEST: self._on_request,
+            Kind.ASK: lambda peer, body, now: self._sending.on_ask(peer, decode_ask(body), now),
+            Kind.DEFINITION: self._on_definition,
+            Kind.PROBE: lambda peer, body, _: [self._to(peer, Kind.PROBE_REPLY, encode_probe(decode_probe(body)))],
+            Kind.PROBE_REPLY: lambda peer, body, _: [ProbeReply(peer, decode_probe(body))],
+            Kind.MISSED: lambda peer, body, now: self._sending.on_missed(peer, decode_missed(body), now),
+            Kind.HELD: lambda peer, body, now: self._receiving.on_held(peer, decode_held(body), now),
+            Kind.GONE: lambda peer, body, now: self._receiving.on_gone(peer, decode_gone(body), now),
+        }
+
+    @property
+    def name(self) -> str:
+        """The site's name."""
+        return self._rules.site
+
+    # This site's master -----------------------------------------------------------------------------------------------
+
+    def set_topics(self, topics: Iterable[LocalTopic], asked_at: float, now: float) -> list[Action]:
+        """Note which topics nodes of this site's master published when it was asked, those of bridges excepted."""
+        return self._sending.set_topics(topics, asked_at, now) + self._update_lists(now)
+
+    def set_demand(self, demand: Iterable[str], now: float) -> list[Action]:
+        """Note to which topics that this site publishes nodes of its master subscribe."""
+        return self._receiving.set_demand(demand, now) + self._update_lists(now)
+
+    def on_message(self, local: str, received: ReceivedMessage, is_bridged: bool, now: float) -> list[Action]:
+        """Note a message of a topic of this site's master.
+
+        Args:
+            local: the topic's name.
+            received: the message.
+            is_bridged: whether its publisher is a bridge, this one or another.
+            now: the current time.
+        """
+        return self._sending.on_message(local, received, is_bridged, now)
+
+    # Time -------------------------------------------------------------------------------------------------------------
+
+    def start(self) -> list[Action]:
+        """Return the first actions."""
+        return [self._hello()]
+
+    def tick(self, now: float) -> list[Action]:
+        """Return what is to be done because time has passed."""
+        actions: list[Action] = []
+        if now - self._hello_at >= HEARTBEAT_PERIOD:
+            self._hello_at = now
+            actions.append(self._hello())
+        for peer in [*self._peers.values()]:
+            if peer.tick(now):
+                actions.append(Log(f"site {peer.name} does not respond any more", is_warning=True))
+            if peer.is_forgotten(now):
+                actions += self._forget(peer, now)
+        actions += self._sending.tick(now)
+        actions += self._receiving.tick(now)
+        return actions + self._send_heartbeats(now) + self._send_lists(now)
+
+    def leave(self) -> list[Action]:
+        """Return the last actions: they tell the other sites that this one is gone."""
+        return [
+            Send(to_key(peer.name), encode_head(Kind.BYE, self._epoch, peer.epoch), priority=Priority.URGENT)
+            for peer in self._peers.values()
+            if peer.is_present
+        ]
+
+    def _to(self, name: str, kind: Kind, body: bytes, priority: Priority = Priority.URGENT) -> Send:
+        return Send(to_key(name), encode_head(kind, self._epoch, self._peers[name].epoch), body, priority)
+
+    def probes(self, number: int, priority: Priority) -> list[tuple[str, Send]]:
+        """Return a probe for each site that gets messages, see `pyros1.bridge.transport.pacing`."""
+        names = [name for name in self._sending.requesting() if name in self._peers and self._peers[name].is_present]
+        return [(name, self._to(name, Kind.PROBE, encode_probe(number), priority)) for name in names]
+
+    def _hello(self) -> Action:
+        return Send(HELLO, encode_head(Kind.HELLO, self._epoch), priority=Priority.URGENT, replaces=0, may_drop=True)
+
+    def _send_heartbeats(self, now: float) -> list[Action]:
+        actions: list[Action] = []
+        for peer in self._peers.values():
+            if peer.wants_heartbeat(now):
+                lists = self._lists[peer.name]
+                seen = (lists.their_offer.version, lists.their_request.version)
+                tails = self._sending.tails(peer.name)
+                epoch, heartbeat = peer.make_heartbeat(now, lists.offer.version, lists.request.version, seen, tails)
+                head = encode_head(Kind.HEARTBEAT, self._epoch, epoch)
+                actions.append(Send(to_key(peer.name), head, encode_heartbeat(heartbeat), Priority.URGENT))
+        return actions
+
+    def _update_lists(self, now: float) -> list[Action]:
+        """Return the lists that must be sent since topics, sites or demand have changed."""
+        for name, lists in self._lists.items():
+            lists.offer.update(self._sending.offers(name))
+            lists.request.update(self._receiving.requests(name))
+        return self._send_lists(now)
+
+    def _send_lists(self, now: float) -> list[Action]:
+        actions: list[Action] = []
+        for peer in self._peers.values():
+            if not peer.is_present:
+                continue
+            lists = self._lists[peer.name]
+            for kind, sender, seen in (
+                (Kind.OFFER, lists.offer, peer.offer_seen),
+                (Kind.REQUEST, lists.request, peer.request_seen),
+            ):
+                if sender.is_due(seen, now):
+                    head = encode_head(kind, self._epoch, peer.epoch)
+                    pages = encode_pages(sender.version, sender.entries)
+                    actions += [Send(to_key(peer.name), head, page) for page in pages]
+        return actions
+
+    # Packets ----------------------------------------------------------------------------------------------------------
+
+    def on_packet(self, key: Key, head: bytes, body: bytes, now: float) -> list[Action]:
+        """Note a packet from another site. One that is not valid is ignored and counted.
+
+        Args:
+            key: the key on which it came.
+            head, body: the packet.
+            now: the current time.
+        """
+        if key.site == self.name:
+            return self._on_namesake()
+        if not self._rules.talks_to(key.site) or key.receiver not in ("", self.name):
+            return []
+        try:
+            if key.topic is not None:
+                return self._on_message_packet(key.site, key.topic, head, body, now)
+            return self._on_control(key, head, body, now)
+        except PacketError as error:
+            return self._ignore(f"{key.site}: {error}")
+
+    def _on_namesake(self) -> list[Action]:
+        if self._has_namesake:
+            return []
+        self._has_namesake = True
+        text = f"another bridge calls itself {self.name}, too: each site needs a name of its own"
+        return [Log(text, is_warning=True)]
+
+    def _on_message_packet(self, site: str, topic: SharedName, head: bytes, body: bytes, now: float) -> list[Action]:
+        message = decode_message_head(head)
+        peer = self._peers.get(site)
+        if peer is None or not peer.is_current(message.epoch, message.to_epoch):
+            return self._ignore(f"{site}: messages of a run that is not present")
+        return self._receiving.on_message(site, topic, message, body, now)
+
+    def _on_control(self, key: Key, head: bytes, body: bytes, now: float) -> list[Action]:
+        kind, epoch, to_epoch = decode_head(head)
+        if epoch == 0:
+            raise PacketError("a packet without an epoch")
+        if kind is Kind.HELLO:
+            peer = self._find_or_add(key.site, now)
+            if peer is not None and (peer.epoch != epoch or not peer.is_present):
+                peer.hear(epoch, now)
+            return [] if peer is None else self._send_heartbeats(now)
+        if key.channel is not Channel.TO:
+            raise PacketError("a packet on the wrong key")
+        if kind is Kind.HEARTBEAT:
+            return self._on_heartbeat(key.site, epoch, to_epoch, body, now)
+        peer = self._peers.get(key.site)
+        if peer is None or to_epoch != self._epoch or not peer.is_current(epoch, to_epoch):
+            return self._ignore(f"{key.site}: packets of a run that is not present")
+        if kind is Kind.BYE:
+            return [Log(f"site {peer.name} has left"), *self._forget(peer, now)]
+        handler = self._on_kind.get(kind)
+        if handler is None:
+            raise PacketError("a packet on the wrong key")
+        return handler(key.site, body, now)
+
+    def _ignore(self, reason: str) -> list[Action]:
+        if reason in self.ignored or len(self.ignored) < 1000:
+            self.ignored[reason] = self.ignored.get(reason, 0) + 1
+        return []
+
+    def _find_or_add(self, name: str, now: float) -> Peer | None:
+        peer = self._peers.get(name)
+        if peer is None:
+            if len(self._peers) >= MAX_SITES:
+                self._ignore("more sites than there may be")
+                return None
+            peer = self._peers[name] = Peer(name, self._epoch, self._heartbeat_numbers, now)
+            self._lists[name] = _Lists(self._versions)
+        return peer
+
+    def _on_heartbeat(self, site: str, epoch: int, to_epoch: int, body: bytes, now: float) -> list[Action]:
+        heartbeat = decode_heartbeat(body)
+        peer = self._find_or_add(site, now)
+        if peer is None:
+            return []
+        change = peer.on_heartbeat(epoch, to_epoch, heartbeat, now)
+        actions: list[Action] = []
+        if change is Change.STARTED:
+            actions += self._receiving.drop_peer(site, now)
+            self._lists[site] = _Lists(self._versions)
+            actions += self._update_peers(now)
+            actions += self._send_heartbeats(now)
+            actions += self._update_lists(now)
+            actions.append(Log(f"site {site} is present"))
+        elif change is Change.RETURNED:
+            actions.append(Log(f"site {site} responds again"))
+        if peer.is_current(epoch, to_epoch):
+            self._receiving.on_tails(site, heartbeat.tails, now)
+            actions += self._receiving.tick(now)
+        # Heartbeats go first: the other site may take this one for present only when it has got one.
+        return actions + self._send_heartbeats(now) + self._send_lists(now)
+
+    def _update_peers(self, now: float) -> list[Action]:
+        epochs = {peer.name: peer.epoch for peer in self._peers.values() if peer.epoch}
+        return self._sending.set_peers(epochs, now)
+
+    def _forget(self, peer: Peer, now: float) -> list[Action]:
+        actions = self._receiving.drop_peer(peer.name, now)
+        del self._peers[peer.name], self._lists[peer.name]
+        actions += self._update_peers(now)
+        return actions + self._update_lists(now)
+
+    def _on_offer(self, site: str, body: bytes, now: float) -> list[Action]:
+        offers = self._lists[site].their_offer.accept(decode_offer(body))
+        if offers is None:
+            return []
+        return self._receiving.set_offers(site, offers, now) + self._update_lists(now)
+
+    def _on_request(self, site: str, body: bytes, now: float) -> list[Action]:
+        requests = self._lists[site].their_request.accept(decode_request(body))
+        return [] if requests is None else self._sending.set_requests(site, requests, now)
+
+    def _on_definition(self, site: str, body: bytes, now: float) -> list[Action]:
+        return self._receiving.on_definition(decode_definition(body), now) + self._update_lists(now)
+
+    # Status -----------------------------------------------------------------------------------------------------------
+
+    def sites(self) -> list[SiteStatus]:
+        """Return what is known of other sites."""
+        return [SiteStatus(peer.name, peer.state, peer.clock.round_trip) for peer in self._peers.values()]
+
+    def sent(self) -> list[tuple[OutgoingTopic, LocalTopic, Flow]]:
+        """Return the topics that are offered, each with its topic here and its flow."""
+        return self._sending.flows()
+
+    def received(self) -> list[ReceivedTopic]:
+        """Return the topics that other sites offer."""
+        return self._receiving.topics()

@@ -1,0 +1,363 @@
+"""The receiving end of a topic between sites: which messages are delivered, in which order, and which are missed.
+
+There is one stream for each topic of each run of a site. Packets may come late, twice, in another order, or never. What
+all streams promise: no message is delivered twice, and none of a publisher after a later one. They differ in what they
+do about a gap in the numbers:
+
+- `NewestStream` goes on with the later message;
+- `ReliableStream` keeps later messages back, asks for the missed ones, and goes on without them only when the sender
+  says that it no longer has them, or when they would be too old;
+- `LatchedStream` delivers at once, since only the last message of each publisher counts, and compares what it has with
+  what the sender holds.
+
+No I/O. All times are in seconds.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import NamedTuple, Protocol
+
+from pyros1.bridge.exchange.outgoing import Drop
+from pyros1.bridge.protocol.packets import MAX_NUMBERS, Flag, Gone, Held, MessageHead
+
+_FIRST_RETRY = 0.5
+_LAST_RETRY = 8.0
+"""Seconds between questions for the same missed messages, at first and at most: on a slow network the answers to
+earlier questions may still be on their way."""
+_BUFFER_MESSAGES = 2_000
+_BUFFER_BYTES = 8 << 20
+"""Maximum total size in bytes of the messages that are kept back while earlier ones are missed."""
+_FIRST_WAIT = 2.0
+"""Seconds to wait for missed messages if they may be of any age."""
+
+
+class Delivery(NamedTuple):
+    """A message that is due, or the note that a publisher's latched message holds no longer (`body` is None)."""
+
+    head: MessageHead
+    body: bytes | None
+
+
+class Stream(Protocol):
+    """What all streams have.
+
+    Attributes:
+        drops: how many messages were dropped for each reason.
+        highest: the highest number that has come.
+    """
+
+    drops: dict[str, int]
+    highest: int
+
+    def restart(self, now: float) -> None:
+        """Begin again after a time in which the topic was not wanted; what was delivered before is not repeated."""
+        ...
+
+    def accept(self, head: MessageHead, body: bytes, now: float) -> list[Delivery]:
+        """Return what is to be delivered now that a message has come."""
+        ...
+
+    def on_tail(self, number: int, now: float) -> None:
+        """Note the number of the last message that the site has sent."""
+        ...
+
+    def missed(self, now: float) -> tuple[int, int] | None:
+        """Return the numbers of the first and last message to ask for now; None if there are none."""
+        ...
+
+    def tick(self, now: float) -> list[Delivery]:
+        """Return what is to be delivered because missed messages are not waited for any longer."""
+        ...
+
+    def on_gone(self, gone: Gone, now: float) -> list[Delivery]:
+        """Return what is to be delivered now that some messages cannot come any more."""
+        ...
+
+    def on_held(self, held: Held) -> list[Delivery]:
+        """Return what is to be delivered now that the site has said which latched messages there are."""
+        ...
+
+
+class _Questions:
+    """When to ask for missed messages.
+
+    Args:
+        asked_at: when they were asked for already; None if they were not.
+    """
+
+    def __init__(self, asked_at: float | None = None) -> None:
+        self._asked_at = float("-inf") if asked_at is None else asked_at
+        self._period = 0.0 if asked_at is None else _FIRST_RETRY
+
+    def is_due(self, now: float) -> bool:
+        """Return whether to ask now; it is then taken as asked."""
+        if now - self._asked_at < self._period:
+            return False
+        self._period = min(_LAST_RETRY, max(_FIRST_RETRY, 2 * self._period))
+        self._asked_at = now
+        return True
+
+    def on_progress(self) -> None:
+        """Ask soon again, since answers come."""
+        self._period = min(self._period, _FIRST_RETRY)
+
+
+class _Counting:
+    def __init__(self, floor: int) -> None:
+        self.drops: dict[str, int] = {}
+        self.highest = floor
+
+    def count(self, reason: str, number: int = 1) -> list[Delivery]:
+        """Count dropped messages; return that nothing is delivered."""
+        self.drops[reason] = self.drops.get(reason, 0) + number
+        return []
+
+
+class NewestStream(_Counting):
+    """Delivers messages that are newer than all before.
+
+    Args:
+        floor: messages up to this number are not delivered.
+    """
+
+    def __init__(self, floor: int) -> None:
+        super().__init__(floor)
+
+    def restart(self, now: float) -> None:
+        """Do nothing: later messages have higher numbers."""
+
+    def accept(self, head: MessageHead, body: bytes, now: float) -> list[Delivery]:
+        """See `Stream`."""
+        if head.number <= self.highest:
+            return self.count(Drop.REPEATED if head.number == self.highest else Drop.OVERTAKEN)
+        self.highest = head.number
+        return [Delivery(head, body)]
+
+    def on_tail(self, number: int, now: float) -> None:
+        """Do nothing: what is missed is not asked for."""
+
+    def missed(self, now: float) -> tuple[int, int] | None:
+        """Return None."""
+        return None
+
+    def tick(self, now: float) -> list[Delivery]:
+        """Return nothing: nothing waits."""
+        return []
+
+    def on_gone(self, gone: Gone, now: float) -> list[Delivery]:
+        """Return nothing: nothing waits."""
+        return []
+
+    def on_held(self, held: Held) -> list[Delivery]:
+        """Return nothing: no message is latched."""
+        return []
+
+
+class ReliableStream(_Counting):
+    """Delivers all messages in order.
+
+    Args:
+        age: maximum age of a message in seconds; None for no limit. Missed messages are waited for as long as they may
+            still be delivered.
+        floor: messages up to this number are not delivered.
+    """
+
+    def __init__(self, age: float | None, floor: int) -> None:
+        super().__init__(floor)
+        self._patience = _FIRST_WAIT if age is None else age
+        self._last: int | None = None  # the last number that was delivered or given up; None at the beginning
+        self._floor = floor
+        self._tail = 0
+        self._waiting: dict[int, Delivery] = {}
+        self._waiting_bytes = 0
+        self._gap_since: float | None = None
+        self._questions = _Questions()
+
+    def restart(self, now: float) -> None:
+        """See `Stream`."""
+        self._questions = _Questions()
+        self._floor = max(self.highest, self._last or 0)
+        self._last, self._tail, self._gap_since = None, 0, None
+        self._waiting.clear()
+        self._waiting_bytes = 0
+
+    def accept(self, head: MessageHead, body: bytes, now: float) -> list[Delivery]:
+        """See `Stream`. The first message is the beginning: what was sent before was not for this site."""
+        number = head.number
+        if number <= self._floor:
+            return self.count(Drop.REPEATED)
+        if self._last is None:
+            self._last = number - 1
+        if number <= self._last or number in self._waiting:
+            return self.count(Drop.REPEATED)
+        self._waiting[number] = Delivery(head, body)
+        self._waiting_bytes += len(body)
+        self._tail = max(self._tail, number)
+        self.highest = max(self.highest, number)
+        deliveries = self._take_ready(now)
+        while len(self._waiting) > _BUFFER_MESSAGES or self._waiting_bytes > _BUFFER_BYTES:
+            deliveries += self._give_up(min(self._waiting), now)
+        return deliveries
+
+    def _take_ready(self, now: float) -> list[Delivery]:
+        assert self._last is not None
+        ready = []
+        while (delivery := self._waiting.pop(self._last + 1, None)) is not None:
+            self._last += 1
+            self._questions.on_progress()
+            self._waiting_bytes -= len(delivery.body or b"")
+            ready.append(delivery)
+        if self._tail <= self._last:
+            self._gap_since = None
+        elif ready or self._gap_since is None:
+            self._gap_since = now
+        return ready
+
+    def _give_up(self, next_number: int, now: float) -> list[Delivery]:
+        """Go on with a number, without the missed messages before it."""
+        assert self._last is not None
+        skipped = sum(number < next_number for number in self._waiting)
+        self.count(Drop.MISSED, max(0, next_number - 1 - self._last - skipped))
+        before = [self._waiting.pop(number) for number in sorted(self._waiting) if number < next_number]
+        self._waiting_bytes -= sum(len(delivery.body or b"") for delivery in before)
+        self._last = max(self._last, next_number - 1)
+        self._gap_since = None
+        return before + self._take_ready(now)
+
+    def on_tail(self, number: int, now: float) -> None:
+        """See `Stream`."""
+        if self._last is None:
+            self._last = max(number, self._floor)
+        self._tail = max(self._tail, number)
+        if self._tail > self._last and self._gap_since is None:
+            self._gap_since = now
+
+    def missed(self, now: float) -> tuple[int, int] | None:
+        """See `Stream`."""
+        if self._last is None or self._tail <= self._last or not self._questions.is_due(now):
+            return None
+        first_waiting = min(self._waiting, default=self._tail + 1)
+        return self._last + 1, min(first_waiting - 1, self._last + MAX_NUMBERS)
+
+    def tick(self, now: float) -> list[Delivery]:
+        """See `Stream`."""
+        if self._gap_since is None or now - self._gap_since <= self._patience:
+            return []
+        return self._give_up(min(self._waiting, default=self._tail + 1), now)
+
+    def on_gone(self, gone: Gone, now: float) -> list[Delivery]:
+        """See `Stream`."""
+        if self._last is None or not self._last + 1 < gone.first <= self._tail + 1:
+            return []
+        return self._give_up(gone.first, now)
+
+    def on_held(self, held: Held) -> list[Delivery]:
+        """Return nothing: no message is latched."""
+        return []
+
+
+class LatchedStream(_Counting):
+    """Delivers the last message of each publisher, and notes publishers that are gone.
+
+    Args:
+        floor: messages up to this number are not delivered.
+    """
+
+    def __init__(self, floor: int) -> None:
+        super().__init__(floor)
+        self._floor = floor
+        self._newest: dict[int, int] = {}  # publisher -> number of its last message or note
+        self._present: set[int] = set()  # the publishers whose messages hold
+        self._synced = -1  # everything up to this number is known
+        self._listed_to = 0  # up to this number, only the messages that the newest list has hold
+        self._listed: Mapping[int, int] = {}
+        self._tail = 0
+        self._questions = _Questions()
+
+    def restart(self, now: float) -> None:
+        """See `Stream`. What holds is delivered again, since those who had it are gone."""
+        for publisher in self._present:
+            self._newest[publisher] -= 1
+        self._present.clear()
+        self._synced, self._questions = -1, _Questions(now)  # the request asks for what is held
+
+    def accept(self, head: MessageHead, body: bytes, now: float) -> list[Delivery]:
+        """See `Stream`."""
+        publisher, number = head.publisher, head.number
+        self._tail = max(self._tail, number)
+        self.highest = max(self.highest, number)
+        known = self._newest.get(publisher, self._floor)
+        if number == self._synced + 1:
+            self._synced = number
+        if number <= known:
+            return self.count(Drop.REPEATED if number == known else Drop.OVERTAKEN)
+        if number <= self._listed_to and self._listed.get(publisher) != number:
+            return self.count(Drop.OVERTAKEN)  # its publisher had sent another one, or was gone
+        if publisher not in self._newest and len(self._newest) >= MAX_NUMBERS:
+            self._forget_gone()
+            if len(self._newest) >= MAX_NUMBERS:
+                return self.count(Drop.PUBLISHERS)
+        self._newest[publisher] = number
+        self._questions.on_progress()
+        if not head.flags & Flag.LEFT:
+            if head.flags & Flag.LATCHED:
+                self._present.add(publisher)
+            return [Delivery(head, body)]
+        if publisher not in self._present:
+            return []
+        self._present.remove(publisher)
+        return [Delivery(head, None)]
+
+    def _forget_gone(self) -> None:
+        """Forget publishers that are gone, and so long ago that their messages cannot come any more."""
+        for publisher in [each for each in self._newest if each not in self._present][: MAX_NUMBERS // 2]:
+            del self._newest[publisher]
+
+    def on_tail(self, number: int, now: float) -> None:
+        """See `Stream`."""
+        self._tail = max(self._tail, number)
+
+    def missed(self, now: float) -> tuple[int, int] | None:
+        """See `Stream`. The numbers are those after the last one up to which everything is known."""
+        if self._synced >= self._tail or not self._questions.is_due(now):
+            return None
+        return self._synced + 1, self._tail
+
+    def tick(self, now: float) -> list[Delivery]:
+        """Return nothing: nothing waits."""
+        return []
+
+    def on_gone(self, gone: Gone, now: float) -> list[Delivery]:
+        """Return nothing: nothing waits."""
+        return []
+
+    def on_held(self, held: Held) -> list[Delivery]:
+        """See `Stream`."""
+        self._tail = max(self._tail, held.number)
+        if held.number < self._synced:
+            return []  # an old list
+        self._listed_to, self._listed = held.number, held.messages
+        notes = []
+        for publisher in sorted(self._present):
+            number = self._newest[publisher]
+            if publisher not in held.messages and number <= held.number:
+                self._present.remove(publisher)
+                head = MessageHead(0, 0, held.number, publisher, 0.0, Flag.LEFT, "")
+                notes.append(Delivery(head, None))
+        if all(self._newest.get(publisher, 0) >= number for publisher, number in held.messages.items()):
+            self._synced = max(self._synced, held.number)
+        return notes
+
+
+def make_stream(latched: bool, reliable: bool, age: float | None, floor: int = 0) -> Stream:
+    """Return the stream for a topic.
+
+    Args:
+        latched, reliable: as the site offers it.
+        age: maximum age of its messages in seconds; None for no limit.
+        floor: messages up to this number are not delivered, since they may have been before.
+    """
+    if latched:
+        return LatchedStream(floor)
+    return ReliableStream(age, floor) if reliable else NewestStream(floor)

@@ -1,0 +1,83 @@
+"""The keys under which sites exchange packets.
+
+Each key that a site writes begins with ``pyros1/1/SITE/``, so that a router can allow a certificate to write only
+there. The rest says what it is:
+
+- ``hello``: for all sites: there is a site of this name;
+- ``to/PEER``: for one site: heartbeats, offers, requests, definitions;
+- ``t/OWNER/NAME``: messages of the topic OWNER:/NAME, for all sites that want it;
+- ``again/PEER/OWNER/NAME``: messages of that topic for one site: those that it missed, and latched ones.
+
+``1`` is the version of the protocol: sites of different versions do not hear each other.
+"""
+
+from __future__ import annotations
+
+from enum import Enum
+from functools import lru_cache
+from typing import NamedTuple
+
+from pyros1.bridge.names import SharedName, is_topic_name
+
+ROOT = "pyros1/1"
+HELLO = "hello"
+
+
+class Channel(Enum):
+    """What kind of packets a key carries."""
+
+    HELLO = "hello"
+    TO = "to"
+    TOPIC = "t"
+    AGAIN = "again"
+
+
+class Key(NamedTuple):
+    """A parsed key: its sender, channel, receiver (empty for all sites) and topic, if the channel has them."""
+
+    site: str
+    channel: Channel
+    receiver: str = ""
+    topic: SharedName | None = None
+
+
+def site_key(site: str, key: str) -> str:
+    """Return the whole key for one below a site's prefix."""
+    return f"{ROOT}/{site}/{key}"
+
+
+def to_key(peer: str) -> str:
+    """Return the key for packets to one site."""
+    return f"to/{peer}"
+
+
+def topic_key(topic: SharedName) -> str:
+    """Return the key for a topic's messages."""
+    return f"t/{topic.site}{topic.name}"
+
+
+def again_key(peer: str, topic: SharedName) -> str:
+    """Return the key for a topic's messages to one site."""
+    return f"again/{peer}/{topic.site}{topic.name}"
+
+
+@lru_cache(4096)
+def parse_key(text: str) -> Key | None:
+    """Return a parsed key; None for one that is not valid."""
+    if not text.startswith(ROOT + "/") or len(text) > 500:
+        return None
+    site, _, rest = text[len(ROOT) + 1 :].partition("/")
+    channel, _, rest = rest.partition("/")
+    if channel == HELLO and not rest:
+        return Key(site, Channel.HELLO)
+    if channel == "to" and rest and "/" not in rest:
+        return Key(site, Channel.TO, rest)
+    receiver = ""
+    if channel == "again":
+        receiver, _, rest = rest.partition("/")
+    elif channel != "t":
+        return None
+    owner, slash, name = rest.partition("/")
+    if not (owner and is_topic_name(slash + name)):
+        return None
+    return Key(site, Channel.AGAIN if receiver else Channel.TOPIC, receiver, SharedName(owner, slash + name))

@@ -1,0 +1,359 @@
+"""Packets between sites, as bytes. What other sites send is hostile until it has been read here.
+
+A packet has a *head* and a *body*. All heads begin with the version, the kind, the sender's epoch, and the receiver's
+epoch as the sender knows it (0 for all receivers). An epoch is a random number that a site chooses when it starts, so
+packets from or for an earlier run are recognised. The head of a message continues with its numbers (`MessageHead`), and
+its body is the message as in ROS. The bodies of other packets are JSON.
+"""
+
+from __future__ import annotations
+
+import math
+import struct
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from enum import IntEnum
+from typing import Any, NamedTuple
+
+from pyros1.bridge.names import SharedName
+from pyros1.bridge.protocol.packet_values import (
+    MAX_NUMBER,
+    PacketError,
+    dump,
+    load,
+    read_bools,
+    read_integer,
+    read_md5,
+    read_real,
+    read_rows,
+    read_topic,
+    read_type,
+)
+
+_VERSION = 1
+MAX_DEFINITION = 256 << 10
+"""Maximum number of characters of a definition."""
+PAGE_ENTRIES = 200
+"""Number of entries in a page of a list."""
+MAX_PAGES = 32
+"""Maximum number of pages of a list."""
+MAX_NUMBERS = 1000
+"""Maximum number of items in other lists."""
+
+_HEAD = struct.Struct("<BBQQ")
+_MESSAGE = struct.Struct("<BBQQQIdB16s")
+
+
+class Kind(IntEnum):
+    """What a packet is."""
+
+    HELLO = 1
+    BYE = 2
+    HEARTBEAT = 3
+    OFFER = 4
+    REQUEST = 5
+    ASK = 6
+    DEFINITION = 7
+    MISSED = 8
+    HELD = 9
+    GONE = 10
+    PROBE = 11
+    PROBE_REPLY = 12
+    MESSAGE = 16
+
+
+class Flag:
+    """Bits of `MessageHead.flags`."""
+
+    LATCHED = 1
+    """The message is the last one of its publisher, which latches."""
+    LEFT = 2
+    """There is no message: this number tells that the publisher, which had latched one, is gone."""
+
+
+class Head(NamedTuple):
+    """The beginning of every packet."""
+
+    kind: Kind
+    epoch: int
+    to_epoch: int
+
+
+class MessageHead(NamedTuple):
+    """The head of a message.
+
+    Attributes:
+        epoch, to_epoch: see above.
+        number: position of the message in its topic, from 1 on, without gaps.
+        publisher: the original publisher's number in this topic.
+        received_at: when the sender's site got the message, in seconds of its clock.
+        flags: see `Flag`.
+        md5sum: md5 sum of the message type.
+    """
+
+    epoch: int
+    to_epoch: int
+    number: int
+    publisher: int
+    received_at: float
+    flags: int
+    md5sum: str
+
+
+class Heartbeat(NamedTuple):
+    """Tells another site that this one is alive, and what both know of each other.
+
+    Attributes:
+        number: counts the heartbeats to this peer.
+        sent_at: when it was sent, in seconds of the sender's clock.
+        echo: the number of the last heartbeat that came from the peer; 0 if none came.
+        held: seconds between the arrival of that heartbeat and this one.
+        offer, request: the versions of the sender's lists for the peer.
+        offer_seen, request_seen: the versions of the peer's lists that the sender has; -1 for none.
+        tails: the number of the last message of each topic that the peer wants, and that may not lose any.
+    """
+
+    number: int
+    sent_at: float
+    echo: int
+    held: float
+    offer: int
+    request: int
+    offer_seen: int
+    request_seen: int
+    tails: Mapping[SharedName, int]
+
+
+class Offered(NamedTuple):
+    """A topic that a site offers to another one.
+
+    Attributes:
+        topic: its name among sites.
+        type, md5sum: its message type.
+        latched: whether it has latched messages.
+        reliable: whether its messages are sent again if they are missed.
+    """
+
+    topic: SharedName
+    type: str
+    md5sum: str
+    latched: bool
+    reliable: bool
+
+
+class Request(NamedTuple):
+    """A topic that a site wants from another one, and how many messages per second at most; 0 for all."""
+
+    topic: SharedName
+    rate: float
+
+
+class Page(NamedTuple):
+    """A part of a list of offers or requests."""
+
+    version: int
+    number: int
+    page_count: int
+    entries: Sequence[Any]
+
+
+class Definition(NamedTuple):
+    """The definition of a message type."""
+
+    type: str
+    md5sum: str
+    text: str
+
+
+class Missed(NamedTuple):
+    """Asks for messages of a topic again: those numbered from `first` to `last`, or all that are held if latched."""
+
+    topic: SharedName
+    first: int
+    last: int
+
+
+class Held(NamedTuple):
+    """Says which latched messages there are after message `number`: the publishers, each with its message's number."""
+
+    topic: SharedName
+    number: int
+    messages: Mapping[int, int]
+
+
+class Gone(NamedTuple):
+    """Says that no messages before `first` can be sent again."""
+
+    topic: SharedName
+    first: int
+
+
+# Heads ----------------------------------------------------------------------------------------------------------------
+
+
+def encode_head(kind: Kind, epoch: int, to_epoch: int = 0) -> bytes:
+    """Return the head of a packet that is not a message."""
+    return _HEAD.pack(_VERSION, kind, epoch, to_epoch)
+
+
+def encode_message_head(head: MessageHead) -> bytes:
+    """Return the head of a message as bytes."""
+    epoch, to_epoch, number, publisher, received_at, flags, md5sum = head
+    md5 = bytes.fromhex(md5sum)
+    return _MESSAGE.pack(_VERSION, Kind.MESSAGE, epoch, to_epoch, number, publisher, received_at, flags, md5)
+
+
+def decode_head(data: bytes) -> Head:
+    """Return the head of a packet that is not a message.
+
+    Raises:
+        PacketError: it is not one.
+    """
+    if len(data) != _HEAD.size or data[0] != _VERSION:
+        raise PacketError("not a packet's head")
+    _, kind, epoch, to_epoch = _HEAD.unpack(data)
+    try:
+        return Head(Kind(kind), epoch, to_epoch)
+    except ValueError:
+        raise PacketError(f"unknown kind of packet: {kind}") from None
+
+
+def decode_message_head(data: bytes) -> MessageHead:
+    """Return the head of a message.
+
+    Raises:
+        PacketError: it is not one.
+    """
+    if len(data) != _MESSAGE.size or data[0] != _VERSION or data[1] != Kind.MESSAGE:
+        raise PacketError("not a message's head")
+    _, _, epoch, to_epoch, number, publisher, received_at, flags, md5 = _MESSAGE.unpack(data)
+    if not (0 < number < MAX_NUMBER and math.isfinite(received_at)):
+        raise PacketError("a message with impossible numbers")
+    return MessageHead(epoch, to_epoch, number, publisher, received_at, flags, md5.hex())
+
+
+# Bodies ---------------------------------------------------------------------------------------------------------------
+
+
+def encode_heartbeat(heartbeat: Heartbeat) -> bytes:
+    """Return the body of a heartbeat."""
+    tails = [[str(topic), number] for topic, number in heartbeat.tails.items()]
+    return dump([*heartbeat[:8], tails])
+
+
+def encode_pages(version: int, entries: Sequence[Offered] | Sequence[Request]) -> Iterator[bytes]:
+    """Yield the bodies of the pages of a list; entries beyond the maximum are left out."""
+    rows = [[str(entry[0]), *entry[1:]] for entry in entries[: PAGE_ENTRIES * MAX_PAGES]]
+    count = max(1, -(-len(rows) // PAGE_ENTRIES))
+    for number in range(count):
+        yield dump([version, number, count, rows[number * PAGE_ENTRIES : (number + 1) * PAGE_ENTRIES]])
+
+
+def encode_ask(md5sums: Iterable[str]) -> bytes:
+    """Return the body of a question for definitions."""
+    return dump([*md5sums])
+
+
+def encode_definition(definition: Definition) -> bytes:
+    """Return the body of a packet with a definition."""
+    return dump([*definition])
+
+
+def encode_missed(missed: Missed) -> bytes:
+    """Return the body of a question for messages."""
+    return dump([str(missed.topic), missed.first, missed.last])
+
+
+def encode_held(held: Held) -> bytes:
+    """Return the body of a list of latched messages."""
+    return dump([str(held.topic), held.number, [[*item] for item in held.messages.items()]])
+
+
+def encode_gone(gone: Gone) -> bytes:
+    """Return the body of a note that messages cannot be sent again."""
+    return dump([str(gone.topic), gone.first])
+
+
+def encode_probe(number: int) -> bytes:
+    """Return the body of a probe, or of the answer to it."""
+    return dump([number])
+
+
+def decode_probe(body: bytes) -> int:
+    """Return the number of a probe; raises PacketError like the following functions."""
+    return read_integer(load(body, 1)[0])
+
+
+def decode_heartbeat(body: bytes) -> Heartbeat:
+    """Return a heartbeat; this and the following functions raise PacketError if the body is not valid."""
+    number, sent_at, echo, held, offer, request, offer_seen, request_seen, tails = load(body, 9)
+    return Heartbeat(
+        read_integer(number, 1),
+        read_real(sent_at),
+        read_integer(echo),
+        read_real(held),
+        read_integer(offer),
+        read_integer(request),
+        read_integer(offer_seen, -1),
+        read_integer(request_seen, -1),
+        {read_topic(name): read_integer(tail) for name, tail in read_rows(tails, 2, PAGE_ENTRIES * MAX_PAGES)},
+    )
+
+
+def decode_offer(body: bytes) -> Page:
+    """Return a page of offers, whose entries are `Offered`."""
+    return _decode_page(
+        body, 5, lambda row: Offered(read_topic(row[0]), read_type(row[1]), read_md5(row[2]), *read_bools(row[3:]))
+    )
+
+
+def decode_request(body: bytes) -> Page:
+    """Return a page of requests, whose entries are `Request`."""
+    return _decode_page(body, 2, lambda row: Request(read_topic(row[0]), max(0.0, read_real(row[1]))))
+
+
+def decode_ask(body: bytes) -> list[str]:
+    """Return the md5 sums of the definitions that a site asks for."""
+    values = load(body, None)
+    if len(values) > MAX_NUMBERS:
+        raise PacketError("too many definitions at once")
+    return [*map(read_md5, values)]
+
+
+def decode_definition(body: bytes) -> Definition:
+    """Return a definition, which still has to be compared with its md5 sum."""
+    type_name, md5sum, text = load(body, 3)
+    if not isinstance(text, str) or len(text) > MAX_DEFINITION:
+        raise PacketError("not the text of a definition, or too long")
+    return Definition(read_type(type_name), read_md5(md5sum), text)
+
+
+def decode_missed(body: bytes) -> Missed:
+    """Return a question for messages."""
+    name, first, last = load(body, 3)
+    return Missed(read_topic(name), read_integer(first), read_integer(last))
+
+
+def decode_held(body: bytes) -> Held:
+    """Return a list of latched messages."""
+    name, number, rows = load(body, 3)
+    messages = {read_integer(publisher): read_integer(each) for publisher, each in read_rows(rows, 2, MAX_NUMBERS)}
+    return Held(read_topic(name), read_integer(number), messages)
+
+
+def decode_gone(body: bytes) -> Gone:
+    """Return a note that messages cannot be sent again."""
+    name, first = load(body, 2)
+    return Gone(read_topic(name), read_integer(first))
+
+
+def _decode_page(body: bytes, width: int, make: Any) -> Page:
+    version, number, count, rows = load(body, 4)
+    page = Page(
+        read_integer(version),
+        read_integer(number),
+        read_integer(count, 1),
+        [make(row) for row in read_rows(rows, width, PAGE_ENTRIES)],
+    )
+    if page.page_count > MAX_PAGES or page.number >= page.page_count:
+        raise PacketError("a page of a list that is too long")
+    return page

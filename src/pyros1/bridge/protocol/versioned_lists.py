@@ -1,0 +1,81 @@
+"""Lists that a site keeps up to date at another site, although packets get lost: with versions, in pages. No I/O.
+
+The sender repeats a list until a heartbeat of the receiver names its version. A run of a site never uses a version
+twice, not even for lists that it has forgotten, since the receiver may remember them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+from pyros1.bridge.protocol.packets import Page
+
+_REPEAT_PERIOD = 0.7
+"""Seconds after which a list is sent again if the receiver does not have it."""
+
+
+class ListSender:
+    """A list for one other site.
+
+    Args:
+        versions: the next version; shared by all lists of a site.
+
+    Attributes:
+        version: the version of the entries.
+        entries: the list.
+    """
+
+    def __init__(self, versions: Iterator[int]) -> None:
+        self._versions = versions
+        self.version = next(versions)
+        self.entries: Sequence[Any] = ()
+        self._sent_at = float("-inf")
+
+    def update(self, entries: Sequence[Any]) -> None:
+        """Replace the list; this makes a new version if it differs."""
+        if [*entries] != [*self.entries]:
+            self.version = next(self._versions)
+            self.entries = entries
+            self._sent_at = float("-inf")
+
+    def is_due(self, seen: int, now: float) -> bool:
+        """Return whether the list must be sent now; it is then taken as sent.
+
+        Args:
+            seen: the version that the receiver has.
+            now: the current time in seconds.
+        """
+        if seen == self.version or now - self._sent_at < _REPEAT_PERIOD:
+            return False
+        self._sent_at = now
+        return True
+
+
+class ListReceiver:
+    """A list from another site.
+
+    Attributes:
+        version: the version of the last complete list; -1 before the first.
+    """
+
+    def __init__(self) -> None:
+        self.version = -1
+        self._pages: dict[int, Page] = {}
+
+    def accept(self, page: Page) -> list[Any] | None:
+        """Return the entries of a list that a page has completed, otherwise None."""
+        if page.version <= self.version:
+            return None
+        known = next(iter(self._pages.values()), page)
+        if page.version < known.version:
+            return None
+        if page.version > known.version or page.page_count != known.page_count:
+            self._pages.clear()
+        self._pages[page.number] = page
+        if len(self._pages) < page.page_count:
+            return None
+        entries = [entry for number in sorted(self._pages) for entry in self._pages[number].entries]
+        self.version = page.version
+        self._pages.clear()
+        return entries

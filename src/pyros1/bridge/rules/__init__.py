@@ -1,0 +1,1 @@
+"""Which topics a site sends and receives, and how."""

@@ -1,0 +1,80 @@
+"""What rules mean, in plain words, for ``pyros1 bridge --check``."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from pyros1.bridge.rules.parsing import SiteConfig
+from pyros1.bridge.rules.rules import DEFAULT_MAX_SIZE, Rule, Rules
+
+
+def explain(config: SiteConfig) -> Iterator[str]:
+    """Yield lines that say what a site sends and takes.
+
+    Args:
+        config: the site's configuration.
+    """
+    rules = config.rules
+    named = f"{'the sites' if len(rules.sites) > 1 else 'site'} {', '.join(rules.sites)}"
+    partners = named if rules.sites else "all sites"
+    yield f"site {rules.site}: talks to {partners}"
+    for endpoint in config.connect:
+        yield f"  connects to {endpoint}"
+    for endpoint in config.listen:
+        yield f"  listens on {endpoint}"
+    if config.keys:
+        yield f"  proves its name with the keys in {config.keys}, and requires certificates from others"
+    yield from _explain_sent(rules)
+    yield from _explain_taken(rules)
+
+
+def _explain_sent(rules: Rules) -> Iterator[str]:
+    yield "sends:" if rules.send else "sends nothing"
+    for rule in rules.send:
+        pattern, site = rule.pattern, rule.pattern.site
+        if not site or site == rules.site:
+            what = rule.here or pattern.path
+            receivers = " and ".join(rule.sites) or "every site that takes it"
+            name = f" as {rules.site}:{pattern.path}" if rule.here else ""
+            yield f"  {what}{name} to {receivers}{_details(rule)}"
+        else:
+            prefix = _prefix_text(rules, site)
+            owner = "each other site" if site == "*" else site
+            yield f"  {rule.here or prefix + pattern.path} to {owner}, as {pattern.path} there{_details(rule)}"
+    for denied in rules.deny_send:
+        yield f"  never {denied.text}"
+
+
+def _explain_taken(rules: Rules) -> Iterator[str]:
+    yield "takes:" if rules.take else "takes nothing"
+    for rule in rules.take:
+        pattern, site = rule.pattern, rule.pattern.site
+        senders = " and ".join(rule.sites)
+        if not site or site == rules.site:
+            yield f"  {rule.here or pattern.path}, from {senders or 'every site that sends it here'}{_details(rule)}"
+        else:
+            owner = senders or "each other site" if site == "*" else site
+            local = rule.here or _prefix_text(rules, site) + pattern.path
+            yield f"  {pattern.path} of {owner}, as {local} here{_details(rule)}"
+    for denied in rules.deny_take:
+        yield f"  never {denied.text}"
+
+
+def _prefix_text(rules: Rules, site: str) -> str:
+    return rules.prefixes.get("*", "/SITE") if site == "*" else rules.prefix(site)
+
+
+def _details(rule: Rule) -> str:
+    """Return what a rule says about rates, sizes and order, as the end of a sentence."""
+    words = []
+    if rule.rate is not None:
+        words.append(f"at most {rule.rate:g} messages per second")
+    if rule.max_size is not None and rule.max_size != DEFAULT_MAX_SIZE:
+        words.append(f"messages of at most {rule.max_size} bytes")
+    if rule.age is not None:
+        words.append(f"none older than {rule.age:g} s")
+    if rule.reliable is not None:
+        words.append("all messages in order" if rule.reliable else "only the newest where the network is slow")
+    if rule.priority is not None:
+        words.append(f"{rule.priority.name.lower()} priority")
+    return "".join(f", {word}" for word in words)

@@ -1,0 +1,314 @@
+"""Rules from text: the words of a command line, and the YAML file of a site."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, replace
+from typing import Any, NoReturn, TypeVar
+
+from pyros1.bridge.names import Pattern, SiteNameError, check_site_name, is_topic_name
+from pyros1.bridge.rules.rules import Priority, Rule, Rules
+from pyros1.ground.errors import Error
+from pyros1.ground.suggest import did_you_mean
+from pyros1.values.reading import load_yaml
+
+_MAX_RATE = 10_000.0
+_MAX_AGE = 86_400.0
+_MAX_SIZE = 64 << 20
+_UNITS = {"": 1, "B": 1, "KB": 1000, "MB": 1000**2, "GB": 1000**3, "KIB": 1 << 10, "MIB": 1 << 20, "GIB": 1 << 30}
+_SIZE = re.compile(r"(\d{1,12}(?:\.\d{1,6})?)\s*([A-Za-z]{0,3})\Z")
+_TAKE_KEYS = ("topic", "here", "sites", "rate", "size", "age")
+_SEND_KEYS = (*_TAKE_KEYS, "priority", "delivery")
+"""The settings of rules. The sender decides about priority and delivery."""
+_Path = tuple[str | int, ...]
+_T = TypeVar("_T")
+
+
+class RulesError(Error, ValueError):
+    """Rules are not valid. The message says where."""
+
+
+@dataclass(frozen=True)
+class SiteConfig:
+    """What a site's command line and file say together.
+
+    Attributes:
+        rules: the site's rules.
+        connect, listen: endpoints such as ``tls/base.example:7447``.
+        keys: the folder of the site's keys; empty for none.
+    """
+
+    rules: Rules
+    connect: tuple[str, ...] = ()
+    listen: tuple[str, ...] = ()
+    keys: str = ""
+
+
+def parse_topic(text: str) -> tuple[bool, Rule]:
+    """Return whether a word such as ``/scan@5`` or ``!/camera/**`` allows, and its rule.
+
+    Args:
+        text: a pattern; ``!`` before it denies, ``@5`` after it limits the messages per second.
+
+    Raises:
+        RulesError: the text is not valid.
+    """
+    allows = not text.startswith("!")
+    pattern_text, at, rate_text = text.removeprefix("!").partition("@")
+    try:
+        pattern = Pattern(pattern_text)
+    except SiteNameError as error:
+        raise RulesError(str(error)) from None
+    if not at:
+        return allows, Rule(pattern)
+    if not allows:
+        raise RulesError(f"{text!r:.80} denies a topic, so it cannot have a rate")
+    try:
+        rate = float(rate_text)
+    except ValueError:
+        rate = math.nan
+    return allows, Rule(pattern, rate=_check_number(rate, f"{text!r:.80}: the rate after @", _MAX_RATE))
+
+
+def rules_from_words(site: str, send: Iterable[str], take: Iterable[str]) -> Rules:
+    """Return the rules that words of a command line stand for.
+
+    Args:
+        site: the site's name.
+        send, take: words as for `parse_topic`.
+
+    Raises:
+        RulesError: a word is not valid.
+    """
+    try:
+        check_site_name(site)
+    except SiteNameError as error:
+        raise RulesError(str(error)) from None
+    (sent, not_sent), (received, not_taken) = _parse_words(send), _parse_words(take)
+    return Rules(site, sent, received, not_sent, not_taken)
+
+
+def add_words(config: SiteConfig, send: Iterable[str], take: Iterable[str]) -> SiteConfig:
+    """Return a site's configuration with rules of a command line in addition. These come first, so they win.
+
+    Raises:
+        RulesError: a word is not valid.
+    """
+    more, rules = rules_from_words(config.rules.site, send, take), config.rules
+    combined = replace(
+        rules,
+        send=more.send + rules.send,
+        take=more.take + rules.take,
+        deny_send=more.deny_send + rules.deny_send,
+        deny_take=more.deny_take + rules.deny_take,
+    )
+    return replace(config, rules=combined)
+
+
+def _parse_words(words: Iterable[str]) -> tuple[tuple[Rule, ...], tuple[Pattern, ...]]:
+    parsed = [parse_topic(word) for word in words]
+    return tuple(rule for allows, rule in parsed if allows), tuple(
+        rule.pattern for allows, rule in parsed if not allows
+    )
+
+
+# Files ----------------------------------------------------------------------------------------------------------------
+
+
+def parse_config(text: str, where: str, site: str = "") -> SiteConfig:
+    """Return the configuration in a site's file.
+
+    Args:
+        text: the file's contents.
+        where: its name, for errors.
+        site: the site's name from the command line; empty if the file has to say it.
+
+    Raises:
+        RulesError: the file is not valid; the message says file and line.
+        YamlError: it is not valid YAML.
+    """
+    value = load_yaml(text, where)
+    return _FileReader(where, _line_numbers(text)).read({} if value is None else value, site)
+
+
+class _FileReader:
+    """Reads the values of a file. Each value has a path, by which errors find its line."""
+
+    def __init__(self, where: str, lines: Mapping[_Path, int]) -> None:
+        self._where = where
+        self._lines = lines
+
+    def read(self, value: Any, site: str) -> SiteConfig:
+        keys = ("site", "to", "listen", "keys", "sites", "prefix", "send", "take", "deny_send", "deny_take")
+        file = self._mapping(value, (), keys)
+        name = site or self._text(file.get("site", ""), ("site",))
+        if not name:
+            self._fail((), "the file does not say which site it is for: write site: NAME, or use --site NAME")
+        rules = Rules(
+            self._checked(("site",), check_site_name, name),
+            tuple(self._rule(item, path, _SEND_KEYS) for item, path in self._items(file, "send")),
+            tuple(self._rule(item, path, _TAKE_KEYS) for item, path in self._items(file, "take")),
+            tuple(self._pattern(item, path) for item, path in self._items(file, "deny_send")),
+            tuple(self._pattern(item, path) for item, path in self._items(file, "deny_take")),
+            self._prefixes(file.get("prefix")),
+            self._sites(file, ()),
+        )
+        connect = tuple(self._text(item, path) for item, path in self._items(file, "to"))
+        listen = tuple(self._text(item, path) for item, path in self._items(file, "listen"))
+        return SiteConfig(rules, connect, listen, self._text(file.get("keys", ""), ("keys",)))
+
+    def _rule(self, value: Any, path: _Path, keys: tuple[str, ...]) -> Rule:
+        if isinstance(value, str):
+            allows, rule = self._checked(path, parse_topic, value)
+            if not allows:
+                self._fail(path, "write topics that are not allowed under deny_send or deny_take, without !")
+            return rule
+        fields = self._mapping(value, path, keys)
+        if "topic" not in fields:
+            self._fail(path, "a rule needs a topic, for example topic: /odom")
+        pattern = self._pattern(fields["topic"], (*path, "topic"))
+        return Rule(
+            pattern,
+            self._here(fields.get("here"), (*path, "here"), pattern),
+            self._sites(fields, path),
+            self._number(fields, path, "rate", _MAX_RATE),
+            self._size(fields.get("size"), (*path, "size")),
+            self._priority(fields.get("priority"), (*path, "priority")),
+            self._delivery(fields.get("delivery"), (*path, "delivery")),
+            self._number(fields, path, "age", _MAX_AGE),
+        )
+
+    def _pattern(self, value: Any, path: _Path) -> Pattern:
+        return self._checked(path, Pattern, self._text(value, path))
+
+    def _here(self, value: Any, path: _Path, pattern: Pattern) -> str:
+        if value is None:
+            return ""
+        name = self._text(value, path)
+        base = name.removesuffix("/**")
+        if pattern.is_literal and not is_topic_name(name):
+            self._fail(path, f"{name!r:.80} is not the full name of a topic, such as /odom")
+        if not pattern.is_literal and (
+            pattern.subtree is None or base == name or not (base == "" or is_topic_name(base))
+        ):
+            self._fail(path, "`here` must end in /** if `topic` does; it cannot be used with other wildcards")
+        return name
+
+    def _prefixes(self, value: Any) -> dict[str, str]:
+        if value is None:
+            return {}
+        found = {}
+        for site, name in self._mapping(value, ("prefix",), None).items():
+            path = ("prefix", site)
+            if site != "*":
+                self._checked(path, check_site_name, self._text(site, path))
+            text = self._text(name, path)
+            if text != "/" and not is_topic_name(text):
+                self._fail(path, f"{text!r:.80} is not a full name, such as /robots/red, or / for no prefix")
+            found[site] = text.rstrip("/")
+        return found
+
+    def _sites(self, fields: Mapping[str, Any], path: _Path) -> tuple[str, ...]:
+        return tuple(
+            self._checked(item_path, check_site_name, self._text(item, item_path))
+            for item, item_path in self._items(fields, "sites", path)
+        )
+
+    def _number(self, fields: Mapping[str, Any], path: _Path, key: str, maximum: float) -> float | None:
+        value = fields.get(key)
+        if value is None:
+            return None
+        number = math.nan if isinstance(value, bool) or not isinstance(value, (int, float)) else value
+        return self._checked((*path, key), lambda given: _check_number(given, key, maximum), number)
+
+    def _size(self, value: Any, path: _Path) -> int | None:
+        if value is None:
+            return None
+        match = _SIZE.match(str(value).strip())
+        size = int(float(match[1]) * _UNITS.get(match[2].upper(), 0)) if match else 0
+        if not 0 < size <= _MAX_SIZE:
+            self._fail(path, f"{value!r:.40} is not a size in bytes up to 64 MiB, such as 2MB")
+        return size
+
+    def _priority(self, value: Any, path: _Path) -> Priority | None:
+        if value is None:
+            return None
+        names = [priority.name.lower() for priority in Priority]
+        name = self._text(value, path)
+        if name not in names:
+            self._fail(path, f"there is no priority {name!r:.40}{did_you_mean(name, names)}; use {', '.join(names)}")
+        return Priority[name.upper()]
+
+    def _delivery(self, value: Any, path: _Path) -> bool | None:
+        if value is None:
+            return None
+        if value not in ("reliable", "newest"):
+            self._fail(path, f"delivery must be reliable (all messages) or newest, not {value!r:.40}")
+        return bool(value == "reliable")
+
+    def _items(self, fields: Mapping[str, Any], key: str, path: _Path = ()) -> list[tuple[Any, _Path]]:
+        """Return the items of a list with their paths; a single value stands for a list of one."""
+        value = fields.get(key)
+        if value is None:
+            return []
+        if isinstance(value, list):
+            return [(item, (*path, key, number)) for number, item in enumerate(value)]
+        return [(value, (*path, key))]
+
+    def _mapping(self, value: Any, path: _Path, keys: tuple[str, ...] | None) -> dict[str, Any]:
+        if not isinstance(value, dict):
+            self._fail(path, f"expected a mapping (name: value), not {value!r:.40}")
+        for key in value:
+            if keys is not None and key not in keys:
+                hint = did_you_mean(str(key), keys)
+                self._fail((*path, key), f"there is no setting {key!r:.40}{hint}; use {', '.join(keys)}")
+        return value
+
+    def _text(self, value: Any, path: _Path) -> str:
+        if not isinstance(value, str):
+            self._fail(path, f"expected a string, not {value!r:.40}")
+        return value
+
+    def _checked(self, path: _Path, function: Callable[[Any], _T], value: Any) -> _T:
+        try:
+            return function(value)
+        except (SiteNameError, RulesError) as error:
+            self._fail(path, str(error))
+
+    def _fail(self, path: _Path, problem: str) -> NoReturn:
+        while path not in self._lines and path:
+            path = path[:-1]
+        line = self._lines.get(path)
+        raise RulesError(f"{self._where}:{line}: {problem}" if line else f"{self._where}: {problem}")
+
+
+def _check_number(number: float, name: str, maximum: float) -> float:
+    if not 0 < number <= maximum:
+        raise RulesError(f"{name} must be a number above 0, at most {maximum:g}")
+    return float(number)
+
+
+def _line_numbers(text: str) -> dict[_Path, int]:
+    """Return the line of each value and key of a YAML text that `load_yaml` has accepted, by path."""
+    import yaml  # noqa: PLC0415 - slow to import
+
+    found: dict[_Path, int] = {}
+
+    def walk(node: Any, path: _Path) -> None:
+        found.setdefault(path, node.start_mark.line + 1)
+        if node.id == "mapping":
+            for key, value in node.value:
+                if key.id == "scalar":
+                    key_path = (*path, key.value)
+                    found[key_path] = key.start_mark.line + 1
+                    walk(value, key_path)
+        elif node.id == "sequence":
+            for number, item in enumerate(node.value):
+                walk(item, (*path, number))
+
+    root = yaml.compose(text, yaml.SafeLoader)
+    if root is not None:
+        walk(root, ())
+    return found

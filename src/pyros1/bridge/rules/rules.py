@@ -1,0 +1,251 @@
+"""The rules of a site: what it sends and takes, under which name, how often, how large, how urgent, how old at most.
+
+Nothing is sent or received without a rule that allows it. A rule that denies wins over all that allow; among those that
+allow, the first that matches decides about the settings. What a rule leaves open follows from the message type.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+from enum import IntEnum
+from typing import NamedTuple
+
+from pyros1.bridge.names import Pattern, SharedName, is_topic_name
+
+DEFAULT_MAX_SIZE = 16 << 20
+"""Maximum size of a message in bytes, if the rule does not say another one."""
+NEWEST_AGE = 2.0
+"""Maximum age of a message in seconds where only the newest one counts, if neither rule nor type say another one."""
+RELIABLE_AGE = 30.0
+"""Maximum age of a message in seconds where all count."""
+
+
+class Priority(IntEnum):
+    """Which messages overtake others where the network is slow; a lower number goes first."""
+
+    URGENT = 0
+    HIGH = 1
+    NORMAL = 2
+    LOW = 3
+    BACKGROUND = 4
+
+
+class Settings(NamedTuple):
+    """How the messages of a topic travel.
+
+    Attributes:
+        local: the topic's name on this site's master.
+        rate: maximum messages per second of each publisher; None for no limit.
+        max_size: maximum size of a message in bytes.
+        priority: which messages overtake others.
+        reliable: whether all messages are delivered in order, as long as they are not too old; otherwise a message that
+            waits is replaced by a newer one.
+        age: maximum age of a message in seconds when it is delivered.
+        latched_age: the same for latched messages, which describe something that still holds; None for no limit.
+    """
+
+    local: str
+    rate: float | None
+    max_size: int
+    priority: Priority
+    reliable: bool
+    age: float
+    latched_age: float | None = None
+
+    def max_age(self, is_latched: bool) -> float | None:
+        """Return the maximum age of a message in seconds; None for no limit."""
+        return self.latched_age if is_latched else self.age
+
+
+class _TypeDefaults(NamedTuple):
+    priority: Priority = Priority.NORMAL
+    reliable: bool = False
+    age: float | None = None
+
+
+_COMMAND = _TypeDefaults(Priority.URGENT, age=0.5)
+_LARGE = _TypeDefaults(Priority.LOW)
+_EVENT = _TypeDefaults(Priority.HIGH, reliable=True)
+_BY_TYPE: Mapping[str, _TypeDefaults] = {
+    "geometry_msgs/Twist": _COMMAND,
+    "geometry_msgs/TwistStamped": _COMMAND,
+    "ackermann_msgs/AckermannDrive": _COMMAND,
+    "ackermann_msgs/AckermannDriveStamped": _COMMAND,
+    "sensor_msgs/Joy": _COMMAND,
+    "sensor_msgs/Image": _LARGE,
+    "sensor_msgs/CompressedImage": _LARGE,
+    "sensor_msgs/PointCloud": _LARGE,
+    "sensor_msgs/PointCloud2": _LARGE,
+    "actionlib_msgs/GoalID": _EVENT,
+    # Each message has only some of the frames, so one does not replace another.
+    "tf2_msgs/TFMessage": _TypeDefaults(reliable=True, age=NEWEST_AGE),
+    "tf/tfMessage": _TypeDefaults(reliable=True, age=NEWEST_AGE),
+    "rosgraph_msgs/Log": _TypeDefaults(Priority.LOW, reliable=True),
+}
+_EVENT_SUFFIXES = ("ActionGoal", "ActionResult")
+
+
+def is_command(type_name: str) -> bool:
+    """Return whether messages of a type command a robot. They are never latched for other sites: ``rostopic pub``
+    latches its message, and a command from before an outage must not be carried out after it.
+    """
+    return _BY_TYPE.get(type_name) is _COMMAND
+
+
+@dataclass(frozen=True)
+class Rule:
+    """A rule that allows topics to be sent or received. None in an attribute: the message type decides.
+
+    Attributes:
+        pattern: the topics.
+        here: their names on this site's master: a name for a pattern without wildcards, ``/name/**`` for one that ends
+            in ``/**``; empty for the usual names.
+        sites: the sites to which topics are sent, or from which they are taken; empty for all.
+        rate, max_size, priority, reliable, age: see `Settings`.
+    """
+
+    pattern: Pattern
+    here: str = ""
+    sites: tuple[str, ...] = ()
+    rate: float | None = None
+    max_size: int | None = None
+    priority: Priority | None = None
+    reliable: bool | None = None
+    age: float | None = None
+
+    def concerns(self, site: str) -> bool:
+        """Return whether the rule is also for this other site."""
+        return not self.sites or site in self.sites
+
+    def settings(self, local: str, type_name: str) -> Settings:
+        """Return the settings of a topic that the rule allows.
+
+        Args:
+            local: the topic's name on this site's master.
+            type_name: its message type.
+        """
+        defaults = _EVENT if type_name.endswith(_EVENT_SUFFIXES) else _BY_TYPE.get(type_name, _TypeDefaults())
+        reliable = defaults.reliable if self.reliable is None else self.reliable
+        age = defaults.age if defaults.age is not None else RELIABLE_AGE if reliable else NEWEST_AGE
+        return Settings(
+            local,
+            self.rate,
+            DEFAULT_MAX_SIZE if self.max_size is None else self.max_size,
+            defaults.priority if self.priority is None else self.priority,
+            reliable,
+            age if self.age is None else self.age,
+            self.age,
+        )
+
+
+class Outgoing(NamedTuple):
+    """A topic that may be sent: its name among sites, and the rule that says so."""
+
+    shared: SharedName
+    rule: Rule
+
+
+@dataclass(frozen=True)
+class Rules:
+    """All rules of a site.
+
+    Attributes:
+        site: the site's name.
+        send, take: what is allowed, in order.
+        deny_send, deny_take: what is not.
+        prefixes: where the topics of other sites appear on this site's master, by site, and ``*`` for all others; by
+            default below ``/SITE``. An empty text is the root.
+        sites: the sites to talk to; empty for all.
+    """
+
+    site: str
+    send: tuple[Rule, ...] = ()
+    take: tuple[Rule, ...] = ()
+    deny_send: tuple[Pattern, ...] = ()
+    deny_take: tuple[Pattern, ...] = ()
+    prefixes: Mapping[str, str] = field(default_factory=dict)
+    sites: tuple[str, ...] = ()
+
+    def talks_to(self, site: str) -> bool:
+        """Return whether this site talks to another one."""
+        return site != self.site and (not self.sites or site in self.sites)
+
+    def prefix(self, site: str) -> str:
+        """Return the name below which the topics of another site appear here; empty for the root."""
+        if site == self.site:
+            return ""
+        return self.prefixes.get(site, self.prefixes.get("*", f"/{site}"))
+
+    def usual_name(self, shared: SharedName) -> str:
+        """Return the name of a topic on this site's master, if its rule does not say another one."""
+        return self.prefix(shared.site) + shared.name
+
+    def outgoing(self, local: str, others: Iterable[str]) -> list[Outgoing]:
+        """Return the names under which a topic of this site's master may be sent; usually none or one.
+
+        Args:
+            local: the topic's name on this site's master.
+            others: the other sites that are known.
+        """
+        found: dict[SharedName, Rule] = {}
+        known = [*others]
+        for rule in self.send:
+            for shared in self._shared_names(rule, local, known):
+                if is_topic_name(shared.name) and not self._is_denied(self.deny_send, shared):
+                    found.setdefault(shared, rule)
+        return [Outgoing(shared, rule) for shared, rule in found.items()]
+
+    def _shared_names(self, rule: Rule, local: str, others: list[str]) -> Iterator[SharedName]:
+        pattern = rule.pattern
+        owners = others if pattern.site == "*" else [pattern.site or self.site]
+        for owner in owners:
+            name = _name_there(rule, local, self.prefix(owner))
+            if name is not None and pattern.matches_name(name):
+                yield SharedName(owner, name)
+
+    def receivers(self, outgoing: Outgoing, others: Iterable[str]) -> list[str]:
+        """Return the sites to which a topic may be sent: what belongs to another site goes only there."""
+        own = outgoing.shared.site == self.site
+        return [
+            site
+            for site in others
+            if self.talks_to(site) and (own or site == outgoing.shared.site) and outgoing.rule.concerns(site)
+        ]
+
+    def incoming(self, shared: SharedName, sender: str) -> Rule | str:
+        """Return the rule by which a topic is taken from a site, or the reason why it is not.
+
+        Args:
+            shared: the topic's name among sites.
+            sender: the site that offers it.
+        """
+        if shared.site not in (sender, self.site):
+            return f"{sender} offers a topic of another site"
+        if self._is_denied(self.deny_take, shared):
+            return "denied by a rule"
+        for rule in self.take:
+            if rule.pattern.matches(shared, self.site) and rule.concerns(sender):
+                return rule
+        return "no rule takes it"
+
+    def local_name(self, rule: Rule, shared: SharedName) -> str:
+        """Return the name here of a topic that a rule takes."""
+        if not rule.here:
+            return self.usual_name(shared)
+        subtree = rule.pattern.subtree
+        return rule.here if subtree is None else rule.here.removesuffix("/**") + shared.name[len(subtree) :]
+
+    def _is_denied(self, patterns: Iterable[Pattern], shared: SharedName) -> bool:
+        return any(pattern.matches(shared, self.site) for pattern in patterns)
+
+
+def _name_there(rule: Rule, local: str, prefix: str) -> str | None:
+    """Return the name that a topic has on the master of the site it belongs to; None if the rule is for others."""
+    if not rule.here:
+        return local[len(prefix) :] if local.startswith(prefix + "/") else None
+    subtree = rule.pattern.subtree
+    if subtree is None:
+        return rule.pattern.path if local == rule.here else None
+    here = rule.here.removesuffix("/**")
+    return subtree + local[len(here) :] if local.startswith(here + "/") else None

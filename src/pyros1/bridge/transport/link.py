@@ -1,0 +1,38 @@
+"""What carries packets between sites: an interface, with which tests replace the network."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Protocol
+
+from pyros1.bridge.exchange.actions import Send
+from pyros1.bridge.protocol.key_expressions import Key
+
+Receive = Callable[[Key, bytes, bytes], object]
+"""Called with key, head and body of each packet, in any thread. It returns at once and raises nothing."""
+
+
+class Link(Protocol):
+    """A link to the other sites. Its methods may wait for the network only as long as they say.
+
+    Attributes:
+        problem: why there is no connection yet; empty if nothing is known to be wrong.
+    """
+
+    problem: str
+
+    def send(self, packet: Send) -> None:
+        """Send a packet, below this site's prefix. It may be lost. This waits only while a packet of the same priority
+        cannot be sent, and only for a limited time.
+        """
+        ...
+
+    def listen(self, site: str, key: str, on: bool) -> None:
+        """Receive what another site sends on a key, or no longer. ``hello``, ``to`` and ``again`` packets for this site
+        are always received.
+        """
+        ...
+
+    def close(self) -> None:
+        """Close the link."""
+        ...

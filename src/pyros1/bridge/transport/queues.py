@@ -1,0 +1,185 @@
+"""What waits between a site and its link, bounded on both ways. No I/O.
+
+- `Outbox`: packets that wait until the network takes them. Urgent ones go first; where only the newest message counts,
+  a newer one takes the place of the one that waits, so after a pause the newest goes first.
+- `Inbox`: packets that wait until the site deals with them. Few bytes are allowed for messages, so that another site
+  that floods this one costs only its own messages.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from itertools import count
+
+from pyros1.bridge.exchange.actions import Send
+from pyros1.bridge.exchange.outgoing import Drop
+from pyros1.bridge.protocol.key_expressions import Key
+from pyros1.bridge.rules.rules import Priority
+
+OUTBOX_BYTES = 32 << 20
+"""Maximum total size in bytes of the packets that wait to be sent; at least one may."""
+OUTBOX_PACKETS = 10_000
+_GRACE = 0.05
+"""Seconds that a message may wait before the network counts as too slow for it, and newer messages take its place."""
+_GRACE_PACKETS = 50
+"""Maximum number of messages of a publisher that may wait so."""
+INBOX_BYTES = 64 << 20
+"""Maximum total size in bytes of the messages that have come and wait; at least one may."""
+INBOX_PACKETS = 10_000
+"""Maximum number of them, and of other packets."""
+_MAX_COUNTED_KEYS = 5_000
+
+Received = tuple[Key, bytes, bytes]
+"""A packet that has come: key, head and body."""
+
+
+class _Waiting:
+    """A packet that waits, and since when."""
+
+    __slots__ = ("packet", "since")
+
+    def __init__(self, packet: Send, since: float) -> None:
+        self.packet = packet
+        self.since = since
+
+
+class Outbox:
+    """Packets that wait to be sent.
+
+    Attributes:
+        drops: key -> reason -> how many packets were dropped.
+        waiting_bytes: total size of the waiting packets.
+    """
+
+    def __init__(self, max_bytes: int = OUTBOX_BYTES, max_packets: int = OUTBOX_PACKETS) -> None:
+        self.drops: dict[str, dict[str, int]] = {}
+        self.waiting_bytes = 0
+        self._max_bytes = max_bytes
+        self._max_packets = max_packets
+        self._count = 0
+        self._numbers = count()
+        # For each priority: a number for each packet -> the packet, in the order in which they are sent.
+        self._queues: dict[Priority, dict[int, _Waiting]] = {priority: {} for priority in Priority}
+        self._replaceable: dict[tuple[str, int], list[int]] = {}  # key and `replaces` -> the packets that wait
+
+    def __len__(self) -> int:
+        return self._count
+
+    def put(self, packet: Send, now: float) -> None:
+        """Add a packet. If there are too many, the oldest of the lowest priority are dropped.
+
+        Args:
+            packet: the packet.
+            now: the current time in seconds.
+        """
+        queue = self._queues[packet.priority]
+        if packet.replaces is not None:
+            numbers = self._replaceable.setdefault((packet.key, packet.replaces), [])
+            is_slow = bool(numbers) and now - queue[numbers[0]].since >= _GRACE
+            if numbers and (is_slow or not packet.may_drop or len(numbers) >= _GRACE_PACKETS):
+                for number in numbers[1:]:
+                    self._drop(queue, number, Drop.OVERTAKEN)
+                del numbers[1:]
+                first = queue[numbers[0]]
+                self.waiting_bytes += _size(packet) - _size(first.packet)
+                self._note_drop(first.packet, Drop.OVERTAKEN)
+                first.packet = packet
+                return
+            numbers.append(self._append(queue, packet, now))
+        else:
+            self._append(queue, packet, now)
+        while self._count > 1 and (self.waiting_bytes > self._max_bytes or self._count > self._max_packets):
+            lowest = next(waiting for waiting in reversed(self._queues.values()) if waiting)
+            number = next(iter(lowest))
+            self._forget_number(lowest[number].packet, number)
+            self._drop(lowest, number, Drop.QUEUE)
+
+    def _append(self, queue: dict[int, _Waiting], packet: Send, now: float) -> int:
+        number = next(self._numbers)
+        queue[number] = _Waiting(packet, now)
+        self._count += 1
+        self.waiting_bytes += _size(packet)
+        return number
+
+    def _remove(self, queue: dict[int, _Waiting], number: int) -> Send:
+        packet = queue.pop(number).packet
+        self._count -= 1
+        self.waiting_bytes -= _size(packet)
+        return packet
+
+    def _drop(self, queue: dict[int, _Waiting], number: int, reason: str) -> None:
+        self._note_drop(self._remove(queue, number), reason)
+
+    def _forget_number(self, packet: Send, number: int) -> None:
+        """Note that a packet cannot be replaced any more."""
+        if packet.replaces is not None:
+            slot = (packet.key, packet.replaces)
+            numbers = self._replaceable[slot]
+            numbers.remove(number)
+            if not numbers:
+                del self._replaceable[slot]
+
+    def pop(self, now: float) -> Send | None:
+        """Return the packet to send next, or None if none waits. Those that are too old are dropped."""
+        for queue in self._queues.values():
+            while queue:
+                number = next(iter(queue))
+                self._forget_number(queue[number].packet, number)
+                packet = self._remove(queue, number)
+                if packet.expires is None or packet.expires >= now:
+                    return packet
+                self._note_drop(packet, Drop.OLD)
+        return None
+
+    def _note_drop(self, packet: Send, reason: str) -> None:
+        if packet.key in self.drops or len(self.drops) < _MAX_COUNTED_KEYS:
+            reasons = self.drops.setdefault(packet.key, {})
+            reasons[reason] = reasons.get(reason, 0) + 1
+
+
+class Inbox:
+    """Packets that have come and wait.
+
+    Attributes:
+        dropped: how many packets were dropped because too many waited.
+    """
+
+    def __init__(self, max_bytes: int = INBOX_BYTES, max_packets: int = INBOX_PACKETS) -> None:
+        self.dropped = 0
+        self._max_bytes = max_bytes
+        self._max_packets = max_packets
+        self._control: deque[Received] = deque()
+        self._messages: deque[Received] = deque()
+        self._message_bytes = 0
+
+    def put(self, packet: Received) -> None:
+        """Add a packet. If there are too many messages, the oldest is dropped; of other packets, the new one."""
+        key, head, body = packet
+        if key.topic is None:
+            if len(self._control) >= self._max_packets:
+                self.dropped += 1
+            else:
+                self._control.append(packet)
+            return
+        self._messages.append(packet)
+        self._message_bytes += len(head) + len(body)
+        while len(self._messages) > 1 and (
+            self._message_bytes > self._max_bytes or len(self._messages) > self._max_packets
+        ):
+            _, head, body = self._messages.popleft()
+            self._message_bytes -= len(head) + len(body)
+            self.dropped += 1
+
+    def pop(self) -> Received | None:
+        """Return the packet to deal with next, or None if none waits. Heartbeats and lists go first."""
+        if self._control:
+            return self._control.popleft()
+        if not self._messages:
+            return None
+        packet = self._messages.popleft()
+        self._message_bytes -= len(packet[1]) + len(packet[2])
+        return packet
+
+
+def _size(packet: Send) -> int:
+    return len(packet.head) + len(packet.body)

@@ -1,0 +1,176 @@
+"""The threads that use the link, which may wait for the network: one for urgent packets, and for what to listen to; one
+for other packets.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections import deque
+from collections.abc import Callable
+from functools import partial
+from time import monotonic
+
+from pyros1.bridge.exchange.actions import Send
+from pyros1.bridge.rules.rules import Priority
+from pyros1.bridge.transport.link import Link
+from pyros1.bridge.transport.pacing import Pacing
+from pyros1.bridge.transport.queues import Outbox
+
+MakeProbes = Callable[[int, Priority], list[tuple[str, Send]]]
+_PACING_PERIOD = 0.1
+"""Seconds between looks at answers that do not come."""
+FLUSH_TIME = 0.5
+"""Maximum seconds to wait at the end until waiting packets are sent."""
+
+
+class SendingThread:
+    """A thread that sends packets in order of priority.
+
+    Args:
+        name: the thread's name.
+        link: where to send them.
+        clock: returns the site's time in seconds.
+        on_error: called with an exception that sending has raised.
+        make_probes: returns the probes to send, each with its site, see `pyros1.bridge.transport.pacing`; None for a
+            thread that sends everything at once.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        link: Link,
+        clock: Callable[[], float],
+        on_error: Callable[[Exception], object],
+        make_probes: MakeProbes | None = None,
+    ) -> None:
+        self.outbox = Outbox()
+        self._pacing = Pacing()
+        self._make_probes = make_probes
+        self._tasks: deque[Callable[[], object]] = deque()
+        self._link = link
+        self._clock = clock
+        self._on_error = on_error
+        self._changed = threading.Condition()
+        self._is_closing = False
+        self._is_flushing = False
+        self._is_sending = False
+        self._thread = threading.Thread(target=self._run, name=name, daemon=True)
+        self._thread.start()
+
+    def put(self, packet: Send) -> None:
+        """Send a packet later, in the thread's thread."""
+        with self._changed:
+            if not self._is_closing:
+                self.outbox.put(packet, self._clock())
+                self._changed.notify()
+
+    def do(self, task: Callable[[], object]) -> None:
+        """Call a function in the thread's thread, before packets that are put later."""
+        with self._changed:
+            if not self._is_closing:
+                self._tasks.append(task)
+                self._changed.notify()
+
+    def _run(self) -> None:
+        while (task := self._next()) is not None:
+            try:
+                task()
+            except Exception as error:  # noqa: BLE001 - the link's library has errors of its own
+                self._on_error(error)
+
+    def _next(self) -> Callable[[], object] | None:
+        """Wait for something to do, and return it; None if the thread closes."""
+        with self._changed:
+            self._is_sending = False
+            if self._is_flushing:
+                self._changed.notify_all()
+            while not self._is_closing:
+                task = self._tasks.popleft() if self._tasks else None
+                now = self._clock()
+                may_send = self._make_probes is None or self._pacing.may_send(now)
+                if task is None and may_send and (packet := self.outbox.pop(now)) is not None:
+                    task = partial(self._send, packet)
+                if task is not None:
+                    self._is_sending = True
+                    return task
+                self._changed.wait(None if may_send else _PACING_PERIOD)
+        return None
+
+    def _send(self, packet: Send) -> None:
+        self._link.send(packet)
+        if self._make_probes is None:
+            return
+        with self._changed:
+            number = self._pacing.on_sent(len(packet.body), self._clock())
+        if number is not None:
+            probes = self._make_probes(number, packet.priority)
+            with self._changed:
+                self._pacing.on_probe_reply(number, [site for site, _ in probes], self._clock())
+            for _, probe in probes:
+                self._link.send(probe)
+
+    def on_probe_reply(self, site: str, number: int) -> None:
+        """Note that a site has answered a probe."""
+        with self._changed:
+            self._pacing.on_answer(site, number, self._clock())
+            self._changed.notify()
+
+    def close(self) -> None:
+        """Send what waits, for a short time, and end the thread."""
+        deadline = monotonic() + FLUSH_TIME
+        with self._changed:
+            self._is_flushing = True
+            while (len(self.outbox) or self._is_sending) and (left := deadline - monotonic()) > 0:
+                self._changed.wait(left)
+            self._is_closing = True
+            self._changed.notify_all()
+        self._thread.join(FLUSH_TIME)
+
+
+class Sender:
+    """Sends packets in two threads, so that bulky ones that wait for the network do not delay heartbeats and commands.
+
+    Args:
+        link, clock, on_error, make_probes: see `SendingThread`.
+    """
+
+    def __init__(
+        self,
+        link: Link,
+        clock: Callable[[], float],
+        on_error: Callable[[Exception], object],
+        make_probes: MakeProbes = lambda *_: [],
+    ) -> None:
+        self._link = link
+        self._urgent = SendingThread("bridge: urgent packets", link, clock, on_error)
+        self._bulk = SendingThread("bridge: other packets", link, clock, on_error, make_probes)
+
+    def put(self, packet: Send) -> None:
+        """Send a packet, in the thread for its priority."""
+        (self._urgent if packet.priority <= Priority.HIGH else self._bulk).put(packet)
+
+    def listen(self, site: str, key: str, on: bool) -> None:
+        """Receive what another site sends on a key, or no longer; this precedes packets that are sent later."""
+        self._urgent.do(partial(self._link.listen, site, key, on))
+
+    def on_probe_reply(self, site: str, number: int) -> None:
+        """Note that a site has answered a probe."""
+        self._bulk.on_probe_reply(site, number)
+
+    def drops(self, key: str) -> dict[str, int]:
+        """Return how many packets with a key were dropped for each reason."""
+        found: dict[str, int] = {}
+        for thread in (self._urgent, self._bulk):
+            for reason, number in dict(thread.outbox.drops.get(key, {})).items():  # threads' threads change it
+                found[reason] = found.get(reason, 0) + number
+        return found
+
+    @property
+    def waiting_bytes(self) -> int:
+        """Total size of the packets that wait to be sent."""
+        return self._urgent.outbox.waiting_bytes + self._bulk.outbox.waiting_bytes
+
+    def close(self) -> None:
+        """Send what waits, for a short time, and end the threads."""
+        self._urgent.close()
+        self._bulk.close()

@@ -1,0 +1,219 @@
+"""The link over eclipse-zenoh (https://zenoh.io), whose library does routing, encryption and reconnecting.
+
+A site that listens is a router, so that sites which only dial out, from behind NAT, reach each other through it. One
+that only dials one other is a client, which costs least; one that dials several is a router, too, since a client has
+only one connection. Sites find each other only through the endpoints that they are given: multicast and gossip are
+off.
+
+zenoh's callbacks run on its own threads, so what they call must return at once.
+"""
+
+from __future__ import annotations
+
+import json
+import threading
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from importlib.util import find_spec
+from typing import TYPE_CHECKING, Any
+
+from pyros1.bridge.exchange.actions import Send
+from pyros1.bridge.protocol.key_expressions import ROOT, parse_key, site_key
+from pyros1.bridge.rules.rules import Priority
+from pyros1.bridge.transport.link import Receive
+from pyros1.ground.errors import Error
+
+if TYPE_CHECKING:
+    import zenoh
+
+MAX_PACKET = 64 << 20
+"""Maximum size of a packet in bytes; zenoh refuses larger ones before it has received them."""
+_BLOCK_TIME = 10_000_000
+"""Microseconds that a packet waits for the network, before zenoh closes a connection that takes nothing. A slow network
+needs some seconds for what zenoh itself queues."""
+_SEND_BUFFER = 64 << 10
+"""Bytes that the system queues for a connection. By default, it queues megabytes, for half a minute on a slow network,
+in which neither commands overtake images nor new images replace old ones. It is enough for 10 Mbit/s at 100 ms."""
+_MAX_PUBLISHERS = 10_000
+_DIAL_PERIOD = 1
+"""Seconds between attempts to reach the first site."""
+_CLOSE_TIME = 5.0
+
+
+class LinkError(Error):
+    """zenoh is not installed, or cannot start."""
+
+
+def check_installed() -> None:
+    """Raise LinkError if eclipse-zenoh is not installed."""
+    if find_spec("zenoh") is None:
+        raise LinkError("bridges need eclipse-zenoh, which is not installed here: pip install 'pyros1[bridge]'")
+
+
+class ZenohLink:
+    """A link over zenoh; see `pyros1.bridge.transport.link.Link`.
+
+    Args:
+        site: this site's name.
+        receive: called with the packets for it, on zenoh's threads.
+        connect, listen: endpoints, as for `pyros1.bridge.transport.endpoints.check_endpoint`.
+        settings: further settings of zenoh, each as JSON, by path, such as
+            ``transport/link/tls/root_ca_certificate``.
+
+    Raises:
+        LinkError: eclipse-zenoh is not installed, or cannot listen or use a setting.
+
+    Attributes:
+        problem: why the first connection has not been made yet; empty once it has.
+    """
+
+    def __init__(
+        self,
+        site: str,
+        receive: Receive,
+        connect: Sequence[str] = (),
+        listen: Sequence[str] = (),
+        settings: Mapping[str, str] = {},
+    ) -> None:
+        check_installed()
+        import zenoh  # noqa: PLC0415 - large, and only needed to run a bridge
+
+        self._zenoh = zenoh
+        self.problem = ""
+        self._site = site
+        self._receive = receive
+        self._lock = threading.Lock()
+        self._publishers: dict[tuple[str, Priority], Any] = {}
+        self._topics: dict[tuple[str, str], Any] = {}
+        priority = zenoh.Priority
+        self._priorities = {
+            Priority.URGENT: priority.REAL_TIME,
+            Priority.HIGH: priority.INTERACTIVE_HIGH,
+            Priority.NORMAL: priority.DATA,
+            Priority.LOW: priority.DATA_LOW,
+            Priority.BACKGROUND: priority.BACKGROUND,
+        }
+        self._fixed: list[Any] = []
+        self._session: Any = None
+        self._closing = threading.Event()
+        self._opener: threading.Thread | None = None
+        config = _make_config(zenoh, connect, listen, settings)
+        if listen or len(connect) != 1:
+            try:
+                self._open(config)
+            except zenoh.ZError as error:
+                raise LinkError(f"cannot start the bridge's network: {_first_sentence(error)}") from error
+        else:
+            # A client's session can be opened only while its router can be reached.
+            self._opener = threading.Thread(target=self._open_client, args=(config,), name="bridge: dial", daemon=True)
+            self._opener.start()
+
+    def _open(self, config: Any) -> None:
+        session = self._zenoh.open(config)
+        with self._lock:
+            self._session = session
+            if self._closing.is_set():
+                return
+            keys = [f"{ROOT}/*/{key}" for key in ("hello", f"to/{self._site}", f"again/{self._site}/**")]
+            self._fixed = [self._subscribe(key) for key in keys]
+            self._topics = {topic: self._subscribe(site_key(*topic)) for topic in self._topics}
+        self.problem = ""
+
+    def _open_client(self, config: Any) -> None:
+        while not self._closing.is_set():
+            try:
+                self._open(config)
+            except self._zenoh.ZError as error:
+                self.problem = _first_sentence(error)
+                self._closing.wait(_DIAL_PERIOD)
+            else:
+                return
+
+    def _subscribe(self, key: str) -> Any:
+        locality = self._zenoh.Locality.REMOTE
+        return self._session.declare_subscriber(key, self._on_sample, allowed_origin=locality)
+
+    def _on_sample(self, sample: zenoh.Sample) -> None:
+        """Hand a sample over. Called on zenoh's threads."""
+        key, attachment = parse_key(str(sample.key_expr)), sample.attachment
+        if key is not None and attachment is not None and len(attachment) < 100 and len(sample.payload) <= MAX_PACKET:
+            self._receive(key, attachment.to_bytes(), sample.payload.to_bytes())
+
+    def send(self, packet: Send) -> None:
+        """Send a packet. While the network takes nothing, this waits for at most `_BLOCK_TIME`: otherwise, zenoh would
+        drop new packets and keep old ones. Before the first connection, packets are lost.
+        """
+        publisher = self._publisher(packet.key, packet.priority)
+        if publisher is not None:
+            publisher.put(packet.body, attachment=packet.head)
+
+    def _publisher(self, key: str, priority: Priority) -> Any:
+        with self._lock:
+            found = self._publishers.get((key, priority))
+            if found is None and self._session is not None and not self._closing.is_set():
+                if len(self._publishers) >= _MAX_PUBLISHERS:
+                    self._publishers.pop(next(iter(self._publishers))).undeclare()
+                found = self._publishers[key, priority] = self._session.declare_publisher(
+                    site_key(self._site, key),
+                    congestion_control=self._zenoh.CongestionControl.BLOCK,
+                    priority=self._priorities[priority],
+                    express=priority <= Priority.HIGH,
+                    allowed_destination=self._zenoh.Locality.REMOTE,
+                )
+            return found
+
+    def listen(self, site: str, key: str, on: bool) -> None:
+        """Receive what another site sends on a key, or no longer."""
+        with self._lock:
+            topic = (site, key)
+            if on and topic not in self._topics:
+                self._topics[topic] = None if self._session is None else self._subscribe(site_key(site, key))
+            elif not on and (known := self._topics.pop(topic, None)) is not None:
+                known.undeclare()
+
+    def close(self) -> None:
+        """Close the connections. This waits at most some seconds: zenoh's own close may wait for a peer that hangs."""
+        self._closing.set()
+        closer = threading.Thread(target=self._close_session, name=f"close link of {self._site}", daemon=True)
+        closer.start()
+        closer.join(_CLOSE_TIME)
+
+    def _close_session(self) -> None:
+        if self._opener is not None:
+            self._opener.join(_CLOSE_TIME)
+        if self._session is not None:
+            self._session.close()
+
+
+def _make_config(zenoh: Any, connect: Sequence[str], listen: Sequence[str], settings: Mapping[str, str]) -> Any:
+    """Return zenoh's configuration."""
+    is_client = len(connect) == 1 and not listen
+    config = zenoh.Config()
+    values: dict[str, Any] = {
+        "mode": "client" if is_client else "router",
+        "connect/endpoints": [*connect],
+        "connect/timeout_ms": 1000 * _DIAL_PERIOD if is_client else -1,  # the other site may start later
+        "connect/exit_on_failure": is_client,
+        "connect/retry": {"period_init_ms": 500, "period_max_ms": 4000, "period_increase_factor": 2},
+        "listen/endpoints": [*listen],
+        "listen/timeout_ms": 0,
+        "listen/exit_on_failure": True,
+        "scouting/multicast/enabled": False,
+        "scouting/gossip/enabled": False,  # else sites connect to addresses that they were not given
+        "transport/link/tx/queue/congestion_control/block/wait_before_close": _BLOCK_TIME,
+        "transport/link/rx/max_message_size": MAX_PACKET + (1 << 16),
+        "transport/shared_memory/enabled": False,  # it would pass the limits of links by
+    }
+    for path, value in values.items():
+        config.insert_json5(path, json.dumps(value))
+    for protocol in ("tcp", "tls"):
+        with suppress(zenoh.ZError):  # versions before 1.3 leave it to the system
+            config.insert_json5(f"transport/link/{protocol}/so_sndbuf", str(_SEND_BUFFER))
+    for path, text in settings.items():
+        config.insert_json5(path, text)
+    return config
+
+
+def _first_sentence(error: Exception) -> str:
+    """Return the beginning of one of zenoh's errors, which end in the source lines that they passed."""
+    return str(error).partition(" at ")[0].strip()[:300] or type(error).__name__

@@ -1,0 +1,57 @@
+"""The greatest possible age of a message of another site."""
+
+from __future__ import annotations
+
+from random import Random
+
+from pyros1.bridge.exchange.clock_offset import DRIFT, ClockOffset
+
+
+def test_unknown_at_first() -> None:
+    clock = ClockOffset()
+    assert not clock.is_known and clock.age(1.0, 2.0) is None and clock.round_trip is None
+
+
+def test_one_round_trip() -> None:
+    clock = ClockOffset()
+    # Their clock is 1000 s ahead: sent at 10, there at 10.1, held for 0.5, back at 10.8.
+    clock.add(10.0, 10.8, 1010.6, 0.5)
+    assert clock.is_known and clock.round_trip is not None and abs(clock.round_trip - 0.3) < 1e-9
+    age = clock.age(1011.0, 12.0)
+    assert age is not None and 1.0 <= age <= 1.0 + 0.1 + 2 * DRIFT  # not less than it is, nor more by the way there
+
+
+def test_the_bound_holds_whatever_the_delays_are() -> None:
+    random = Random(1)
+    for _ in range(200):
+        clock, offset, rate = ClockOffset(), random.uniform(-1e6, 1e6), 1 + random.uniform(-DRIFT, DRIFT) / 2
+        now = 100.0
+
+        def there(time: float, offset: float = offset, rate: float = rate) -> float:
+            return time * rate + offset
+
+        least = 9.0
+        for _ in range(100):
+            sent = now
+            way = random.expovariate(5.0)
+            least = min(least, way)
+            arrived = sent + way
+            answered = arrived + random.uniform(0, 1)
+            now = answered + random.expovariate(5.0)
+            clock.add(sent, now, there(answered), there(answered) - there(arrived))
+        for _ in range(20):
+            received = now + random.uniform(0, 5)
+            seen = received + random.uniform(0, 5)
+            age = clock.age(there(received), seen)
+            assert age is not None and age >= seen - received - 1e-6
+            assert age <= seen - received + 1.0  # and it is of use
+
+
+def test_impossible_round_trips_are_ignored() -> None:
+    clock = ClockOffset()
+    clock.add(10.0, 10.1, 5.0, 0.5)  # held longer than it was away
+    clock.add(10.0, 10.1, 5.0, -0.5)
+    clock.add(10.0, 100.0, 5.0, 0.0)
+    assert not clock.is_known
+    clock.add(10.0, 10.5, 5.0, 0.5)  # no time on the way: the clocks' ticks
+    assert clock.is_known and clock.round_trip == 0.0

@@ -1,0 +1,449 @@
+"""A site's machine alone: against others that lie, flood and repeat, and in situations that schedules seldom bring."""
+
+from __future__ import annotations
+
+from random import Random
+from typing import Any
+
+import pytest
+
+from pyros1.bridge.exchange.actions import (
+    Action,
+    Advertise,
+    Listen,
+    Log,
+    ProbeReply,
+    Publish,
+    Send,
+    Subscribe,
+    Withdraw,
+)
+from pyros1.bridge.exchange.outgoing import Drop, ReceivedMessage
+from pyros1.bridge.exchange.peer import FORGET_DELAY, State
+from pyros1.bridge.exchange.receiving import MAX_TOPICS
+from pyros1.bridge.exchange.sending import LocalTopic
+from pyros1.bridge.exchange.site import MAX_SITES, Site
+from pyros1.bridge.names import SharedName
+from pyros1.bridge.protocol import packets
+from pyros1.bridge.protocol.key_expressions import Channel, Key, parse_key, site_key
+from pyros1.bridge.protocol.packets import Definition, Flag, Kind, MessageHead, Offered, Request
+from pyros1.bridge.rules.parsing import parse_config
+from pyros1.bridge.rules.rules import Priority, Rules
+from pyros1.bridge.transport.memory_link import MemoryNetwork
+from pyros1.msgs import load_message
+
+STRING: Any = load_message("std_msgs/String")
+TWIST: Any = load_message("geometry_msgs/Twist")
+OWN, THEIR = 11, 22
+ODOM = SharedName("red", "/odom")
+
+
+def rules(text: str, site: str = "base") -> Rules:
+    return parse_config(text, "f", site).rules
+
+
+class Liar:
+    """A site named red, as its packets look to another one. It follows the protocol as far as a test lets it."""
+
+    def __init__(self, site: Site, epoch: int = THEIR) -> None:
+        self.site = site
+        self.epoch = epoch
+        self.now = 0.0
+        self.actions: list[Action] = []
+        self.number = 0
+        self.version = 0
+
+    def take(self, actions: list[Action]) -> list[Action]:
+        self.actions += actions
+        return actions
+
+    def send(self, kind: Kind, body: bytes = b"", to_epoch: int = OWN, channel: Channel = Channel.TO) -> list[Action]:
+        key = Key("red", channel, "base" if channel is Channel.TO else "")
+        return self.take(self.site.on_packet(key, packets.encode_head(kind, self.epoch, to_epoch), body, self.now))
+
+    def heartbeat(self, **changes: Any) -> list[Action]:
+        """Answer the last heartbeat that came."""
+        heartbeats = [
+            packets.decode_heartbeat(action.body)
+            for action in self.actions
+            if isinstance(action, Send)
+            and action.key == "to/red"
+            and packets.decode_head(action.head).kind is Kind.HEARTBEAT
+        ]
+        self.number += 1
+        echo = heartbeats[-1].number if heartbeats else 0
+        heartbeat = packets.Heartbeat(self.number, self.now + 5000, echo, 0.0, self.version, 1, 99, 99, {})
+        return self.send(Kind.HEARTBEAT, packets.encode_heartbeat(heartbeat._replace(**changes)))
+
+    def meet(self) -> None:
+        self.heartbeat()
+        self.heartbeat()
+        assert [each.state for each in self.site.sites()] == [State.PRESENT]
+
+    def offer(self, *offers: Offered) -> list[Action]:
+        self.version += 1
+        return [action for body in packets.encode_pages(self.version, offers) for action in self.send(Kind.OFFER, body)]
+
+    def define(
+        self, type_name: str = "std_msgs/String", md5sum: str = STRING._md5sum, text: str = "string data\n"
+    ) -> Any:
+        return self.send(Kind.DEFINITION, packets.encode_definition(Definition(type_name, md5sum, text)))
+
+    def message(self, number: int, body: bytes = b"x", topic: SharedName = ODOM, **changes: Any) -> list[Action]:
+        head = MessageHead(self.epoch, 0, number, 1, self.now + 5000, 0, STRING._md5sum)
+        key = Key("red", Channel.TOPIC, "", topic)
+        return self.take(
+            self.site.on_packet(key, packets.encode_message_head(head._replace(**changes)), body, self.now)
+        )
+
+
+def offered(topic: SharedName = ODOM, **changes: Any) -> Offered:
+    return Offered(topic, "std_msgs/String", STRING._md5sum, False, False)._replace(**changes)
+
+
+def only(kind: type, actions: list[Action]) -> list[Any]:
+    return [action for action in actions if isinstance(action, kind)]
+
+
+@pytest.fixture
+def liar() -> Liar:
+    return Liar(Site(rules("{take: ['red:**', /cmd_vel], send: [/map]}"), OWN, 0.0))
+
+
+def wanted(liar: Liar, *offers: Offered) -> None:
+    """Let the liar offer topics that nodes at the base want."""
+    liar.meet()
+    liar.offer(*(offers or (offered(),)))
+    liar.define()
+    liar.take(liar.site.set_demand(["/red/odom", "/red/map", "/cmd_vel"], liar.now))
+    liar.now += 0.5
+    liar.heartbeat()
+
+
+def test_a_topic_of_another_site_in_time(liar: Liar) -> None:
+    wanted(liar)
+    assert only(Advertise, liar.actions) == [
+        Advertise("/red/odom", "std_msgs/String", STRING._md5sum, "string data\n", False)
+    ]
+    assert only(Listen, liar.actions) == [Listen("red", "t/red/odom", True)]
+    assert only(Publish, liar.message(1)) == [Publish("/red/odom", ("red", 1), b"x", False)]
+
+
+def test_messages_of_a_site_that_has_not_answered_do_not_count(liar: Liar) -> None:
+    liar.send(Kind.HELLO, to_epoch=0, channel=Channel.HELLO)
+    liar.offer(offered())
+    liar.message(1)
+    assert not only(Advertise, liar.actions) and not only(Publish, liar.actions)
+    assert {*liar.site.ignored} == {
+        "red: packets of a run that is not present",
+        "red: messages of a run that is not present",
+    }
+
+
+def test_topics_of_third_sites_are_refused(liar: Liar) -> None:
+    wanted(liar, offered(SharedName("blue", "/odom")), offered(SharedName("base", "/odom")), offered())
+    states = {str(received.topic): received.state for received in liar.site.received()}
+    assert states == {
+        "blue:/odom": "red offers a topic of another site",
+        "base:/odom": "no rule takes it",
+        "red:/odom": "subscribed",
+    }
+
+
+def test_messages_that_nobody_asked_for_are_dropped(liar: Liar) -> None:
+    wanted(liar)
+    for topic in (SharedName("red", "/secret"), SharedName("base", "/cmd_vel"), SharedName("blue", "/odom")):
+        assert liar.message(1, topic=topic) == []
+
+
+def test_messages_of_another_type_under_a_known_name(liar: Liar) -> None:
+    wanted(liar)
+    assert liar.message(1, md5sum="0" * 32) == []
+    assert liar.site.received()[0].flow.drops == {Drop.TYPE: 1}
+
+
+def test_a_definition_that_lies(liar: Liar) -> None:
+    liar.meet()
+    liar.offer(offered())
+    liar.define(text="string lie\n")
+    assert [action.definition for action in only(Advertise, liar.actions)] == [""]
+
+
+def test_a_definition_of_a_type_that_is_not_offered_is_not_kept(liar: Liar) -> None:
+    """Otherwise a site could use up the space for those of others, with an md5 sum that was asked for once."""
+    wanted(liar)
+    other = offered(SharedName("red", "/map"), type="far_msgs/Other")
+    assert liar.define("far_msgs/Other") == []
+    assert only(Advertise, liar.offer(offered(), other)) == []
+    assert [each.local for each in only(Advertise, liar.define("far_msgs/Other"))] == ["/red/map"]
+
+
+def test_publishers_that_are_gone_do_not_count() -> None:
+    liar = Liar(Site(rules("take: [{topic: 'red:/odom', rate: 10}]"), OWN, 0.0))
+    wanted(liar)
+    for number in range(1, 1001):
+        assert len(only(Publish, liar.message(number, publisher=number))) == 1
+    assert only(Publish, liar.message(1001, publisher=1001)) == []
+    assert liar.site.received()[0].flow.drops == {Drop.PUBLISHERS: 1}
+    liar.now += 1
+    assert len(only(Publish, liar.message(1002, publisher=1002))) == 1
+
+
+def test_messages_that_are_too_large_and_too_many(liar: Liar) -> None:
+    site = Site(rules("take: [{topic: 'red:/odom', size: 10, rate: 2}]"), OWN, 0.0)
+    liar = Liar(site)
+    wanted(liar)
+    assert liar.message(1, bytes(11)) == []
+    published = 0
+    for number in range(2, 1000):
+        liar.now += 0.001
+        published += len(only(Publish, liar.message(number)))
+    assert 2 <= published <= 4
+    assert {*site.received()[0].flow.drops} == {Drop.SIZE, Drop.RATE}
+
+
+def test_old_messages_are_dropped(liar: Liar) -> None:
+    wanted(liar)
+    liar.now += 20
+    liar.heartbeat()
+    liar.take(liar.site.tick(liar.now))
+    liar.heartbeat()
+    assert liar.message(1, received_at=liar.now + 5000 - 3.0) == [] and only(Publish, liar.message(2))
+    assert liar.message(2) == [] and liar.message(1) == []
+    assert liar.site.received()[0].flow.drops == {Drop.OLD: 1}
+
+
+def test_latched_messages_may_be_old_but_others_of_their_topic_not(liar: Liar) -> None:
+    wanted(liar, offered(latched=True))
+    old = liar.now + 5000 - 100
+    assert len(only(Publish, liar.message(1, received_at=old, flags=Flag.LATCHED))) == 1
+    assert only(Publish, liar.message(2, received_at=old)) == []
+    assert len(only(Publish, liar.message(3))) == 1
+
+
+def test_commands_are_never_latched(liar: Liar) -> None:
+    """Who commands by hand latches (`rostopic pub`). After an outage, that must not be carried out again."""
+    command = offered(SharedName("base", "/cmd_vel"), type="geometry_msgs/Twist", md5sum=TWIST._md5sum, latched=True)
+    liar.meet()
+    liar.offer(command)
+    assert [each.latched for each in only(Advertise, liar.define(TWIST._type, TWIST._md5sum, TWIST._full_text))] == [
+        False
+    ]
+    liar.take(liar.site.set_demand(["/cmd_vel"], liar.now))
+    liar.now += 0.5
+    liar.heartbeat()
+    message: Any = {"topic": command.topic, "md5sum": TWIST._md5sum, "flags": Flag.LATCHED}
+    assert [each.latched for each in only(Publish, liar.message(1, **message))] == [False]
+    assert only(Publish, liar.message(2, received_at=liar.now + 5000 - 1, **message)) == []
+
+
+def test_commands_are_not_offered_as_latched() -> None:
+    site = Site(rules("{send: [red:/cmd_vel, /map]}"), OWN, 0.0)
+    liar = Liar(site)
+    topics = [
+        LocalTopic(name, cls._type, cls._md5sum, cls._full_text, True, ("/publisher",))
+        for name, cls in (("/red/cmd_vel", TWIST), ("/map", STRING))
+    ]
+    liar.take(site.set_topics(topics, liar.now, liar.now))
+    liar.meet()
+    liar.take(site.tick(liar.now))
+    offers = [
+        entry
+        for action in only(Send, liar.actions)
+        if packets.decode_head(action.head).kind is Kind.OFFER
+        for entry in packets.decode_offer(action.body).entries
+    ]
+    assert {(each.topic.name, each.latched) for each in offers} == {("/cmd_vel", False), ("/map", True)}
+
+
+def test_what_was_sent_before_it_was_wanted_is_dropped(liar: Liar) -> None:
+    wanted(liar)
+    assert liar.message(1, received_at=5000 - 0.2) == []
+    assert liar.site.received()[0].flow.drops == {Drop.EARLY: 1}
+
+
+def test_recorded_packets_of_an_earlier_run(liar: Liar) -> None:
+    wanted(liar)
+    later = Liar(liar.site, epoch=33)
+    later.now, later.actions = liar.now, liar.actions
+    later.heartbeat()
+    later.heartbeat()
+    assert only(Log, later.actions)[-1].text == "site red is present"
+    for replayed in (liar.message(5), liar.offer(offered()), liar.heartbeat()):
+        assert not only(Publish, replayed) and not only(Advertise, replayed)
+    assert liar.site.sites()[0].state is State.PRESENT
+
+
+def test_requests_for_what_is_not_offered(liar: Liar) -> None:
+    site = liar.site
+    liar.meet()
+    topics = [LocalTopic(name, "std_msgs/String", STRING._md5sum, "", False, ("/n",)) for name in ("/map", "/secret")]
+    liar.take(site.set_topics(topics, 0.0, 0.0))
+    requests = [Request(SharedName("base", name), 0.0) for name in ("/map", "/secret", "/none")]
+    for body in packets.encode_pages(1, requests):
+        liar.send(Kind.REQUEST, body)
+    assert only(Subscribe, liar.actions) == [Subscribe("/map", True)]
+    received = ReceivedMessage("/n", STRING._md5sum, False, b"x")
+    assert site.on_message("/secret", received, False, 0.0) == []
+    assert [action.key for action in only(Send, site.on_message("/map", received, False, 0.0))] == ["t/base/map"]
+    liar.send(Kind.BYE)
+    assert only(Subscribe, liar.actions)[-1] == Subscribe("/map", False)
+
+
+def test_definitions_of_what_is_not_offered(liar: Liar) -> None:
+    liar.meet()
+    topic = LocalTopic("/secret", "std_msgs/String", STRING._md5sum, "string data\n", False, ("/n",))
+    liar.take(liar.site.set_topics([topic], 0.0, 0.0))
+    assert liar.send(Kind.ASK, packets.encode_ask([STRING._md5sum])) == []
+
+
+def test_a_flood_of_topics(liar: Liar) -> None:
+    liar.meet()
+    liar.offer(*(offered(SharedName("red", f"/t{number}")) for number in range(MAX_TOPICS + 10)))
+    liar.define()
+    assert len(only(Advertise, liar.actions)) == MAX_TOPICS
+    refused = [received for received in liar.site.received() if received.state == "the site offers too many topics"]
+    assert len(refused) == 10
+
+
+def test_a_flood_of_questions() -> None:
+    liar = Liar(Site(rules("send: [{topic: /map, delivery: reliable}]"), OWN, 0.0))
+    liar.meet()
+    topic = LocalTopic("/map", "std_msgs/String", STRING._md5sum, "string data\n", False, ("/n",))
+    liar.take(liar.site.set_topics([topic], 0.0, 0.0))
+    name = SharedName("base", "/map")
+    for body in packets.encode_pages(1, [Request(name, 0.0)]):
+        liar.send(Kind.REQUEST, body)
+    for _ in range(100):
+        liar.site.on_message("/map", ReceivedMessage("/n", STRING._md5sum, False, b"x"), False, 0.0)
+    answers = 0
+    for _ in range(1000):
+        liar.now += 0.0005
+        answers += len(liar.send(Kind.MISSED, packets.encode_missed(packets.Missed(name, 0, 100))))
+        answers += len(liar.send(Kind.ASK, packets.encode_ask([STRING._md5sum] * 100)))
+    assert 100 <= answers <= 6 * 101 + 6
+
+
+def test_probes_are_answered_at_once(liar: Liar) -> None:
+    assert liar.send(Kind.PROBE, packets.encode_probe(7)) == []
+    liar.meet()
+    (answer,) = only(Send, liar.send(Kind.PROBE, packets.encode_probe(7)))
+    assert packets.decode_head(answer.head) == (Kind.PROBE_REPLY, OWN, THEIR) and packets.decode_probe(answer.body) == 7
+    assert (answer.key, answer.priority) == ("to/red", Priority.URGENT)
+    assert liar.send(Kind.PROBE_REPLY, packets.encode_probe(8)) == [ProbeReply("red", 8)]
+
+
+def test_probes_go_to_sites_that_want_something(liar: Liar) -> None:
+    liar.meet()
+    assert liar.site.probes(1, Priority.LOW) == []
+    topic = LocalTopic("/map", "std_msgs/String", STRING._md5sum, "", False, ("/n",))
+    liar.take(liar.site.set_topics([topic], 0.0, 0.0))
+    for body in packets.encode_pages(1, [Request(SharedName("base", "/map"), 0.0)]):
+        liar.send(Kind.REQUEST, body)
+    ((name, probe),) = liar.site.probes(1, Priority.LOW)
+    assert name == "red" and probe.key == "to/red" and probe.priority is Priority.LOW
+    assert packets.decode_head(probe.head).kind is Kind.PROBE
+
+
+def test_a_flood_of_sites() -> None:
+    site = Site(rules("take: ['*:**']"), OWN, 0.0)
+    for number in range(MAX_SITES + 50):
+        key = Key(f"site{number}", Channel.HELLO)
+        actions = site.on_packet(key, packets.encode_head(Kind.HELLO, 5), b"", 0.0)
+        assert len(actions) <= 1
+    assert len(site.sites()) == MAX_SITES and site.ignored == {"more sites than there may be": 50}
+    site.tick(FORGET_DELAY + 1)
+    assert site.sites() == []
+
+
+def test_hellos_do_not_make_a_site_send_without_end(liar: Liar) -> None:
+    sent = 0
+    for number in range(1000):
+        liar.epoch = number + 1
+        liar.now += 0.001
+        sent += len(liar.send(Kind.HELLO, to_epoch=0, channel=Channel.HELLO))
+    assert sent <= 12
+
+
+def test_packets_for_others_and_from_strangers() -> None:
+    site = Site(rules("{sites: [blue], take: ['*:**']}"), OWN, 0.0)
+    head = packets.encode_head(Kind.HELLO, 5)
+    assert site.on_packet(Key("red", Channel.HELLO), head, b"", 0.0) == []
+    assert site.on_packet(Key("blue", Channel.TO, "red"), head, b"", 0.0) == []
+    assert site.sites() == []
+
+
+def test_another_site_with_this_name_is_told_of(liar: Liar) -> None:
+    head = packets.encode_head(Kind.HELLO, 5)
+    key = Key("base", Channel.HELLO)
+    assert [action.text for action in only(Log, liar.site.on_packet(key, head, b"", 0.0))] == [
+        "another bridge calls itself base, too: each site needs a name of its own"
+    ]
+    assert liar.site.on_packet(key, head, b"", 0.0) == []
+
+
+def test_invalid_packets_are_counted(liar: Liar) -> None:
+    liar.meet()
+    kinds = [Kind.HEARTBEAT, Kind.OFFER, Kind.REQUEST, Kind.ASK, Kind.DEFINITION, Kind.MISSED, Kind.HELD, Kind.GONE]
+    for kind in kinds:
+        assert liar.send(kind, b"[]" if kind is not Kind.ASK else b"{}") == []
+    assert sum(liar.site.ignored.values()) == len(kinds)
+    assert liar.site.on_packet(Key("red", Channel.TO, "base"), b"", b"", 0.0) == []
+    assert liar.site.on_packet(Key("red", Channel.TOPIC, "", ODOM), b"", b"", 0.0) == []
+    assert liar.send(Kind.HEARTBEAT, channel=Channel.HELLO) == []
+
+
+def test_random_packets_do_no_harm(liar: Liar) -> None:
+    wanted(liar)
+    random = Random(1)
+    good = [
+        packets.encode_heartbeat(packets.Heartbeat(9, 1.0, 1, 0.0, 1, 1, 1, 1, {ODOM: 2**60})),
+        packets.encode_held(packets.Held(ODOM, 2**60, {1: 5})),
+        packets.encode_gone(packets.Gone(ODOM, 2**62)),
+        packets.encode_missed(packets.Missed(ODOM, 0, 2**62)),
+        *packets.encode_pages(2**61, [offered(latched=True)]),
+        *packets.encode_pages(2**61, [Request(ODOM, 1e9)]),
+    ]
+    for _ in range(3000):
+        liar.now += random.random() / 10
+        body = random.choice(good)
+        if random.random() < 0.3:
+            position = random.randrange(len(body))
+            body = body[:position] + random.randbytes(1) + body[position + 1 :]
+        liar.send(random.choice([*Kind]), body, random.choice([OWN, 0, 5]))
+        liar.take(liar.site.tick(liar.now))
+        liar.message(random.randrange(1, 2**62), b"x", flags=random.randrange(256), publisher=random.randrange(2**32))
+    assert len(liar.site.ignored) < 20
+
+
+def test_two_topics_with_one_name_here() -> None:
+    text = "take: [{topic: 'red:/odom', here: /odom}, {topic: 'red:/text', here: /odom}]"
+    liar = Liar(Site(rules(text), OWN, 0.0))
+    liar.meet()
+    other: Any = load_message("std_msgs/Int64")
+    liar.offer(offered(), offered(SharedName("red", "/text"), type="std_msgs/Int64", md5sum=other._md5sum))
+    liar.define()
+    liar.define("std_msgs/Int64", other._md5sum, "int64 data\n")
+    liar.site.set_demand(["/odom"], 0.0)
+    states = {str(received.topic): received.state for received in liar.site.received()}
+    assert states["red:/odom"] == "subscribed" and states["red:/text"].startswith("/odom is a std_msgs/String already")
+    liar.offer(offered(SharedName("red", "/text"), type="std_msgs/Int64", md5sum=other._md5sum))
+    assert only(Withdraw, liar.actions) and only(Advertise, liar.actions)[-1].type == "std_msgs/Int64"
+
+
+def test_a_topic_that_becomes_latched_while_it_is_wanted(liar: Liar) -> None:
+    wanted(liar)
+    liar.actions.clear()
+    liar.offer(offered(latched=True))
+    kinds = [type(action) for action in liar.actions if isinstance(action, (Listen, Advertise, Withdraw))]
+    assert kinds == [Listen, Withdraw, Advertise, Listen]
+    liar.now += 0.6
+    asked = [packets.decode_head(action.head).kind for action in only(Send, liar.take(liar.site.tick(liar.now)))]
+    assert Kind.MISSED in asked
+
+
+def test_packets_of_this_machine_have_valid_keys(liar: Liar) -> None:
+    wanted(liar)
+    for action in only(Send, liar.actions):
+        assert parse_key(site_key("base", action.key)) is not None
+    assert MemoryNetwork(Random(1)).now == 0.0

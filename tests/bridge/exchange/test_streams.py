@@ -1,0 +1,201 @@
+"""Streams: order, repetitions and gaps."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from random import Random
+
+import pytest
+
+from pyros1.bridge.exchange.outgoing import Drop
+from pyros1.bridge.exchange.streams import Delivery, LatchedStream, NewestStream, ReliableStream, Stream, make_stream
+from pyros1.bridge.names import SharedName
+from pyros1.bridge.protocol.packets import Flag, Gone, Held, MessageHead
+
+TOPIC = SharedName("red", "/t")
+
+
+def head(number: int, publisher: int = 1, flags: int = 0) -> MessageHead:
+    return MessageHead(7, 0, number, publisher, 0.0, flags, "0" * 32)
+
+
+def feed(stream: Stream, *numbers: int, now: float = 0.0) -> list[int]:
+    return [delivery.head.number for number in numbers for delivery in stream.accept(head(number), b"x", now)]
+
+
+def held(number: int, **messages: int) -> Held:
+    return Held(TOPIC, number, {int(name[1:]): each for name, each in messages.items()})
+
+
+def latched(number: int, publisher: int = 1) -> MessageHead:
+    return head(number, publisher, Flag.LATCHED)
+
+
+def left(number: int, publisher: int = 1) -> MessageHead:
+    return head(number, publisher, Flag.LEFT)
+
+
+def test_only_newer_messages() -> None:
+    stream = NewestStream(0)
+    assert feed(stream, 1, 3, 3, 2, 4) == [1, 3, 4]
+    assert stream.drops == {Drop.REPEATED: 1, Drop.OVERTAKEN: 1}
+    assert stream.missed(9.0) is None
+
+
+def test_all_messages_in_order() -> None:
+    stream = ReliableStream(2.0, 0)
+    assert feed(stream, 5) == [5]  # what was sent before was for others
+    assert feed(stream, 7, 8, 7, 4) == []
+    assert stream.missed(0.0) == (6, 6) and stream.missed(0.1) is None and stream.missed(0.6) == (6, 6)
+    assert feed(stream, 6, 6, 9) == [6, 7, 8, 9]
+    assert stream.missed(9.0) is None
+
+
+def test_the_last_messages_are_missed_as_well() -> None:
+    stream = ReliableStream(2.0, 0)
+    stream.on_tail(4, 0.0)
+    assert stream.missed(0.0) is None  # they were before the beginning
+    stream.on_tail(6, 0.0)
+    assert stream.missed(0.0) == (5, 6)
+    assert feed(stream, 6, 5) == [5, 6]
+
+
+def test_missed_messages_are_given_up() -> None:
+    stream = ReliableStream(2.0, 0)
+    assert feed(stream, 1, 3, 6) == [1]
+    assert stream.tick(2.0) == []
+    assert [each.head.number for each in stream.tick(2.1)] == [3]
+    assert [each.head.number for each in stream.on_gone(Gone(TOPIC, 6), 2.1)] == [6]
+    assert stream.drops == {Drop.MISSED: 3}
+    stream.on_tail(9, 3.0)
+    assert stream.tick(3.5) == [] and stream.tick(5.5) == [] and stream.missed(9.0) is None
+    assert stream.drops == {Drop.MISSED: 6}
+    assert feed(stream, 8, 10) == [10]
+
+
+def test_what_cannot_come_again_is_said_by_the_sender() -> None:
+    stream = ReliableStream(2.0, 0)
+    assert feed(stream, 1, 5, 7) == [1]
+    assert stream.on_gone(Gone(TOPIC, 2), 0.0) == []  # nothing new
+    assert stream.on_gone(Gone(TOPIC, 999), 0.0) == []  # nothing that there is
+    assert [each.head.number for each in stream.on_gone(Gone(TOPIC, 5), 0.0)] == [5]
+    assert feed(stream, 6) == [6, 7]
+
+
+def test_what_waits_is_bounded() -> None:
+    stream = ReliableStream(2.0, 0)
+    feed(stream, 1)
+    delivered = feed(stream, *range(3, 2500))
+    assert delivered == [*range(3, 2500)][: len(delivered)] and len(delivered) >= 490
+    stream = ReliableStream(2.0, 0)
+    feed(stream, 1)
+    big = [stream.accept(head(number), bytes(3 << 20), 0.0) for number in (3, 4, 5)]
+    assert [len(each) for each in big] == [0, 0, 3]
+
+
+def test_questions_become_rare_without_answers() -> None:
+    stream = ReliableStream(100.0, 0)
+    feed(stream, 1, 3)
+    asked = [step / 10 for step in range(600) if stream.missed(step / 10)]
+    gaps = [round(later - sooner, 1) for sooner, later in pairwise(asked)]
+    assert gaps[:5] == [0.5, 1.0, 2.0, 4.0, 8.0] and set(gaps[5:]) == {8.0}
+
+
+def test_after_a_pause_nothing_comes_twice() -> None:
+    stream: Stream = ReliableStream(2.0, 0)
+    assert feed(stream, 1, 2, 4) == [1, 2]
+    stream.restart(0.0)
+    assert feed(stream, 2, 3, 4) == [] and feed(stream, 6, 5, 7) == [6, 7]
+    stream = NewestStream(0)
+    feed(stream, 1, 2)
+    stream.restart(0.0)
+    assert feed(stream, 2, 3) == [3]
+
+
+def test_the_last_message_of_each_publisher() -> None:
+    stream = LatchedStream(0)
+    assert stream.missed(0.0) == (0, 0)
+    assert stream.on_held(held(0)) == [] and stream.missed(9.0) is None
+    for each, expected in (
+        (latched(1, 1), 1),
+        (latched(2, 2), 1),
+        (latched(3, 1), 1),
+        (latched(3, 1), 0),
+        (latched(1, 1), 0),
+    ):
+        assert len(stream.accept(each, b"x", 0.0)) == expected
+    assert stream.missed(9.0) is None
+    stream.on_tail(5, 9.0)
+    assert stream.missed(9.0) == (4, 5)
+    stream.accept(latched(5, 2), b"x", 9.0)
+    assert stream.missed(20.0) == (4, 5)
+    assert stream.on_held(held(5, p1=4, p2=5)) == [] and stream.missed(30.0) == (4, 5)  # the one of 1 has yet to come
+    stream.accept(latched(4, 1), b"x", 30.0)
+    stream.on_held(held(5, p1=4, p2=5))
+    assert stream.missed(99.0) is None
+
+
+def test_publishers_that_are_gone() -> None:
+    stream = LatchedStream(0)
+    stream.on_held(held(0))
+    stream.accept(latched(1, 1), b"x", 0.0)
+    stream.accept(latched(2, 2), b"x", 0.0)
+    assert stream.accept(left(3, 1), b"", 0.0) == [Delivery(left(3, 1), None)]
+    assert stream.accept(left(3, 1), b"", 0.0) == [] and stream.accept(latched(1, 1), b"x", 0.0) == []
+    notes = stream.on_held(held(4))
+    assert [(each.head.publisher, each.body) for each in notes] == [(2, None)]
+    assert stream.on_held(held(4)) == [] and stream.on_held(held(1, p1=1)) == []
+    assert stream.accept(left(9, 7), b"", 0.0) == []  # of one that was never here
+
+
+def test_after_a_pause_latched_messages_come_again_but_no_older_ones() -> None:
+    stream = LatchedStream(0)
+    stream.on_held(held(0))
+    for number in (1, 2, 3):
+        stream.accept(latched(number), b"x", 0.0)
+    stream.restart(0.0)
+    assert stream.accept(latched(2), b"x", 0.0) == []
+    assert len(stream.accept(latched(3), b"x", 0.0)) == 1
+    assert stream.missed(0.4) is None and stream.missed(0.5) is not None  # the request has asked already
+
+
+def test_messages_that_are_later_than_the_list_without_them() -> None:
+    stream = LatchedStream(0)
+    stream.on_held(held(0))
+    stream.accept(latched(1, 1), b"x", 0.0)
+    assert len(stream.on_held(held(5, p3=4))) == 1
+    for late in (latched(2, 1), latched(3, 2), latched(2, 3)):
+        assert stream.accept(late, b"x", 0.0) == []
+    assert len(stream.accept(latched(4, 3), b"x", 0.0)) == 1 and len(stream.accept(latched(6, 2), b"x", 0.0)) == 1
+
+
+def test_too_many_publishers() -> None:
+    stream = LatchedStream(0)
+    for number in range(1, 1001):
+        assert stream.accept(latched(number, number), b"x", 0.0)
+    assert stream.accept(latched(1001, 1001), b"x", 0.0) == [] and stream.drops == {Drop.PUBLISHERS: 1}
+    stream.accept(left(1002, 5), b"", 0.0)
+    assert stream.accept(latched(1003, 1003), b"x", 0.0)
+
+
+@pytest.mark.parametrize("seed", range(30))
+def test_any_order(seed: int) -> None:
+    """All messages of a reliable stream come in order, if all packets come at some time before they are too old."""
+    random = Random(seed)
+    stream = ReliableStream(10.0, 0)
+    stream.on_tail(0, 0.0)
+    numbers = [*range(1, 100), *random.choices(range(1, 100), k=50)]
+    random.shuffle(numbers)
+    assert feed(stream, *numbers) == [*range(1, 100)]
+
+
+def test_kinds_of_streams() -> None:
+    assert isinstance(make_stream(True, True, 1.0), LatchedStream)
+    assert isinstance(make_stream(False, True, 1.0), ReliableStream)
+    assert isinstance(make_stream(False, False, 1.0), NewestStream)
+    for stream in (
+        make_stream(True, False, 1.0, 5),
+        make_stream(False, True, 1.0, 5),
+        make_stream(False, False, 1.0, 5),
+    ):
+        assert feed(stream, 5, 6) == [6]

@@ -1,0 +1,58 @@
+"""--check in plain words."""
+
+from __future__ import annotations
+
+from pyros1.bridge.rules.explanation import explain
+from pyros1.bridge.rules.parsing import SiteConfig, parse_config, rules_from_words
+
+
+def test_a_robot() -> None:
+    rules = rules_from_words("red", ["/odom", "/scan@5", "!/secret"], ["/cmd_vel"])
+    assert [*explain(SiteConfig(rules, ("tcp/base:7447",)))] == [
+        "site red: talks to all sites",
+        "  connects to tcp/base:7447",
+        "sends:",
+        "  /odom to every site that takes it",
+        "  /scan to every site that takes it, at most 5 messages per second",
+        "  never /secret",
+        "takes:",
+        "  /cmd_vel, from every site that sends it here",
+    ]
+
+
+def test_a_base() -> None:
+    text = """
+sites: [red, blue]
+listen: tcp/127.0.0.1:7447
+prefix: {blue: /robots/blue}
+send:
+- red:/cmd_vel
+- {topic: '*:/goal', delivery: reliable}
+- {topic: /map, here: /map_server/map, sites: red, priority: low}
+take: ['red:**', {topic: 'blue:/odom', age: 1, rate: 2, size: 2kB}, '*:/scan', {topic: /a, sites: red}]
+deny_take: ['red:/noise']
+"""
+    assert [*explain(parse_config(text, "f", "base"))] == [
+        "site base: talks to the sites red, blue",
+        "  listens on tcp/127.0.0.1:7447",
+        "sends:",
+        "  /red/cmd_vel to red, as /cmd_vel there",
+        "  /SITE/goal to each other site, as /goal there, all messages in order",
+        "  /map_server/map as base:/map to red, low priority",
+        "takes:",
+        "  /** of red, as /red/** here",
+        "  /odom of blue, as /robots/blue/odom here, at most 2 messages per second, messages of at most 2000 bytes, "
+        "none older than 1 s",
+        "  /scan of each other site, as /SITE/scan here",
+        "  /a, from red",
+        "  never red:/noise",
+    ]
+
+
+def test_nothing() -> None:
+    lines = [*explain(SiteConfig(rules_from_words("red", [], [])))]
+    assert lines[1:] == ["sends nothing", "takes nothing"]
+
+
+def test_one_site_is_named_as_one() -> None:
+    assert next(explain(parse_config("sites: [base]", "f", "red"))) == "site red: talks to site base"

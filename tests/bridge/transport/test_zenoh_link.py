@@ -1,0 +1,202 @@
+"""The link over eclipse-zenoh, on loopback."""
+
+from __future__ import annotations
+
+import os
+import queue
+import signal
+import socket
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import pytest
+
+from pyros1.bridge.exchange.actions import Send
+from pyros1.bridge.names import SharedName
+from pyros1.bridge.protocol.key_expressions import Channel, Key, topic_key
+from pyros1.bridge.transport.zenoh_link import LinkError, ZenohLink
+
+from ..conftest import PATIENCE, wait_until
+
+pytest.importorskip("zenoh")
+ODOM = SharedName("red", "/odom")
+
+
+class Station:
+    """A link, and what comes over it."""
+
+    def __init__(self, name: str, connect: tuple[str, ...] = (), listen: tuple[str, ...] = ()) -> None:
+        self.packets: queue.Queue[tuple[Key, bytes, bytes]] = queue.Queue()
+        self.link = ZenohLink(name, lambda *packet: self.packets.put(packet), connect, listen)
+
+    def get(self, body: bytes) -> Key:
+        """Wait for a packet with this body, and return its key."""
+        while True:
+            key, _, got = self.packets.get(timeout=PATIENCE)
+            if got == body:
+                return key
+
+
+@pytest.fixture
+def make_station() -> Iterator[Callable[..., Station]]:
+    """Return a function that makes stations; those that were made last are closed first."""
+    stations: list[Station] = []
+
+    def make(*args: Any) -> Station:
+        stations.append(Station(*args))
+        return stations[-1]
+
+    yield make
+    for station in reversed(stations):
+        station.link.close()
+
+
+def hello_until_heard(sender: Station, *receivers: Station) -> None:
+    """Say hello until all have heard it: the network needs a moment at first."""
+
+    def all_hear() -> bool:
+        sender.link.send(Send("hello", b"h", b"hello"))
+        return all(not receiver.packets.empty() for receiver in receivers)
+
+    wait_until(all_hear, "hello is heard")
+
+
+def test_sites_reach_each_other_through_one_that_listens(make_station: Any, endpoint: str) -> None:
+    base = make_station("base", (), (endpoint,))
+    red, blue = make_station("red", (endpoint,)), make_station("blue", (endpoint,))
+    hello_until_heard(red, base, blue)
+    hello_until_heard(blue, base, red)
+    red.link.send(Send("to/blue", b"h", b"for blue"))
+    assert blue.get(b"for blue") == Key("red", Channel.TO, "blue")
+    blue.link.listen("red", topic_key(ODOM), True)
+    blue.link.listen("red", topic_key(ODOM), True)
+
+    def is_heard() -> bool:
+        red.link.send(Send(topic_key(ODOM), b"head", b"message", may_drop=True))
+        return not blue.packets.empty()
+
+    wait_until(is_heard, "the message")
+    assert blue.packets.get() == (Key("red", Channel.TOPIC, "", ODOM), b"head", b"message")
+    red.link.send(Send("hello", b"h", b"the end"))
+    base.get(b"the end")
+    assert all(key.channel is Channel.HELLO for key, _, _ in [*base.packets.queue])
+
+
+def test_a_site_that_listens_may_start_later_and_again(make_station: Any, endpoint: str) -> None:
+    red = make_station("red", (endpoint,))
+    red.link.listen("base", "t/base/map", True)
+    wait_until(lambda: red.link.problem, "the first attempt fails")
+    red.link.send(Send("hello", b"h", b"lost"))
+    for _ in range(2):
+        base = Station("base", (), (endpoint,))
+        try:
+            hello_until_heard(red, base)
+            red.link.send(Send("to/base", b"h", b"x"))
+            assert base.get(b"x").site == "red"
+
+            def is_heard(base: Station = base) -> bool:
+                base.link.send(Send("t/base/map", b"h", b"map"))
+                return not red.packets.empty()
+
+            wait_until(is_heard, "the map")
+            assert red.get(b"map").topic == SharedName("base", "/map")
+        finally:
+            base.link.close()
+        while not red.packets.empty():
+            red.packets.get()
+    assert red.link.problem == ""
+
+
+def test_a_site_that_dials_several(make_station: Any, free_ports: Any) -> None:
+    first, second = (f"tcp/127.0.0.1:{port}" for port in free_ports(2))
+    stations = make_station("base", (), (first,)), make_station("far", (), (second,))
+    red = make_station("red", (first, second))
+    hello_until_heard(red, *stations)
+
+
+def test_many_packets_in_order(make_station: Any, endpoint: str) -> None:
+    base = make_station("base", (), (endpoint,))
+    red = make_station("red", (endpoint,))
+    hello_until_heard(red, base)
+    for number in range(2000):
+        red.link.send(Send("to/base", b"h", b"%d" % number))
+    red.link.send(Send("to/base", b"h", bytes(8 << 20)))
+    got = [base.get(b"%d" % number) for number in range(2000)]
+    assert len(got) == 2000 and base.get(bytes(8 << 20))
+
+
+def test_foreign_packets_are_ignored(make_station: Any, endpoint: str) -> None:
+    import zenoh
+
+    base = make_station("base", (), (endpoint,))
+    config = zenoh.Config()
+    config.insert_json5("mode", '"client"')
+    config.insert_json5("connect/endpoints", f'["{endpoint}"]')
+    config.insert_json5("scouting/multicast/enabled", "false")
+    with zenoh.open(config) as stranger:
+        for key, attachment in (
+            ("to/base/x", b"h"),
+            ("to/base", None),
+            ("to/base", bytes(500)),
+            ("again/base/x", b"h"),
+        ):
+            stranger.put(f"pyros1/1/red/{key}", b"bad", attachment=attachment)
+
+        def is_heard() -> bool:
+            stranger.put("pyros1/1/red/to/base", b"good", attachment=b"h")
+            return not base.packets.empty()
+
+        wait_until(is_heard, "a good packet")
+    assert {body for _, _, body in [*base.packets.queue]} == {b"good"}
+
+
+def test_what_cannot_start(free_port: int) -> None:
+    with socket.socket() as other:
+        other.bind(("127.0.0.1", free_port))
+        other.listen()
+        with pytest.raises(LinkError, match=r"cannot start the bridge's network: .*in use"):
+            Station("base", (), (f"tcp/127.0.0.1:{free_port}",))
+
+
+def test_without_zenoh_the_error_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("pyros1.bridge.transport.zenoh_link.find_spec", lambda name: None)
+    with pytest.raises(LinkError, match=r"pip install 'pyros1\[bridge\]'"):
+        Station("base")
+
+
+PROGRAM = """
+import sys
+from pyros1.bridge.transport.zenoh_link import ZenohLink
+link = ZenohLink(sys.argv[1], lambda *_: None, (), (sys.argv[2],))
+print("ready", flush=True)
+sys.stdin.read()
+link.close()
+"""
+
+
+@pytest.mark.parametrize("kill", [True, False])
+def test_a_router_in_another_process_ends(make_station: Any, endpoint: str, kill: bool) -> None:
+    """It ends in time although clients are connected; and they survive its being killed."""
+    for _ in range(2):
+        program = subprocess.Popen(
+            [sys.executable, "-c", PROGRAM, "base", endpoint], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+        )
+        assert program.stdin and program.stdout
+        try:
+            assert program.stdout.readline() == "ready\n"
+            red, blue = make_station("red", (endpoint,)), make_station("blue", (endpoint,))
+            hello_until_heard(red, blue)
+            if kill:
+                os.kill(program.pid, signal.SIGKILL)
+            else:
+                program.stdin.close()
+            assert program.wait(PATIENCE) == (-signal.SIGKILL if kill else 0)
+            for station in (red, blue):
+                station.link.send(Send("to/base", b"h", b"nobody is there"))
+        finally:
+            program.kill()
+            program.wait()
+            program.stdout.close()
+            program.stdin.close()
