@@ -35,6 +35,7 @@ SECTIONS = {
     "Bags": "interop/bag tests/bag",
     "Commands": "interop/tools tests/cli tests/doctor tests/topic_tools",
     "The web page": "interop/web tests/web",
+    "Several masters": "interop/bridge tests/bridge",
     "Networks and faults": "interop/hosts interop/faults tests/net tests/fuzz tests/schedules",
     "Packages, the guide and tests of your own": "tests/packages tests/guide tests/testing tests/turtlesim tests",
 }

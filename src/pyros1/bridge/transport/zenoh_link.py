@@ -28,15 +28,24 @@ if TYPE_CHECKING:
 
 MAX_PACKET = 64 << 20
 """Maximum size of a packet in bytes; zenoh refuses larger ones before it has received them."""
-_BLOCK_TIME = 10_000_000
-"""Microseconds that a packet waits for the network, before zenoh closes a connection that takes nothing. A slow network
-needs some seconds for what zenoh itself queues."""
+_DROP = "transport/link/tx/queue/congestion_control/drop"
+_WAIT_TIME = 100_000
+"""Microseconds that a packet waits for a network that takes nothing, before it is dropped.
+
+zenoh's other way, to wait and then to close the connection, is not used: if two threads wait, the second one closes the
+connection that has been made meanwhile, and the site is cut off for good (1.10.2).
+"""
+_FRAGMENTS_TIME = 10_000_000
+"""The same for a packet of which a part has been sent: on a slow network, large ones take seconds."""
 _SEND_BUFFER = 64 << 10
 """Bytes that the system queues for a connection. By default, it queues megabytes, for half a minute on a slow network,
 in which neither commands overtake images nor new images replace old ones. It is enough for 10 Mbit/s at 100 ms."""
 _MAX_PUBLISHERS = 10_000
 _DIAL_PERIOD = 1
 """Seconds between attempts to reach the first site."""
+_DIAL_TIME = 8
+"""Seconds that an attempt may take: it needs some five round trips, and the system sends lost packets again after a second
+or more."""
 _CLOSE_TIME = 5.0
 
 
@@ -140,8 +149,8 @@ class ZenohLink:
             self._receive(key, attachment.to_bytes(), sample.payload.to_bytes())
 
     def send(self, packet: Send) -> None:
-        """Send a packet. While the network takes nothing, this waits for at most `_BLOCK_TIME`: otherwise, zenoh would
-        drop new packets and keep old ones. Before the first connection, packets are lost.
+        """Send a packet. While the network takes nothing, this waits for at most `_WAIT_TIME`, or `_FRAGMENTS_TIME` in the
+        middle of a large one; then the packet is lost. Before the first connection, packets are lost as well.
         """
         publisher = self._publisher(packet.key, packet.priority)
         if publisher is not None:
@@ -155,7 +164,7 @@ class ZenohLink:
                     self._publishers.pop(next(iter(self._publishers))).undeclare()
                 found = self._publishers[key, priority] = self._session.declare_publisher(
                     site_key(self._site, key),
-                    congestion_control=self._zenoh.CongestionControl.BLOCK,
+                    congestion_control=self._zenoh.CongestionControl.DROP,
                     priority=self._priorities[priority],
                     express=priority <= Priority.HIGH,
                     allowed_destination=self._zenoh.Locality.REMOTE,
@@ -192,7 +201,7 @@ def _make_config(zenoh: Any, connect: Sequence[str], listen: Sequence[str], sett
     values: dict[str, Any] = {
         "mode": "client" if is_client else "router",
         "connect/endpoints": [*connect],
-        "connect/timeout_ms": 1000 * _DIAL_PERIOD if is_client else -1,  # the other site may start later
+        "connect/timeout_ms": 1000 * _DIAL_TIME if is_client else -1,  # the other site may start later
         "connect/exit_on_failure": is_client,
         "connect/retry": {"period_init_ms": 500, "period_max_ms": 4000, "period_increase_factor": 2},
         "listen/endpoints": [*listen],
@@ -200,7 +209,8 @@ def _make_config(zenoh: Any, connect: Sequence[str], listen: Sequence[str], sett
         "listen/exit_on_failure": True,
         "scouting/multicast/enabled": False,
         "scouting/gossip/enabled": False,  # else sites connect to addresses that they were not given
-        "transport/link/tx/queue/congestion_control/block/wait_before_close": _BLOCK_TIME,
+        f"{_DROP}/wait_before_drop": _WAIT_TIME,
+        f"{_DROP}/max_wait_before_drop_fragments": _FRAGMENTS_TIME,
         "transport/link/rx/max_message_size": MAX_PACKET + (1 << 16),
         "transport/shared_memory/enabled": False,  # it would pass the limits of links by
     }
