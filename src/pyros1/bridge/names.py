@@ -15,6 +15,7 @@ from pyros1.ground.names import is_legal_name
 MAX_NAME_LENGTH = 255
 """Maximum number of characters of a topic's name."""
 _SITE = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,39}\Z")
+_KEYS_NUMBER = re.compile(r"[1-9][0-9]{0,3}\Z")
 _CHUNK = re.compile(r"[A-Za-z0-9_*]+\Z", re.ASCII)
 
 
@@ -48,6 +49,22 @@ def check_site_name(name: str) -> str:
             f"{name!r} cannot be a site's name: use a letter, then up to 39 letters, digits and underscores"
         )
     return name
+
+
+def site_of_keys(name: str) -> str:
+    """Return the site to which keys of a name belong. ``red`` and ``red-2`` are keys of the site ``red``: with a new
+    name, the old keys can be shut out.
+
+    Raises:
+        SiteNameError: keys cannot have this name.
+    """
+    site, dash, number = name.partition("-")
+    if not _SITE.match(site) or (dash and not _KEYS_NUMBER.match(number)):
+        raise SiteNameError(
+            f"{name!r:.80} cannot be a site's name: use a letter, then up to 39 letters, digits and underscores; newer "
+            "keys of a site have a number after its name, such as red-2"
+        )
+    return site
 
 
 def is_topic_name(name: str) -> bool:

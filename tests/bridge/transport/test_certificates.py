@@ -93,10 +93,21 @@ def test_a_site_is_added_later(keys: Path) -> None:
 
 def test_existing_keys_are_kept(keys: Path) -> None:
     before = (keys / "red" / "site.key").read_bytes()
-    with pytest.raises(KeysError, match=r"keys/red already exists; to replace these keys, remove it first"):
+    with pytest.raises(KeysError, match=r"keys/red already exists; to make keys that replace these, name them red-2$"):
         make_keys(keys, {"green": [], "red": []})
     assert (keys / "red" / "site.key").read_bytes() == before
     assert not (keys / "green").exists()
+
+
+def test_newer_keys_of_a_site(keys: Path) -> None:
+    assert make_keys(keys, {"red-2": [], "base-7": ["base.example"]}) == [keys / "red-2", keys / "base-7"]
+    found = load_keys(keys / "red-2")
+    assert (found.site, found.name) == ("red", "red-2")
+    assert (load_keys(keys / "red").site, load_keys(keys / "red").name) == ("red", "red")
+    assert connect(keys / "red-2", keys / "base-7", "base.example") == ("base-7", "red-2")
+    for name, proposal in (("red", "red-3"), ("red-2", "red-3"), ("base", "base-2"), ("base-7", "base-2")):
+        with pytest.raises(KeysError, match=f"{name} already exists; .* name them {proposal}$"):
+            make_keys(keys, {name: []})
 
 
 @pytest.mark.skipif(os.name != "posix", reason="permissions of POSIX")
@@ -190,6 +201,8 @@ def test_keys_for_a_few_days_do_not_end_the_authority(tmp_path: Path) -> None:
     ("site", "hosts", "days", "error"),
     [
         ("ca", [], 1, "it is the certificate authority's folder"),
+        ("ca-2", [], 1, "it is the certificate authority's folder"),
+        ("red-0", [], 1, "newer keys of a site have a number after its name, such as red-2"),
         ("../red", [], 1, "cannot be a site's name"),
         ("", [], 1, "cannot be a site's name"),
         ("a" * 41, [], 1, "cannot be a site's name"),

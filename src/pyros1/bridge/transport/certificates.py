@@ -6,7 +6,9 @@
     keys/red/    ca.crt site.crt site.key    what the site `red` needs: copy this folder there
 
 A site's certificate has the site's name as common name, and the host names and addresses at which other sites connect
-to it as alternative names. `load_keys` checks such a folder before it is used.
+to it as alternative names. `load_keys` checks such a folder before it is used. Later keys of a site have a number in
+their name, such as ``red-2``: zenoh takes no list of revoked certificates, so those who let a site in must know the
+name of its current keys.
 """
 
 from __future__ import annotations
@@ -18,10 +20,11 @@ import stat
 from collections.abc import Mapping, Sequence
 from datetime import datetime, timedelta, timezone
 from importlib import import_module
+from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from pyros1.bridge.names import SiteNameError, check_site_name
+from pyros1.bridge.names import SiteNameError, site_of_keys
 from pyros1.ground.errors import Error
 from pyros1.ground.terminal_text import one_line
 
@@ -51,11 +54,13 @@ class SiteKeys(NamedTuple):
 
     Attributes:
         site: the site's name.
+        name: the name in the certificate: the site's, or a later one such as ``red-2``.
         ca_certificate, certificate, key: the files.
         expires: when the first of the certificates expires, in UTC.
     """
 
     site: str
+    name: str
     ca_certificate: Path
     certificate: Path
     key: Path
@@ -71,8 +76,8 @@ def make_keys(folder: Path, hosts: Mapping[str, Sequence[str]], days: int = DEFA
 
     Args:
         folder: where to put them; other users get no access to it.
-        hosts: for each site, the host names and IP addresses at which other sites connect to it; empty for a site that
-            only connects to others.
+        hosts: for each site, or later keys of a site such as ``red-2``, the host names and IP addresses at which other
+            sites connect to it; empty for a site that only connects to others.
         days: for how many days the certificates are valid.
 
     Returns:
@@ -88,7 +93,10 @@ def make_keys(folder: Path, hosts: Mapping[str, Sequence[str]], days: int = DEFA
     for site, names in hosts.items():
         _check_site(site)
         if (folder / site).exists():
-            raise KeysError(f"{one_line(str(folder / site))} already exists; to replace these keys, remove it first")
+            raise KeysError(
+                f"{one_line(str(folder / site))} already exists; to make keys that replace these, name them "
+                f"{_next_name(folder, site)}"
+            )
         for name in names:
             _alternative_name(name)
     try:
@@ -103,9 +111,13 @@ def make_keys(folder: Path, hosts: Mapping[str, Sequence[str]], days: int = DEFA
 
 
 def _check_site(name: str) -> None:
-    check_site_name(name)
-    if name == AUTHORITY:
+    if site_of_keys(name) == AUTHORITY:
         raise SiteNameError(f"{name!r} cannot be a site's name: it is the certificate authority's folder")
+
+
+def _next_name(folder: Path, name: str) -> str:
+    site = site_of_keys(name)
+    return next(f"{site}-{number}" for number in count(2) if not (folder / f"{site}-{number}").exists())
 
 
 def load_keys(folder: Path, now: datetime | None = None) -> SiteKeys:
@@ -142,7 +154,8 @@ def load_keys(folder: Path, now: datetime | None = None) -> SiteKeys:
                 "clock right?"
             )
     expires = min(authority.not_valid_after_utc, certificate.not_valid_after_utc)
-    return SiteKeys(_common_name(certificate, certificate_path), ca_path, certificate_path, key_path, expires)
+    name = _common_name(certificate, certificate_path)
+    return SiteKeys(site_of_keys(name), name, ca_path, certificate_path, key_path, expires)
 
 
 def _make_authority(folder: Path) -> None:
@@ -227,7 +240,8 @@ def _common_name(certificate: x509.Certificate, path: Path) -> str:
     ]
     try:
         (name,) = map(str, values)
-        return check_site_name(name)
+        site_of_keys(name)
+        return name
     except ValueError:
         raise KeysError(f"{one_line(str(path))} does not name a site; make keys with `pyros1 bridge keys`") from None
 

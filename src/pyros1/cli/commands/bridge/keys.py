@@ -15,7 +15,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int | None:
     """Make the keys, and say what to do with them."""
     if len(args) < 2:
         raise UsageError("name a folder for the keys, and the sites")
-    from pyros1.bridge.names import SiteNameError  # noqa: PLC0415
+    from pyros1.bridge.names import SiteNameError, site_of_keys  # noqa: PLC0415
     from pyros1.bridge.transport.certificates import KeysError, make_keys  # noqa: PLC0415
 
     folder, *words = args
@@ -31,10 +31,13 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int | None:
         raise CommandError(str(error)) from None
     for each in folders:
         names = ", ".join(hosts[each.name])
-        print(
-            f"{one_line(str(each))}: the keys of site {each.name}"
-            + f", to which others connect at {names}" * bool(names)
-        )
+        site = site_of_keys(each.name)
+        print(f"{one_line(str(each))}: the keys of site {site}" + f", to which others connect at {names}" * bool(names))
+        if site != each.name:
+            print(
+                f"To shut the older keys of {site} out, write {each.name} in place of them under --sites or `sites` "
+                "where others connect, and start these bridges and routers again."
+            )
     print(
         "Copy each folder to its site, as a whole, and start the bridge there with --keys FOLDER.\n"
         f"Keep {one_line(str(folders[0].parent / 'ca'))} where no site can read it: it makes keys for any name."
@@ -56,12 +59,16 @@ VERB = Verb(
     Argument(
         "site",
         repeatable=True,
-        help="a site; if others connect to it, with its host names and addresses: base=HOST,HOST",
+        help="a site; if others connect to it, with its host names and addresses: base=HOST,HOST; red-2 for newer "
+        "keys of red",
     ),
     description="Make keys and certificates for sites: a folder for each site, and one for the authority that has "
     "issued them, which later issues those of more sites. Write the host names and addresses of a site to which others "
     "connect after its name: base=base.example,10.0.0.1.",
-    examples=[(" red green base=base.example,10.0.0.1", "keys of two robots, and of a base to which they connect")],
+    examples=[
+        ("site_keys red-2", "new keys of a robot whose old ones are to be shut out"),
+        ("site_keys red green base=base.example,10.0.0.1", "keys of two robots, and of a base to which they connect"),
+    ],
     stock="",
     run=run,
 )
