@@ -2,10 +2,21 @@
 
 from __future__ import annotations
 
+from random import Random
+
 import pytest
 
-from pyros1.bridge.names import SharedName
-from pyros1.bridge.protocol.key_expressions import Channel, Key, again_key, parse_key, site_key, to_key, topic_key
+from pyros1.bridge.names import Pattern, SharedName
+from pyros1.bridge.protocol.key_expressions import (
+    Channel,
+    Key,
+    again_key,
+    parse_key,
+    path_key,
+    site_key,
+    to_key,
+    topic_key,
+)
 
 TOPIC = SharedName("red", "/camera/image")
 
@@ -37,3 +48,32 @@ def test_keys(key: str, text: str, parsed: Key) -> None:
 )
 def test_what_is_no_key(text: str) -> None:
     assert parse_key(text) is None
+
+
+@pytest.mark.parametrize(
+    ("path", "key"),
+    [
+        ("/odom", "/odom"),
+        ("/camera/**", "/camera/**"),
+        ("/cam*/image", "/cam$*/image"),
+        ("/*/*_raw", "/*/$*_raw"),
+        ("/**/**/a", "/**/a"),
+        ("/**/*/a", "/*/**/a"),
+    ],
+)
+def test_patterns_of_topics(path: str, key: str) -> None:
+    assert path_key(path) == key
+
+
+def test_zenoh_matches_what_patterns_match() -> None:
+    zenoh = pytest.importorskip("zenoh")
+    random = Random(1)
+    matches = 0
+    for _ in range(2000):
+        parts = random.choices(["*", "**", "a", "b", "a*", "*b", "a*b", "*a*"], k=random.randint(1, 4))
+        pattern = Pattern("/" + "/".join(parts))
+        name = "/" + "/".join(random.choices(["a", "b", "ab", "aab"], k=random.randint(1, 4)))
+        expression = zenoh.KeyExpr(f"t/red{path_key(pattern.path)}")
+        assert expression.includes(zenoh.KeyExpr(f"t/red{name}")) == pattern.matches_name(name), (pattern, name)
+        matches += pattern.matches_name(name)
+    assert matches > 100

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import json
 import queue
 import socket
 from collections.abc import Callable, Iterator
+from datetime import datetime, timezone
 from pathlib import Path
 from typing import Any
 
@@ -13,11 +15,14 @@ import pytest
 from pyros1.bridge.exchange.actions import Send
 from pyros1.bridge.names import SharedName
 from pyros1.bridge.protocol.key_expressions import Key, again_key, to_key, topic_key
+from pyros1.bridge.rules.router_config import parse_router_config
+from pyros1.bridge.rules.site_access import SiteAccess
 from pyros1.bridge.transport.access_control import security_settings
 from pyros1.bridge.transport.certificates import SiteKeys, load_keys, make_keys
 from pyros1.bridge.transport.zenoh_link import ZenohLink
 
 from ..conftest import PATIENCE, wait_until
+from .stations import Station
 
 pytest.importorskip("zenoh")
 pytest.importorskip("cryptography")
@@ -27,10 +32,11 @@ ODOM = SharedName("red", "/odom")
 class Site:
     """A link with keys, and what comes over it."""
 
-    def __init__(self, keys: Path | SiteKeys, name: str, sites: list[str], **endpoints: list[str]) -> None:
+    def __init__(self, keys: Path | SiteKeys, name: str, sites: list[str | SiteAccess], **endpoints: list[str]) -> None:
         """`name` is the one that it uses; its keys may be those of another site."""
         self.packets: queue.Queue[tuple[Key, bytes]] = queue.Queue()
-        settings = security_settings(load_keys(keys) if isinstance(keys, Path) else keys, sites)
+        access = [SiteAccess(site) if isinstance(site, str) else site for site in sites]
+        settings = security_settings(load_keys(keys) if isinstance(keys, Path) else keys, access, name)
         self.link = ZenohLink(name, self._receive, settings=settings, **endpoints)
 
     def _receive(self, key: Key, head: bytes, body: bytes) -> None:
@@ -64,7 +70,8 @@ def port() -> int:
 @pytest.fixture
 def keys(tmp_path: Path) -> Path:
     folder = tmp_path / "keys"
-    make_keys(folder, {"red": [], "green": [], "stranger": [], "base": ["127.0.0.1"]})
+    hosts = ["127.0.0.1"]
+    make_keys(folder, {"red": [], "red-2": [], "green": [], "stranger": [], "base": hosts, "hub": hosts})
     return folder
 
 
@@ -166,3 +173,141 @@ def test_a_base_at_another_address_is_not_trusted(keys: Path, port: int, make_si
     make_site(keys / "green", "base", [], listen=[f"tls/127.0.0.1:{port}"])
     red = make_site(keys / "red", "red", [], connect=[f"tls/127.0.0.1:{port}"])
     wait_until(lambda: red.link.problem, "it refuses the base")
+
+
+# What each site may do ------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def make_station(keys: Path) -> Iterator[Callable[..., Station]]:
+    """Return a function that makes stations with keys; those that were made last are closed first."""
+    stations: list[Station] = []
+
+    def make(name: str, *args: Any, **options: Any) -> Station:
+        stations.append(Station(keys / name, *args, **options))
+        return stations[-1]
+
+    yield make
+    for station in reversed(stations):
+        station.close()
+
+
+def access_of(sites: str) -> tuple[SiteAccess, ...]:
+    return parse_router_config(f"sites: {sites}", "f").access
+
+
+def put_all(station: Station, *keys: str) -> Callable[[bytes], None]:
+    """Return a question for `Station.heard`: it puts a sample on each key."""
+    return lambda body: [station.put(key, body) for key in keys] and None
+
+
+MODES = pytest.mark.parametrize("mode", ["client", "peer", "router"])
+
+
+@MODES
+def test_a_site_that_may_send_some_topics_can_do_nothing_else(
+    port: int, make_station: Callable[..., Station], mode: str
+) -> None:
+    """Whatever it calls itself, and whether or not it says that it is a router."""
+    access = access_of("{red: {send: [/odom, /camera/**, 'base:/goal'], deny_send: [/camera/raw]}, green: {}}")
+    base = make_station("base", "router", access, listen=[f"tls/127.0.0.1:{port}"])
+    red = make_station("red", mode, connect=[f"tls/127.0.0.1:{port}"])
+    allowed = {"red/to/base", "red/to/green", "red/t/red/odom", "red/again/green/red/odom", "red/t/red/camera/image"}
+    allowed |= {"red/t/base/goal", "red/again/base/base/goal"}
+    denied = {"red/t/red/scan", "red/t/red/odom/raw", "red/t/red/camera/raw", "red/t/base/map", "red/t/green/goal"}
+    denied |= {"red/again/green/base/goal", "red/again/green/red/scan", "red/else", "green/hello", "green/to/base"}
+    denied |= {"green/t/green/odom", "base/t/base/map", "base/hello", "red/**", "*/t/red/odom", "red/t/*/odom"}
+    denied |= {"*/hello", "/pyros1/2/red/hello", "/elsewhere"}
+
+    def ask(body: bytes) -> None:
+        put_all(red, *denied, *allowed)(body)
+        red.delete("red/t/red/odom")
+        put_all(red, "red/hello")(body)
+
+    assert base.heard("red/hello", ask) == allowed
+
+
+@MODES
+def test_a_site_that_may_take_some_topics_gets_nothing_else(
+    port: int, make_station: Callable[..., Station], mode: str
+) -> None:
+    """Whatever it subscribes to."""
+    access = access_of("{green: {take: [/cmd_vel, 'base:/map', '*:/odom'], deny_take: ['red:/odom']}, red: {}}")
+    base = make_station("base", "router", access, listen=[f"tls/127.0.0.1:{port}"])
+    red = make_station("red", connect=[f"tls/127.0.0.1:{port}"])
+    spy = make_station("green", mode, connect=[f"tls/127.0.0.1:{port}"])
+    allowed = {"base/to/green", "base/t/green/cmd_vel", "base/again/green/green/cmd_vel", "base/t/base/map"}
+    allowed |= {"base/again/green/base/map", "base/t/base/odom"}
+    denied = {"base/t/base/plan", "base/to/red", "base/t/red/cmd_vel", "base/t/red/odom", "base/again/red/base/map"}
+    denied |= {"base/t/green/odom", "base/again/green/base/plan", "base/t/base/map/raw", "base/else"}
+    assert spy.heard("base/hello", put_all(base, *denied, *allowed, "base/hello")) == allowed
+    sent = {"red/t/red/odom", "red/t/green/cmd_vel", "red/again/green/red/odom", "red/t/red/map", "red/t/base/map"}
+    assert spy.heard("red/hello", put_all(red, *sent, "red/hello")) == {"red/t/green/cmd_vel"}
+
+
+def test_what_goes_into_the_names_of_a_site_is_only_for_it(port: int, make_station: Callable[..., Station]) -> None:
+    base = make_station("base", "router", access_of("[red, green]"), listen=[f"tls/127.0.0.1:{port}"])
+    spy = make_station("green", connect=[f"tls/127.0.0.1:{port}"])
+    keys = {"base/t/red/cmd_vel", "base/again/red/base/map", "base/to/red", "base/t/green/cmd_vel", "base/t/base/map"}
+    assert spy.heard("base/hello", put_all(base, *keys, "base/hello")) == {"base/t/green/cmd_vel", "base/t/base/map"}
+
+
+def test_newer_keys_shut_the_older_ones_out(port: int, make_station: Callable[..., Station]) -> None:
+    """Feature: keys of a site that are lost are shut out: `pyros1 bridge keys` makes others for it"""
+    base = make_station("base", "router", access_of("[red-2, green]"), listen=[f"tls/127.0.0.1:{port}"])
+    thief, red, green = (make_station(name, connect=[f"tls/127.0.0.1:{port}"]) for name in ("red", "red-2", "green"))
+
+    def ask(body: bytes) -> None:
+        put_all(thief, "red/t/red/odom", "red/to/base")(body)
+        put_all(base, "base/to/red")(body)
+        put_all(red, "red/hello")(body)
+
+    for each in (base, green):
+        assert each.heard("red/hello", ask) == set()
+    assert red.heard("base/to/red", ask) == set()
+    assert thief.heard_nothing()
+
+
+def test_routers_in_a_row(free_ports: Callable[[int], list[int]], make_station: Callable[..., Station]) -> None:
+    """A site behind another router writes only under its own name, as long as that router is honest; and that router
+    can speak only for sites of which the file says that it forwards them.
+    """
+    to_base, to_hub = (f"tls/127.0.0.1:{port}" for port in free_ports(2))
+    at_hub = access_of("{base: {forwards: [red, green]}, stranger: {}}")
+    hub = make_station("hub", "router", at_hub, listen=[to_hub])
+    at_base = access_of("{red: {}, green: {send: [/odom]}, hub: {forwards: [stranger]}}")
+    base = make_station("base", "router", at_base, listen=[to_base], connect=[to_hub])
+    red, green = (make_station(name, connect=[to_base]) for name in ("red", "green"))
+    stranger = make_station("stranger", connect=[to_hub])
+
+    def from_green(body: bytes) -> None:
+        put_all(green, "red/hello", "base/hello", "stranger/hello", "green/t/green/scan", "green/t/green/odom")(body)
+        put_all(green, "green/hello")(body)
+
+    for each in (red, base, hub, stranger):
+        assert each.heard("green/hello", from_green) == {"green/t/green/odom"}
+
+    lies = put_all(stranger, "red/hello", "hub/hello", "base/hello", "stranger/hello")
+    for each in (hub, base, red):
+        assert each.heard("stranger/hello", lies) == set()
+
+    broken_into = put_all(hub, "red/hello", "green/t/green/odom", "base/hello", "hub/to/red", "hub/hello")
+    assert red.heard("hub/hello", broken_into) == {"hub/to/red"}
+    assert base.heard("hub/hello", broken_into) == {"hub/to/red"}
+    assert "stranger/hello" in red.heard("hub/hello", put_all(hub, "stranger/hello", "hub/hello"))  # it forwards it
+
+
+def test_rules_for_many_sites_are_made_in_time() -> None:
+    names = [f"site{number}" for number in range(256)]
+    keys = SiteKeys("base", "base", Path(), Path(), Path(), datetime.now(timezone.utc))
+    settings = security_settings(keys, [SiteAccess(name) for name in names], "base")
+    assert len(settings["access_control"]) < 5 << 20
+
+
+def test_nobody_else_is_this_site() -> None:
+    keys = SiteKeys("base", "base", Path(), Path(), Path(), datetime.now(timezone.utc))
+    access = access_of("{red: {forwards: [base, red]}, base: {}}")
+    control = json.loads(security_settings(keys, access, "base")["access_control"])
+    assert [(each["subjects"], each["rules"]) for each in control["policies"]] == [
+        (["red"], ["subscribe", "red sends", "red takes"])
+    ]

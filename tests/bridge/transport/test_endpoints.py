@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from pyros1.bridge.transport.endpoints import EndpointError, check_endpoint, check_security, is_local
+from pyros1.bridge.transport.endpoints import EndpointError, check_endpoint, check_reachable, check_security, is_local
 
 
 @pytest.mark.parametrize(
@@ -68,3 +68,11 @@ def test_encrypted_endpoints_need_keys(endpoint: str, insecure: bool) -> None:
 def test_the_encrypted_form_is_named() -> None:
     with pytest.raises(EndpointError, match=r"Use tls/\[::\]:7447 with --keys"):
         check_security([], ["tcp/[::]:7447"], has_keys=False, insecure=False)
+
+
+def test_what_zenoh_never_connects_to() -> None:
+    for endpoint in ("tls/[::1]:7447", "quic/[fe80::1]:7447"):
+        with pytest.raises(EndpointError, match="Use a host name for this IPv6 address"):
+            check_reachable(endpoint)
+    for endpoint in ("tls/base.example:7447", "tls/10.0.0.1:7447", "tcp/[::1]:7447"):
+        check_reachable(endpoint)

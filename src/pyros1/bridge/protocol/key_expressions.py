@@ -61,6 +61,22 @@ def again_key(peer: str, topic: SharedName) -> str:
     return f"again/{peer}/{topic.site}{topic.name}"
 
 
+def path_key(path: str) -> str:
+    """Return zenoh's key expression for names of topics that match a pattern such as ``/camera/**`` or ``/cam*/image``:
+    the same names match.
+    """
+    parts: list[str] = []
+    for part in path.split("/"):
+        before = parts[-1:] == ["**"]
+        if before and part == "**":
+            continue
+        if before and part == "*":
+            parts.insert(-1, part)  # zenoh takes only this order
+        else:
+            parts.append(part if part in ("*", "**") else part.replace("*", "$*"))
+    return "/".join(parts)
+
+
 @lru_cache(4096)
 def parse_key(text: str) -> Key | None:
     """Return a parsed key; None for one that is not valid."""

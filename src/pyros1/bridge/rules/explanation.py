@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
+from pyros1.bridge.names import Pattern
 from pyros1.bridge.rules.parsing import SiteConfig
 from pyros1.bridge.rules.rules import DEFAULT_MAX_SIZE, Rule, Rules
+from pyros1.bridge.rules.site_access import SiteAccess
 
 
 def explain(config: SiteConfig) -> Iterator[str]:
@@ -18,14 +20,37 @@ def explain(config: SiteConfig) -> Iterator[str]:
     named = f"{'the sites' if len(rules.sites) > 1 else 'site'} {', '.join(rules.sites)}"
     partners = named if rules.sites else "all sites"
     yield f"site {rules.site}: talks to {partners}"
-    for endpoint in config.connect:
-        yield f"  connects to {endpoint}"
-    for endpoint in config.listen:
-        yield f"  listens on {endpoint}"
-    if config.keys:
-        yield f"  proves its name with the keys in {config.keys}, and requires certificates from others"
+    yield from explain_connections(config.connect, config.listen, config.keys)
+    yield from explain_access(rules.access)
     yield from _explain_sent(rules)
     yield from _explain_taken(rules)
+
+
+def explain_connections(connect: Iterable[str], listen: Iterable[str], keys: str) -> Iterator[str]:
+    """Yield lines that say where a site or router connects and listens, and with which keys; empty for none."""
+    for endpoint in connect:
+        yield f"  connects to {endpoint}"
+    for endpoint in listen:
+        yield f"  listens on {endpoint}"
+    if keys:
+        yield f"  proves its name with the keys in {keys}, and requires certificates from others"
+
+
+def explain_access(access: Iterable[SiteAccess]) -> Iterator[str]:
+    """Yield lines that say what other sites may do, as far as that is not everything."""
+    for each in access:
+        if each.keys != each.site:
+            yield f"  lets only those keys of {each.site} in that are named {each.keys}"
+        for verb, allowed, denied in (("send", each.send, each.deny_send), ("take", each.take, each.deny_take)):
+            if allowed is not None or denied:
+                what = "everything" if allowed is None else _texts(allowed) or "nothing"
+                yield f"  {each.site} may {verb} {what}" + f", but not {_texts(denied)}" * bool(denied)
+        if each.forwards:
+            yield f"  {each.site} forwards what {', '.join(each.forwards)} send and take"
+
+
+def _texts(patterns: Iterable[Pattern]) -> str:
+    return ", ".join(pattern.text for pattern in patterns)
 
 
 def _explain_sent(rules: Rules) -> Iterator[str]:

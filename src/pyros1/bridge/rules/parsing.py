@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
-from typing import Any, NoReturn, TypeVar
+from typing import Any
 
 from pyros1.bridge.names import Pattern, SiteNameError, check_site_name, is_topic_name
+from pyros1.bridge.rules.file_reader import Path, RulesError
 from pyros1.bridge.rules.rules import Priority, Rule, Rules
-from pyros1.ground.errors import Error
+from pyros1.bridge.rules.site_access import named_sites
+from pyros1.bridge.rules.sites_reader import SitesReader
 from pyros1.ground.suggest import did_you_mean
-from pyros1.values.reading import load_yaml
 
 _MAX_RATE = 10_000.0
 _MAX_AGE = 86_400.0
@@ -22,12 +23,6 @@ _SIZE = re.compile(r"(\d{1,12}(?:\.\d{1,6})?)\s*([A-Za-z]{0,3})\Z")
 _TAKE_KEYS = ("topic", "here", "sites", "rate", "size", "age")
 _SEND_KEYS = (*_TAKE_KEYS, "priority", "delivery")
 """The settings of rules. The sender decides about priority and delivery."""
-_Path = tuple[str | int, ...]
-_T = TypeVar("_T")
-
-
-class RulesError(Error, ValueError):
-    """Rules are not valid. The message says where."""
 
 
 @dataclass(frozen=True)
@@ -129,20 +124,17 @@ def parse_config(text: str, where: str, site: str = "") -> SiteConfig:
         RulesError: the file is not valid; the message says file and line.
         YamlError: it is not valid YAML.
     """
-    value = load_yaml(text, where)
-    return _FileReader(where, _line_numbers(text)).read({} if value is None else value, site)
+    return _FileReader(text, where).read(site)
 
 
-class _FileReader:
-    """Reads the values of a file. Each value has a path, by which errors find its line."""
+class _FileReader(SitesReader):
+    """Reads the rules in a site's file."""
 
-    def __init__(self, where: str, lines: Mapping[_Path, int]) -> None:
-        self._where = where
-        self._lines = lines
-
-    def read(self, value: Any, site: str) -> SiteConfig:
+    def read(self, site: str) -> SiteConfig:
+        """Return the site's configuration."""
         keys = ("site", "to", "listen", "keys", "sites", "prefix", "send", "take", "deny_send", "deny_take")
-        file = self._mapping(value, (), keys)
+        file = self._mapping(self._value, (), keys)
+        access = self._access(file)
         name = site or self._text(file.get("site", ""), ("site",))
         if not name:
             self._fail((), "the file does not say which site it is for: write site: NAME, or use --site NAME")
@@ -153,13 +145,14 @@ class _FileReader:
             tuple(self._pattern(item, path) for item, path in self._items(file, "deny_send")),
             tuple(self._pattern(item, path) for item, path in self._items(file, "deny_take")),
             self._prefixes(file.get("prefix")),
-            self._sites(file, ()),
+            named_sites(access),
+            access,
         )
         connect = tuple(self._text(item, path) for item, path in self._items(file, "to"))
         listen = tuple(self._text(item, path) for item, path in self._items(file, "listen"))
         return SiteConfig(rules, connect, listen, self._text(file.get("keys", ""), ("keys",)))
 
-    def _rule(self, value: Any, path: _Path, keys: tuple[str, ...]) -> Rule:
+    def _rule(self, value: Any, path: Path, keys: tuple[str, ...]) -> Rule:
         if isinstance(value, str):
             allows, rule = self._checked(path, parse_topic, value)
             if not allows:
@@ -180,10 +173,10 @@ class _FileReader:
             self._number(fields, path, "age", _MAX_AGE),
         )
 
-    def _pattern(self, value: Any, path: _Path) -> Pattern:
+    def _pattern(self, value: Any, path: Path) -> Pattern:
         return self._checked(path, Pattern, self._text(value, path))
 
-    def _here(self, value: Any, path: _Path, pattern: Pattern) -> str:
+    def _here(self, value: Any, path: Path, pattern: Pattern) -> str:
         if value is None:
             return ""
         name = self._text(value, path)
@@ -210,20 +203,20 @@ class _FileReader:
             found[site] = text.rstrip("/")
         return found
 
-    def _sites(self, fields: Mapping[str, Any], path: _Path) -> tuple[str, ...]:
+    def _sites(self, fields: Mapping[str, Any], path: Path) -> tuple[str, ...]:
         return tuple(
             self._checked(item_path, check_site_name, self._text(item, item_path))
             for item, item_path in self._items(fields, "sites", path)
         )
 
-    def _number(self, fields: Mapping[str, Any], path: _Path, key: str, maximum: float) -> float | None:
+    def _number(self, fields: Mapping[str, Any], path: Path, key: str, maximum: float) -> float | None:
         value = fields.get(key)
         if value is None:
             return None
         number = math.nan if isinstance(value, bool) or not isinstance(value, (int, float)) else value
         return self._checked((*path, key), lambda given: _check_number(given, key, maximum), number)
 
-    def _size(self, value: Any, path: _Path) -> int | None:
+    def _size(self, value: Any, path: Path) -> int | None:
         if value is None:
             return None
         match = _SIZE.match(str(value).strip())
@@ -232,7 +225,7 @@ class _FileReader:
             self._fail(path, f"{value!r:.40} is not a size in bytes up to 64 MiB, such as 2MB")
         return size
 
-    def _priority(self, value: Any, path: _Path) -> Priority | None:
+    def _priority(self, value: Any, path: Path) -> Priority | None:
         if value is None:
             return None
         names = [priority.name.lower() for priority in Priority]
@@ -241,74 +234,15 @@ class _FileReader:
             self._fail(path, f"there is no priority {name!r:.40}{did_you_mean(name, names)}; use {', '.join(names)}")
         return Priority[name.upper()]
 
-    def _delivery(self, value: Any, path: _Path) -> bool | None:
+    def _delivery(self, value: Any, path: Path) -> bool | None:
         if value is None:
             return None
         if value not in ("reliable", "newest"):
             self._fail(path, f"delivery must be reliable (all messages) or newest, not {value!r:.40}")
         return bool(value == "reliable")
 
-    def _items(self, fields: Mapping[str, Any], key: str, path: _Path = ()) -> list[tuple[Any, _Path]]:
-        """Return the items of a list with their paths; a single value stands for a list of one."""
-        value = fields.get(key)
-        if value is None:
-            return []
-        if isinstance(value, list):
-            return [(item, (*path, key, number)) for number, item in enumerate(value)]
-        return [(value, (*path, key))]
-
-    def _mapping(self, value: Any, path: _Path, keys: tuple[str, ...] | None) -> dict[str, Any]:
-        if not isinstance(value, dict):
-            self._fail(path, f"expected a mapping (name: value), not {value!r:.40}")
-        for key in value:
-            if keys is not None and key not in keys:
-                hint = did_you_mean(str(key), keys)
-                self._fail((*path, key), f"there is no setting {key!r:.40}{hint}; use {', '.join(keys)}")
-        return value
-
-    def _text(self, value: Any, path: _Path) -> str:
-        if not isinstance(value, str):
-            self._fail(path, f"expected a string, not {value!r:.40}")
-        return value
-
-    def _checked(self, path: _Path, function: Callable[[Any], _T], value: Any) -> _T:
-        try:
-            return function(value)
-        except (SiteNameError, RulesError) as error:
-            self._fail(path, str(error))
-
-    def _fail(self, path: _Path, problem: str) -> NoReturn:
-        while path not in self._lines and path:
-            path = path[:-1]
-        line = self._lines.get(path)
-        raise RulesError(f"{self._where}:{line}: {problem}" if line else f"{self._where}: {problem}")
-
 
 def _check_number(number: float, name: str, maximum: float) -> float:
     if not 0 < number <= maximum:
         raise RulesError(f"{name} must be a number above 0, at most {maximum:g}")
     return float(number)
-
-
-def _line_numbers(text: str) -> dict[_Path, int]:
-    """Return the line of each value and key of a YAML text that `load_yaml` has accepted, by path."""
-    import yaml  # noqa: PLC0415 - slow to import
-
-    found: dict[_Path, int] = {}
-
-    def walk(node: Any, path: _Path) -> None:
-        found.setdefault(path, node.start_mark.line + 1)
-        if node.id == "mapping":
-            for key, value in node.value:
-                if key.id == "scalar":
-                    key_path = (*path, key.value)
-                    found[key_path] = key.start_mark.line + 1
-                    walk(value, key_path)
-        elif node.id == "sequence":
-            for number, item in enumerate(node.value):
-                walk(item, (*path, number))
-
-    root = yaml.compose(text, yaml.SafeLoader)
-    if root is not None:
-        walk(root, ())
-    return found

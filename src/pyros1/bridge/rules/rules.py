@@ -12,6 +12,7 @@ from enum import IntEnum
 from typing import NamedTuple
 
 from pyros1.bridge.names import Pattern, SharedName, is_topic_name
+from pyros1.bridge.rules.site_access import SiteAccess, may_send, may_take
 
 DEFAULT_MAX_SIZE = 16 << 20
 """Maximum size of a message in bytes, if the rule does not say another one."""
@@ -157,6 +158,7 @@ class Rules:
         prefixes: where the topics of other sites appear on this site's master, by site, and ``*`` for all others; by
             default below ``/SITE``. An empty text is the root.
         sites: the sites to talk to; empty for all.
+        access: what the others may do where this site listens.
     """
 
     site: str
@@ -166,6 +168,7 @@ class Rules:
     deny_take: tuple[Pattern, ...] = ()
     prefixes: Mapping[str, str] = field(default_factory=dict)
     sites: tuple[str, ...] = ()
+    access: tuple[SiteAccess, ...] = ()
 
     def talks_to(self, site: str) -> bool:
         """Return whether this site talks to another one."""
@@ -210,7 +213,10 @@ class Rules:
         return [
             site
             for site in others
-            if self.talks_to(site) and (own or site == outgoing.shared.site) and outgoing.rule.concerns(site)
+            if self.talks_to(site)
+            and (own or site == outgoing.shared.site)
+            and outgoing.rule.concerns(site)
+            and may_take(self.access, site, outgoing.shared, self.site)
         ]
 
     def incoming(self, shared: SharedName, sender: str) -> Rule | str:
@@ -224,6 +230,8 @@ class Rules:
             return f"{sender} offers a topic of another site"
         if self._is_denied(self.deny_take, shared):
             return "denied by a rule"
+        if not may_send(self.access, sender, shared):
+            return f"{sender} may not send it"
         for rule in self.take:
             if rule.pattern.matches(shared, self.site) and rule.concerns(sender):
                 return rule

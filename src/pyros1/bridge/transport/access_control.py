@@ -1,24 +1,32 @@
-"""Settings of zenoh with which only sites with keys connect, and each writes only under its own name. No I/O."""
+"""Settings of zenoh with which only sites with keys connect, and each does only what it may. No I/O.
+
+zenoh knows by its certificate who has sent what arrives (*ingress*), and to whom it sends (*egress*), and allows or
+denies each packet by its key. So the names in certificates, and not what sites say of themselves, decide. For a
+connection to a site that forwards the packets of others, its own name and theirs count.
+"""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from typing import Any
 
-from pyros1.bridge.protocol.key_expressions import ROOT, site_key
+from pyros1.bridge.names import Pattern
+from pyros1.bridge.protocol.key_expressions import ROOT, path_key, site_key
+from pyros1.bridge.rules.site_access import SiteAccess, named_sites
 from pyros1.bridge.transport.certificates import SiteKeys
 
 _EVERYTHING = f"{ROOT}/**"
 
 
-def security_settings(keys: SiteKeys, sites: Collection[str]) -> Mapping[str, str]:
+def security_settings(keys: SiteKeys, access: Collection[SiteAccess], own_site: str = "") -> Mapping[str, str]:
     """Return settings for `pyros1.bridge.transport.zenoh_link.ZenohLink`.
 
     Args:
-        keys: the keys of this site.
-        sites: the sites that may exchange packets with this one, all of which connect to it. If there are none, all
-            sites with keys of the same authority may, and they could impersonate each other.
+        keys: the keys of this site, or of this router.
+        access: what those who connect may do, and those to whom this one connects; others may do nothing. If it is
+            empty, all with keys of the same authority may do everything, and they could impersonate each other.
+        own_site: the name of this site; empty for a router alone.
     """
     tls = {
         "root_ca_certificate": str(keys.ca_certificate),
@@ -30,39 +38,98 @@ def security_settings(keys: SiteKeys, sites: Collection[str]) -> Mapping[str, st
         "verify_name_on_connect": True,
     }
     settings: dict[str, Any] = {f"transport/link/tls/{name}": value for name, value in tls.items()}
-    if sites:
-        settings["access_control"] = _access_control(sorted({*sites} - {keys.site}))
+    if access:
+        settings["access_control"] = _access_control(access, own_site)
     return {path: json.dumps(value) for path, value in settings.items()}
 
 
-def _access_control(sites: Collection[str]) -> dict[str, Any]:
-    """Return zenoh's access control for the connections of other sites, which are recognised by their certificates.
-
-    What a site sends arrives here as *ingress*; what others send to it leaves as *egress*. It gets the messages of all
-    topics, but of other packets only those for it or for all.
-    """
-    rules = [_rule("subscribe", ("declare_subscriber",), ("ingress", "egress"), (_EVERYTHING,))]
+def _access_control(access: Collection[SiteAccess], own_site: str) -> dict[str, Any]:
+    """Return zenoh's access control. What no rule allows is denied, and what a rule denies is denied anyhow."""
+    sites = dict.fromkeys((*filter(None, [own_site]), *named_sites(access)))
+    known = {each.site for each in access}
+    # Those whose packets others forward, and of whom nothing else is said.
+    everybody = [*access, *(SiteAccess(site) for site in sites if site not in known)]
+    rules = [_rule("subscribe", "allow", "declare_subscriber", ("ingress", "egress"), [_EVERYTHING])]
+    names: dict[str, list[str]] = {}  # keys -> its rules
+    for each in everybody:
+        for name, permission, flow, keys in (
+            (f"{each.keys} sends", "allow", "ingress", _sent(each, sites)),
+            (f"{each.keys} does not send", "deny", "ingress", _sent_topics(each, each.deny_send, sites)),
+            (f"{each.keys} takes", "allow", "egress", _taken(each, sites)),
+            (f"{each.keys} does not take", "deny", "egress", _taken_topics(each, each.deny_take, sites)),
+        ):
+            if found := [*dict.fromkeys(keys)]:
+                rules.append(_rule(name, permission, "put", (flow,), found))
+                names.setdefault(each.keys, []).append(name)
     policies = []
-    for site in sites:
-        written, read = f"written by {site}", f"read by {site}"
-        rules.append(_rule(written, ("put",), ("ingress",), (site_key(site, "**"),)))
-        readable = ("hello", f"to/{site}", "t/**", f"again/{site}/**")
-        rules.append(_rule(read, ("put",), ("egress",), [site_key("*", key) for key in readable]))
-        policies.append({"rules": ["subscribe", written, read], "subjects": [site]})
+    for each in access:
+        if each.site == own_site:
+            continue  # nobody else is this site
+        found = ["subscribe", *names[each.keys]]
+        for other in everybody:
+            if other.site in each.forwards and other.site not in (own_site, each.site):
+                found += names[other.keys]
+        policies.append({"rules": found, "subjects": [each.keys]})
     return {
         "enabled": True,
         "default_permission": "deny",
         "rules": rules,
-        "subjects": [{"id": site, "cert_common_names": [site]} for site in sites],
+        "subjects": [{"id": policy["subjects"][0], "cert_common_names": policy["subjects"]} for policy in policies],
         "policies": policies,
     }
 
 
-def _rule(name: str, messages: Collection[str], flows: Collection[str], keys: Collection[str]) -> dict[str, Any]:
+def _sent(access: SiteAccess, sites: Collection[str]) -> Iterator[str]:
+    """Yield the keys that a site may write."""
+    site = access.site
+    if access.send is None:
+        yield site_key(site, "**")
+        return
+    yield from (site_key(site, "hello"), site_key(site, "to/*"))
+    yield from _sent_topics(access, access.send, sites)
+
+
+def _sent_topics(access: SiteAccess, patterns: Iterable[Pattern], sites: Collection[str]) -> Iterator[str]:
+    site = access.site
+    for owner, path in _names(site, patterns, sites):
+        yield site_key(site, f"t/{owner}{path}")
+        yield site_key(site, f"again/{'*' if owner == site else owner}/{owner}{path}")
+
+
+def _taken(access: SiteAccess, sites: Collection[str]) -> Iterator[str]:
+    """Yield the keys that a site may read."""
+    site = access.site
+    yield site_key("*", "hello")
+    if access.take is not None:
+        yield site_key("*", f"to/{site}")
+        yield from _taken_topics(access, access.take, sites)
+        return
+    yield site_key("*", f"*/{site}/**")  # what is for this site alone, or goes into its names
+    # Not all topics: what a site sends into the names of another one is only for that one.
+    yield from (site_key(owner, f"t/{owner}/**") for owner in sites if owner != site)
+
+
+def _taken_topics(access: SiteAccess, patterns: Iterable[Pattern], sites: Collection[str]) -> Iterator[str]:
+    site = access.site
+    for owner, path in _names(site, patterns, sites):
+        sender = "*" if owner == site else owner
+        yield site_key(sender, f"t/{owner}{path}")
+        yield site_key(sender, f"again/{site}/{owner}{path}")
+
+
+def _names(site: str, patterns: Iterable[Pattern], sites: Collection[str]) -> Iterator[tuple[str, str]]:
+    """Yield the sites whose topics patterns match, each with the key expression of the topics' names."""
+    for pattern in patterns:
+        owners = [each for each in sites if each != site] if pattern.site == "*" else [pattern.site or site]
+        for owner in owners:
+            yield owner, path_key(pattern.path)
+
+
+def _rule(name: str, permission: str, message: str, flows: Collection[str], keys: Collection[str]) -> dict[str, Any]:
     return {
         "id": name,
-        "permission": "allow",
-        "messages": [*messages],
+        "permission": permission,
+        "messages": [message],
         "flows": [*flows],
         "key_exprs": [*keys],
     }

@@ -36,6 +36,19 @@ def check_endpoint(text: str) -> str:
     return text
 
 
+def check_reachable(endpoint: str) -> None:
+    """Refuse an endpoint of another site to which zenoh never connects.
+
+    Raises:
+        EndpointError: it is encrypted, and has an IPv6 address, which zenoh's TLS does not take as the name to check.
+    """
+    if _is_encrypted(endpoint) and "/[" in endpoint:
+        raise EndpointError(
+            f"{endpoint}: zenoh connects by TLS to host names and IPv4 addresses only. Use a host name for this IPv6 "
+            "address (a line in /etc/hosts will do), and make the keys of the site that listens there with that name"
+        )
+
+
 def is_local(endpoint: str) -> bool:
     """Return whether only programs on this machine can use an endpoint to listen on."""
     protocol, _, address = endpoint.partition("/")

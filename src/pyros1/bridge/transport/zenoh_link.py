@@ -46,7 +46,8 @@ _DIAL_PERIOD = 1
 _DIAL_TIME = 8
 """Seconds that an attempt may take: it needs some five round trips, and the system sends lost packets again after a second
 or more."""
-_CLOSE_TIME = 5.0
+CLOSE_TIME = 5.0
+"""Seconds to wait for zenoh to close its connections."""
 
 
 class LinkError(Error):
@@ -106,12 +107,13 @@ class ZenohLink:
         self._session: Any = None
         self._closing = threading.Event()
         self._opener: threading.Thread | None = None
-        config = _make_config(zenoh, connect, listen, settings)
-        if listen or len(connect) != 1:
+        is_client = len(connect) == 1 and not listen
+        config = make_config(zenoh, "client" if is_client else "router", connect, listen, settings)
+        if not is_client:
             try:
                 self._open(config)
             except zenoh.ZError as error:
-                raise LinkError(f"cannot start the bridge's network: {_first_sentence(error)}") from error
+                raise LinkError(f"cannot start the bridge's network: {first_sentence(error)}") from error
         else:
             # A client's session can be opened only while its router can be reached.
             self._opener = threading.Thread(target=self._open_client, args=(config,), name="bridge: dial", daemon=True)
@@ -133,7 +135,7 @@ class ZenohLink:
             try:
                 self._open(config)
             except self._zenoh.ZError as error:
-                self.problem = _first_sentence(error)
+                self.problem = first_sentence(error)
                 self._closing.wait(_DIAL_PERIOD)
             else:
                 return
@@ -185,21 +187,23 @@ class ZenohLink:
         self._closing.set()
         closer = threading.Thread(target=self._close_session, name=f"close link of {self._site}", daemon=True)
         closer.start()
-        closer.join(_CLOSE_TIME)
+        closer.join(CLOSE_TIME)
 
     def _close_session(self) -> None:
         if self._opener is not None:
-            self._opener.join(_CLOSE_TIME)
+            self._opener.join(CLOSE_TIME)
         if self._session is not None:
             self._session.close()
 
 
-def _make_config(zenoh: Any, connect: Sequence[str], listen: Sequence[str], settings: Mapping[str, str]) -> Any:
-    """Return zenoh's configuration."""
-    is_client = len(connect) == 1 and not listen
+def make_config(
+    zenoh: Any, mode: str, connect: Sequence[str], listen: Sequence[str], settings: Mapping[str, str]
+) -> Any:
+    """Return zenoh's configuration for a ``client`` or ``router``."""
+    is_client = mode == "client"
     config = zenoh.Config()
     values: dict[str, Any] = {
-        "mode": "client" if is_client else "router",
+        "mode": mode,
         "connect/endpoints": [*connect],
         "connect/timeout_ms": 1000 * _DIAL_TIME if is_client else -1,  # the other site may start later
         "connect/exit_on_failure": is_client,
@@ -224,6 +228,6 @@ def _make_config(zenoh: Any, connect: Sequence[str], listen: Sequence[str], sett
     return config
 
 
-def _first_sentence(error: Exception) -> str:
+def first_sentence(error: Exception) -> str:
     """Return the beginning of one of zenoh's errors, which end in the source lines that they passed."""
     return str(error).partition(" at ")[0].strip()[:300] or type(error).__name__

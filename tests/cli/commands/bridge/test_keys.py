@@ -33,7 +33,13 @@ def test_keys_are_made(run: Run, tmp_path: Path) -> None:
         f"Keep {folder}/ca where no site can read it: it makes keys for any name.",
     ]
     assert run("keys", folder, "green")[0] == 0
-    assert sorted(path.name for path in folder.iterdir()) == ["base", "ca", "green", "red"]
+    code, out, _ = run("keys", folder, "red-2")
+    assert code == 0 and out.splitlines()[:2] == [
+        f"{folder}/red-2: the keys of site red",
+        "To shut the older keys of red out, write red-2 in place of them under --sites or `sites` where others "
+        "connect, and start these bridges and routers again.",
+    ]
+    assert sorted(path.name for path in folder.iterdir()) == ["base", "ca", "green", "red", "red-2"]
 
 
 @pytest.mark.parametrize(
@@ -60,6 +66,11 @@ def test_mistakes(run: Run, tmp_path: Path, words: list[str], code: int, complai
         (["--keys", "FOLDER/blue"], "blue/site.key: No such file or directory"),
         ([], "tls/127.0.0.1:1 needs keys: make them with `pyros1 bridge keys`"),
         (["--keys", "FOLDER/red", "--sites", "r-d"], "'r-d' cannot be a site's name"),
+        (
+            ["--keys", "FOLDER/red", "--sites", "green-2"],
+            "of green-2 counts only where other sites connect: give",
+        ),
+        (["--keys", "FOLDER/red", "--to", "tls/[::1]:1"], "zenoh connects by TLS to host names and IPv4 addresses"),
         (["--keys", "FOLDER/red", "--to", "tcp/base:1"], "tcp/base:1 cannot use the keys: use tls/base:1"),
     ],
 )
@@ -92,5 +103,9 @@ def test_keys_that_expire_soon_and_a_listener_for_all(
     assert f"WARNING: the keys in {tmp_path}/red expire in 29 days" in err
     assert "WARNING: no sites are named with --sites, so any site with keys can impersonate another one here" in err
     assert "impersonate" not in run(*words, "--sites", "green")[2]
+    file = tmp_path / "red.yaml"
+    file.write_text("site: red\nsites: {green: {forwards: [far]}}\n")
+    forwarding = run(*words, "--config", file, "--to", "tls/localhost:1")
+    assert "hear" not in forwarding[2] and "impersonate" not in forwarding[2]
     both = run(*words, "--sites", "green", "--to", "tls/127.0.0.1:1")
-    assert "WARNING: this site also connects to others, so any site with keys can impersonate another" in both[2]
+    assert "WARNING: no site in `sites` forwards others, so only those are heard that connect here" in both[2]

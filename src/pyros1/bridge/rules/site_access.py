@@ -1,0 +1,79 @@
+"""What a site that listens, or a router, lets each other site do. No I/O."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable
+from dataclasses import dataclass
+
+from pyros1.bridge.names import Pattern, SharedName, site_of_keys
+
+
+@dataclass(frozen=True)
+class SiteAccess:
+    """What whoever has certain keys may do.
+
+    Attributes:
+        keys: the name in their certificate: the site's name, or a later one such as ``red-2``.
+        send, take: the topics that the site may send, and take from others; None for all. In these patterns, names
+            without a site are those of this site.
+        deny_send, deny_take: topics that it may not, although the patterns above allow them.
+        forwards: other sites whose packets come through this one, since they connect to it and not here.
+    """
+
+    keys: str
+    send: tuple[Pattern, ...] | None = None
+    take: tuple[Pattern, ...] | None = None
+    deny_send: tuple[Pattern, ...] = ()
+    deny_take: tuple[Pattern, ...] = ()
+    forwards: tuple[str, ...] = ()
+
+    @property
+    def site(self) -> str:
+        """The site to which the keys belong."""
+        return site_of_keys(self.keys)
+
+    @property
+    def is_limited(self) -> bool:
+        """Whether the site may not send or take everything."""
+        return self.send is not None or self.take is not None or bool(self.deny_send or self.deny_take)
+
+    def may_send(self, topic: SharedName) -> bool:
+        """Return whether the site may send a topic, which may be another site's."""
+        return self._matches(self.send, self.deny_send, topic)
+
+    def may_take(self, topic: SharedName, sender: str) -> bool:
+        """Return whether the site may take a topic, which is its own or the sender's."""
+        return topic.site in (self.site, sender) and self._matches(self.take, self.deny_take, topic)
+
+    def _matches(self, allowed: Iterable[Pattern] | None, denied: Iterable[Pattern], topic: SharedName) -> bool:
+        return (allowed is None or any(pattern.matches(topic, self.site) for pattern in allowed)) and not any(
+            pattern.matches(topic, self.site) for pattern in denied
+        )
+
+
+def named_sites(access: Iterable[SiteAccess]) -> tuple[str, ...]:
+    """Return all sites that are named, those included whose packets others forward; each once, in order."""
+    return tuple(dict.fromkeys(site for each in access for site in (each.site, *each.forwards)))
+
+
+def may_send(access: Collection[SiteAccess], site: str, topic: SharedName) -> bool:
+    """Return whether a site may send a topic, with any of its keys."""
+    found = [each for each in access if each.site == site]
+    return not found or any(each.may_send(topic) for each in found)
+
+
+def may_take(access: Collection[SiteAccess], site: str, topic: SharedName, sender: str) -> bool:
+    """Return whether a site may take a topic from another one, with any of its keys."""
+    found = [each for each in access if each.site == site]
+    return not found or any(each.may_take(topic, sender) for each in found)
+
+
+def add_names(access: tuple[SiteAccess, ...], names: Iterable[str]) -> tuple[SiteAccess, ...]:
+    """Return access rules with keys of further names, which may do everything; what is known of a name stays.
+
+    Raises:
+        SiteNameError: keys cannot have a name.
+    """
+    known = {each.keys for each in access}
+    more = [SiteAccess(name) for name in dict.fromkeys(names) if site_of_keys(name) and name not in known]
+    return (*access, *more)

@@ -1,0 +1,140 @@
+"""What the verbs share that listen or connect: options, files, keys."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Collection, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from pyros1.cli.failures import CommandError
+from pyros1.cli.records import Flag, Option
+from pyros1.ground.terminal_text import one_line
+
+if TYPE_CHECKING:
+    from pyros1.bridge.rules.site_access import SiteAccess
+    from pyros1.bridge.transport.certificates import SiteKeys
+
+_MAX_FILE_SIZE = 1 << 20
+CONNECT_OPTION = Option(
+    "--to",
+    dest="connect",
+    action="append",
+    default=[],
+    metavar="ENDPOINT",
+    help="where another site listens, for example tls/base.example:7447; may be repeated",
+)
+LISTEN_OPTION = Option(
+    "--listen",
+    action="append",
+    default=[],
+    metavar="ENDPOINT",
+    help="where to listen for other sites, for example tls/[::]:7447; may be repeated",
+)
+SITES_OPTION = Option(
+    "--sites",
+    nargs="+",
+    action="append",
+    default=[],
+    metavar="NAME",
+    help="talk only to these sites; where this site listens with --keys, only they are let in, and none can "
+    "impersonate another. red-2 instead of red lets only these newer keys of red in",
+)
+INSECURE_FLAG = Flag(
+    "--insecure",
+    help="use unencrypted endpoints beyond this machine, although anybody who reaches them can read what is sent, "
+    "and send",
+)
+
+
+def read_file(name: str) -> str:
+    """Return the text of a file.
+
+    Raises:
+        CommandError: it is too long.
+        OSError, ValueError: it cannot be read.
+    """
+    with open(name, "rb") as file:
+        text = file.read(_MAX_FILE_SIZE + 1)
+    if len(text) > _MAX_FILE_SIZE:
+        raise CommandError(f"{one_line(name)} has more than {_MAX_FILE_SIZE >> 20} MB", 2)
+    return text.decode()
+
+
+def beside(name: str, file: str) -> str:
+    """Return a path that a file names: it is relative to the file."""
+    return str(Path(file).parent / Path(name).expanduser())
+
+
+def check_connections(
+    connect: Sequence[str], listen: Sequence[str], keys: str, access: Collection[SiteAccess], insecure: bool
+) -> None:
+    """Refuse endpoints that are not valid or not safe, and limits of sites that would not hold.
+
+    Args:
+        connect, listen: endpoints of others, and those on which to listen.
+        keys: the folder of the keys; empty for none.
+        access: what other sites may do.
+        insecure: whether unencrypted endpoints beyond this machine are allowed.
+
+    Raises:
+        EndpointError, RulesError: they are refused.
+    """
+    from pyros1.bridge.rules.file_reader import RulesError  # noqa: PLC0415
+    from pyros1.bridge.transport.endpoints import (  # noqa: PLC0415
+        check_endpoint,
+        check_reachable,
+        check_security,
+    )
+
+    for endpoint in (*connect, *listen):
+        check_endpoint(endpoint)
+    check_security(connect, listen, bool(keys), insecure)
+    for endpoint in connect:
+        check_reachable(endpoint)
+    limited = [each.keys for each in access if each.is_limited or each.forwards or each.keys != each.site]
+    if limited and not (listen and keys):
+        missing = "needs keys, which prove the names of sites" if listen else "counts only where other sites connect"
+        raise RulesError(f"what `sites` says of {limited[0]} {missing}: give {'--keys' if listen else '--listen'}")
+
+
+def read_keys(folder: str) -> SiteKeys:
+    """Return the keys in a folder, and warn if they expire soon.
+
+    Raises:
+        KeysError: they cannot be used.
+    """
+    from pyros1.bridge.transport.certificates import EXPIRY_WARNING_DAYS, load_keys  # noqa: PLC0415
+
+    keys = load_keys(Path(folder).expanduser())
+    if (days := keys.days_left()) < EXPIRY_WARNING_DAYS:
+        print(f"WARNING: the keys in {one_line(folder)} expire in {days} days", file=sys.stderr)
+    return keys
+
+
+def make_security(
+    keys: SiteKeys, connect: Sequence[str], listen: Sequence[str], access: Collection[SiteAccess], own_site: str = ""
+) -> Mapping[str, str]:
+    """Return the settings of zenoh for keys and access, and warn of what they leave open.
+
+    Args:
+        keys: the keys.
+        connect, listen: endpoints of others, and those on which to listen.
+        access: what other sites may do.
+        own_site: the name of this site; empty for a router alone.
+    """
+    from pyros1.bridge.transport.access_control import security_settings  # noqa: PLC0415
+
+    if listen and not access:
+        print(
+            "WARNING: no sites are named with --sites, so any site with keys can impersonate another one here",
+            file=sys.stderr,
+        )
+    if listen and connect and access and not any(each.forwards for each in access):
+        print(
+            f"WARNING: no site in `sites` forwards others, so only those are heard that connect here or listen on "
+            f"{', '.join(map(one_line, connect))}, and none behind them",
+            file=sys.stderr,
+        )
+    # Where a site only connects, the packets of all others come under the certificate of the one that it connects to.
+    return security_settings(keys, access if listen else (), own_site)
