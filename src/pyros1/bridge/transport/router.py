@@ -1,0 +1,51 @@
+"""A router alone: sites that only dial out reach each other through it."""
+
+from __future__ import annotations
+
+import re
+import threading
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from pyros1.bridge.transport.connections import Connection
+from pyros1.bridge.transport.zenoh_link import CLOSE_TIME, LinkError, check_installed, first_sentence, make_config
+
+
+class Router:
+    """A running router.
+
+    Args:
+        connect: endpoints of other routers.
+        listen: endpoints to listen on.
+        settings: further settings of zenoh, as for `pyros1.bridge.transport.zenoh_link.ZenohLink`.
+
+    Raises:
+        LinkError: eclipse-zenoh is not installed, or cannot listen or use a setting.
+    """
+
+    def __init__(self, connect: Sequence[str], listen: Sequence[str], settings: Mapping[str, str]) -> None:
+        check_installed()
+        import zenoh  # noqa: PLC0415 - large, and only needed to run a router
+
+        try:
+            self._session: Any = zenoh.open(make_config(zenoh, "router", connect, listen, settings))
+        except zenoh.ZError as error:
+            raise LinkError(f"cannot start the router: {first_sentence(error)}") from error
+
+    def connections(self) -> list[Connection]:
+        """Return the connections that there are; none if this version of zenoh cannot tell."""
+        links = getattr(self._session.info, "links", None)
+        if links is None:
+            return []
+        return [Connection(str(link.zid), link.auth_identifier or "", _address(link.dst)) for link in links()]
+
+    def close(self) -> None:
+        """Close the connections. This waits at most some seconds: zenoh's own close may wait for a peer that hangs."""
+        closer = threading.Thread(target=self._session.close, name="close router", daemon=True)
+        closer.start()
+        closer.join(CLOSE_TIME)
+
+
+def _address(endpoint: str) -> str:
+    """Return the address of an endpoint; an IPv4 address that came to an IPv6 socket is written as usual."""
+    return re.sub(r"\[::ffff:([\d.]+)\]", r"\1", endpoint.partition("/")[2])
