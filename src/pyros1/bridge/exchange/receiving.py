@@ -6,10 +6,10 @@ see it. It is wanted from the other site only while somebody here subscribes to 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from typing import NamedTuple
 
-from pyros1.bridge.exchange.actions import Action, Listen, Publish, Send
+from pyros1.bridge.exchange.actions import Action, Listen, Log, Publish, Send
 from pyros1.bridge.exchange.definitions import Definitions
 from pyros1.bridge.exchange.outgoing import Drop
 from pyros1.bridge.exchange.outputs import Candidate, Feed, Output, Outputs, choose
@@ -32,6 +32,7 @@ from pyros1.bridge.protocol.packets import (
     encode_head,
     encode_missed,
 )
+from pyros1.bridge.rules.namespaces import LocalNamespaces
 from pyros1.bridge.rules.rules import Rules, Settings, is_command
 
 MAX_TOPICS = 2_000
@@ -90,6 +91,8 @@ class Receiving:
         self._rules = rules
         self._epoch = epoch
         self._peers = peers
+        self._namespaces = LocalNamespaces(rules)
+        self._unwelcome: set[str] = set()  # sites whose topics are refused for that, which has been logged
         self._definitions = Definitions()
         self._outputs = Outputs()
         self._demand: frozenset[str] = frozenset()
@@ -102,13 +105,21 @@ class Receiving:
 
     # What there is ----------------------------------------------------------------------------------------------------
 
+    def set_local_topics(self, topics: Collection[str]) -> bool:
+        """Note which topics nodes of this site's master publish, those of bridges excepted.
+
+        Returns:
+            Whether `set_offers` has to be called again, since it may refuse others now.
+        """
+        return self._namespaces.update(topics)
+
     def set_offers(self, peer: str, offers: Iterable[Offered], now: float) -> list[Action]:
         """Note what another site offers, and return the actions that follow."""
         old = {feed: incoming for feed, incoming in self._incoming.items() if feed[0] == peer}
         for feed in old:
             del self._incoming[feed]
         self._refused = {feed: reason for feed, reason in self._refused.items() if feed[0] != peer}
-        count = 0
+        count, conflict = 0, ""
         for offered in offers:
             if is_command(offered.type):
                 offered = offered._replace(latched=False)  # noqa: PLW2901 - whatever the other site says
@@ -118,7 +129,10 @@ class Receiving:
                 self._refused[feed] = (offered.type, rule)
                 continue
             local = self._rules.local_name(rule, offered.topic)
-            problem = "its name here would be too long" if not is_topic_name(local) else ""
+            problem = self._namespaces.problem(peer, rule)
+            conflict = conflict or problem
+            if not is_topic_name(local):
+                problem = "its name here would be too long"
             if count >= MAX_TOPICS:
                 problem = "the site offers too many topics"
             if problem:
@@ -132,6 +146,9 @@ class Receiving:
                 settings = rule.settings(local, offered.type)
                 self._incoming[feed] = _IncomingTopic(offered, settings, self._stream(feed, offered, settings))
         actions: list[Action] = []
+        if conflict and peer not in self._unwelcome:
+            actions.append(Log(f"topics of site {peer} are not taken: {conflict}", is_warning=True))
+        (self._unwelcome.add if conflict else self._unwelcome.discard)(peer)
         for feed, incoming in old.items():
             if self._incoming.get(feed) is not incoming and incoming.is_wanted:
                 actions += self._stop(feed, incoming)

@@ -117,7 +117,12 @@ class Site:
 
     def set_topics(self, topics: Iterable[LocalTopic], asked_at: float, now: float) -> list[Action]:
         """Note which topics nodes of this site's master published when it was asked, those of bridges excepted."""
-        return self._sending.set_topics(topics, asked_at, now) + self._update_lists(now)
+        known = [*topics]
+        actions = self._sending.set_topics(known, asked_at, now)
+        if self._receiving.set_local_topics([topic.name for topic in known if topic.publishers]):
+            for name, lists in self._lists.items():
+                actions += self._receiving.set_offers(name, lists.their_offer.entries, now)
+        return actions + self._update_lists(now)
 
     def set_demand(self, demand: Iterable[str], now: float) -> list[Action]:
         """Note to which topics that this site publishes nodes of its master subscribe."""

@@ -57,10 +57,12 @@ class ListReceiver:
 
     Attributes:
         version: the version of the last complete list; -1 before the first.
+        entries: its entries.
     """
 
     def __init__(self) -> None:
         self.version = -1
+        self.entries: list[Any] = []
         self._pages: dict[int, Page] = {}
 
     def accept(self, page: Page) -> list[Any] | None:
@@ -75,7 +77,7 @@ class ListReceiver:
         self._pages[page.number] = page
         if len(self._pages) < page.page_count:
             return None
-        entries = [entry for number in sorted(self._pages) for entry in self._pages[number].entries]
+        self.entries = [entry for number in sorted(self._pages) for entry in self._pages[number].entries]
         self.version = page.version
         self._pages.clear()
-        return entries
+        return self.entries

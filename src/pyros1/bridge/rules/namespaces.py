@@ -1,0 +1,52 @@
+"""Whether a site that nobody has named would publish among this master's own topics. No I/O.
+
+Below ``/red``, the topics of the site red appear. With a rule for all sites (``*:**``), a site chooses its name, and so
+where it publishes here: one that calls itself ``arm`` could command the arm whose driver listens to ``/arm/goal``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+
+from pyros1.bridge.rules.rules import Rule, Rules
+
+
+class LocalNamespaces:
+    """The namespaces in which nodes of this master publish.
+
+    Args:
+        rules: the site's rules.
+    """
+
+    def __init__(self, rules: Rules) -> None:
+        self._rules = rules
+        self._topics: frozenset[str] = frozenset()
+        self._below: dict[str, list[str]] = {}  # namespace -> topics
+
+    def update(self, topics: Collection[str]) -> bool:
+        """Note which topics nodes of this master publish, those of bridges excepted; return whether that is new."""
+        new = frozenset(topics)
+        if new == self._topics:
+            return False
+        self._topics = new
+        self._below.clear()
+        for topic in sorted(new):
+            namespace = topic
+            while namespace := namespace.rpartition("/")[0]:
+                self._below.setdefault(namespace, []).append(topic)
+        return True
+
+    def problem(self, site: str, rule: Rule) -> str:
+        """Return why a topic of another site is refused, although a rule takes it; empty if it is not.
+
+        Args:
+            site: the other site.
+            rule: the rule.
+        """
+        rules = self._rules
+        if site in rules.sites or {site, "*"} & rules.prefixes.keys() or rule.here or rule.pattern.site != "*":
+            return ""  # whoever wrote the rules has named it, or said where its topics are
+        for topic in self._below.get(rules.prefix(site), ()):
+            if all(outgoing.shared.site != site for outgoing in rules.outgoing(topic, [site])):
+                return f"nodes here publish {topic}: if site {site} may publish there too, name it with --sites"
+        return ""
