@@ -12,6 +12,7 @@ import pytest
 import pyros1
 from pyros1.bridge.rules.explanation import explain
 from pyros1.bridge.rules.parsing import parse_config
+from pyros1.bridge.rules.router_config import explain_router, parse_router_config
 from pyros1.cli.running import run_command
 
 TEXT = (Path(pyros1.__file__).parent / "guide" / "howto" / "sites.md").read_text(encoding="utf-8")
@@ -33,7 +34,7 @@ def test_commands(line: str, call_main: Any) -> None:
 
 
 def test_the_file() -> None:
-    (text,) = re.findall(r"```yaml\n(.*?)```", TEXT, re.S)
+    (text,) = re.findall(r"```yaml\n(# base.yaml.*?)```", TEXT, re.S)
     assert [*explain(parse_config(text, "base.yaml"))] == [
         "site base: talks to the sites red, blue",
         "  listens on tls/0.0.0.0:7447",
@@ -47,3 +48,21 @@ def test_the_file() -> None:
         "bytes, none older than 1 s",
         "  never red:/rosout",
     ]
+
+
+def test_what_sites_may_do() -> None:
+    (text,) = re.findall(r"```yaml\n(sites:.*?)```", TEXT, re.S)
+    assert [*explain_router(parse_router_config(text, "f"))] == [
+        "a router for red, blue, base, hub, green",
+        "  red may send /odom, /scan",
+        "  red may take /cmd_vel",
+        "  blue may send /odom",
+        "  blue may take *:/odom, base:/map",
+        "  hub forwards what is sent and taken by green",
+    ]
+
+
+def test_the_router(call_main: Any) -> None:
+    (line,) = re.findall(r"^server\$ pyros1 bridge (router .*)$", TEXT, re.M)
+    code, out, err = call_main(lambda words: run_command("bridge", words), *shlex.split(line), "--check")
+    assert (code, err) == (0, "") and out.startswith("a router for red, blue, base\n  listens on tls/[::]:7447\n")

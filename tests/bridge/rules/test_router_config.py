@@ -33,7 +33,7 @@ def test_a_file() -> None:
         "  dumb may send nothing",
         "  dumb may take nothing",
         "  hub may take everything, but not far:/secret",
-        "  hub forwards what far, farther send and take",
+        "  hub forwards what is sent and taken by far, farther",
     ]
     assert [*explain_router(RouterConfig())] == ["a router for all sites"]
     assert parse_router_config("", "f") == RouterConfig()

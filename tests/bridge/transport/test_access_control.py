@@ -19,7 +19,7 @@ from pyros1.bridge.rules.router_config import parse_router_config
 from pyros1.bridge.rules.site_access import SiteAccess
 from pyros1.bridge.transport.access_control import security_settings
 from pyros1.bridge.transport.certificates import SiteKeys, load_keys, make_keys
-from pyros1.bridge.transport.zenoh_link import ZenohLink
+from pyros1.bridge.transport.zenoh_link import ZenohLink, make_config
 
 from ..conftest import PATIENCE, wait_until
 from .stations import Station
@@ -166,6 +166,18 @@ def test_keys_of_another_authority_do_not_connect(
     for other in (careful, refused):
         wait_until(lambda other=other: other.link.problem, "it does not connect")
         assert other.packets.empty()
+
+
+@pytest.mark.parametrize("protocol", ["tls", "tcp"])
+def test_without_keys_nobody_connects(keys: Path, port: int, make_site: Callable[..., Site], protocol: str) -> None:
+    import zenoh
+
+    base = make_site(keys / "base", "base", [], listen=[f"tls/127.0.0.1:{port}"])
+    red = make_site(keys / "red", "red", [], connect=[f"tls/127.0.0.1:{port}"])
+    base.received_until(b"hello", lambda: red.send("hello", b"hello"))
+    settings = {"transport/link/tls/root_ca_certificate": json.dumps(str(keys / "red" / "ca.crt"))}
+    with pytest.raises(zenoh.ZError):
+        zenoh.open(make_config(zenoh, "client", [f"{protocol}/127.0.0.1:{port}"], [], settings))
 
 
 def test_a_base_at_another_address_is_not_trusted(keys: Path, port: int, make_site: Callable[..., Site]) -> None:

@@ -46,7 +46,7 @@ def explain_access(access: Iterable[SiteAccess]) -> Iterator[str]:
                 what = "everything" if allowed is None else _texts(allowed) or "nothing"
                 yield f"  {each.site} may {verb} {what}" + f", but not {_texts(denied)}" * bool(denied)
         if each.forwards:
-            yield f"  {each.site} forwards what {', '.join(each.forwards)} send and take"
+            yield f"  {each.site} forwards what is sent and taken by {', '.join(each.forwards)}"
 
 
 def _texts(patterns: Iterable[Pattern]) -> str:
