@@ -257,6 +257,22 @@ def test_a_site_that_may_take_some_topics_gets_nothing_else(
     assert spy.heard("red/hello", put_all(red, *sent, "red/hello")) == {"red/t/green/cmd_vel"}
 
 
+def test_a_connection_cannot_be_taken_over(keys: Path, port: int, make_station: Callable[..., Station]) -> None:
+    """zenoh names connections by random numbers, which a site could learn and choose."""
+    import zenoh
+
+    base = make_station("base", "router", access_of("[red, green]"), listen=[f"tls/127.0.0.1:{port}"])
+    red = make_station("red", connect=[f"tls/127.0.0.1:{port}"])
+    assert base.heard("red/hello", put_all(red, "red/hello")) == set()
+    for number in (red.session.zid(), base.session.zid()):
+        settings = security_settings(load_keys(keys / "green"), ())
+        config = make_config(zenoh, "client", [f"tls/127.0.0.1:{port}"], [], settings)
+        config.insert_json5("id", json.dumps(str(number)))
+        with pytest.raises(zenoh.ZError):
+            zenoh.open(config)
+        assert base.heard("red/hello", put_all(red, "red/hello")) == set()
+
+
 def test_what_goes_into_the_names_of_a_site_is_only_for_it(port: int, make_station: Callable[..., Station]) -> None:
     base = make_station("base", "router", access_of("[red, green]"), listen=[f"tls/127.0.0.1:{port}"])
     spy = make_station("green", connect=[f"tls/127.0.0.1:{port}"])
