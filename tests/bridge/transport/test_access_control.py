@@ -176,6 +176,7 @@ def test_without_keys_nobody_connects(keys: Path, port: int, make_site: Callable
     red = make_site(keys / "red", "red", [], connect=[f"tls/127.0.0.1:{port}"])
     base.received_until(b"hello", lambda: red.send("hello", b"hello"))
     settings = {"transport/link/tls/root_ca_certificate": json.dumps(str(keys / "red" / "ca.crt"))}
+    settings["connect/timeout_ms"] = "1000"
     with pytest.raises(zenoh.ZError):
         zenoh.open(make_config(zenoh, "client", [f"{protocol}/127.0.0.1:{port}"], [], settings))
 
@@ -268,6 +269,7 @@ def test_a_connection_cannot_be_taken_over(keys: Path, port: int, make_station: 
         settings = security_settings(load_keys(keys / "green"), ())
         config = make_config(zenoh, "client", [f"tls/127.0.0.1:{port}"], [], settings)
         config.insert_json5("id", json.dumps(str(number)))
+        config.insert_json5("connect/timeout_ms", "1000")
         with pytest.raises(zenoh.ZError):
             zenoh.open(config)
         assert base.heard("red/hello", put_all(red, "red/hello")) == set()
