@@ -44,8 +44,7 @@ _MAX_PUBLISHERS = 10_000
 _DIAL_PERIOD = 1
 """Seconds between attempts to reach the first site."""
 _DIAL_TIME = 8
-"""Seconds that an attempt may take: it needs some five round trips, and the system sends lost packets again after a second
-or more."""
+"""Seconds that an attempt may take: it needs some five round trips, and lost packets are sent again after a second."""
 CLOSE_TIME = 5.0
 """Seconds to wait for zenoh to close its connections."""
 
@@ -151,8 +150,8 @@ class ZenohLink:
             self._receive(key, attachment.to_bytes(), sample.payload.to_bytes())
 
     def send(self, packet: Send) -> None:
-        """Send a packet. While the network takes nothing, this waits for at most `_WAIT_TIME`, or `_FRAGMENTS_TIME` in the
-        middle of a large one; then the packet is lost. Before the first connection, packets are lost as well.
+        """Send a packet. While the network takes nothing, this waits for at most `_WAIT_TIME`, or `_FRAGMENTS_TIME` in
+        the middle of a large one; then the packet is lost. Before the first connection, packets are lost as well.
         """
         publisher = self._publisher(packet.key, packet.priority)
         if publisher is not None:
