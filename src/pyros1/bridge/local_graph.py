@@ -51,6 +51,7 @@ class LocalGraph:
         bridges: the nodes that are bridges.
         problems: topic -> why it cannot be sent.
         is_behind: whether more publishers were to be asked than can be at a time.
+        state: the state of the master when it was last asked.
     """
 
     def __init__(
@@ -62,6 +63,7 @@ class LocalGraph:
         self.bridges: frozenset[str] = frozenset()
         self.problems: dict[str, str] = {}
         self.is_behind = False
+        self.state = SystemState({}, {}, {})
         self._graph = graph
         self._is_sent = is_sent
         self._query = query
@@ -82,7 +84,7 @@ class LocalGraph:
         Raises:
             Error: the master does not respond.
         """
-        state = self._graph.state()
+        self.state = state = self._graph.state()
         self.bridges = find_bridges(state)
         publishers = {
             topic: [node for node in nodes if node not in self.bridges]

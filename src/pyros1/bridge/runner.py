@@ -24,13 +24,17 @@ from functools import partial
 from pyros1.bridge.exchange.actions import (
     Action,
     Advertise,
+    CallService,
     Forget,
     Listen,
     Log,
     ProbeReply,
+    Provide,
     Publish,
+    Return,
     Send,
     Subscribe,
+    Unprovide,
     Withdraw,
 )
 from pyros1.bridge.exchange.outgoing import ReceivedMessage
@@ -39,6 +43,7 @@ from pyros1.bridge.local_graph import STATUS_SERVICE, LocalGraph
 from pyros1.bridge.protocol.key_expressions import Key
 from pyros1.bridge.publishing import BRIDGE_FIELD, Publishing
 from pyros1.bridge.rules.rules import Priority, Rules
+from pyros1.bridge.service_ends import ServiceEnds
 from pyros1.bridge.status import status_json
 from pyros1.bridge.transport.link import Link, Receive
 from pyros1.bridge.transport.queues import Inbox
@@ -94,6 +99,7 @@ class Bridge:
         self._site = Site(rules, int.from_bytes(os.urandom(8), "little") | 1, steady_now())
         self._publishing = Publishing(node, rules.site)
         self._graph = LocalGraph(Graph(node.master), self._may_be_sent)
+        self._services = ServiceEnds(node, rules, self._site, self._do_next)
         self._subscribers: dict[str, Subscriber[AnyMsg]] = {}
         self._inbox = Inbox()
         self._arrived = threading.Condition()
@@ -117,6 +123,7 @@ class Bridge:
         self._master_thread.start()
         try:
             node.advertise_service(f"~{STATUS_SERVICE}", "std_srvs/Trigger", lambda _: (True, self.status()))
+            self._services.start()
         except BaseException:
             self.close()
             raise
@@ -150,6 +157,11 @@ class Bridge:
             except Exception as error:  # noqa: BLE001 - a mistake of ours must not end the bridge silently
                 self._node.log.internal_error(error)
 
+    def _do_next(self, step: Callable[[float], Iterable[Action]]) -> None:
+        """Call a function of the state machine with the current time, and do what it asks for."""
+        with self._lock:
+            self._act(step(steady_now()))
+
     def _act(self, actions: Iterable[Action]) -> None:
         """Do what the state machine asks for, or leave it to the master thread if it may wait. Called with the lock."""
         for action in actions:
@@ -166,6 +178,8 @@ class Bridge:
                     self._sender.listen(site, key, on)
                 case ProbeReply(site, number):
                     self._sender.on_probe_reply(site, number)
+                case Provide() | Unprovide() | CallService() | Return():
+                    self._act(self._services.act(action, steady_now()))
                 case Log(text, is_warning):
                     self._node.log.peer_event(WARN if is_warning else INFO, "%s", one_line(text))
                 case Subscribe(local):
@@ -220,6 +234,7 @@ class Bridge:
     def _look_after_master(self) -> None:
         while self._deferred and not self._is_closing:
             self._do(self._deferred.popleft())
+        self._services.update()
         if time.monotonic() >= self._next_poll and not self._is_closing:
             self._poll()
             self._next_poll = time.monotonic() + (0.0 if self._graph.is_behind else _POLL_PERIOD)
@@ -281,6 +296,7 @@ class Bridge:
         asked_at = steady_now()
         try:
             topics = self._graph.topics()
+            self._services.look(self._graph.state)
         except Error as error:
             if self._node.ok():
                 self._node.log.peer_event(WARN, "cannot ask the master for topics: %s", error)
@@ -311,7 +327,12 @@ class Bridge:
         """Return the bridge's status as JSON, see `pyros1.bridge.status`."""
         with self._lock:
             return status_json(
-                self._site, self._link, self._sender, self._inbox, {**self._graph.problems}, {**self._problems}
+                self._site,
+                self._link,
+                self._sender,
+                self._inbox,
+                {**self._graph.problems, **self._services.problems},
+                {**self._problems},
             )
 
     def close(self) -> None:
@@ -329,6 +350,7 @@ class Bridge:
             self._has_deferred.notify_all()
         for thread in (self._worker, self._master_thread):
             thread.join(_JOIN_TIME)
+        self._services.close()
         self._sender.close()
         self._link.close()
         if self._node.ok():  # otherwise it unregisters everything at once

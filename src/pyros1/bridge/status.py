@@ -6,6 +6,7 @@ import json
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from pyros1.bridge.exchange.call_packets import CallCounts
 from pyros1.bridge.exchange.site import Site
 from pyros1.bridge.protocol.key_expressions import topic_key
 from pyros1.bridge.transport.link import Link
@@ -56,6 +57,26 @@ def status_json(
             }
             for received in site.received()
         ],
+        "served": [
+            {
+                "service": str(service.offered.service),
+                "local": service.local,
+                "type": service.offered.type,
+                **_call_cells(service.counts),
+            }
+            for service in site.services.served.services()
+        ],
+        "called": [
+            {
+                "service": str(service.offered.service),
+                "from": service.peer,
+                "local": service.local,
+                "type": service.offered.type,
+                "state": service.state,
+                **_call_cells(service.counts),
+            }
+            for service in site.services.calls.services()
+        ],
         "waiting_bytes": sender.waiting_bytes,
         "overflowed": inbox.dropped,
         "ignored": site.ignored,
@@ -63,6 +84,10 @@ def status_json(
         "trouble": dict(trouble),
     }
     return json.dumps(status)
+
+
+def _call_cells(counts: CallCounts) -> dict[str, Any]:
+    return {"calls": counts.calls, "errors": counts.errors, "last_error": counts.last_error}
 
 
 def _add(first: Mapping[str, int], second: Mapping[str, int]) -> dict[str, int]:
@@ -90,6 +115,14 @@ def status_lines(status: Mapping[str, Any]) -> Iterator[str]:
     refused = [entry for entry in status["received"] if not entry["local"]]
     for entry in refused:
         yield f"  not taken: {one_line(entry['topic'])} from {one_line(entry['from'])}: {one_line(entry['state'])}"
+    yield from _service_lines("lets others call", [(each, "") for each in status["served"]])
+    yield from _service_lines(
+        "provides services of others",
+        [(each, f"from {one_line(each['from'])}") for each in status["called"] if each["local"] and not each["state"]],
+    )
+    for entry in status["called"]:
+        if entry["state"]:
+            yield f"  not provided: {one_line(entry['service'])}: {one_line(entry['state'])}"
     for topic, problem in status["problems"].items():
         yield f"  {one_line(topic)}: {one_line(problem)}"
     if status["overflowed"]:
@@ -106,6 +139,17 @@ def _sent_cells(entry: Mapping[str, Any]) -> list[str]:
 
 def _received_cells(entry: Mapping[str, Any]) -> list[str]:
     return [one_line(entry["local"]), f"from {one_line(entry['from'])}: {one_line(entry['state'])}"]
+
+
+def _service_lines(title: str, entries: list[tuple[Any, str]]) -> Iterator[str]:
+    if entries:
+        yield f"{title}:"
+    for entry, origin in entries:
+        calls, errors = entry["calls"], entry["errors"]
+        text = f"  {one_line(entry['local'])}  {origin}{'  ' * bool(origin)}{calls} call{'s' * (calls != 1)}"
+        if errors:
+            text += f", {errors} error{'s' * (errors != 1)}, the last: {one_line(entry['last_error'])}"
+        yield text
 
 
 def _table(title: str, entries: list[Any], cells: Any) -> Iterator[str]:

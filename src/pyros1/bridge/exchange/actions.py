@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from pyros1.bridge.protocol.calls import CallId, Status
 from pyros1.bridge.rules.rules import Priority
 
 
@@ -82,6 +83,52 @@ class Forget(NamedTuple):
     source: tuple[str, int]
 
 
+class Provide(NamedTuple):
+    """Provide a service of another site on this site's master."""
+
+    local: str
+    type: str
+    md5sum: str
+    request: str
+    response: str
+
+
+class Unprovide(NamedTuple):
+    """Provide a service no longer."""
+
+    local: str
+
+
+class CallService(NamedTuple):
+    """Call a service of this site's master for another site, and give the result to `Site.on_result`.
+
+    Attributes:
+        call: the call.
+        local: the service's name.
+        body: the encoded request.
+        timeout: maximum number of seconds.
+    """
+
+    call: CallId
+    local: str
+    body: bytes
+    timeout: float
+
+
+class Return(NamedTuple):
+    """Give a result to whoever waits for it here.
+
+    Attributes:
+        token: what was given to `Site.call`.
+        status: whether the call has succeeded.
+        body: the encoded response, or the text of the error.
+    """
+
+    token: int
+    status: Status
+    body: bytes
+
+
 class ProbeReply(NamedTuple):
     """A site has answered a probe, see `pyros1.bridge.transport.pacing`."""
 
@@ -96,4 +143,5 @@ class Log(NamedTuple):
     is_warning: bool = False
 
 
-Action = Send | Listen | Subscribe | Advertise | Withdraw | Publish | Forget | ProbeReply | Log
+ServiceAction = Provide | Unprovide | CallService | Return
+Action = Send | Listen | Subscribe | Advertise | Withdraw | Publish | Forget | ServiceAction | ProbeReply | Log

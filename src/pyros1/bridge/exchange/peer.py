@@ -78,7 +78,7 @@ class Peer:
         clock: the offset of its clock.
         answer_due: whether a heartbeat must be sent now.
         offer_wanted, request_wanted: the versions of its lists for us; 0 if it has not said.
-        offer_seen, request_seen: the versions of our lists that it has; -1 for none.
+        offer_seen, request_seen, services_seen: the versions of our lists that it has; -1 for none.
         lost_at: when it was lost.
     """
 
@@ -89,7 +89,7 @@ class Peer:
         self.clock = ClockOffset()
         self.answer_due = False
         self.offer_wanted = self.request_wanted = 0
-        self.offer_seen = self.request_seen = -1
+        self.offer_seen = self.request_seen = self.services_seen = -1
         self.lost_at = now
         self._own_epoch = own_epoch
         self._candidate: _Candidate | None = None
@@ -161,6 +161,7 @@ class Peer:
         self.clock.add(sent_at, now, heartbeat.sent_at, heartbeat.held)
         self.offer_wanted, self.request_wanted = heartbeat.offer, heartbeat.request
         self.offer_seen, self.request_seen = heartbeat.offer_seen, heartbeat.request_seen
+        self.services_seen = heartbeat.services_seen
         if self.state is not State.PRESENT and now - self._answered_at < LOSS_DELAY:
             if change is Change.NONE:
                 change = Change.STARTED if self.state is State.HEARD else Change.RETURNED
@@ -186,7 +187,13 @@ class Peer:
         return self.answer_due or now - self._heartbeat_sent_at >= HEARTBEAT_PERIOD
 
     def make_heartbeat(
-        self, now: float, offer: int, request: int, seen: tuple[int, int], tails: Mapping[SharedName, int]
+        self,
+        now: float,
+        offer: int,
+        request: int,
+        seen: tuple[int, int],
+        tails: Mapping[SharedName, int],
+        services: tuple[int, int] = (0, -1),
     ) -> tuple[int, Heartbeat]:
         """Return the next heartbeat to the site, after the epoch of the run that it is for.
 
@@ -195,6 +202,7 @@ class Peer:
             offer, request: the versions of our lists for it.
             seen: the versions of its lists that we have; -1 for none.
             tails: see `Heartbeat`.
+            services: the version of our list of services for it, and of its list that we have.
         """
         number = self._last_number = next(self._numbers)
         self._sent[number] = now
@@ -205,4 +213,4 @@ class Peer:
         epoch = self._candidate.epoch if asks and self._candidate else self.epoch
         self._heartbeat_sent_at, self.answer_due = now, False
         echo, arrived_at = self._received.get(epoch, (0, now))
-        return epoch, Heartbeat(number, now, echo, now - arrived_at, offer, request, *seen, tails)
+        return epoch, Heartbeat(number, now, echo, now - arrived_at, offer, request, *seen, tails, *services)

@@ -29,7 +29,10 @@ from pyros1.bridge.exchange.outgoing import OutgoingTopic, ReceivedMessage
 from pyros1.bridge.exchange.peer import HEARTBEAT_PERIOD, Change, Peer, State
 from pyros1.bridge.exchange.receiving import ReceivedTopic, Receiving
 from pyros1.bridge.exchange.sending import Flow, LocalTopic, Sending
+from pyros1.bridge.exchange.served import LocalService
+from pyros1.bridge.exchange.services import Services
 from pyros1.bridge.names import SharedName
+from pyros1.bridge.protocol.calls import decode_call_head, decode_services
 from pyros1.bridge.protocol.key_expressions import HELLO, Channel, Key, to_key
 from pyros1.bridge.protocol.packet_values import PacketError
 from pyros1.bridge.protocol.packets import (
@@ -61,8 +64,8 @@ class _Lists:
     """The lists between this site and another one."""
 
     def __init__(self, versions: Iterator[int]) -> None:
-        self.offer, self.request = ListSender(versions), ListSender(versions)
-        self.their_offer, self.their_request = ListReceiver(), ListReceiver()
+        self.offer, self.request, self.services = (ListSender(versions) for _ in range(3))
+        self.their_offer, self.their_request, self.their_services = (ListReceiver() for _ in range(3))
 
 
 class SiteStatus(NamedTuple):
@@ -83,6 +86,7 @@ class Site:
 
     Attributes:
         ignored: how many packets were ignored for each reason.
+        services: the services of this site and of others, and calls of them.
     """
 
     def __init__(self, rules: Rules, epoch: int, now: float) -> None:
@@ -94,11 +98,13 @@ class Site:
         self._lists: dict[str, _Lists] = {}
         self._sending = Sending(rules, epoch)
         self._receiving = Receiving(rules, epoch, self._peers)
+        self.services = Services(rules, epoch, self._peers)
         self._hello_at = now
         self._has_namesake = False
         self._on_kind: Mapping[Kind, Callable[[str, bytes, float], list[Action]]] = {
             Kind.OFFER: self._on_offer,
             Kind.REQUEST: self._on_request,
+            Kind.SERVICES: self._on_services,
             Kind.ASK: lambda peer, body, now: self._sending.on_ask(peer, decode_ask(body), now),
             Kind.DEFINITION: self._on_definition,
             Kind.PROBE: lambda peer, body, _: [self._to(peer, Kind.PROBE_REPLY, encode_probe(decode_probe(body)))],
@@ -139,6 +145,19 @@ class Site:
         """
         return self._sending.on_message(local, received, is_bridged, now)
 
+    # Services ---------------------------------------------------------------------------------------------------------
+
+    def set_services(self, services: Iterable[LocalService], taken: Mapping[str, str], now: float) -> list[Action]:
+        """Note which services nodes of this site's master provide.
+
+        Args:
+            services: those of nodes that are no bridges, with their types.
+            taken: all names of services that this bridge does not provide -> the nodes that provide them.
+            now: the current time.
+        """
+        self.services.served.set_services(services)
+        return self.services.calls.set_taken(taken) + self._update_lists(now)
+
     # Time -------------------------------------------------------------------------------------------------------------
 
     def start(self) -> list[Action]:
@@ -154,8 +173,10 @@ class Site:
         for peer in [*self._peers.values()]:
             if peer.tick(now):
                 actions.append(Log(f"site {peer.name} does not respond any more", is_warning=True))
+                actions += self.services.on_lost(peer.name)
             if peer.is_forgotten(now):
-                actions += self._forget(peer, now)
+                actions += self._forget(peer, now, "does not respond")
+        actions += self.services.tick(now)
         actions += self._sending.tick(now)
         actions += self._receiving.tick(now)
         return actions + self._send_heartbeats(now) + self._send_lists(now)
@@ -173,7 +194,8 @@ class Site:
 
     def probes(self, number: int, priority: Priority) -> list[tuple[str, Send]]:
         """Return a probe for each site that gets messages, see `pyros1.bridge.transport.pacing`."""
-        names = [name for name in self._sending.requesting() if name in self._peers and self._peers[name].is_present]
+        busy = sorted(self.services.busy() | {*self._sending.requesting()})
+        names = [name for name in busy if name in self._peers and self._peers[name].is_present]
         return [(name, self._to(name, Kind.PROBE, encode_probe(number), priority)) for name in names]
 
     def _hello(self) -> Action:
@@ -186,7 +208,10 @@ class Site:
                 lists = self._lists[peer.name]
                 seen = (lists.their_offer.version, lists.their_request.version)
                 tails = self._sending.tails(peer.name)
-                epoch, heartbeat = peer.make_heartbeat(now, lists.offer.version, lists.request.version, seen, tails)
+                services = (lists.services.version, lists.their_services.version)
+                epoch, heartbeat = peer.make_heartbeat(
+                    now, lists.offer.version, lists.request.version, seen, tails, services
+                )
                 head = encode_head(Kind.HEARTBEAT, self._epoch, epoch)
                 actions.append(Send(to_key(peer.name), head, encode_heartbeat(heartbeat), Priority.URGENT))
         return actions
@@ -196,6 +221,7 @@ class Site:
         for name, lists in self._lists.items():
             lists.offer.update(self._sending.offers(name))
             lists.request.update(self._receiving.requests(name))
+            lists.services.update(self.services.served.offers(name))
         return self._send_lists(now)
 
     def _send_lists(self, now: float) -> list[Action]:
@@ -207,6 +233,7 @@ class Site:
             for kind, sender, seen in (
                 (Kind.OFFER, lists.offer, peer.offer_seen),
                 (Kind.REQUEST, lists.request, peer.request_seen),
+                (Kind.SERVICES, lists.services, peer.services_seen),
             ):
                 if sender.is_due(seen, now):
                     head = encode_head(kind, self._epoch, peer.epoch)
@@ -229,6 +256,8 @@ class Site:
         if not self._rules.talks_to(key.site) or key.receiver not in ("", self.name):
             return []
         try:
+            if key.topic is not None and key.channel is Channel.CALL:
+                return self._on_call_packet(key.site, key.topic, head, body, now)
             if key.topic is not None:
                 return self._on_message_packet(key.site, key.topic, head, body, now)
             return self._on_control(key, head, body, now)
@@ -249,6 +278,13 @@ class Site:
             return self._ignore(f"{site}: messages of a run that is not present")
         return self._receiving.on_message(site, topic, message, body, now)
 
+    def _on_call_packet(self, site: str, service: SharedName, head: bytes, body: bytes, now: float) -> list[Action]:
+        call = decode_call_head(head)
+        peer = self._peers.get(site)
+        if peer is None or call.to_epoch != self._epoch or not peer.is_current(call.epoch, call.to_epoch):
+            return self._ignore(f"{site}: calls of a run that is not present")
+        return self.services.on_packet(site, service, call, body, now)
+
     def _on_control(self, key: Key, head: bytes, body: bytes, now: float) -> list[Action]:
         kind, epoch, to_epoch = decode_head(head)
         if epoch == 0:
@@ -266,7 +302,7 @@ class Site:
         if peer is None or to_epoch != self._epoch or not peer.is_current(epoch, to_epoch):
             return self._ignore(f"{key.site}: packets of a run that is not present")
         if kind is Kind.BYE:
-            return [Log(f"site {peer.name} has left"), *self._forget(peer, now)]
+            return [Log(f"site {peer.name} has left"), *self._forget(peer, now, "has left")]
         handler = self._on_kind.get(kind)
         if handler is None:
             raise PacketError("a packet on the wrong key")
@@ -296,6 +332,7 @@ class Site:
         actions: list[Action] = []
         if change is Change.STARTED:
             actions += self._receiving.drop_peer(site, now)
+            actions += self.services.drop_peer(site, f"site {site} has started again")
             self._lists[site] = _Lists(self._versions)
             actions += self._update_peers(now)
             actions += self._send_heartbeats(now)
@@ -313,8 +350,9 @@ class Site:
         epochs = {peer.name: peer.epoch for peer in self._peers.values() if peer.epoch}
         return self._sending.set_peers(epochs, now)
 
-    def _forget(self, peer: Peer, now: float) -> list[Action]:
+    def _forget(self, peer: Peer, now: float, reason: str) -> list[Action]:
         actions = self._receiving.drop_peer(peer.name, now)
+        actions += self.services.drop_peer(peer.name, f"site {peer.name} {reason}")
         del self._peers[peer.name], self._lists[peer.name]
         actions += self._update_peers(now)
         return actions + self._update_lists(now)
@@ -328,6 +366,10 @@ class Site:
     def _on_request(self, site: str, body: bytes, now: float) -> list[Action]:
         requests = self._lists[site].their_request.accept(decode_request(body))
         return [] if requests is None else self._sending.set_requests(site, requests, now)
+
+    def _on_services(self, site: str, body: bytes, now: float) -> list[Action]:
+        services = self._lists[site].their_services.accept(decode_services(body))
+        return [] if services is None else self.services.calls.set_offers(site, services)
 
     def _on_definition(self, site: str, body: bytes, now: float) -> list[Action]:
         return self._receiving.on_definition(decode_definition(body), now) + self._update_lists(now)

@@ -6,7 +6,8 @@ there. The rest says what it is:
 - ``hello``: for all sites: there is a site of this name;
 - ``to/PEER``: for one site: heartbeats, offers, requests, definitions;
 - ``t/OWNER/NAME``: messages of the topic OWNER:/NAME, for all sites that want it;
-- ``again/PEER/OWNER/NAME``: messages of that topic for one site: those that it missed, and latched ones.
+- ``again/PEER/OWNER/NAME``: messages of that topic for one site: those that it missed, and latched ones;
+- ``call/PEER/OWNER/NAME``: calls of the service OWNER:/NAME and their replies, for one site.
 
 ``1`` is the version of the protocol: sites of different versions do not hear each other.
 """
@@ -30,10 +31,11 @@ class Channel(Enum):
     TO = "to"
     TOPIC = "t"
     AGAIN = "again"
+    CALL = "call"
 
 
 class Key(NamedTuple):
-    """A parsed key: its sender, channel, receiver (empty for all sites) and topic, if the channel has them."""
+    """A parsed key: its sender, channel, receiver (empty for all sites) and topic or service, if it has them."""
 
     site: str
     channel: Channel
@@ -77,6 +79,11 @@ def path_key(path: str) -> str:
     return "/".join(parts)
 
 
+def call_key(peer: str, service: SharedName) -> str:
+    """Return the key for calls of a service, and for replies, to one site."""
+    return f"call/{peer}/{service.site}{service.name}"
+
+
 @lru_cache(4096)
 def parse_key(text: str) -> Key | None:
     """Return a parsed key; None for one that is not valid."""
@@ -89,11 +96,11 @@ def parse_key(text: str) -> Key | None:
     if channel == "to" and rest and "/" not in rest:
         return Key(site, Channel.TO, rest)
     receiver = ""
-    if channel == "again":
+    if channel in ("again", "call"):
         receiver, _, rest = rest.partition("/")
     elif channel != "t":
         return None
     owner, slash, name = rest.partition("/")
-    if not (owner and is_topic_name(slash + name)):
+    if not ((receiver or channel == "t") and owner and is_topic_name(slash + name)):
         return None
-    return Key(site, Channel.AGAIN if receiver else Channel.TOPIC, receiver, SharedName(owner, slash + name))
+    return Key(site, Channel(channel), receiver, SharedName(owner, slash + name))

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 import struct
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from enum import IntEnum
 from typing import Any, NamedTuple
 
@@ -59,6 +59,11 @@ class Kind(IntEnum):
     PROBE = 11
     PROBE_REPLY = 12
     MESSAGE = 16
+    SERVICES = 32
+    CALL = 33
+    CALL_SEEN = 34
+    REPLY = 35
+    REPLY_SEEN = 36
 
 
 class Flag:
@@ -110,6 +115,7 @@ class Heartbeat(NamedTuple):
         offer, request: the versions of the sender's lists for the peer.
         offer_seen, request_seen: the versions of the peer's lists that the sender has; -1 for none.
         tails: the number of the last message of each topic that the peer wants, and that may not lose any.
+        services, services_seen: the same as `offer` and `offer_seen` for the lists of services.
     """
 
     number: int
@@ -121,6 +127,8 @@ class Heartbeat(NamedTuple):
     offer_seen: int
     request_seen: int
     tails: Mapping[SharedName, int]
+    services: int = 0
+    services_seen: int = -1
 
 
 class Offered(NamedTuple):
@@ -148,7 +156,7 @@ class Request(NamedTuple):
 
 
 class Page(NamedTuple):
-    """A part of a list of offers or requests."""
+    """A part of a list of offers, requests or services."""
 
     version: int
     number: int
@@ -237,10 +245,10 @@ def decode_message_head(data: bytes) -> MessageHead:
 def encode_heartbeat(heartbeat: Heartbeat) -> bytes:
     """Return the body of a heartbeat."""
     tails = [[str(topic), number] for topic, number in heartbeat.tails.items()]
-    return dump([*heartbeat[:8], tails])
+    return dump([*heartbeat[:8], tails, heartbeat.services, heartbeat.services_seen])
 
 
-def encode_pages(version: int, entries: Sequence[Offered] | Sequence[Request]) -> Iterator[bytes]:
+def encode_pages(version: int, entries: Sequence[tuple[Any, ...]]) -> Iterator[bytes]:
     """Yield the bodies of the pages of a list; entries beyond the maximum are left out."""
     rows = [[str(entry[0]), *entry[1:]] for entry in entries[: PAGE_ENTRIES * MAX_PAGES]]
     count = max(1, -(-len(rows) // PAGE_ENTRIES))
@@ -285,7 +293,9 @@ def decode_probe(body: bytes) -> int:
 
 def decode_heartbeat(body: bytes) -> Heartbeat:
     """Return a heartbeat; this and the following functions raise PacketError if the body is not valid."""
-    number, sent_at, echo, held, offer, request, offer_seen, request_seen, tails = load(body, 9)
+    number, sent_at, echo, held, offer, request, offer_seen, request_seen, tails, services, services_seen = load(
+        body, 11
+    )
     return Heartbeat(
         read_integer(number, 1),
         read_real(sent_at),
@@ -296,19 +306,21 @@ def decode_heartbeat(body: bytes) -> Heartbeat:
         read_integer(offer_seen, -1),
         read_integer(request_seen, -1),
         {read_topic(name): read_integer(tail) for name, tail in read_rows(tails, 2, PAGE_ENTRIES * MAX_PAGES)},
+        read_integer(services),
+        read_integer(services_seen, -1),
     )
 
 
 def decode_offer(body: bytes) -> Page:
     """Return a page of offers, whose entries are `Offered`."""
-    return _decode_page(
+    return decode_page(
         body, 5, lambda row: Offered(read_topic(row[0]), read_type(row[1]), read_md5(row[2]), *read_bools(row[3:]))
     )
 
 
 def decode_request(body: bytes) -> Page:
     """Return a page of requests, whose entries are `Request`."""
-    return _decode_page(body, 2, lambda row: Request(read_topic(row[0]), max(0.0, read_real(row[1]))))
+    return decode_page(body, 2, lambda row: Request(read_topic(row[0]), max(0.0, read_real(row[1]))))
 
 
 def decode_ask(body: bytes) -> list[str]:
@@ -346,7 +358,17 @@ def decode_gone(body: bytes) -> Gone:
     return Gone(read_topic(name), read_integer(first))
 
 
-def _decode_page(body: bytes, width: int, make: Any) -> Page:
+def decode_page(body: bytes, width: int, make: Callable[[list[Any]], Any]) -> Page:
+    """Return a page of a list.
+
+    Args:
+        body: the packet's body.
+        width: number of values of each entry.
+        make: makes an entry of these values.
+
+    Raises:
+        PacketError: the body is not valid.
+    """
     version, number, count, rows = load(body, 4)
     page = Page(
         read_integer(version),

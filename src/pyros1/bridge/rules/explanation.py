@@ -24,6 +24,7 @@ def explain(config: SiteConfig) -> Iterator[str]:
     yield from explain_access(rules.access)
     yield from _explain_sent(rules)
     yield from _explain_taken(rules)
+    yield from _explain_services(rules)
 
 
 def explain_connections(connect: Iterable[str], listen: Iterable[str], keys: str) -> Iterator[str]:
@@ -83,6 +84,39 @@ def _explain_taken(rules: Rules) -> Iterator[str]:
             yield f"  {pattern.path} of {owner}, as {local} here{_details(rule)}"
     for denied in rules.deny_take:
         yield f"  never {denied.text}"
+
+
+def _explain_services(rules: Rules) -> Iterator[str]:
+    services = rules.services
+    if services.serve:
+        yield "lets others call:"
+    for rule in services.serve:
+        callers = " and ".join(rule.sites) or "every site that calls it"
+        name = f" as {rules.site}:{rule.pattern.path}" if rule.here else ""
+        yield f"  {rule.here or rule.pattern.path}{name}, by {callers}{_timeout(rule)}"
+    for denied in services.deny_serve:
+        yield f"  never {denied.text}"
+    if services.call:
+        yield "provides services of others:"
+    for rule in services.call:
+        site = rule.pattern.site
+        owner = " and ".join(rule.sites) or "each other site" if site == "*" else site
+        yield (
+            f"  {rule.pattern.path} of {owner}, as {rule.here or _prefix_text(rules, site) + rule.pattern.path} here"
+            + (_timeout(rule))
+        )
+    for denied in services.deny_call:
+        yield f"  never {denied.text}"
+    if services.params:
+        yield "lets others read the parameters:"
+    for pattern in services.params:
+        yield f"  {pattern.path}" + (" and all below it" if pattern.is_literal else "")
+    for denied in services.deny_params:
+        yield f"  never {denied.text}"
+
+
+def _timeout(rule: Rule) -> str:
+    return "" if rule.timeout is None else f", at most {rule.timeout:g} s for a call"
 
 
 def _prefix_text(rules: Rules, site: str) -> str:

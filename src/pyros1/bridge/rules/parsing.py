@@ -11,6 +11,7 @@ from typing import Any
 from pyros1.bridge.names import Pattern, SiteNameError, check_site_name, is_topic_name
 from pyros1.bridge.rules.file_reader import Path, RulesError
 from pyros1.bridge.rules.rules import Priority, Rule, Rules
+from pyros1.bridge.rules.service_parsing import SERVICE_SETTINGS, ServiceReader
 from pyros1.bridge.rules.site_access import named_sites
 from pyros1.bridge.rules.sites_reader import SitesReader
 from pyros1.ground.suggest import did_you_mean
@@ -127,13 +128,13 @@ def parse_config(text: str, where: str, site: str = "") -> SiteConfig:
     return _FileReader(text, where).read(site)
 
 
-class _FileReader(SitesReader):
+class _FileReader(SitesReader, ServiceReader):
     """Reads the rules in a site's file."""
 
     def read(self, site: str) -> SiteConfig:
         """Return the site's configuration."""
         keys = ("site", "to", "listen", "keys", "sites", "prefix", "send", "take", "deny_send", "deny_take")
-        file = self._mapping(self._value, (), keys)
+        file = self._mapping(self._value, (), (*keys, *SERVICE_SETTINGS))
         access = self._access(file)
         name = site or self._text(file.get("site", ""), ("site",))
         if not name:
@@ -147,6 +148,7 @@ class _FileReader(SitesReader):
             self._prefixes(file.get("prefix")),
             named_sites(access),
             access,
+            self.read_services(file),
         )
         connect = tuple(self._text(item, path) for item, path in self._items(file, "to"))
         listen = tuple(self._text(item, path) for item, path in self._items(file, "listen"))
@@ -186,7 +188,7 @@ class _FileReader(SitesReader):
         if not pattern.is_literal and (
             pattern.subtree is None or base == name or not (base == "" or is_topic_name(base))
         ):
-            self._fail(path, "`here` must end in /** if `topic` does; it cannot be used with other wildcards")
+            self._fail(path, "`here` must end in /** if the pattern does; it cannot be used with other wildcards")
         return name
 
     def _prefixes(self, value: Any) -> dict[str, str]:

@@ -104,6 +104,7 @@ class Rule:
             in ``/**``; empty for the usual names.
         sites: the sites to which topics are sent, or from which they are taken; empty for all.
         rate, max_size, priority, reliable, age: see `Settings`.
+        timeout: for services: maximum number of seconds that a call may take.
     """
 
     pattern: Pattern
@@ -114,6 +115,7 @@ class Rule:
     priority: Priority | None = None
     reliable: bool | None = None
     age: float | None = None
+    timeout: float | None = None
 
     def concerns(self, site: str) -> bool:
         """Return whether the rule is also for this other site."""
@@ -148,6 +150,24 @@ class Outgoing(NamedTuple):
 
 
 @dataclass(frozen=True)
+class ServiceRules:
+    """The rules of a site about services and parameters.
+
+    Attributes:
+        serve, call: which services of this site others may call, and which ones of others are provided here.
+        deny_serve, deny_call: which ones not.
+        params, deny_params: which parameters others may read; also all that is below them.
+    """
+
+    serve: tuple[Rule, ...] = ()
+    call: tuple[Rule, ...] = ()
+    deny_serve: tuple[Pattern, ...] = ()
+    deny_call: tuple[Pattern, ...] = ()
+    params: tuple[Pattern, ...] = ()
+    deny_params: tuple[Pattern, ...] = ()
+
+
+@dataclass(frozen=True)
 class Rules:
     """All rules of a site.
 
@@ -159,6 +179,7 @@ class Rules:
             default below ``/SITE``. An empty text is the root.
         sites: the sites to talk to; empty for all.
         access: what the others may do where this site listens.
+        services: the rules about services and parameters, see `pyros1.bridge.rules.services`.
     """
 
     site: str
@@ -169,6 +190,7 @@ class Rules:
     prefixes: Mapping[str, str] = field(default_factory=dict)
     sites: tuple[str, ...] = ()
     access: tuple[SiteAccess, ...] = ()
+    services: ServiceRules = ServiceRules()
 
     def talks_to(self, site: str) -> bool:
         """Return whether this site talks to another one."""
@@ -203,7 +225,7 @@ class Rules:
         pattern = rule.pattern
         owners = others if pattern.site == "*" else [pattern.site or self.site]
         for owner in owners:
-            name = _name_there(rule, local, self.prefix(owner))
+            name = name_there(rule, local, self.prefix(owner))
             if name is not None and pattern.matches_name(name):
                 yield SharedName(owner, name)
 
@@ -248,7 +270,7 @@ class Rules:
         return any(pattern.matches(shared, self.site) for pattern in patterns)
 
 
-def _name_there(rule: Rule, local: str, prefix: str) -> str | None:
+def name_there(rule: Rule, local: str, prefix: str) -> str | None:
     """Return the name that a topic has on the master of the site it belongs to; None if the rule is for others."""
     if not rule.here:
         return local[len(prefix) :] if local.startswith(prefix + "/") else None

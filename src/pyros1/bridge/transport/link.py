@@ -28,8 +28,8 @@ class Link(Protocol):
         ...
 
     def listen(self, site: str, key: str, on: bool) -> None:
-        """Receive what another site sends on a key, or no longer. ``hello``, ``to`` and ``again`` packets for this site
-        are always received.
+        """Receive what another site sends on a key, or no longer. ``hello``, ``to``, ``again`` and ``call`` packets for
+        this site are always received.
         """
         ...
 

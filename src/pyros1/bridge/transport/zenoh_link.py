@@ -124,7 +124,10 @@ class ZenohLink:
             self._session = session
             if self._closing.is_set():
                 return
-            keys = [f"{ROOT}/*/{key}" for key in ("hello", f"to/{self._site}", f"again/{self._site}/**")]
+            keys = [
+                f"{ROOT}/*/{key}"
+                for key in ("hello", f"to/{self._site}", f"again/{self._site}/**", f"call/{self._site}/**")
+            ]
             self._fixed = [self._subscribe(key) for key in keys]
             self._topics = {topic: self._subscribe(site_key(*topic)) for topic in self._topics}
         self.problem = ""

@@ -59,6 +59,7 @@ def _read_config(options: Any) -> SiteConfig:
     from dataclasses import replace  # noqa: PLC0415
 
     from pyros1.bridge.rules.parsing import SiteConfig, add_words, parse_config, rules_from_words  # noqa: PLC0415
+    from pyros1.bridge.rules.service_parsing import add_service_words  # noqa: PLC0415
     from pyros1.bridge.rules.site_access import add_names, named_sites  # noqa: PLC0415
 
     send = [word for words in options.send for word in words]
@@ -71,6 +72,8 @@ def _read_config(options: Any) -> SiteConfig:
         raise UsageError("name this site with --site, or give a file with --config")
     else:
         config = SiteConfig(rules_from_words(options.site, send, take))
+    words = [[word for words in each for word in words] for each in (options.serve, options.call, options.params)]
+    config = replace(config, rules=add_service_words(config.rules, *words))
     access = add_names(config.rules.access, [site for sites in options.sites for site in sites])
     return replace(
         config,
@@ -155,6 +158,30 @@ VERB = Verb(
         metavar="TOPIC",
         help="topics to take: red:/odom, red:** (all of site red, below /red), *:/odom (of each site), /cmd_vel (what "
         "others send for this site's /cmd_vel)",
+    ),
+    Option(
+        "--serve",
+        nargs="+",
+        action="append",
+        default=[],
+        metavar="SERVICE",
+        help="services of this site that others may call: /set_map, /camera/**, !/secret",
+    ),
+    Option(
+        "--call",
+        nargs="+",
+        action="append",
+        default=[],
+        metavar="SERVICE",
+        help="services of other sites to provide here: red:/set_map (as /red/set_map), red:**, *:/spawn",
+    ),
+    Option(
+        "--params",
+        nargs="+",
+        action="append",
+        default=[],
+        metavar="NAME",
+        help="parameters that others may read: /robot_description, /camera/** (with `pyros1 bridge param` there)",
     ),
     Option("--config", metavar="FILE", help="YAML file with these settings and more"),
     Option("--keys", metavar="FOLDER", help="this site's keys, made by `pyros1 bridge keys`, for tls/ and quic/"),

@@ -26,14 +26,14 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
         hint = did_you_mean(parameter_name, invocation.master.get_param_names())
         raise CommandError(f"Parameter [{parameter_name}] is not set{hint}") from None
     if options.json:
-        print_json(_as_json(value))
+        print_json(as_json(value))
     elif options.pretty and isinstance(value, dict):
         for line in _pretty_lines(value, ""):
             print(line)
     elif options.pretty and isinstance(value, str):
         print(value)
     else:
-        print(_yaml_text(value))
+        print(yaml_text(value))
 
 
 VERB = Verb(
@@ -48,12 +48,12 @@ VERB = Verb(
 )
 
 
-def _as_json(value: Any) -> Any:
+def as_json(value: Any) -> Any:
     """Return the value in a form that JSON supports: binary data as base64, times as strings."""
     if isinstance(value, dict):
-        return {key: _as_json(item) for key, item in value.items()}
+        return {key: as_json(item) for key, item in value.items()}
     if isinstance(value, (list, tuple)):
-        return [_as_json(item) for item in value]
+        return [as_json(item) for item in value]
     if isinstance(value, bytes):
         import base64  # noqa: PLC0415
 
@@ -61,7 +61,8 @@ def _as_json(value: Any) -> Any:
     return value if value is None or isinstance(value, (str, int, float)) else str(value)
 
 
-def _yaml_text(value: Any) -> str:
+def yaml_text(value: Any) -> str:
+    """Return a value as YAML, without the end of the document."""
     from pyros1.values import dump_yaml  # noqa: PLC0415 - not needed for help
 
     text = dump_yaml(value)
@@ -81,5 +82,5 @@ def _pretty_lines(value: dict[str, Any], indent: str) -> list[str]:
             else:
                 lines.append(f"{indent}{key}: {terminal_text.lines(item)}")
         else:
-            lines.append(f"{indent}{key}: {_yaml_text(item)}".rstrip("\n"))
+            lines.append(f"{indent}{key}: {yaml_text(item)}".rstrip("\n"))
     return lines

@@ -1,0 +1,69 @@
+"""What both ends of a service call have in common: how its packets are sent, and what is counted. No I/O."""
+
+from __future__ import annotations
+
+from pyros1.bridge.exchange.actions import Send
+from pyros1.bridge.names import SharedName
+from pyros1.bridge.protocol.calls import CallHead, encode_call_head
+from pyros1.bridge.protocol.key_expressions import call_key
+from pyros1.bridge.protocol.packets import Kind
+from pyros1.bridge.rules.rules import Priority
+
+_SMALL = 16 << 10
+"""Maximum size in bytes of a body that is sent before images; larger ones go at the pace of the network."""
+_MAX_WAIT = 8.0
+"""Seconds that a small packet may wait to be sent, and maximum seconds until it is repeated."""
+_SLOWEST = 500_000
+"""Bytes per second for which large packets are given more time."""
+_MAX_ERROR = 10_000
+
+
+class CallCounts:
+    """How often a service was called, how often without success, and the text of the last error."""
+
+    def __init__(self) -> None:
+        self.calls = 0
+        self.errors = 0
+        self.last_error = ""
+
+    def fail(self, body: bytes) -> None:
+        """Count a call that was not successful."""
+        self.errors += 1
+        self.last_error = body.decode("utf-8", "replace")[:300]
+
+
+def encode_error(text: str) -> bytes:
+    """Return the text of an error as the body of a reply."""
+    return text.encode("utf-8", "replace")[:_MAX_ERROR]
+
+
+def repeat_period(size: int, repeats: int) -> float:
+    """Return after how many seconds a packet is sent again if the other site has not seen it.
+
+    Args:
+        size: size of its body in bytes.
+        repeats: how often it was sent again already.
+    """
+    return float(min(_MAX_WAIT, 2**repeats)) + size / _SLOWEST
+
+
+def longest_way(size: int) -> float:
+    """Return the maximum number of seconds that a packet with a body of this size may be on its way; what comes later
+    may no longer be meant.
+    """
+    return 2 * (_MAX_WAIT + size / _SLOWEST)
+
+
+def send(peer: str, service: SharedName, head: CallHead, body: bytes, expires: float) -> Send:
+    """Return the action that sends a packet of a call.
+
+    Args:
+        peer: the other site.
+        service: the service.
+        head, body: the packet.
+        expires: time by the site's clock after which it is useless.
+    """
+    priority = Priority.HIGH if len(body) <= _SMALL else Priority.NORMAL
+    # One that still waits is not queued twice.
+    replaces = head.number * 8 + head.kind - Kind.CALL
+    return Send(call_key(peer, service), encode_call_head(head), body, priority, replaces, False, expires)

@@ -1,0 +1,243 @@
+"""The services of this site that others may call, and their calls: each is carried out at most once. No I/O.
+
+A call is new if its number is higher than the last one of its slot. One that comes again gets its reply again. A reply
+is repeated until the other site has seen it, or waits no longer. Slots are remembered as long as the run of the other
+site, even while that one is away.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import NamedTuple
+
+from pyros1.bridge.exchange.actions import Action, CallService
+from pyros1.bridge.exchange.call_packets import CallCounts, encode_error, longest_way, repeat_period, send
+from pyros1.bridge.exchange.peer import Peer
+from pyros1.bridge.names import SharedName, is_topic_name
+from pyros1.bridge.protocol.calls import MAX_CALL_SIZE, MAX_SLOTS, CallHead, CallId, OfferedService, Status
+from pyros1.bridge.protocol.packets import Kind
+from pyros1.bridge.rules.rules import Rule, Rules
+from pyros1.bridge.rules.services import PARAMETERS, served
+
+MAX_RUNNING = 64
+"""Maximum number of calls of all other sites that run at a time."""
+MAX_RUNNING_BYTES = 128 << 20
+"""Maximum total size of their requests."""
+MAX_REPLY_BYTES = 32 << 20
+"""Maximum total size of the replies that wait for one site to see them."""
+_MAX_SITES = 1_000
+"""Maximum number of sites whose slots are remembered."""
+_ANSWER_PERIOD = 0.5
+"""Minimum seconds between two times that a reply is sent because the call has come again."""
+_PARAMETERS_TYPE = ("pyros1_bridge/Parameters", "0" * 32, "pyros1_bridge/Words", "pyros1_bridge/Value")
+
+
+class LocalService(NamedTuple):
+    """A service of this site's master that a node other than a bridge provides.
+
+    Attributes:
+        name: its full name.
+        type, md5sum, request, response: its type, and those of its requests and responses.
+        node: the node.
+    """
+
+    name: str
+    type: str
+    md5sum: str
+    request: str
+    response: str
+    node: str
+
+
+class ServedService(NamedTuple):
+    """A service that other sites may call, its name here, the rule that says so, and what is counted."""
+
+    offered: OfferedService
+    local: str
+    rule: Rule | None
+    counts: CallCounts
+
+
+class _Slot:
+    """The last call of a slot."""
+
+    def __init__(self, number: int, service: SharedName, expires: float) -> None:
+        self.number = number
+        self.service = service
+        self.expires = expires
+        self.reply: tuple[Status, bytes] | None = None
+        self.is_seen = False
+        self.repeats = 0
+        self.sent_at = float("-inf")
+
+
+class _Caller:
+    """What is known of the calls of a run of another site."""
+
+    def __init__(self, epoch: int) -> None:
+        self.epoch = epoch
+        self.slots: dict[int, _Slot] = {}
+
+
+class Served:
+    """The services that a site serves.
+
+    Args:
+        rules: the site's rules.
+        epoch: the site's epoch.
+        peers: the other sites; shared with the caller, who changes it.
+    """
+
+    def __init__(self, rules: Rules, epoch: int, peers: Mapping[str, Peer]) -> None:
+        self._rules = rules
+        self._epoch = epoch
+        self._peers = peers
+        self._served: dict[SharedName, ServedService] = {}
+        self._callers: dict[str, _Caller] = {}
+        self._running: dict[CallId, int] = {}  # -> size of the request
+        self.set_services(())
+
+    # What there is ----------------------------------------------------------------------------------------------------
+
+    def set_services(self, services: Iterable[LocalService]) -> None:
+        """Note the services of this site's master, those of bridges excepted."""
+        old, self._served = self._served, {}
+        if self._rules.services.params:
+            shared = SharedName(self._rules.site, PARAMETERS)
+            self._add(old, ServedService(OfferedService(shared, *_PARAMETERS_TYPE), PARAMETERS, None, CallCounts()))
+        for service in sorted(services):
+            outgoing = served(self._rules, service.name) if is_topic_name(service.name) else None
+            if outgoing is not None and outgoing.shared not in self._served:
+                offered = OfferedService(outgoing.shared, *service[1:5])
+                self._add(old, ServedService(offered, service.name, outgoing.rule, CallCounts()))
+
+    def _add(self, old: Mapping[SharedName, ServedService], service: ServedService) -> None:
+        shared = service.offered.service
+        self._served[shared] = service._replace(counts=old[shared].counts) if shared in old else service
+
+    def offers(self, peer: str) -> list[OfferedService]:
+        """Return the services that another site may call."""
+        return [service.offered for service in self._served.values() if self._is_for(service, peer)]
+
+    def _is_for(self, service: ServedService, peer: str) -> bool:
+        return self._rules.talks_to(peer) and (service.rule is None or service.rule.concerns(peer))
+
+    def services(self) -> list[ServedService]:
+        """Return the services that are served, for the status."""
+        return [*self._served.values()]
+
+    # Calls ------------------------------------------------------------------------------------------------------------
+
+    def on_call(self, peer: str, name: SharedName, head: CallHead, body: bytes, now: float) -> list[Action]:
+        """Note a call of the current run of another site, and return the actions that follow."""
+        caller = self._caller(peer)
+        slot = caller.slots.get(head.slot)
+        if slot is not None and head.number <= slot.number:
+            return self._on_repetition(peer, head, slot, now) if head.number == slot.number else []
+        age = self._peers[peer].clock.age(head.sent_at, now)
+        if age is None or age > min(head.left, longest_way(len(body))):
+            return []  # whoever called waits no longer, or calls again
+        slot = caller.slots[head.slot] = _Slot(head.number, name, now + head.left - age)
+        service = self._served.get(name)
+        if service is not None and self._is_for(service, peer):
+            service.counts.calls += 1
+        if problem := self._problem(peer, service, body):
+            return self._reply(peer, head.slot, slot, (Status.REFUSED, encode_error(problem)), now)
+        assert service is not None  # otherwise there is a problem
+        call = CallId(peer, caller.epoch, head.slot, head.number)
+        self._running[call] = len(body)
+        timeout = slot.expires - now
+        if service.rule is not None and service.rule.timeout is not None:
+            timeout = min(timeout, service.rule.timeout)
+        seen = self._packet(Kind.CALL_SEEN, peer, call.slot, slot, b"", now)
+        return [seen, CallService(call, service.local, body, timeout)]
+
+    def _caller(self, peer: str) -> _Caller:
+        epoch = self._peers[peer].epoch
+        caller = self._callers.get(peer)
+        if caller is None or caller.epoch != epoch:
+            self._callers.pop(peer, None)
+            if len(self._callers) >= _MAX_SITES:
+                away = next((name for name in self._callers if name not in self._peers), next(iter(self._callers)))
+                del self._callers[away]
+            caller = self._callers[peer] = _Caller(epoch)
+        return caller
+
+    def _on_repetition(self, peer: str, head: CallHead, slot: _Slot, now: float) -> list[Action]:
+        if slot.reply is None:
+            return [] if slot.is_seen else [self._packet(Kind.CALL_SEEN, peer, head.slot, slot, b"", now)]
+        if now - slot.sent_at < _ANSWER_PERIOD:
+            return []
+        return self._reply(peer, head.slot, slot, slot.reply, now)
+
+    def _problem(self, peer: str, service: ServedService | None, body: bytes) -> str:
+        """Return why a new call cannot be carried out; empty if it can be."""
+        if service is None or not self._is_for(service, peer):
+            return f"site {self._rules.site} does not serve it, or no longer"
+        if len(body) > MAX_CALL_SIZE:
+            return f"the request is larger than {MAX_CALL_SIZE >> 20} MB"
+        of_peer = sum(call.peer == peer for call in self._running)
+        if of_peer >= MAX_SLOTS or len(self._running) >= MAX_RUNNING:
+            return f"too many calls at once at site {self._rules.site}"
+        if sum(self._running.values()) + len(body) > MAX_RUNNING_BYTES:
+            return f"too many large requests at once at site {self._rules.site}"
+        return ""
+
+    def on_result(self, call: CallId, status: Status, body: bytes, now: float) -> list[Action]:
+        """Note how a call has ended, and return the actions that follow."""
+        self._running.pop(call, None)
+        caller = self._callers.get(call.peer)
+        slot = caller.slots.get(call.slot) if caller is not None and caller.epoch == call.epoch else None
+        if caller is None or slot is None or slot.number != call.number or slot.reply or slot.is_seen:
+            return []
+        waiting = sum(len(each.reply[1]) for each in caller.slots.values() if each.reply)
+        if status is Status.OK and len(body) > MAX_CALL_SIZE:
+            status, body = Status.REFUSED, encode_error(f"the response is larger than {MAX_CALL_SIZE >> 20} MB")
+        elif waiting + len(body) > MAX_REPLY_BYTES:
+            status, body = Status.REFUSED, encode_error("too many large responses at once")
+        return self._reply(call.peer, call.slot, slot, (status, body), now)
+
+    def _reply(self, peer: str, number: int, slot: _Slot, reply: tuple[Status, bytes], now: float) -> list[Action]:
+        service = self._served.get(slot.service)
+        if slot.reply is None and reply[0] is not Status.OK and service is not None:
+            service.counts.fail(reply[1])
+        slot.reply, slot.sent_at = reply, now
+        known = self._peers.get(peer)
+        if known is None or not known.is_present:
+            return []
+        return [self._packet(Kind.REPLY, peer, number, slot, reply[1], now)]
+
+    def _packet(self, kind: Kind, peer: str, number: int, slot: _Slot, body: bytes, now: float) -> Action:
+        status = slot.reply[0] if kind is Kind.REPLY and slot.reply else Status.OK
+        head = CallHead(kind, self._epoch, self._peers[peer].epoch, number, slot.number, status, now)
+        return send(peer, slot.service, head, body, slot.expires)
+
+    def on_reply_seen(self, peer: str, head: CallHead) -> None:
+        """Note that another site has seen a reply, which is kept no longer."""
+        slot = self._caller(peer).slots.get(head.slot)
+        if slot is not None and slot.number == head.number and slot.reply is not None:
+            slot.reply, slot.is_seen = None, True
+
+    def tick(self, now: float) -> list[Action]:
+        """Return the actions that follow because time has passed."""
+        actions: list[Action] = []
+        for peer, caller in self._callers.items():
+            known = self._peers.get(peer)
+            for number, slot in caller.slots.items():
+                if slot.reply is None:
+                    continue
+                if now >= slot.expires:
+                    slot.reply, slot.is_seen = None, True  # nobody waits for it any longer
+                elif (
+                    known is not None
+                    and known.is_present
+                    and known.epoch == caller.epoch
+                    and now - slot.sent_at >= repeat_period(len(slot.reply[1]), slot.repeats)
+                ):
+                    slot.repeats += 1
+                    actions += self._reply(peer, number, slot, slot.reply, now)
+        return actions
+
+    def busy(self) -> set[str]:
+        """Return the sites that wait for replies."""
+        return {peer for peer, caller in self._callers.items() if any(slot.reply for slot in caller.slots.values())}

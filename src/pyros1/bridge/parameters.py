@@ -1,0 +1,106 @@
+"""Parameters of this site's master that other sites may read: questions, and answers to them.
+
+A question is JSON; an answer is a value in XML-RPC's encoding, as masters send it, so that its type stays exact.
+"""
+
+from __future__ import annotations
+
+import json
+from typing import Any, NamedTuple
+
+from pyros1.bridge.names import MAX_NAME_LENGTH
+from pyros1.bridge.rules.rules import Rules
+from pyros1.bridge.rules.services import may_read
+from pyros1.ground.errors import Error, ParameterNotSetError, ServiceRefusal
+from pyros1.ground.names import is_legal_name
+from pyros1.net.master_client import MasterClient
+from pyros1.wire.xmlrpc import dumps_response, loads_response
+
+PARAMETER_SERVICE = "bridge_parameters"
+"""Name of the service, below a bridge's name, by which programs here read parameters of other sites."""
+_MAX_QUESTION = 2_000
+
+
+class ParameterError(Error, ValueError):
+    """A question or an answer is not valid."""
+
+
+class Question(NamedTuple):
+    """A question for the parameters of a site.
+
+    Attributes:
+        site: the site.
+        name: a parameter's or namespace's full name; empty for the names of all parameters that may be read.
+    """
+
+    site: str
+    name: str = ""
+
+
+def encode_question(question: Question) -> bytes:
+    """Return a question as bytes."""
+    return json.dumps([*question]).encode()
+
+
+def decode_question(body: bytes) -> Question:
+    """Return a question.
+
+    Raises:
+        ParameterError: it is not valid.
+    """
+    try:
+        value = json.loads(body) if len(body) <= _MAX_QUESTION else None
+    except (ValueError, RecursionError):
+        value = None
+    if not (isinstance(value, list) and len(value) == 2 and all(isinstance(each, str) for each in value)):
+        raise ParameterError("not a question for parameters")
+    site, name = value
+    if name and not (name[0] == "/" and len(name) <= MAX_NAME_LENGTH and (name == "/" or is_legal_name(name))):
+        raise ParameterError(f"{name!r:.80} is not the full name of a parameter")
+    return Question(site, name if name == "/" else name.rstrip("/"))
+
+
+def decode_answer(body: bytes) -> Any:
+    """Return the value in an answer.
+
+    Raises:
+        ProtocolError: it is not valid.
+    """
+    return loads_response(body)
+
+
+def answer(rules: Rules, master: MasterClient, body: bytes) -> bytes:
+    """Return the answer to the question of another site. This waits for the master.
+
+    Args:
+        rules: this site's rules.
+        master: this site's master.
+        body: the question.
+
+    Raises:
+        ServiceRefusal: it may not be answered, or there is no such parameter.
+        Error: the master does not respond.
+    """
+    try:
+        question = decode_question(body)
+    except ParameterError as error:
+        raise ServiceRefusal(str(error)) from None
+    if not question.name:
+        return dumps_response([name for name in sorted(master.get_param_names()) if may_read(rules, name)])
+    refusal = f"site {rules.site} has no parameter {question.name} that others may read"
+    try:
+        value = master.get_param(question.name)
+    except ParameterNotSetError:
+        raise ServiceRefusal(refusal) from None
+    readable = _readable(rules, question.name.rstrip("/"), value)
+    if readable is None:
+        raise ServiceRefusal(refusal)
+    return dumps_response(readable)
+
+
+def _readable(rules: Rules, name: str, value: Any) -> Any:
+    """Return the part of a value that other sites may read; None if there is none."""
+    if not isinstance(value, dict) or not value:
+        return value if may_read(rules, name) else None
+    parts = {key: _readable(rules, f"{name}/{key}", item) for key, item in value.items()}
+    return {key: part for key, part in parts.items() if part is not None} or None

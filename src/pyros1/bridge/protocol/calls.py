@@ -1,0 +1,116 @@
+"""Packets of service calls between sites. No I/O.
+
+A site calls another one through *slots*, each of which has one call at a time; the calls of a slot have growing
+numbers. So the site that is called knows with little memory which calls are new: the last number of each slot is
+enough. The body of a packet is the request, the response, or the text of an error.
+"""
+
+from __future__ import annotations
+
+import math
+import struct
+from enum import IntEnum
+from typing import NamedTuple
+
+from pyros1.bridge.names import SharedName
+from pyros1.bridge.protocol.packet_values import MAX_NUMBER, PacketError, read_md5, read_topic, read_type
+from pyros1.bridge.protocol.packets import Kind, Page, decode_page
+
+MAX_SLOTS = 32
+"""Maximum number of calls of a site at another one at a time."""
+MAX_CALL_SIZE = 16 << 20
+"""Maximum size in bytes of a request or a response."""
+MAX_TIME = 86_400.0
+"""Maximum number of seconds that a call may take."""
+_VERSION = 1
+_HEAD = struct.Struct("<BBQQHQBdd")
+_KINDS = (Kind.CALL, Kind.CALL_SEEN, Kind.REPLY, Kind.REPLY_SEEN)
+
+
+class Status(IntEnum):
+    """How a call has ended."""
+
+    OK = 0
+    """There is a response."""
+    FAILED = 1
+    """The service has refused or failed, and said why."""
+    REFUSED = 2
+    """The service was not called, or has not answered: a bridge says why."""
+
+
+class CallId(NamedTuple):
+    """A call of another site: which site, which run of it, and which call."""
+
+    peer: str
+    epoch: int
+    slot: int
+    number: int
+
+
+class OfferedService(NamedTuple):
+    """A service that other sites may call.
+
+    Attributes:
+        service: its name among sites.
+        type, md5sum, request, response: its type, and those of its requests and responses.
+    """
+
+    service: SharedName
+    type: str
+    md5sum: str
+    request: str
+    response: str
+
+
+class CallHead(NamedTuple):
+    """The head of a packet about a call.
+
+    Attributes:
+        kind: CALL, REPLY, or which of them was seen.
+        epoch, to_epoch: the runs of the sender and the receiver.
+        slot, number: the call.
+        status: how it has ended; of replies only.
+        sent_at: when the packet was sent, in seconds of the sender's clock.
+        left: for how many seconds from then on the caller waits; of calls only.
+    """
+
+    kind: Kind
+    epoch: int
+    to_epoch: int
+    slot: int
+    number: int
+    status: Status = Status.OK
+    sent_at: float = 0.0
+    left: float = 0.0
+
+
+def encode_call_head(head: CallHead) -> bytes:
+    """Return a head as bytes."""
+    return _HEAD.pack(_VERSION, *head)
+
+
+def decode_call_head(data: bytes) -> CallHead:
+    """Return a head.
+
+    Raises:
+        PacketError: it is not valid.
+    """
+    if len(data) != _HEAD.size or data[0] != _VERSION or data[1] not in _KINDS:
+        raise PacketError("not the head of a call")
+    _, kind, epoch, to_epoch, slot, number, status, sent_at, left = _HEAD.unpack(data)
+    if slot >= MAX_SLOTS or not 0 < number < MAX_NUMBER or status > max(Status):
+        raise PacketError("a call with impossible numbers")
+    if not (math.isfinite(sent_at) and 0.0 <= left <= MAX_TIME):
+        raise PacketError("a call with impossible times")
+    return CallHead(Kind(kind), epoch, to_epoch, slot, number, Status(status), sent_at, left)
+
+
+def decode_services(body: bytes) -> Page:
+    """Return a page of services, whose entries are `OfferedService`."""
+    return decode_page(
+        body,
+        5,
+        lambda row: OfferedService(
+            read_topic(row[0]), read_type(row[1]), read_md5(row[2]), read_type(row[3]), read_type(row[4])
+        ),
+    )

@@ -1,0 +1,72 @@
+"""What the rules of a site say about services and parameters. No I/O.
+
+As for topics, nothing is allowed that no rule allows, and a rule that denies wins. A site serves only services of its
+own, under the names that they have here or that `here` gives them; it calls only those of other sites.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+
+from pyros1.bridge.names import Pattern, SharedName, is_topic_name
+from pyros1.bridge.rules.rules import Outgoing, Rule, Rules, name_there
+
+PARAMETERS = "/pyros1_bridge/parameters"
+"""The name under which sites ask for each other's parameters; no service of that name can be served."""
+DEFAULT_TIMEOUT = 60.0
+"""Maximum number of seconds that a call may take, if no rule says otherwise."""
+
+
+def served(rules: Rules, local: str) -> Outgoing | None:
+    """Return the name under which other sites may call a service of this site's master; None if they may not.
+
+    Args:
+        rules: the site's rules.
+        local: the service's name here.
+    """
+    for rule in rules.services.serve:
+        name = name_there(rule, local, "")
+        if name is None or not rule.pattern.matches_name(name) or not is_topic_name(name) or name == PARAMETERS:
+            continue
+        shared = SharedName(rules.site, name)
+        if not any(pattern.matches(shared, rules.site) for pattern in rules.services.deny_serve):
+            return Outgoing(shared, rule)
+    return None
+
+
+def called(rules: Rules, service: SharedName, peer: str) -> Rule | str:
+    """Return the rule by which a service of another site is provided here, or the reason why it is not.
+
+    Args:
+        rules: the site's rules.
+        service: the service's name among sites.
+        peer: the site that serves it.
+    """
+    if service.site != peer:
+        return f"{peer} serves a service of another site"
+    if any(pattern.matches(service, rules.site) for pattern in rules.services.deny_call):
+        return "denied by a rule"
+    for rule in rules.services.call:
+        if rule.pattern.matches(service, rules.site) and rule.concerns(peer):
+            return rule
+    return "no rule calls it"
+
+
+def may_read(rules: Rules, parameter: str) -> bool:
+    """Return whether other sites may read a parameter of this site's master.
+
+    Args:
+        rules: the site's rules.
+        parameter: its full name, not that of a namespace.
+    """
+
+    def includes(patterns: Iterable[Pattern]) -> bool:
+        return any(pattern.matches_name(name) for name in _with_parents(parameter) for pattern in patterns)
+
+    return includes(rules.services.params) and not includes(rules.services.deny_params)
+
+
+def _with_parents(name: str) -> Iterator[str]:
+    while name:
+        yield name
+        name = name.rpartition("/")[0]

@@ -1,0 +1,102 @@
+"""``bridge param``: reads parameters of another site."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pyros1.cli.failures import CommandError, UsageError
+from pyros1.cli.invocation import Invocation
+from pyros1.cli.records import JSON_FLAG, Argument, Option, Verb
+from pyros1.cli.shared.printing import print_json
+from pyros1.ground.errors import Error, ServiceError
+from pyros1.ground.terminal_text import one_line
+
+_TIMEOUT = 15.0
+
+
+def run(invocation: Invocation, options: Any, args: list[str]) -> int | None:
+    """Print a parameter of another site or the names of all that may be read, or copy a parameter to this master."""
+    from pyros1.bridge.names import SiteNameError, check_site_name  # noqa: PLC0415
+    from pyros1.bridge.parameters import Question  # noqa: PLC0415
+
+    if not 1 <= len(args) <= 2:
+        raise UsageError("name a site, such as red:, and a parameter")
+    site, _, rest = args[0].partition(":")
+    name = rest or (args[1] if len(args) == 2 else "")
+    try:
+        check_site_name(site)
+    except SiteNameError as error:
+        raise CommandError(str(error), 2) from None
+    if rest and len(args) == 2:
+        raise UsageError("too many arguments")
+    if options.to and not name:
+        raise UsageError("--to needs a parameter of the other site")
+    question = Question(site, f"/{name.lstrip('/')}" if name else "")
+    value = _ask(invocation, question)
+    if not name:
+        names = [one_line(each) for each in value] if isinstance(value, list) else []
+        print_json(names) if options.json else print("".join(f"{each}\n" for each in names), end="")
+    elif options.to:
+        from pyros1.cli.commands.param._leaves import set_leaves  # noqa: PLC0415
+
+        set_leaves(invocation, invocation.resolve(options.to), value)
+    else:
+        _print(value, options.json)
+    return None
+
+
+def _print(value: Any, as_json: bool) -> None:
+    from pyros1.cli.commands.param.get import as_json as to_json  # noqa: PLC0415
+    from pyros1.cli.commands.param.get import yaml_text  # noqa: PLC0415
+
+    if as_json:
+        print_json(to_json(value))
+    else:
+        print(yaml_text(value))
+
+
+def _ask(invocation: Invocation, question: Any) -> Any:
+    """Return the answer that the first bridge of this master gets from a site.
+
+    Raises:
+        CommandError: none gets one.
+    """
+    from pyros1.bridge.local_graph import find_bridges  # noqa: PLC0415
+    from pyros1.bridge.parameters import PARAMETER_SERVICE, decode_answer, encode_question  # noqa: PLC0415
+    from pyros1.bridge.service_ends import PARAMETERS_CLASS  # noqa: PLC0415
+    from pyros1.msgs import AnyMsg  # noqa: PLC0415
+
+    bridges = sorted(find_bridges(invocation.graph.state()))
+    if not bridges:
+        raise CommandError("no bridge is running on this master; start one with: pyros1 bridge --site NAME ...")
+    problems = []
+    with invocation.open_node() as node:
+        for bridge in bridges:
+            client = node.service(f"{bridge}/{PARAMETER_SERVICE}", PARAMETERS_CLASS)
+            try:
+                return decode_answer(client.call(AnyMsg(encode_question(question)), _TIMEOUT)._buff)
+            except ServiceError as error:
+                text = str(error) if error.answer is None else error.answer.decode("utf-8", "replace")
+                problems.append(text)
+            except Error as error:
+                problems.append(str(error))
+    unknown = f"there is no site {question.site}"
+    raise CommandError(one_line(next((text for text in problems if text != unknown), unknown), 1000))
+
+
+VERB = Verb(
+    "param",
+    "read parameters of another site, as far as it lets others read them",
+    Option("--to", metavar="NAME", help="do not print the parameter, but set this one on this master to it"),
+    JSON_FLAG,
+    Argument("site", help="the site: red:"),
+    Argument("parameter", optional=True, help="without it, the names of all that may be read are printed"),
+    description="Print a parameter of another site's master as YAML. The bridges of both sites must be running, and "
+    "the other site must allow it with --params.",
+    examples=[
+        ("red:", "the parameters of site red that may be read"),
+        ("red: /robot_description --to /red/robot_description", "copy one to this master, for rviz"),
+    ],
+    stock="",
+    run=run,
+)
