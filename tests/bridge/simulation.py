@@ -12,12 +12,16 @@ from typing import Any, NamedTuple
 from pyros1.bridge.exchange.actions import (
     Action,
     Advertise,
+    CallService,
     Forget,
     Listen,
     ProbeReply,
+    Provide,
     Publish,
+    Return,
     Send,
     Subscribe,
+    Unprovide,
     Withdraw,
 )
 from pyros1.bridge.exchange.outgoing import ReceivedMessage
@@ -28,14 +32,16 @@ from pyros1.bridge.rules.rules import Rules
 from pyros1.bridge.transport.memory_link import Conditions, MemoryLink, MemoryNetwork
 from pyros1.msgs import load_message
 
+from .simulated_services import SimulatedServices, check_services, check_that_calls_succeed
+
 TICK = 0.1
 POLL = 0.5
 AGE = 2.0
 """Maximum age in seconds of the messages of all topics that are not latched."""
 STRING: Any = load_message("std_msgs/String")
 TOPICS = {"/odom": "newest", "/goal": "reliable", "/map": "latched", "/tf_static": "latched"}
-CALM = 25.0
-"""Seconds without trouble after which everything must be right."""
+CALM = 65.0
+"""Seconds without trouble after which everything must be right, and all calls must have ended."""
 
 
 class Body(NamedTuple):
@@ -62,6 +68,7 @@ def all_to_all(name: str) -> Rules:
     """Return rules by which a site sends and takes everything."""
     reliable = "{topic: /goal, delivery: reliable, age: 2}"
     text = f"send: [{reliable}, {{topic: /odom, age: 2}}, '/**']\ntake: [{{topic: '*:/goal', age: 2}}, '*:**', '/**']\n"
+    text += "serve: ['/**']\ncall: ['*:**']\n"
     return parse_config(text, "rules.yaml", name).rules
 
 
@@ -84,6 +91,7 @@ class SimulatedSite:
         subscribed: the topics to which the bridge subscribes.
         kept: topic -> source -> the latched message that later subscribers get from the bridge.
         delivered: what the bridge published: the run of the site, the count of subscriptions then, and the message.
+        services: the services of its nodes, and their calls.
     """
 
     def __init__(self, network: MemoryNetwork, name: str, rules: Rules, random: Random) -> None:
@@ -97,7 +105,8 @@ class SimulatedSite:
         self.logged: list[str] = []
         self.run = 0
         self._rules = rules
-        self._random = random
+        self.random = random
+        self.services = SimulatedServices(self)
         self._clock_start = random.uniform(0, 1e6)
         self._clock_rate = 1 + random.uniform(-4e-5, 4e-5)
         self._periods: dict[str, int] = {}
@@ -115,7 +124,8 @@ class SimulatedSite:
         """Start the bridge, or start it again after it was killed."""
         self.run += 1
         self.subscribed, self.kept = set(), {}
-        self.site = Site(self._rules, self._random.getrandbits(63) + 1, self.now)
+        self.services.start()
+        self.site = Site(self._rules, self.random.getrandbits(63) + 1, self.now)
         run = self.run
         self.link: MemoryLink = self.network.connect(
             self.name, lambda key, head, body: self.act(self.site.on_packet(key, head, body, self.now))
@@ -149,6 +159,7 @@ class SimulatedSite:
             if publishers
         ]
         self.act(self.site.set_topics(topics, self.now, self.now))
+        self.services.look()
         self.act(self.site.set_demand(self.subscribers & self.kept.keys(), self.now))
 
     def act(self, actions: Iterable[Action]) -> None:
@@ -172,6 +183,8 @@ class SimulatedSite:
                     self._deliver(action)
                 case Forget(local, source):
                     del self.kept[local][source]
+                case Provide() | Unprovide() | CallService() | Return():
+                    self.services.act(action)
                 case ProbeReply():
                     raise AssertionError("nobody has sent a probe")
                 case _:
@@ -271,18 +284,29 @@ class Simulation:
         nodes = [*site.publishers.get(topic, {}).values()]
         other = random.choice([name for name in self.sites if name != site.name])
         match random.choices(
-            ["publish", "add", "remove", "subscribe", "leave", "part", "mend", "weather", "restart", "pause"],
-            [60, 5, 3, 20, 3, 3, 5, 4, 0.7, 1.5],
+            [
+                "publish",
+                "add",
+                "remove",
+                "subscribe",
+                "leave",
+                "part",
+                "mend",
+                "weather",
+                "restart",
+                "pause",
+                "call",
+                "service",
+            ],
+            [60, 5, 3, 20, 3, 3, 5, 4, 0.7, 1.5, 25, 2],
         )[0]:
             case "publish":
                 for _ in range(random.choice([1, 1, 3, 10])):
                     site.publish(topic, random.choice(nodes or [site.add_publisher(topic)]))
-            case "add":
-                if len(nodes) < 4:
-                    site.publish(topic, site.add_publisher(topic))
-            case "remove":
-                if nodes:
-                    site.remove_publisher(topic, random.choice(nodes).name)
+            case "add" if len(nodes) < 4:
+                site.publish(topic, site.add_publisher(topic))
+            case "remove" if nodes:
+                site.remove_publisher(topic, random.choice(nodes).name)
             case "subscribe" | "leave" as word:
                 known = random.choice(sorted({*site.kept, f"/{other}{topic}"}))
                 site.subscribe(known, word == "subscribe")
@@ -294,6 +318,8 @@ class Simulation:
                 self.network.conditions = Conditions(random.choice([0.001, 0.02, 0.3]), jitter, loss, repetition)
             case "restart":
                 site.start()
+            case "call" | "service" as word:
+                site.services.happen(word, other)
             case "pause":
                 self.network.run_until(self.network.now + random.uniform(0.0, 15.0))
 
@@ -309,6 +335,8 @@ class Simulation:
             self.check_order(site)
             self.check_interest(site)
             self.check_latched(site)
+        check_services(self.sites)
+        check_that_calls_succeed(self.sites)
         self.check_that_all_arrives()
 
     def check_order(self, site: SimulatedSite) -> None:

@@ -13,10 +13,12 @@ from typing import Any
 
 import pytest
 
+from pyros1.bridge.exchange.calls import Calls
 from pyros1.bridge.exchange.clock_offset import ClockOffset
 from pyros1.bridge.exchange.outgoing import OutgoingTopic
 from pyros1.bridge.exchange.receiving import Receiving
 from pyros1.bridge.exchange.sending import Sending
+from pyros1.bridge.exchange.served import Served, _Caller
 from pyros1.bridge.exchange.streams import Delivery, LatchedStream, NewestStream, ReliableStream
 
 from .simulation import Simulation
@@ -51,6 +53,11 @@ def forward_all(original: Any) -> Callable[..., Any]:
     return lambda self, local, received, is_bridged, now: original(self, local, received, False, now)
 
 
+def take_all(self: Calls, taken: Any) -> Any:
+    self._taken = {}
+    return self._apply()
+
+
 MISTAKES: dict[str, tuple[Any, str, Any, str]] = {
     "what was delivered is not remembered": (NewestStream, "accept", accept_all, "came"),
     "reliable messages are not put in order": (ReliableStream, "accept", unsorted, "came after"),
@@ -58,6 +65,10 @@ MISTAKES: dict[str, tuple[Any, str, Any, str]] = {
     "the last numbers are not compared": (LatchedStream, "on_tail", lambda *_: None, "not"),
     "publishers that are gone are not noted": (OutgoingTopic, "drop_publishers", lambda *_: [], "not"),
     "requests of sites that are gone stay": (Sending, "set_requests", lambda *_: [], "subscribes"),
+    "calls that were carried out are forgotten": (Served, "_caller", lambda *_: _Caller(0), "carried out twice"),
+    "calls have no deadline": (Calls, "tick", lambda *_: [], "has 0 results"),
+    "calls of a site that has gone stay": (Calls, "fail_all", lambda *_: [], "carried out twice"),
+    "names that are taken are not noted": (Calls, "set_taken", take_all, "provides what a node here provides"),
     "the demand here is ignored": (Receiving, "set_demand", lambda *_: [], "subscribes"),
 }
 

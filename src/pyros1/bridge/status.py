@@ -9,6 +9,7 @@ from typing import Any
 from pyros1.bridge.exchange.call_packets import CallCounts
 from pyros1.bridge.exchange.site import Site
 from pyros1.bridge.protocol.key_expressions import topic_key
+from pyros1.bridge.rules.services import PARAMETERS
 from pyros1.bridge.transport.link import Link
 from pyros1.bridge.transport.queues import Inbox
 from pyros1.bridge.transport.sender import Sender
@@ -115,12 +116,13 @@ def status_lines(status: Mapping[str, Any]) -> Iterator[str]:
     refused = [entry for entry in status["received"] if not entry["local"]]
     for entry in refused:
         yield f"  not taken: {one_line(entry['topic'])} from {one_line(entry['from'])}: {one_line(entry['state'])}"
-    yield from _service_lines("lets others call", [(each, "") for each in status["served"]])
+    called = status.get("called", ())
+    yield from _service_lines("lets others call", [(each, "") for each in status.get("served", ())])
     yield from _service_lines(
         "provides services of others",
-        [(each, f"from {one_line(each['from'])}") for each in status["called"] if each["local"] and not each["state"]],
+        [(each, f"from {one_line(each['from'])}") for each in called if not each["state"]],
     )
-    for entry in status["called"]:
+    for entry in called:
         if entry["state"]:
             yield f"  not provided: {one_line(entry['service'])}: {one_line(entry['state'])}"
     for topic, problem in status["problems"].items():
@@ -146,7 +148,8 @@ def _service_lines(title: str, entries: list[tuple[Any, str]]) -> Iterator[str]:
         yield f"{title}:"
     for entry, origin in entries:
         calls, errors = entry["calls"], entry["errors"]
-        text = f"  {one_line(entry['local'])}  {origin}{'  ' * bool(origin)}{calls} call{'s' * (calls != 1)}"
+        name = "parameters" if entry["local"] == PARAMETERS else one_line(entry["local"])
+        text = f"  {name}  {origin}{'  ' * bool(origin)}{calls} call{'s' * (calls != 1)}"
         if errors:
             text += f", {errors} error{'s' * (errors != 1)}, the last: {one_line(entry['last_error'])}"
         yield text

@@ -1,0 +1,65 @@
+"""Parameters for other sites: only what the rules allow, with exact types."""
+
+from __future__ import annotations
+
+import datetime
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+from pyros1.bridge.parameters import ParameterError, Question, answer, decode_answer, decode_question, encode_question
+from pyros1.bridge.rules.parsing import parse_config
+from pyros1.ground.errors import ProtocolError, ServiceRefusal
+from pyros1.node import Node
+
+RULES = parse_config("params: [/robot_description, '/camera/**']\ndeny_params: [/camera/password]", "f", "red").rules
+
+
+@pytest.fixture
+def ask(make_node: Callable[..., Node]) -> Callable[..., Any]:
+    master = make_node("user").master
+    master.set_param("/robot_description", "<robot>\n")
+    master.set_param("/camera", {"fps": 30, "gain": 1.0, "password": "x", "sub": {"on": True, "data": b"\0\xff"}})
+    master.set_param("/secret", {"a": 1})
+    return lambda name="": decode_answer(answer(RULES, master, encode_question(Question("red", name))))
+
+
+def test_values(ask: Callable[..., Any]) -> None:
+    assert ask("/robot_description") == "<robot>\n"
+    assert ask("/camera") == ask("/camera/") == {"fps": 30, "gain": 1.0, "sub": {"on": True, "data": b"\0\xff"}}
+    assert type(ask("/camera/gain")) is float and ask("/camera/sub/on") is True
+    assert ask("/") == {"robot_description": "<robot>\n", "camera": ask("/camera")}
+
+
+def test_names(ask: Callable[..., Any]) -> None:
+    assert ask() == ["/camera/fps", "/camera/gain", "/camera/sub/data", "/camera/sub/on", "/robot_description"]
+
+
+@pytest.mark.parametrize("name", ["/secret", "/secret/a", "/none", "/camera/password", "/camera/none"])
+def test_others_look_like_missing_ones(ask: Callable[..., Any], name: str) -> None:
+    with pytest.raises(ServiceRefusal, match=f"^site red has no parameter {name} that others may read"):
+        ask(name)
+
+
+@pytest.mark.parametrize(
+    "body", [b"", b"[]", b'["red"]', b'["red", 5]', b'{"red": "/a"}', b'["red", "a"]', b'["red", "/a b"]', b"[" * 5000]
+)
+def test_questions_that_are_refused(body: bytes, make_node: Callable[..., Node]) -> None:
+    with pytest.raises(ParameterError):
+        decode_question(body)
+    with pytest.raises(ServiceRefusal):
+        answer(RULES, make_node("user").master, body)
+
+
+def test_answers_that_are_refused() -> None:
+    for body in (b"", b"<a/>", b"\xff"):
+        with pytest.raises(ProtocolError):
+            decode_answer(body)
+
+
+def test_times_of_parameters(make_node: Callable[..., Node]) -> None:
+    master = make_node("user").master
+    when = datetime.datetime(2020, 1, 2, 3, 4, 5)
+    master.set_param("/camera/when", when)
+    assert decode_answer(answer(RULES, master, encode_question(Question("red", "/camera/when")))) is not None
