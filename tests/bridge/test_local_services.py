@@ -73,6 +73,6 @@ def test_providers_that_do_not_say_their_type(
     assert services.problems == {"/add": "/robot does not say its type"}
     header.update(type="std_srvs/Trigger", md5sum="a" * 32)
     assert services.services(graph.state(), ()) == [], "it is not asked again at once"
-    monkeypatch.setattr(local_services, "_RETRY_PERIOD", 0.0)
+    monkeypatch.setattr(local_services, "RETRY_PERIOD", 0.0)
     (found,) = services.services(graph.state(), ())
     assert found.request == "std_srvs/TriggerRequest" and not services.problems

@@ -18,7 +18,7 @@ from pyros1.bridge.exchange.clock_offset import ClockOffset
 from pyros1.bridge.exchange.outgoing import OutgoingTopic
 from pyros1.bridge.exchange.receiving import Receiving
 from pyros1.bridge.exchange.sending import Sending
-from pyros1.bridge.exchange.served import Served, _Caller
+from pyros1.bridge.exchange.served import Served
 from pyros1.bridge.exchange.streams import Delivery, LatchedStream, NewestStream, ReliableStream
 
 from .simulation import Simulation
@@ -53,9 +53,16 @@ def forward_all(original: Any) -> Callable[..., Any]:
     return lambda self, local, received, is_bridged, now: original(self, local, received, False, now)
 
 
-def take_all(self: Calls, taken: Any) -> Any:
-    self._taken = {}
-    return self._apply()
+def forget_all(original: Any) -> Callable[..., Any]:
+    def on_call(self: Served, *args: Any) -> Any:
+        self.callers.clear()
+        return original(self, *args)
+
+    return on_call
+
+
+def take_all(original: Any) -> Callable[..., Any]:
+    return lambda self, taken: original(self, {})
 
 
 MISTAKES: dict[str, tuple[Any, str, Any, str]] = {
@@ -65,10 +72,15 @@ MISTAKES: dict[str, tuple[Any, str, Any, str]] = {
     "the last numbers are not compared": (LatchedStream, "on_tail", lambda *_: None, "not"),
     "publishers that are gone are not noted": (OutgoingTopic, "drop_publishers", lambda *_: [], "not"),
     "requests of sites that are gone stay": (Sending, "set_requests", lambda *_: [], "subscribes"),
-    "calls that were carried out are forgotten": (Served, "_caller", lambda *_: _Caller(0), "carried out twice"),
+    "calls that were carried out are forgotten": (Served, "on_call", forget_all(Served.on_call), "carried out twice"),
     "calls have no deadline": (Calls, "tick", lambda *_: [], "has 0 results"),
     "calls of a site that has gone stay": (Calls, "fail_all", lambda *_: [], "carried out twice"),
-    "names that are taken are not noted": (Calls, "set_taken", take_all, "provides what a node here provides"),
+    "names that are taken are not noted": (
+        Calls,
+        "set_taken",
+        take_all(Calls.set_taken),
+        "provides what a node here provides",
+    ),
     "the demand here is ignored": (Receiving, "set_demand", lambda *_: [], "subscribes"),
 }
 

@@ -18,7 +18,7 @@ _QUERY_TIME = 1.0
 """Seconds for the answers of providers."""
 _MAX_QUERIES = 32
 """Maximum number of providers that are asked at a time."""
-_RETRY_PERIOD = 10.0
+RETRY_PERIOD = 10.0
 """Seconds after which a provider that did not answer is asked again."""
 _Asked = tuple[str, str]  # service and provider
 
@@ -85,7 +85,7 @@ class LocalServices:
 
     def _is_due(self, asked: _Asked, now: float) -> bool:
         answer = self._answers.get(asked)
-        return answer is None or (answer.service is None and now - answer.asked_at >= _RETRY_PERIOD)
+        return answer is None or (answer.service is None and now - answer.asked_at >= RETRY_PERIOD)
 
     def _ask(self, service: str, node: str) -> LocalService:
         uri = self._graph.service_uri(service)

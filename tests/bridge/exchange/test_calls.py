@@ -96,7 +96,7 @@ def test_services_that_are_not_provided(text: str, service: object, reason: str)
 
 
 def test_a_site_that_serves_too_much(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(calls_module, "_MAX_REFUSED", 3)
+    monkeypatch.setattr(calls_module, "MAX_REFUSED", 3)
     calls = make()
     calls.set_taken({})
     assert len(calls.set_offers("red", [offered(f"/s{number}") for number in range(MAX_SERVICES + 5)])) == MAX_SERVICES
@@ -166,13 +166,16 @@ def test_the_time_of_a_rule() -> None:
     assert not ended(calls.tick(1.9)) and ended(calls.tick(2.0))
 
 
-def test_a_site_that_is_lost(calls: Calls) -> None:
+def test_a_site_that_is_lost() -> None:
+    peers: dict[str, Peer] = {"red": present("red")}
+    calls = Calls(rules("call: ['red:**']"), OWN, peers)
+    calls.set_taken({})
+    calls.set_offers("red", [offered()])
     calls.call(1, "/red/add", b"", 0.0)
     (failed,) = calls.fail_all("red", "site red does not respond")
     assert failed == Return(1, Status.REFUSED, b"site red does not respond; the call may have been carried out, or not")
     assert calls.fail_all("red", "again") == [] and calls.tick(100.0) == []
-    peer: Peer = calls._peers["red"]
-    assert peer.tick(100.0)
+    assert peers["red"].tick(100.0)
     assert calls.call(2, "/red/add", b"", 100.0) == [Return(2, Status.REFUSED, b"site red does not respond")]
 
 

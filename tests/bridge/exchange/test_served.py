@@ -18,9 +18,8 @@ from .call_parts import ADD, MD5, OWN, THEIR, call_head, kinds, packets, present
 LOCAL = LocalService("/add", "a/B", MD5, "a/BRequest", "a/BResponse", "/node")
 
 
-def make(text: str = "serve: [/add]", *sites: str) -> Served:
-    peers = {name: present(name) for name in sites or ("base",)}
-    served = Served(rules(text, "red"), OWN, peers)
+def make(text: str = "serve: [/add]", *sites: str, peers: dict[str, Peer] | None = None) -> Served:
+    served = Served(rules(text, "red"), OWN, peers or {name: present(name) for name in sites or ("base",)})
     served.set_services([LOCAL, LOCAL._replace(name="/other")])
     return served
 
@@ -101,8 +100,9 @@ def test_a_result_of_an_earlier_call_of_a_slot(served: Served) -> None:
     assert replies(served.on_result(CallId("base", THEIR, 0, 2), Status.OK, b"new", 1.0)) == [(Status.OK, b"new")]
 
 
-def test_slots_outlive_the_absence_of_a_site(served: Served) -> None:
-    peers: dict[str, Peer] = served._peers  # type: ignore[assignment]
+def test_slots_outlive_the_absence_of_a_site() -> None:
+    peers = {"base": present("base")}
+    served = make("serve: [/add]", peers=peers)
     served.on_call("base", ADD, call_head(), b"", 0.0)
     del peers["base"]
     assert served.on_result(CallId("base", THEIR, 0, 1), Status.OK, b"x", 1.0) == [] and served.tick(2.0) == []
@@ -166,10 +166,11 @@ def test_the_time_of_a_rule() -> None:
 
 
 def test_slots_of_many_sites(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(served_module, "_MAX_SITES", 2)
-    served = make("serve: [/add]", "a", "b", "c")
+    monkeypatch.setattr(served_module, "MAX_SITES", 2)
+    peers = {name: present(name) for name in ("a", "b", "c")}
+    served = make("serve: [/add]", peers=peers)
     for name in ("a", "b"):
         served.on_call(name, ADD, call_head(), b"", 0.0)
-    served._peers.pop("b")  # type: ignore[attr-defined]
+    del peers["b"]
     served.on_call("c", ADD, call_head(), b"", 0.0)
-    assert [*served._callers] == ["a", "c"]
+    assert [*served.callers] == ["a", "c"]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from pyros1.bridge.exchange.actions import Return, Send, Unprovide
+from pyros1.bridge.exchange.actions import CallService, Return, Send, Unprovide
 from pyros1.bridge.exchange.served import LocalService
 from pyros1.bridge.exchange.services import Services
 from pyros1.bridge.exchange.site import Site
@@ -40,9 +40,9 @@ def test_packets_go_to_the_right_part(services: Services) -> None:
     actions = services.on_packet("red", ADD, call._replace(kind=Kind.REPLY), b"x", 0.0)
     assert isinstance(actions[-1], Return)
     own = SharedName("base", "/add")
-    services.on_packet("red", own, call_head(), b"", 0.0)
-    (running,) = services.served._running
-    assert services.served.on_result(running, call.status, b"", 0.0)
+    running = services.on_packet("red", own, call_head(), b"", 0.0)[-1]
+    assert isinstance(running, CallService)
+    assert services.served.on_result(running.call, call.status, b"", 0.0)
     services.on_packet("red", own, call_head()._replace(kind=Kind.REPLY_SEEN), b"", 0.0)
     assert services.tick(5.0) == []
 

@@ -23,7 +23,8 @@ MAX_SERVICES = 1_000
 """Maximum number of services of a site that are provided here: all of them are registered with the master."""
 MAX_WAITING_BYTES = 128 << 20
 """Maximum total size of the requests of calls that have not ended."""
-_MAX_REFUSED = 1_000
+MAX_REFUSED = 1_000
+"""Maximum number of services that are not provided here, but listed in the status."""
 _MAYBE = "the call may have been carried out, or not"
 
 
@@ -119,7 +120,7 @@ class Calls:
             if not problem and accepted >= MAX_SERVICES:
                 problem = "the site serves too many services"
             if problem or isinstance(rule, str):
-                if len(self._refused) < _MAX_REFUSED:
+                if len(self._refused) < MAX_REFUSED:
                     self._refused[source] = (offered, problem)
                 continue
             accepted += 1

@@ -25,7 +25,7 @@ MAX_RUNNING_BYTES = 128 << 20
 """Maximum total size of their requests."""
 MAX_REPLY_BYTES = 32 << 20
 """Maximum total size of the replies that wait for one site to see them."""
-_MAX_SITES = 1_000
+MAX_SITES = 1_000
 """Maximum number of sites whose slots are remembered."""
 _ANSWER_PERIOD = 0.5
 """Minimum seconds between two times that a reply is sent because the call has come again."""
@@ -71,7 +71,7 @@ class _Slot:
         self.sent_at = float("-inf")
 
 
-class _Caller:
+class Caller:
     """What is known of the calls of a run of another site."""
 
     def __init__(self, epoch: int) -> None:
@@ -86,6 +86,9 @@ class Served:
         rules: the site's rules.
         epoch: the site's epoch.
         peers: the other sites; shared with the caller, who changes it.
+
+    Attributes:
+        callers: what is known of the calls of each other site.
     """
 
     def __init__(self, rules: Rules, epoch: int, peers: Mapping[str, Peer]) -> None:
@@ -93,7 +96,7 @@ class Served:
         self._epoch = epoch
         self._peers = peers
         self._served: dict[SharedName, ServedService] = {}
-        self._callers: dict[str, _Caller] = {}
+        self.callers: dict[str, Caller] = {}
         self._running: dict[CallId, int] = {}  # -> size of the request
         self.set_services(())
 
@@ -152,15 +155,15 @@ class Served:
         seen = self._packet(Kind.CALL_SEEN, peer, call.slot, slot, b"", now)
         return [seen, CallService(call, service.local, body, timeout)]
 
-    def _caller(self, peer: str) -> _Caller:
+    def _caller(self, peer: str) -> Caller:
         epoch = self._peers[peer].epoch
-        caller = self._callers.get(peer)
+        caller = self.callers.get(peer)
         if caller is None or caller.epoch != epoch:
-            self._callers.pop(peer, None)
-            if len(self._callers) >= _MAX_SITES:
-                away = next((name for name in self._callers if name not in self._peers), next(iter(self._callers)))
-                del self._callers[away]
-            caller = self._callers[peer] = _Caller(epoch)
+            self.callers.pop(peer, None)
+            if len(self.callers) >= MAX_SITES:
+                away = next((name for name in self.callers if name not in self._peers), next(iter(self.callers)))
+                del self.callers[away]
+            caller = self.callers[peer] = Caller(epoch)
         return caller
 
     def _on_repetition(self, peer: str, head: CallHead, slot: _Slot, now: float) -> list[Action]:
@@ -186,7 +189,7 @@ class Served:
     def on_result(self, call: CallId, status: Status, body: bytes, now: float) -> list[Action]:
         """Note how a call has ended, and return the actions that follow."""
         self._running.pop(call, None)
-        caller = self._callers.get(call.peer)
+        caller = self.callers.get(call.peer)
         slot = caller.slots.get(call.slot) if caller is not None and caller.epoch == call.epoch else None
         if caller is None or slot is None or slot.number != call.number or slot.reply or slot.is_seen:
             return []
@@ -221,7 +224,7 @@ class Served:
     def tick(self, now: float) -> list[Action]:
         """Return the actions that follow because time has passed."""
         actions: list[Action] = []
-        for peer, caller in self._callers.items():
+        for peer, caller in self.callers.items():
             known = self._peers.get(peer)
             for number, slot in caller.slots.items():
                 if slot.reply is None:
@@ -240,4 +243,4 @@ class Served:
 
     def busy(self) -> set[str]:
         """Return the sites that wait for replies."""
-        return {peer for peer, caller in self._callers.items() if any(slot.reply for slot in caller.slots.values())}
+        return {peer for peer, caller in self.callers.items() if any(slot.reply for slot in caller.slots.values())}

@@ -63,9 +63,32 @@ def test_a_file_and_the_command_line(run: Run, tmp_path: Path) -> None:
     assert out.index("  /scan to") < out.index("  /odom to") < out.index("  never /odom")
 
 
+def test_services_and_parameters(run: Run, tmp_path: Path) -> None:
+    file = tmp_path / "red.yaml"
+    file.write_text("site: red\nto: tcp/localhost:7447\nserve: [/add]\ncall: ['base:/add']\nparams: [/a]\n")
+    words = ["--serve", "/set_map", "!/secret", "--call", "base:**", "--params", "/b", "!/a/x"]
+    code, out, _ = run("--config", file, *words, "--check")
+    assert code == 0 and out.splitlines()[4:] == [
+        "lets others call:",
+        "  /set_map, by every site that calls it",
+        "  /add, by every site that calls it",
+        "  never /secret",
+        "provides services of others:",
+        "  /** of base, as /base/** here",
+        "  /add of base, as /base/add here",
+        "lets others read the parameters:",
+        "  /b and all below it",
+        "  /a and all below it",
+        "  never /a/x",
+    ]
+
+
 @pytest.mark.parametrize(
     ("words", "complaint"),
     [
+        (["--site", "red", "--to", "tcp/base:1", "--serve", "red:/a"], "ERROR: 'red:/a' is another site's"),
+        (["--site", "red", "--to", "tcp/base:1", "--call", "/a"], "ERROR: '/a' does not say whose service it is"),
+        (["--site", "red", "--to", "tcp/base:1", "--params", "a"], "ERROR: 'a' is not a pattern of parameters"),
         (["--site", "red"], "give the endpoint of another site with --to, or one to listen on with --listen"),
         (["--to", "tcp/base:1"], "name this site with --site, or give a file with --config"),
         (["--site", "r-d", "--to", "tcp/base:1"], "ERROR: 'r-d' cannot be a site's name"),

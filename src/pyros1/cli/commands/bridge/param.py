@@ -17,21 +17,27 @@ _TIMEOUT = 15.0
 def run(invocation: Invocation, options: Any, args: list[str]) -> int | None:
     """Print a parameter of another site or the names of all that may be read, or copy a parameter to this master."""
     from pyros1.bridge.names import SiteNameError, check_site_name  # noqa: PLC0415
-    from pyros1.bridge.parameters import Question  # noqa: PLC0415
+    from pyros1.bridge.parameters import (  # noqa: PLC0415
+        ParameterError,
+        Question,
+        decode_question,
+        encode_question,
+    )
 
     if not 1 <= len(args) <= 2:
         raise UsageError("name a site, such as red:, and a parameter")
     site, _, rest = args[0].partition(":")
     name = rest or (args[1] if len(args) == 2 else "")
+    question = Question(site, f"/{name.lstrip('/')}" if name else "")
     try:
         check_site_name(site)
-    except SiteNameError as error:
+        decode_question(encode_question(question))
+    except (SiteNameError, ParameterError) as error:
         raise CommandError(str(error), 2) from None
     if rest and len(args) == 2:
         raise UsageError("too many arguments")
     if options.to and not name:
         raise UsageError("--to needs a parameter of the other site")
-    question = Question(site, f"/{name.lstrip('/')}" if name else "")
     value = _ask(invocation, question)
     if not name:
         names = [one_line(each) for each in value] if isinstance(value, list) else []
