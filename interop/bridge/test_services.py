@@ -13,6 +13,7 @@ from typing import NamedTuple
 import pytest
 from harness import Master, Peer, Process, free_port, until
 
+pytest.importorskip("zenoh")
 KINDS = ("roscpp", "rospy")
 RULES = ("--serve", "/interop/**", "--params", "/interop")
 

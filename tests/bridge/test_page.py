@@ -17,19 +17,23 @@ from pyros1.cli.running import run_command
 
 TEXT = (Path(pyros1.__file__).parent / "guide" / "howto" / "sites.md").read_text(encoding="utf-8")
 COMMANDS = re.findall(r"^\w+\$ pyros1 bridge (--site .*)$", TEXT, re.M)
+EXPECTED = [
+    "  /** of red, as /red/** here",
+    "  /cmd_vel, from every site that sends it here",
+    "  /spawn, by every site that calls it",
+    "  /** of red, as /red/** here",
+]
+"""What --check says of each command, among other lines."""
 
 
 def test_there_are_commands() -> None:
-    assert len(COMMANDS) == 2
+    assert len(COMMANDS) == len(EXPECTED)
 
 
-@pytest.mark.parametrize("line", COMMANDS)
-def test_commands(line: str, call_main: Any) -> None:
+@pytest.mark.parametrize(("line", "expected"), [*zip(COMMANDS, EXPECTED, strict=False)])
+def test_commands(line: str, expected: str, call_main: Any) -> None:
     code, out, err = call_main(lambda words: run_command("bridge", words), *shlex.split(line), "--check")
     assert (code, err) == (0, "")
-    expected = (
-        "  /** of red, as /red/** here" if "--site base" in line else "  /cmd_vel, from every site that sends it here"
-    )
     assert expected in out.splitlines()
 
 
@@ -47,6 +51,8 @@ def test_the_file() -> None:
         "  /camera/** of blue, as /blue_camera/** here, at most 5 messages per second, messages of at most 2000000 "
         "bytes, none older than 1 s",
         "  never red:/rosout",
+        "provides services of others:",
+        "  /move_base/** of red, as /move_base/** here, at most 10 s for a call",
     ]
 
 

@@ -38,9 +38,9 @@ def test_packets_go_to_the_right_part(services: Services) -> None:
     services.on_packet("red", ADD, call._replace(kind=Kind.CALL_SEEN), b"", 0.0)
     assert not services.busy()
     actions = services.on_packet("red", ADD, call._replace(kind=Kind.REPLY), b"x", 0.0)
-    assert isinstance(actions[-1], Return)
+    assert isinstance(actions[0], Return)
     own = SharedName("base", "/add")
-    running = services.on_packet("red", own, call_head(), b"", 0.0)[-1]
+    running = services.on_packet("red", own, call_head(), b"", 0.0)[0]
     assert isinstance(running, CallService)
     assert services.served.on_result(running.call, call.status, b"", 0.0)
     services.on_packet("red", own, call_head()._replace(kind=Kind.REPLY_SEEN), b"", 0.0)

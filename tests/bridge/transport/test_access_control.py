@@ -14,7 +14,7 @@ import pytest
 
 from pyros1.bridge.exchange.actions import Send
 from pyros1.bridge.names import SharedName
-from pyros1.bridge.protocol.key_expressions import Key, again_key, to_key, topic_key
+from pyros1.bridge.protocol.key_expressions import Key, again_key, call_key, to_key, topic_key
 from pyros1.bridge.rules.router_config import parse_router_config
 from pyros1.bridge.rules.site_access import SiteAccess
 from pyros1.bridge.transport.access_control import security_settings
@@ -102,6 +102,7 @@ def test_sites_with_keys_exchange_packets_through_a_base(keys: Path, port: int, 
     green.link.listen("red", topic_key(ODOM), True)
     green.received_until(b"odometry", lambda: red.send(topic_key(ODOM), b"odometry"))
     green.received_until(b"missed", lambda: red.send(again_key("green", ODOM), b"missed"))
+    green.received_until(b"call", lambda: red.send(call_key("green", SharedName("green", "/add")), b"call"))
 
 
 def test_a_site_cannot_write_under_the_name_of_another_one(

@@ -9,7 +9,7 @@ from pyros1.bridge.protocol.key_expressions import call_key
 from pyros1.bridge.protocol.packets import Kind
 from pyros1.bridge.rules.rules import Priority
 
-_SMALL = 16 << 10
+SMALL = 16 << 10
 """Maximum size in bytes of a body that is sent before images; larger ones go at the pace of the network."""
 _MAX_WAIT = 8.0
 """Seconds that a small packet may wait to be sent, and maximum seconds until it is repeated."""
@@ -63,7 +63,7 @@ def send(peer: str, service: SharedName, head: CallHead, body: bytes, expires: f
         head, body: the packet.
         expires: time by the site's clock after which it is useless.
     """
-    priority = Priority.HIGH if len(body) <= _SMALL else Priority.NORMAL
+    priority = Priority.HIGH if len(body) <= SMALL else Priority.NORMAL
     # One that still waits is not queued twice.
     replaces = head.number * 8 + head.kind - Kind.CALL
     return Send(call_key(peer, service), encode_call_head(head), body, priority, replaces, False, expires)

@@ -261,16 +261,16 @@ class Calls:
         """Note a reply, which may come more than once, and return the actions that follow."""
         epoch = self._peers[peer].epoch
         seen = CallHead(Kind.REPLY_SEEN, self._epoch, epoch, head.slot, head.number, Status.OK, now)
-        actions: list[Action] = [send(peer, service, seen, b"", now + repeat_period(0, 3))]
+        last = send(peer, service, seen, b"", now + repeat_period(0, 3))
         call = self._open.get(peer, {}).get(head.slot)
         if call is None or call.number != head.number or call.service != service:
-            return actions
+            return [last]
         status = head.status
         if len(body) > MAX_CALL_SIZE:
             status, body = Status.REFUSED, encode_error(f"the response is larger than {MAX_CALL_SIZE >> 20} MB")
         elif status is Status.REFUSED:
             body = encode_error(f"{service}: ") + body
-        return actions + self._end(peer, head.slot, status, body)
+        return [*self._end(peer, head.slot, status, body), last]
 
     def _end(self, peer: str, slot: int, status: Status, body: bytes) -> list[Action]:
         call = self._open[peer].pop(slot)

@@ -11,7 +11,7 @@ from collections.abc import Iterable, Mapping
 from typing import NamedTuple
 
 from pyros1.bridge.exchange.actions import Action, CallService
-from pyros1.bridge.exchange.call_packets import CallCounts, encode_error, longest_way, repeat_period, send
+from pyros1.bridge.exchange.call_packets import SMALL, CallCounts, encode_error, longest_way, repeat_period, send
 from pyros1.bridge.exchange.peer import Peer
 from pyros1.bridge.names import SharedName, is_topic_name
 from pyros1.bridge.protocol.calls import MAX_CALL_SIZE, MAX_SLOTS, CallHead, CallId, OfferedService, Status
@@ -152,8 +152,10 @@ class Served:
         timeout = slot.expires - now
         if service.rule is not None and service.rule.timeout is not None:
             timeout = min(timeout, service.rule.timeout)
-        seen = self._packet(Kind.CALL_SEEN, peer, call.slot, slot, b"", now)
-        return [seen, CallService(call, service.local, body, timeout)]
+        actions: list[Action] = [CallService(call, service.local, body, timeout)]
+        if len(body) > SMALL:  # a small one may come again; mostly, the reply comes earlier
+            actions.append(self._packet(Kind.CALL_SEEN, peer, call.slot, slot, b"", now))
+        return actions
 
     def _caller(self, peer: str) -> Caller:
         epoch = self._peers[peer].epoch
