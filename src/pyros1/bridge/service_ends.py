@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable, Iterable
-from functools import partial
+from functools import lru_cache, partial
 from itertools import count
 from time import monotonic
 
@@ -44,6 +44,7 @@ Do = Callable[[Callable[[float], Iterable[Action]]], None]
 """Calls a function of the state machine with the current time, and does the actions that it returns."""
 
 
+@lru_cache(1024)
 def raw_service(type_name: str, md5sum: str, request: str, response: str) -> type[Service]:
     """Return a service class whose requests and responses stay encoded.
 

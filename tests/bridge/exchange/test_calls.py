@@ -191,7 +191,12 @@ def test_limits(calls: Calls, monkeypatch: pytest.MonkeyPatch) -> None:
     assert head.slot == 5 and head.number > MAX_SLOTS, "a slot is used again, with a higher number"
     calls.on_reply("red", ADD, reply(7, slot=6), b"", 0.1)
     monkeypatch.setattr(calls_module, "MAX_WAITING_BYTES", 10)
-    assert ended(calls.call(100, "/red/add", bytes(11), 0.2))[0].body == b"too many large requests at once"
+    ((head, _),) = packets(calls.call(100, "/red/add", bytes(10), 0.2))
+    assert ended(calls.call(101, "/red/add", b"x", 0.2))[0].body.startswith(b"more than 32 calls")
+    calls.on_reply("red", ADD, reply(8, slot=7), b"", 0.1)
+    assert ended(calls.call(101, "/red/add", b"x", 0.2))[0].body == b"too many large requests at once"
+    calls.on_seen("red", head)
+    assert packets(calls.call(101, "/red/add", b"x", 0.2)), "a request that was seen is kept no longer"
 
 
 def test_large_requests_go_at_the_pace_of_the_network(calls: Calls) -> None:

@@ -115,6 +115,26 @@ def test_slots_outlive_the_absence_of_a_site() -> None:
     assert served.on_result(CallId("base", THEIR, 0, 1), Status.OK, b"x", 5.0) == []
 
 
+def test_results_for_an_earlier_run_of_a_site() -> None:
+    """Its new run counts its calls anew, and would take them for its own."""
+    peers = {"base": present("base")}
+    served = make("serve: [/add]", peers=peers)
+    for slot in (0, 1):
+        served.on_call("base", ADD, call_head(slot), b"", 0.0)
+    served.on_result(CallId("base", THEIR, 0, 1), Status.OK, b"x", 0.5)
+    peers["base"] = present("base", 1.0, epoch=99)
+    assert served.on_result(CallId("base", THEIR, 1, 1), Status.OK, b"x", 1.0) == []
+    assert served.tick(5.0) == []
+
+
+def test_nothing_is_sent_to_a_site_that_is_lost() -> None:
+    peers = {"base": present("base")}
+    served = make("serve: [/add]", peers=peers)
+    served.on_call("base", ADD, call_head(), b"", 0.0)
+    assert peers["base"].tick(10.0)
+    assert served.on_result(CallId("base", THEIR, 0, 1), Status.OK, b"x", 10.0) == [] and served.tick(20.0) == []
+
+
 def test_what_is_refused(served: Served, monkeypatch: pytest.MonkeyPatch) -> None:
     for name in ("/other", "/none"):
         ((status, text),) = replies(served.on_call("base", SharedName("red", name), call_head(5), b"", 0.0))

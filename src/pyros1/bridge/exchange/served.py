@@ -74,7 +74,8 @@ class _Slot:
 class Caller:
     """What is known of the calls of a run of another site."""
 
-    def __init__(self, epoch: int) -> None:
+    def __init__(self, peer: str, epoch: int) -> None:
+        self.peer = peer
         self.epoch = epoch
         self.slots: dict[int, _Slot] = {}
 
@@ -136,7 +137,7 @@ class Served:
         caller = self._caller(peer)
         slot = caller.slots.get(head.slot)
         if slot is not None and head.number <= slot.number:
-            return self._on_repetition(peer, head, slot, now) if head.number == slot.number else []
+            return self._on_repetition(caller, head, slot, now) if head.number == slot.number else []
         age = self._peers[peer].clock.age(head.sent_at, now)
         if age is None or age > min(head.left, longest_way(len(body))):
             return []  # whoever called waits no longer, or calls again
@@ -145,7 +146,7 @@ class Served:
         if service is not None and self._is_for(service, peer):
             service.counts.calls += 1
         if problem := self._problem(peer, service, body):
-            return self._reply(peer, head.slot, slot, (Status.REFUSED, encode_error(problem)), now)
+            return self._reply(caller, head.slot, slot, (Status.REFUSED, encode_error(problem)), now)
         assert service is not None  # otherwise there is a problem
         call = CallId(peer, caller.epoch, head.slot, head.number)
         self._running[call] = len(body)
@@ -154,7 +155,7 @@ class Served:
             timeout = min(timeout, service.rule.timeout)
         actions: list[Action] = [CallService(call, service.local, body, timeout)]
         if len(body) > SMALL:  # a small one may come again; mostly, the reply comes earlier
-            actions.append(self._packet(Kind.CALL_SEEN, peer, call.slot, slot, b"", now))
+            actions += self._send(Kind.CALL_SEEN, caller, call.slot, slot, now)
         return actions
 
     def _caller(self, peer: str) -> Caller:
@@ -165,15 +166,15 @@ class Served:
             if len(self.callers) >= MAX_SITES:
                 away = next((name for name in self.callers if name not in self._peers), next(iter(self.callers)))
                 del self.callers[away]
-            caller = self.callers[peer] = Caller(epoch)
+            caller = self.callers[peer] = Caller(peer, epoch)
         return caller
 
-    def _on_repetition(self, peer: str, head: CallHead, slot: _Slot, now: float) -> list[Action]:
+    def _on_repetition(self, caller: Caller, head: CallHead, slot: _Slot, now: float) -> list[Action]:
         if slot.reply is None:
-            return [] if slot.is_seen else [self._packet(Kind.CALL_SEEN, peer, head.slot, slot, b"", now)]
+            return [] if slot.is_seen else self._send(Kind.CALL_SEEN, caller, head.slot, slot, now)
         if now - slot.sent_at < _ANSWER_PERIOD:
             return []
-        return self._reply(peer, head.slot, slot, slot.reply, now)
+        return self._reply(caller, head.slot, slot, slot.reply, now)
 
     def _problem(self, peer: str, service: ServedService | None, body: bytes) -> str:
         """Return why a new call cannot be carried out; empty if it can be."""
@@ -193,29 +194,30 @@ class Served:
         self._running.pop(call, None)
         caller = self.callers.get(call.peer)
         slot = caller.slots.get(call.slot) if caller is not None and caller.epoch == call.epoch else None
-        if caller is None or slot is None or slot.number != call.number or slot.reply or slot.is_seen:
+        if caller is None or slot is None or slot.number != call.number or slot.reply:
             return []
         waiting = sum(len(each.reply[1]) for each in caller.slots.values() if each.reply)
         if status is Status.OK and len(body) > MAX_CALL_SIZE:
             status, body = Status.REFUSED, encode_error(f"the response is larger than {MAX_CALL_SIZE >> 20} MB")
         elif waiting + len(body) > MAX_REPLY_BYTES:
             status, body = Status.REFUSED, encode_error("too many large responses at once")
-        return self._reply(call.peer, call.slot, slot, (status, body), now)
+        return self._reply(caller, call.slot, slot, (status, body), now)
 
-    def _reply(self, peer: str, number: int, slot: _Slot, reply: tuple[Status, bytes], now: float) -> list[Action]:
+    def _reply(self, caller: Caller, number: int, slot: _Slot, reply: tuple[Status, bytes], now: float) -> list[Action]:
         service = self._served.get(slot.service)
         if slot.reply is None and reply[0] is not Status.OK and service is not None:
             service.counts.fail(reply[1])
         slot.reply, slot.sent_at = reply, now
-        known = self._peers.get(peer)
-        if known is None or not known.is_present:
-            return []
-        return [self._packet(Kind.REPLY, peer, number, slot, reply[1], now)]
+        return self._send(Kind.REPLY, caller, number, slot, now)
 
-    def _packet(self, kind: Kind, peer: str, number: int, slot: _Slot, body: bytes, now: float) -> Action:
-        status = slot.reply[0] if kind is Kind.REPLY and slot.reply else Status.OK
-        head = CallHead(kind, self._epoch, self._peers[peer].epoch, number, slot.number, status, now)
-        return send(peer, slot.service, head, body, slot.expires)
+    def _send(self, kind: Kind, caller: Caller, number: int, slot: _Slot, now: float) -> list[Action]:
+        """Return the action that sends a packet to the run of the site that has called, if it is still there."""
+        peer = self._peers.get(caller.peer)
+        if peer is None or not peer.is_present or peer.epoch != caller.epoch:
+            return []
+        status, body = slot.reply if kind is Kind.REPLY and slot.reply is not None else (Status.OK, b"")
+        head = CallHead(kind, self._epoch, caller.epoch, number, slot.number, status, now)
+        return [send(caller.peer, slot.service, head, body, slot.expires)]
 
     def on_reply_seen(self, peer: str, head: CallHead) -> None:
         """Note that another site has seen a reply, which is kept no longer."""
@@ -226,21 +228,15 @@ class Served:
     def tick(self, now: float) -> list[Action]:
         """Return the actions that follow because time has passed."""
         actions: list[Action] = []
-        for peer, caller in self.callers.items():
-            known = self._peers.get(peer)
+        for caller in self.callers.values():
             for number, slot in caller.slots.items():
                 if slot.reply is None:
                     continue
                 if now >= slot.expires:
                     slot.reply, slot.is_seen = None, True  # nobody waits for it any longer
-                elif (
-                    known is not None
-                    and known.is_present
-                    and known.epoch == caller.epoch
-                    and now - slot.sent_at >= repeat_period(len(slot.reply[1]), slot.repeats)
-                ):
+                elif now - slot.sent_at >= repeat_period(len(slot.reply[1]), slot.repeats):
                     slot.repeats += 1
-                    actions += self._reply(peer, number, slot, slot.reply, now)
+                    actions += self._reply(caller, number, slot, slot.reply, now)
         return actions
 
     def busy(self) -> set[str]:

@@ -12,7 +12,8 @@ event                 what follows
 heard                 a heartbeat is sent, since only an answer to it proves that the other site is running now
 started (present)     what was known of an earlier run is dropped; both send their offers, then their requests
 heartbeat                  lists that the other site lacks are sent again; messages that were missed are asked for
-lost                  nothing is sent to it on purpose; offers, requests, and what is published here stay as they are
+lost                  nothing is sent to it on purpose, and calls of its services fail; offers, requests, and what is
+                      published or provided here stay as they are
 returned (present)    the same run goes on: what was missed and is not too old is asked for, newest messages flow
 forgotten, goodbye    its topics are withdrawn here; its requests, and sources that nobody else wants, are dropped
 ====================  ================================================================================================
@@ -156,7 +157,9 @@ class Site:
             now: the current time.
         """
         self.services.served.set_services(services)
-        return self.services.calls.set_taken(taken) + self._update_lists(now)
+        for name, lists in self._lists.items():
+            lists.services.update(self.services.served.offers(name))
+        return self.services.calls.set_taken(taken) + self._send_lists(now)
 
     # Time -------------------------------------------------------------------------------------------------------------
 
