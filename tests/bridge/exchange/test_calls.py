@@ -182,6 +182,8 @@ def test_a_site_that_is_lost() -> None:
 def test_limits(calls: Calls, monkeypatch: pytest.MonkeyPatch) -> None:
     (large,) = calls.call(1, "/red/add", bytes(MAX_CALL_SIZE + 1), 0.0)
     assert large == Return(1, Status.REFUSED, b"the request is larger than 16 MB")
+    counts = calls.services()[0].counts
+    assert (counts.calls, counts.errors, counts.last_error) == (1, 1, "the request is larger than 16 MB")
     slots = [packets(calls.call(number, "/red/add", b"", 0.0))[0][0].slot for number in range(MAX_SLOTS)]
     assert sorted(slots) == [*range(MAX_SLOTS)]
     (refused,) = calls.call(99, "/red/add", b"", 0.0)
