@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from pyros1.bridge.exchange.actions import CallService, Return, Send, Unprovide
+from pyros1.bridge.exchange.actions import Action, CallService, Return, Send, Unprovide
 from pyros1.bridge.exchange.served import LocalService
 from pyros1.bridge.exchange.services import Services
 from pyros1.bridge.exchange.site import Site
@@ -15,6 +15,7 @@ from pyros1.bridge.protocol.packet_values import PacketError
 from pyros1.bridge.protocol.packets import Kind
 
 from .call_parts import ADD, MD5, OWN, THEIR, call_head, offered, packets, present, rules
+from .test_site import Liar
 
 
 @pytest.fixture
@@ -71,3 +72,37 @@ def test_calls_of_sites_that_are_not_present() -> None:
     assert site.on_packet(key, b"?", b"", 0.0) == []
     assert site.ignored == {"red: calls of a run that is not present": 1, "red: not the head of a call": 1}
     assert not [each for each in site.tick(0.1) if isinstance(each, Send) and each.key.startswith("call")]
+
+
+def test_calls_of_a_present_site_and_its_next_run() -> None:
+    site = Site(rules("{serve: [/add], call: ['red:**']}"), OWN, 0.0)
+    liar = Liar(site)
+    liar.meet()
+    site.set_services([LocalService("/add", "a/B", MD5, "a/B", "a/B", "/node")], {}, 0.0)
+    site.services.calls.set_offers("red", [offered()])
+    key = Key("red", Channel.CALL, "base", SharedName("base", "/add"))
+
+    def call(to_epoch: int) -> list[Action]:
+        head = call_head(sent_at=5000.0)._replace(to_epoch=to_epoch)
+        return site.on_packet(key, encode_call_head(head), b"", 0.0)
+
+    assert call(0) == [] and call(OWN + 1) == [], "a call is for one run of this site"
+    assert [type(action) for action in call(OWN)] == [CallService]
+    site.services.calls.call(1, "/red/add", b"", 0.0)
+    liar.epoch, liar.now = THEIR + 1, 1.0
+    liar.number = 0
+    liar.heartbeat()
+    (failed,) = [action for action in liar.heartbeat() if isinstance(action, Return)]
+    assert failed.body.startswith(b"site red has started again; ")
+
+
+def test_calls_of_a_site_that_is_lost() -> None:
+    site = Site(rules("call: ['red:**']"), OWN, 0.0)
+    liar = Liar(site)
+    liar.meet()
+    site.set_services([], {}, 0.0)
+    site.services.calls.set_offers("red", [offered()])
+    site.services.calls.call(1, "/red/add", b"", 0.0)
+    assert not [action for action in site.tick(4.9) if isinstance(action, Return)]
+    (failed,) = [action for action in site.tick(5.1) if isinstance(action, Return)]
+    assert failed.body.startswith(b"site red does not respond; ")
