@@ -9,10 +9,11 @@ from pyros1.bridge.exchange.served import LocalService
 from pyros1.bridge.exchange.services import Services
 from pyros1.bridge.exchange.site import Site
 from pyros1.bridge.names import SharedName
-from pyros1.bridge.protocol.calls import CallHead, encode_call_head
+from pyros1.bridge.protocol.calls import CallHead, decode_services, encode_call_head
 from pyros1.bridge.protocol.key_expressions import Channel, Key, parse_key
 from pyros1.bridge.protocol.packet_values import PacketError
 from pyros1.bridge.protocol.packets import Kind
+from pyros1.bridge.rules.rules import Priority
 
 from .call_parts import ADD, MD5, OWN, THEIR, call_head, offered, packets, present, rules
 from .test_site import Liar
@@ -78,7 +79,8 @@ def test_calls_of_a_present_site_and_its_next_run() -> None:
     site = Site(rules("{serve: [/add], call: ['red:**']}"), OWN, 0.0)
     liar = Liar(site)
     liar.meet()
-    site.set_services([LocalService("/add", "a/B", MD5, "a/B", "a/B", "/node")], {}, 0.0)
+    (sent,) = site.set_services([LocalService("/add", "a/B", MD5, "a/B", "a/B", "/node")], {}, 0.0)
+    assert isinstance(sent, Send) and decode_services(sent.body).entries[0].service == ("base", "/add")
     site.services.calls.set_offers("red", [offered()])
     key = Key("red", Channel.CALL, "base", SharedName("base", "/add"))
 
@@ -102,7 +104,9 @@ def test_calls_of_a_site_that_is_lost() -> None:
     liar.meet()
     site.set_services([], {}, 0.0)
     site.services.calls.set_offers("red", [offered()])
+    assert site.probes(1, Priority.NORMAL) == []
     site.services.calls.call(1, "/red/add", b"", 0.0)
+    assert [name for name, _ in site.probes(1, Priority.NORMAL)] == ["red"], "a large request must be paced"
     assert not [action for action in site.tick(4.9) if isinstance(action, Return)]
     (failed,) = [action for action in site.tick(5.1) if isinstance(action, Return)]
     assert failed.body.startswith(b"site red does not respond; ")

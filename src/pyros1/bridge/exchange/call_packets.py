@@ -6,7 +6,6 @@ from pyros1.bridge.exchange.actions import Send
 from pyros1.bridge.names import SharedName
 from pyros1.bridge.protocol.calls import CallHead, encode_call_head
 from pyros1.bridge.protocol.key_expressions import call_key
-from pyros1.bridge.protocol.packets import Kind
 from pyros1.bridge.rules.rules import Priority
 
 SMALL = 16 << 10
@@ -65,5 +64,4 @@ def send(peer: str, service: SharedName, head: CallHead, body: bytes, expires: f
     """
     priority = Priority.HIGH if len(body) <= SMALL else Priority.NORMAL
     # One that still waits is not queued twice.
-    replaces = head.number * 8 + head.kind - Kind.CALL
-    return Send(call_key(peer, service), encode_call_head(head), body, priority, replaces, False, expires)
+    return Send(call_key(peer, service), encode_call_head(head), body, priority, head.number, False, expires)
