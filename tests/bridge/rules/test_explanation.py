@@ -49,6 +49,30 @@ deny_take: ['red:/noise']
     ]
 
 
+def test_conversions_and_frames() -> None:
+    text = """
+send:
+- {topic: /camera/**, convert: jpeg, rate: 5}
+- {topic: /front, convert: h264}
+- {topic: /points, convert: voxel, voxel: 0.05}
+- {topic: /scan, convert: every, every: 4}
+take:
+- {topic: 'red:/tf', here: /tf, prefix_frames: red, keep_frames: map}
+- {topic: 'red:**', prefix_frames: red}
+"""
+    assert [*explain(parse_config(text, "f", "base"))][1:] == [
+        "sends:",
+        "  /camera/** to every site that takes it, as JPEG, quality 80 under NAME/compressed, at most 5 messages per "
+        "second",
+        "  /front to every site that takes it, as H.264 video of about 2 Mbit/s under NAME/h264",
+        "  /points to every site that takes it, one point of each cube of 0.05 m",
+        "  /scan to every site that takes it, only 1 of 4 points",
+        "takes:",
+        "  /tf of red, as /tf here, frames as red/NAME (but map)",
+        "  /** of red, as /red/** here, frames as red/NAME",
+    ]
+
+
 def test_nothing() -> None:
     lines = [*explain(SiteConfig(rules_from_words("red", [], [])))]
     assert lines[1:] == ["sends nothing", "takes nothing"]

@@ -61,6 +61,27 @@ def test_a_file() -> None:
     assert parse_config(FILE, "red.yaml", "green").rules.site == "green"
 
 
+def test_frames_and_conversions() -> None:
+    text = """
+take: [{topic: 'red:**', prefix_frames: fleet/red, keep_frames: [map, earth]}]
+send:
+- {topic: /camera, convert: jpeg, quality: 50}
+- {topic: /depth, convert: png}
+- {topic: /front, convert: h264}
+- {topic: /points, convert: voxel, voxel: 0.1}
+- {topic: /scan, convert: every, every: 4}
+"""
+    rules = parse_config(text, "f", "base").rules
+    assert (rules.take[0].prefix_frames, rules.take[0].keep_frames) == ("fleet/red", ("map", "earth"))
+    assert [rule.convert for rule in rules.send] == [
+        ("jpeg", 50.0),
+        ("png", 0.0),
+        ("h264", 2e6),
+        ("voxel", 0.1),
+        ("every", 4.0),
+    ]
+
+
 def test_a_command_line_adds_to_a_file() -> None:
     config = add_words(parse_config(FILE, "red.yaml"), ["/odom@1", "!/secret"], ["/cmd_vel"])
     assert [rule.pattern.text for rule in config.rules.send][:2] == ["/odom", "/odom"]
@@ -75,6 +96,17 @@ def test_a_command_line_adds_to_a_file() -> None:
         ("- a", "f.yaml:1: expected a mapping"),
         ("site: red\nsend:\n  - /a\n  - b", "f.yaml:4: 'b' is not a pattern"),
         ("site: red\nsand: []", "f.yaml:2: there is no setting 'sand' (did you mean 'send'?)"),
+        ("site: red\ntake:\n- topic: /a\n  prefix_frames: a b", "f.yaml:4: 'a b' is not the name of a frame"),
+        ("site: red\ntake:\n- topic: /a\n  keep_frames: [map]", "f.yaml:4: keep_frames is only for rules with"),
+        ("site: red\nsend:\n- topic: /a\n  prefix_frames: red", "f.yaml:4: there is no setting 'prefix_frames'"),
+        ("site: red\ntake:\n- topic: /a\n  convert: jpeg", "f.yaml:4: there is no setting 'convert'"),
+        (
+            "site: red\nsend:\n- topic: /a\n  convert: jpg",
+            "f.yaml:4: there is no conversion 'jpg' (did you mean 'jpeg'?",
+        ),
+        ("site: red\nsend:\n- topic: /a\n  convert: jpeg\n  quality: 0", "f.yaml:5: quality must be a whole number"),
+        ("site: red\nsend:\n- topic: /a\n  convert: png\n  quality: 9", "f.yaml:5: quality is only for convert: jpeg"),
+        ("site: red\nsend:\n- topic: /a\n  convert: voxel", "f.yaml:4: convert: voxel needs voxel (edge of a cube"),
         ("to: x", "f.yaml:1: the file does not say which site it is for"),
         ("site: 7", "f.yaml:1: expected a string"),
         ("site: r-d", "f.yaml:1: 'r-d' cannot be a site's name"),

@@ -59,6 +59,8 @@ class Drop:
     OVERTAKEN = "replaced by newer ones"
     MISSED = "lost"
     PUBLISHERS = "from too many publishers"
+    DAMAGED = "not messages of their type"
+    UNCONVERTED = "could not be converted"
     QUEUE = "queue full, since the network is too slow"
 
 

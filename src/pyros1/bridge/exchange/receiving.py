@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Mapping
 from typing import NamedTuple
 
+from pyros1.bridge.conversions.prefixes import Prefixer
 from pyros1.bridge.exchange.actions import Action, Listen, Log, Publish, Send
 from pyros1.bridge.exchange.definitions import Definitions
 from pyros1.bridge.exchange.outgoing import Drop
@@ -34,6 +35,7 @@ from pyros1.bridge.protocol.packets import (
 )
 from pyros1.bridge.rules.namespaces import LocalNamespaces
 from pyros1.bridge.rules.rules import Rules, Settings, is_command
+from pyros1.ground.errors import MessageError
 
 MAX_TOPICS = 2_000
 """Maximum number of topics of a site that are published here: all of them are registered with the master."""
@@ -48,7 +50,7 @@ _EARLY_TOLERANCE = 0.05
 class _IncomingTopic:
     """A topic that another site offers and that a rule takes."""
 
-    def __init__(self, offered: Offered, settings: Settings, stream: Stream) -> None:
+    def __init__(self, offered: Offered, settings: Settings, stream: Stream, prefixer: Prefixer) -> None:
         self.offered = offered
         self.settings = settings
         self.stream = stream
@@ -56,6 +58,7 @@ class _IncomingTopic:
         self.is_wanted = False
         self.wanted_since = 0.0
         self.due: dict[int, float] = {}  # publisher -> when its next message may be delivered
+        self.prefixer = prefixer
 
 
 class ReceivedTopic(NamedTuple):
@@ -144,7 +147,10 @@ class Receiving:
                 self._incoming[feed] = before
             else:
                 settings = rule.settings(local, offered.type)
-                self._incoming[feed] = _IncomingTopic(offered, settings, self._stream(feed, offered, settings))
+                nodes = self._rules.prefix(offered.topic.site)
+                prefixer = Prefixer(settings.prefix_frames, settings.keep_frames, nodes)
+                stream = self._stream(feed, offered, settings)
+                self._incoming[feed] = _IncomingTopic(offered, settings, stream, prefixer)
         actions: list[Action] = []
         if conflict and peer not in self._unwelcome:
             actions.append(Log(f"topics of site {peer} are not taken: {conflict}", is_warning=True))
@@ -186,6 +192,7 @@ class Receiving:
         """Bring what is published, and what is wanted, in line with offers, definitions and demand."""
         candidates = self._candidates()
         outputs, self._unusable = choose(candidates)
+        self._unusable.update(self._learn_definitions())
         self._lacks_definitions = any(candidate.output is None for candidate in candidates)
         actions = self._ask(now)
         changed = self._outputs.changed(outputs)
@@ -214,6 +221,15 @@ class Receiving:
             output = None if text is None else Output(offered.type, offered.md5sum, text, offered.latched)
             candidates.append(Candidate(incoming.settings.local, feed, output))
         return candidates
+
+    def _learn_definitions(self) -> dict[Feed, str]:
+        """Prepare for the messages that get prefixes, and return why those of some topics cannot get them."""
+        problems = {}
+        for feed, incoming in self._incoming.items():
+            text = self._definitions.text(incoming.offered.type, incoming.offered.md5sum)
+            if text is not None and (problem := incoming.prefixer.learn(incoming.offered.type, text)):
+                problems[feed] = problem
+        return problems
 
     def _ask(self, now: float) -> list[Action]:
         """Return questions for the definitions that are missing."""
@@ -268,6 +284,11 @@ class Receiving:
                 continue
             if reason := self._reason_to_drop(feed[0], incoming, head, len(body), now):
                 incoming.flow.drop(reason)
+                continue
+            try:
+                body = incoming.prefixer.change(body)  # noqa: PLW2901 - with prefixes, if a rule asks for them
+            except MessageError:
+                incoming.flow.drop(Drop.DAMAGED)
                 continue
             incoming.flow.count(len(body))
             is_latched = bool(head.flags & Flag.LATCHED) and self._outputs.is_latched(local)

@@ -126,6 +126,11 @@ def _prefix_text(rules: Rules, site: str) -> str:
 def _details(rule: Rule) -> str:
     """Return what a rule says about rates, sizes and order, as the end of a sentence."""
     words = []
+    if rule.convert is not None:
+        words.append(rule.convert.words + (f" under NAME{rule.convert.suffix}" if rule.convert.suffix else ""))
+    if rule.prefix_frames:
+        kept = f" (but {', '.join(rule.keep_frames)})" if rule.keep_frames else ""
+        words.append(f"frames as {rule.prefix_frames}/NAME{kept}")
     if rule.rate is not None:
         words.append(f"at most {rule.rate:g} messages per second")
     if rule.max_size is not None and rule.max_size != DEFAULT_MAX_SIZE:

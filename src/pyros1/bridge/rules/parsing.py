@@ -8,6 +8,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
+from pyros1.bridge.conversions.conversion import SETTINGS, Conversion, ConversionError, read_conversion
 from pyros1.bridge.names import Pattern, SiteNameError, check_site_name, is_topic_name
 from pyros1.bridge.rules.file_reader import Path, RulesError
 from pyros1.bridge.rules.rules import Priority, Rule, Rules
@@ -21,9 +22,11 @@ _MAX_AGE = 86_400.0
 _MAX_SIZE = 64 << 20
 _UNITS = {"": 1, "B": 1, "KB": 1000, "MB": 1000**2, "GB": 1000**3, "KIB": 1 << 10, "MIB": 1 << 20, "GIB": 1 << 30}
 _SIZE = re.compile(r"(\d{1,12}(?:\.\d{1,6})?)\s*([A-Za-z]{0,3})\Z")
-_TAKE_KEYS = ("topic", "here", "sites", "rate", "size", "age")
-_SEND_KEYS = (*_TAKE_KEYS, "priority", "delivery")
-"""The settings of rules. The sender decides about priority and delivery."""
+_COMMON_KEYS = ("topic", "here", "sites", "rate", "size", "age")
+_TAKE_KEYS = (*_COMMON_KEYS, "prefix_frames", "keep_frames")
+_SEND_KEYS = (*_COMMON_KEYS, "priority", "delivery", *SETTINGS)
+"""The settings of rules. The sender decides about priority, delivery and conversions."""
+_FRAME = re.compile(r"[A-Za-z0-9_.-]+(/[A-Za-z0-9_.-]+)*\Z", re.ASCII)
 
 
 @dataclass(frozen=True)
@@ -173,7 +176,29 @@ class _FileReader(SitesReader, ServiceReader):
             self._priority(fields.get("priority"), (*path, "priority")),
             self._delivery(fields.get("delivery"), (*path, "delivery")),
             self._number(fields, path, "age", _MAX_AGE),
+            self._conversion(fields, path),
+            *self._frames(fields, path),
         )
+
+    def _conversion(self, fields: Mapping[str, Any], path: Path) -> Conversion | None:
+        try:
+            return read_conversion(fields)
+        except ConversionError as error:
+            self._fail((*path, error.setting), str(error))
+
+    def _frames(self, fields: Mapping[str, Any], path: Path) -> tuple[str, tuple[str, ...]]:
+        """Return the prefix of frames, and those that keep their names."""
+        prefix = self._frame(fields.get("prefix_frames", ""), (*path, "prefix_frames"))
+        kept = tuple(self._frame(item, where) for item, where in self._items(fields, "keep_frames", path))
+        if kept and not prefix:
+            self._fail((*path, "keep_frames"), "keep_frames is only for rules with prefix_frames")
+        return prefix, kept
+
+    def _frame(self, value: Any, path: Path) -> str:
+        name = self._text(value, path)
+        if name and not _FRAME.match(name):
+            self._fail(path, f"{name!r:.80} is not the name of a frame, such as red or red/map")
+        return name
 
     def _pattern(self, value: Any, path: Path) -> Pattern:
         return self._checked(path, Pattern, self._text(value, path))

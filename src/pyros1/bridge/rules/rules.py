@@ -6,11 +6,12 @@ allow, the first that matches decides about the settings. What a rule leaves ope
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from enum import IntEnum
 from typing import NamedTuple
 
+from pyros1.bridge.conversions.conversion import Conversion
 from pyros1.bridge.names import Pattern, SharedName, is_topic_name
 from pyros1.bridge.rules.site_access import SiteAccess, may_send, may_take
 
@@ -44,6 +45,7 @@ class Settings(NamedTuple):
             waits is replaced by a newer one.
         age: maximum age of a message in seconds when it is delivered.
         latched_age: the same for latched messages, which describe something that still holds; None for no limit.
+        prefix_frames, keep_frames: see `Rule`.
     """
 
     local: str
@@ -53,6 +55,8 @@ class Settings(NamedTuple):
     reliable: bool
     age: float
     latched_age: float | None = None
+    prefix_frames: str = ""
+    keep_frames: tuple[str, ...] = ()
 
     def max_age(self, is_latched: bool) -> float | None:
         """Return the maximum age of a message in seconds; None for no limit."""
@@ -76,6 +80,8 @@ _BY_TYPE: Mapping[str, _TypeDefaults] = {
     "sensor_msgs/Joy": _COMMAND,
     "sensor_msgs/Image": _LARGE,
     "sensor_msgs/CompressedImage": _LARGE,
+    # A picture of a video needs those before it.
+    "foxglove_msgs/CompressedVideo": _TypeDefaults(Priority.LOW, reliable=True, age=NEWEST_AGE),
     "sensor_msgs/PointCloud": _LARGE,
     "sensor_msgs/PointCloud2": _LARGE,
     "actionlib_msgs/GoalID": _EVENT,
@@ -105,6 +111,10 @@ class Rule:
         sites: the sites to which topics are sent, or from which they are taken; empty for all.
         rate, max_size, priority, reliable, age: see `Settings`.
         timeout: for services: maximum number of seconds that a call may take.
+        convert: how messages are converted before they are sent. The rule is only for types that this is possible for.
+        prefix_frames: a name such as ``red``, which is put before the names of coordinate frames in messages that are
+            taken (``red/base_link``); empty for none.
+        keep_frames: the frames that keep their names nevertheless.
     """
 
     pattern: Pattern
@@ -116,6 +126,9 @@ class Rule:
     reliable: bool | None = None
     age: float | None = None
     timeout: float | None = None
+    convert: Conversion | None = None
+    prefix_frames: str = ""
+    keep_frames: tuple[str, ...] = ()
 
     def concerns(self, site: str) -> bool:
         """Return whether the rule is also for this other site."""
@@ -139,6 +152,8 @@ class Rule:
             reliable,
             age if self.age is None else self.age,
             self.age,
+            self.prefix_frames,
+            self.keep_frames,
         )
 
 
@@ -206,18 +221,27 @@ class Rules:
         """Return the name of a topic on this site's master, if its rule does not say another one."""
         return self.prefix(shared.site) + shared.name
 
-    def outgoing(self, local: str, others: Iterable[str]) -> list[Outgoing]:
+    def outgoing(
+        self, local: str, others: Iterable[str], possible: Collection[Conversion] | None = None
+    ) -> list[Outgoing]:
         """Return the names under which a topic of this site's master may be sent; usually none or one.
 
         Args:
             local: the topic's name on this site's master.
             others: the other sites that are known.
+            possible: the conversions that are possible with its type; None if that is not known.
         """
         found: dict[SharedName, Rule] = {}
         known = [*others]
         for rule in self.send:
-            for shared in self._shared_names(rule, local, known):
-                if is_topic_name(shared.name) and not self._is_denied(self.deny_send, shared):
+            if rule.convert is not None and possible is not None and rule.convert not in possible:
+                continue
+            for original in self._shared_names(rule, local, known):
+                shared = original
+                if rule.convert is not None:
+                    shared = original._replace(name=original.name + rule.convert.suffix)
+                is_denied = self._is_denied(self.deny_send, original) or self._is_denied(self.deny_send, shared)
+                if is_topic_name(shared.name) and not is_denied:
                     found.setdefault(shared, rule)
         return [Outgoing(shared, rule) for shared, rule in found.items()]
 
