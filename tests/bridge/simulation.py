@@ -9,6 +9,7 @@ from collections.abc import Iterable
 from random import Random
 from typing import Any, NamedTuple
 
+from pyros1.bridge.conversions.conversion import Conversion, MessageType
 from pyros1.bridge.exchange.actions import (
     Action,
     Advertise,
@@ -20,6 +21,7 @@ from pyros1.bridge.exchange.actions import (
     Publish,
     Return,
     Send,
+    StartAnew,
     Subscribe,
     Unprovide,
     Withdraw,
@@ -39,9 +41,11 @@ POLL = 0.5
 AGE = 2.0
 """Maximum age in seconds of the messages of all topics that are not latched."""
 STRING: Any = load_message("std_msgs/String")
-TOPICS = {"/odom": "newest", "/goal": "reliable", "/map": "latched", "/tf_static": "latched"}
 CALM = 65.0
 """Seconds without trouble after which everything must be right, and all calls must have ended."""
+TOPICS = {"/odom": "newest", "/cloud": "newest", "/goal": "reliable", "/map": "latched", "/tf_static": "latched"}
+CONVERSIONS = {"/cloud": Conversion("every", 2.0)}
+"""The topics that are sent converted, although the messages stay as they are."""
 
 
 class Body(NamedTuple):
@@ -67,9 +71,11 @@ def decode(body: bytes) -> Body:
 def all_to_all(name: str) -> Rules:
     """Return rules by which a site sends and takes everything."""
     reliable = "{topic: /goal, delivery: reliable, age: 2}"
-    text = f"send: [{reliable}, {{topic: /odom, age: 2}}, '/**']\ntake: [{{topic: '*:/goal', age: 2}}, '*:**', '/**']\n"
-    text += "serve: ['/**']\ncall: ['*:**']\n"
-    return parse_config(text, "rules.yaml", name).rules
+    serve = "serve: ['/**']\ncall: ['*:**']\n"
+    converted = "{topic: /cloud, convert: every, every: 2, age: 2}"
+    text = f"send: [{reliable}, {converted}, {{topic: /odom, age: 2}}, '/**']\n"
+    text += "take: [{topic: '*:/goal', age: 2}, '*:**', '/**']\n"
+    return parse_config(text + serve, "rules.yaml", name).rules
 
 
 class Publisher:
@@ -154,6 +160,10 @@ class SimulatedSite:
                 STRING._full_text,
                 any(publisher.latched for publisher in publishers.values()),
                 tuple(publishers),
+                tuple(
+                    (conversion, MessageType(STRING._type, STRING._md5sum, STRING._full_text))
+                    for conversion in CONVERSIONS.values()
+                ),
             )
             for topic, publishers in self.publishers.items()
             if publishers
@@ -170,7 +180,8 @@ class SimulatedSite:
                     self.link.send(action)
                 case Listen():
                     self.link.listen(*action)
-                case Subscribe(local, on):
+                case Subscribe(local, on, conversion):
+                    assert conversion == CONVERSIONS.get(local)
                     (self.subscribed.add if on else self.subscribed.discard)(local)
                     if on:
                         self._connect(local)
@@ -181,6 +192,8 @@ class SimulatedSite:
                     del self.kept[local]
                 case Publish():
                     self._deliver(action)
+                case StartAnew(local, conversion):
+                    assert CONVERSIONS[local] == conversion
                 case Forget(local, source):
                     del self.kept[local][source]
                 case Provide() | Unprovide() | CallService() | Return():
@@ -205,7 +218,10 @@ class SimulatedSite:
     def _hand_over(self, local: str, publisher: str, latched: bool, body: bytes) -> None:
         if local in self.subscribed:
             received = ReceivedMessage(publisher, STRING._md5sum, latched, body)
-            self.act(self.site.on_message(local, received, publisher == "/bridge", self.now))
+            is_bridged, conversion = publisher == "/bridge", CONVERSIONS.get(local)
+            if conversion and not self.site.sending.wants(local, conversion, received, is_bridged, self.now):
+                return
+            self.act(self.site.on_message(local, received, is_bridged, self.now, conversion))
 
     def _deliver(self, message: Publish) -> None:
         assert message.local in self.kept, f"{message.local} is not published"

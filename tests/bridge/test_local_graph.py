@@ -44,7 +44,7 @@ def test_topics_with_types_and_definitions(
     right.advertise("/text", String, latch=True)
     left.advertise("/secret", String)
     (topic,) = local_graph.topics()
-    assert topic == ("/text", "std_msgs/String", String._md5sum, String._full_text, True, ("/left", "/right"))
+    assert topic[:6] == ("/text", "std_msgs/String", String._md5sum, String._full_text, True, ("/left", "/right"))
     assert sorted(asked) == sorted([(left.uri, "/text"), (right.uri, "/text")])
     local_graph.topics()
     assert len(asked) == 2, "each publisher is asked once"

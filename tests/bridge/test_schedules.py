@@ -50,7 +50,7 @@ def unsorted(self: ReliableStream, head: Any, body: bytes, now: float) -> list[A
 
 
 def forward_all(original: Any) -> Callable[..., Any]:
-    return lambda self, local, received, is_bridged, now: original(self, local, received, False, now)
+    return lambda self, local, received, is_bridged, *rest: original(self, local, received, False, *rest)
 
 
 def forget_all(original: Any) -> Callable[..., Any]:

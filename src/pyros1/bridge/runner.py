@@ -6,7 +6,8 @@ queued, so that they are done in their order; none of them waits. These are the 
 - the node's threads hand messages to the state machine, and its packets to the sender;
 - the worker deals with packets from the link, publishes what they bring, and ticks;
 - the master thread asks the master, and subscribes and advertises, all of which may wait for the master;
-- the sender has two threads, which may wait for the network.
+- the sender has two threads, which may wait for the network;
+- if messages are converted, two threads do that (`pyros1.bridge.converting`).
 
 So neither a slow master nor a slow network stops the node's loop, its callbacks, or the link's own threads.
 """
@@ -21,6 +22,9 @@ from collections import deque
 from collections.abc import Callable, Iterable
 from functools import partial
 
+from pyros1.bridge.conversions.conversion import Conversion
+from pyros1.bridge.conversions.converters import with_conversions
+from pyros1.bridge.converting import Converting, Pending, Source
 from pyros1.bridge.exchange.actions import (
     Action,
     Advertise,
@@ -33,6 +37,7 @@ from pyros1.bridge.exchange.actions import (
     Publish,
     Return,
     Send,
+    StartAnew,
     Subscribe,
     Unprovide,
     Withdraw,
@@ -100,11 +105,15 @@ class Bridge:
         self._publishing = Publishing(node, rules.site)
         self._graph = LocalGraph(Graph(node.master), self._may_be_sent)
         self._services = ServiceEnds(node, rules, self._site, self._do_next)
-        self._subscribers: dict[str, Subscriber[AnyMsg]] = {}
+        self._subscribers: dict[tuple[str, Conversion | None], Subscriber[AnyMsg]] = {}
+        self._converting = Converting(self, node.log.internal_error)
+        self._unconvertible: dict[str, str] = {}
         self._inbox = Inbox()
         self._arrived = threading.Condition()
         self._deferred: deque[Action] = deque()
-        self._newest: dict[tuple[str, str], Action] = {}  # the last action about a subscription or a published topic
+        self._newest: dict[
+            tuple[str, str, Conversion | None], Action
+        ] = {}  # the last action about a subscription or a published topic
         self._failed: list[Action] = []
         self._next_poll = 0.0
         self._demand: frozenset[str] = frozenset()
@@ -182,11 +191,13 @@ class Bridge:
                     self._act(self._services.act(action, steady_now()))
                 case Log(text, is_warning):
                     self._node.log.peer_event(WARN if is_warning else INFO, "%s", one_line(text))
+                case StartAnew():
+                    self._converting.restart((action.local, action.conversion))
                 case Subscribe(local):
-                    self._newest["subscribe", local] = action
+                    self._newest["subscribe", local, action.conversion] = action
                     self._defer(action)
                 case Advertise(local) | Withdraw(local):
-                    self._newest["publish", local] = action
+                    self._newest["publish", local, None] = action
                     self._awaited[local] = self._awaited.get(local, 0) + 1
                     self._defer(action)
 
@@ -249,10 +260,12 @@ class Bridge:
 
     def _do(self, action: Action) -> None:
         """Do what may wait for the master. What fails is done again later, unless something else is wanted by then."""
-        kind = "subscribe" if isinstance(action, Subscribe) else "publish"
-        if isinstance(action, (Subscribe, Advertise)) and self._newest.get((kind, action.local)) is not action:
-            if isinstance(action, Advertise):
-                self._is_done(action.local)
+        if isinstance(action, Subscribe) and (
+            self._newest.get(("subscribe", action.local, action.conversion)) is not action
+        ):
+            return
+        if isinstance(action, Advertise) and self._newest.get(("publish", action.local, None)) is not action:
+            self._is_done(action.local)
             return
         try:
             match action:
@@ -264,14 +277,8 @@ class Bridge:
                     self._publish(action)
                 case Forget():
                     self._publishing.forget(action)
-                case Subscribe(local, True):
-                    self._subscribers[local] = self._node.subscribe(
-                        FullName(local), AnyMsg, partial(self._on_message, local), queue_size=_QUEUE_SIZE
-                    )
-                case Subscribe(local, False):
-                    subscriber = self._subscribers.pop(local, None)
-                    if subscriber is not None:
-                        subscriber.unregister()
+                case Subscribe():
+                    self._subscribe(action)
         except Error as error:
             if self._node.ok():
                 self._failed.append(action)
@@ -279,6 +286,21 @@ class Bridge:
                 return
         if isinstance(action, (Advertise, Withdraw)):
             self._is_done(action.local)
+
+    def _subscribe(self, action: Subscribe) -> None:
+        local, on, conversion = action
+        if on:
+            if conversion is not None:
+                self._converting.start((local, conversion))
+            callback = partial(self._on_message, local, conversion)
+            subscriber = self._node.subscribe(FullName(local), AnyMsg, callback, queue_size=_QUEUE_SIZE)
+            self._subscribers[local, conversion] = subscriber
+            return
+        old = self._subscribers.pop((local, conversion), None)
+        if old is not None:
+            old.unregister()
+        if conversion is not None:
+            self._converting.stop((local, conversion))
 
     def _is_done(self, local: str) -> None:
         """Note that a topic has been advertised or withdrawn. Messages that came meanwhile are published first."""
@@ -295,7 +317,7 @@ class Bridge:
     def _poll(self) -> None:
         asked_at = steady_now()
         try:
-            topics = self._graph.topics()
+            topics, self._unconvertible = with_conversions(self._graph.topics(), self._rules)
             self._services.look(self._graph.state)
         except Error as error:
             if self._node.ok():
@@ -309,7 +331,7 @@ class Bridge:
             others = [site.name for site in self._site.sites()]
         return bool(self._rules.outgoing(topic, others))
 
-    def _on_message(self, local: str, message: AnyMsg) -> None:
+    def _on_message(self, local: str, conversion: Conversion | None, message: AnyMsg) -> None:
         """Hand a message to the state machine. Called in the node's threads."""
         header = message._connection_header or {}
         publisher = header.get("callerid", "")
@@ -318,22 +340,43 @@ class Bridge:
         received = ReceivedMessage(
             publisher, header.get("md5sum", ""), header.get("latching") == "1", bytes(message._buff)
         )
+        now = steady_now()
+        if conversion is not None:
+            self._converting.put((local, conversion), Pending(received, header.get("type", ""), is_bridged, now))
+            return
         with self._lock:
-            self._act(self._site.on_message(local, received, is_bridged, steady_now()))
+            self._act(self._site.on_message(local, received, is_bridged, now))
+
+    # What becomes of messages that are to be converted; called by the threads that do so ------------------------------
+
+    def wants(self, source: Source, pending: Pending) -> bool:
+        """See `pyros1.bridge.converting.Outlet`."""
+        with self._lock:
+            return self._site.sending.wants(*source, pending.received, pending.is_bridged, pending.at)
+
+    def send(self, source: Source, pending: Pending) -> None:
+        """See `pyros1.bridge.converting.Outlet`."""
+        local, conversion = source
+        with self._lock:
+            self._act(self._site.on_message(local, pending.received, pending.is_bridged, pending.at, conversion))
+
+    def drop(self, source: Source, reason: str) -> None:
+        """See `pyros1.bridge.converting.Outlet`."""
+        with self._lock:
+            self._site.sending.drop(*source, reason)
 
     # The end ----------------------------------------------------------------------------------------------------------
 
     def status(self) -> str:
         """Return the bridge's status as JSON, see `pyros1.bridge.status`."""
+        problems = {
+            **self._graph.problems,
+            **self._services.problems,
+            **self._unconvertible,
+            **self._converting.problems,
+        }
         with self._lock:
-            return status_json(
-                self._site,
-                self._link,
-                self._sender,
-                self._inbox,
-                {**self._graph.problems, **self._services.problems},
-                {**self._problems},
-            )
+            return status_json(self._site, self._link, self._sender, self._inbox, problems, {**self._problems})
 
     def close(self) -> None:
         """Tell other sites that this one leaves, and end all threads. May be called repeatedly."""
@@ -351,6 +394,7 @@ class Bridge:
         for thread in (self._worker, self._master_thread):
             thread.join(_JOIN_TIME)
         self._services.close()
+        self._converting.close()
         self._sender.close()
         self._link.close()
         if self._node.ok():  # otherwise it unregisters everything at once

@@ -36,6 +36,7 @@ def status_json(
             {
                 "topic": str(topic.topic),
                 "local": local.name,
+                "conversion": local.conversion.kind if local.conversion else "",
                 "type": topic.offered.type,
                 "publishers": [*local.publishers],
                 "wanted_by": sorted(topic.requests),
@@ -136,7 +137,9 @@ def status_lines(status: Mapping[str, Any]) -> Iterator[str]:
 
 def _sent_cells(entry: Mapping[str, Any]) -> list[str]:
     wanted = " ".join(entry["wanted_by"])
-    return [one_line(entry["local"]), f"to {one_line(wanted)}" if wanted else "no subscribers"]
+    conversion = entry.get("conversion")  # an older bridge does not say it
+    name = one_line(entry["local"]) + (f" ({one_line(conversion)})" if conversion else "")
+    return [name, f"to {one_line(wanted)}" if wanted else "no subscribers"]
 
 
 def _received_cells(entry: Mapping[str, Any]) -> list[str]:

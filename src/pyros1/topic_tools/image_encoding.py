@@ -54,6 +54,12 @@ def compress(image: Any, format: str = "jpeg", quality: int = 80, level: int = 9
     return CompressedImage(image.header, f"{encoding}; {format} compressed {inner_encoding}", data)
 
 
+def is_deep_grey(encoding: str) -> bool:
+    """Return whether images of an encoding have 16 bits and no colours, so that `compress` makes only PNG of them."""
+    layout = _layout(encoding)
+    return layout is not None and layout[0] == 16 and not _COLOURS.match(encoding)
+
+
 def decompress(message: Any) -> Any:
     """Return a sensor_msgs/CompressedImage as a sensor_msgs/Image with the original encoding.
 

@@ -79,6 +79,14 @@ SETTINGS = ("convert", *(kind.setting.name for kind in _KINDS.values() if kind.s
 """The settings of a rule that say what to convert, and how."""
 
 
+class MessageType(NamedTuple):
+    """A message type: its name, md5 sum and full definition."""
+
+    name: str
+    md5sum: str
+    definition: str
+
+
 class Conversion(NamedTuple):
     """A conversion.
 
@@ -99,6 +107,11 @@ class Conversion(NamedTuple):
     def takes(self) -> tuple[str, ...]:
         """The types that it can convert."""
         return _KINDS[self.kind].takes
+
+    @property
+    def keeps_latched(self) -> bool:
+        """Whether a latched message is still of use to who receives only the last one: a picture of a video is not."""
+        return self.kind != "h264"
 
     @property
     def words(self) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from pyros1.bridge.protocol.calls import CallId, Status
+from pyros1.bridge.conversions.conversion import Conversion
 from pyros1.bridge.rules.rules import Priority
 
 
@@ -38,10 +39,24 @@ class Listen(NamedTuple):
 
 
 class Subscribe(NamedTuple):
-    """Subscribe to a topic of this site's master, or no longer if `on` is false."""
+    """Subscribe to a topic of this site's master, or no longer if `on` is false.
+
+    Attributes:
+        conversion: how its messages are converted; None if they are not.
+    """
 
     local: str
     on: bool
+    conversion: Conversion | None = None
+
+
+class StartAnew(NamedTuple):
+    """Let the next converted message of a topic be one that makes sense without those before it: another site wants
+    them.
+    """
+
+    local: str
+    conversion: Conversion
 
 
 class Advertise(NamedTuple):
@@ -144,4 +159,5 @@ class Log(NamedTuple):
 
 
 ServiceAction = Provide | Unprovide | CallService | Return
-Action = Send | Listen | Subscribe | Advertise | Withdraw | Publish | Forget | ServiceAction | ProbeReply | Log
+TopicAction = Subscribe | StartAnew | Advertise | Withdraw | Publish | Forget
+Action = Send | Listen | TopicAction | ServiceAction | ProbeReply | Log

@@ -117,21 +117,35 @@ class OutgoingTopic:
         self._waiting.pop(received.publisher, None)
         return self._number(received, now)
 
-    def _may_send(self, publisher: str, now: float) -> bool:
+    def is_due(self, received: ReceivedMessage, now: float) -> bool:
+        """Return whether `take` would take a message at this time, or keep it for later: whether to convert it."""
+        period = self._period()
+        is_kept = received.latched and self.offered.latched
+        return period is None or is_kept or self._next_due(received.publisher, period, now)[1]
+
+    def _period(self) -> float | None:
+        """Return the seconds between messages of a publisher; None if there is no limit."""
         limits = [self.settings.rate] if self.settings.rate else []
         if self.requests and all(self.requests.values()):
             limits.append(max(self.requests.values()))
-        if not limits:
-            return True
-        period = 1.0 / min(limits)
+        return 1.0 / min(limits) if limits else None
+
+    def _next_due(self, publisher: str, period: float, now: float) -> tuple[float, bool]:
+        """Return when another message of a publisher is due after this one, and whether this one is due."""
         due = self._due.get(publisher, now)
         if due > now + 1.2 * period:  # a slower rate was wanted before
-            due = self._due[publisher] = now + period
+            return now + period, False
         # A message that is a little early counts as the due one: publishers are not exact.
         if now < due - 0.1 * period:
-            return False
-        self._due[publisher] = max(due, now - period) + period
-        return True
+            return due, False
+        return max(due, now - period) + period, True
+
+    def _may_send(self, publisher: str, now: float) -> bool:
+        period = self._period()
+        if period is None:
+            return True
+        self._due[publisher], is_due = self._next_due(publisher, period, now)
+        return is_due
 
     def _number(self, received: ReceivedMessage, now: float) -> Numbered | str:
         publisher = self._publishers.get(received.publisher)

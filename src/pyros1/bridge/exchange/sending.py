@@ -10,7 +10,8 @@ from collections.abc import Iterable, Mapping
 from itertools import islice
 from typing import NamedTuple
 
-from pyros1.bridge.exchange.actions import Action, Send, Subscribe
+from pyros1.bridge.conversions.conversion import Conversion, MessageType
+from pyros1.bridge.exchange.actions import Action, Send, StartAnew, Subscribe
 from pyros1.bridge.exchange.outgoing import Drop, Numbered, OutgoingTopic, ReceivedMessage
 from pyros1.bridge.names import SharedName, is_topic_name
 from pyros1.bridge.protocol.key_expressions import again_key, to_key, topic_key
@@ -47,6 +48,8 @@ class LocalTopic(NamedTuple):
         type, md5sum, definition: its message type.
         latched: whether a publisher latches its messages.
         publishers: the names of those nodes.
+        convertible: the type of its messages after each conversion that is possible.
+        conversion: the one whose result this is; None if the messages are as their publishers have sent them.
     """
 
     name: str
@@ -55,6 +58,16 @@ class LocalTopic(NamedTuple):
     definition: str
     latched: bool
     publishers: tuple[str, ...]
+    convertible: tuple[tuple[Conversion, MessageType], ...] = ()
+    conversion: Conversion | None = None
+
+    def converted(self, conversion: Conversion | None) -> LocalTopic:
+        """Return the topic as it is after a conversion, one that is possible; None leaves it as it is."""
+        if conversion is None:
+            return self
+        name, md5sum, definition = dict(self.convertible)[conversion]
+        latched = self.latched and conversion.keeps_latched
+        return self._replace(type=name, md5sum=md5sum, definition=definition, latched=latched, conversion=conversion)
 
 
 class Flow:
@@ -73,6 +86,10 @@ class Flow:
     def drop(self, reason: str) -> None:
         """Count a message that is dropped."""
         self.drops[reason] = self.drops.get(reason, 0) + 1
+
+
+_Source = tuple[str, Conversion | None]
+"""A topic here, and how its messages are converted."""
 
 
 class _Sent(NamedTuple):
@@ -98,9 +115,9 @@ class Sending:
         self._peers: dict[str, int] = {}  # the other sites that are known -> their epochs
         self._requests: dict[str, dict[SharedName, float]] = {}
         self._sent: dict[SharedName, _Sent] = {}
-        self._by_local: dict[str, list[_Sent]] = {}
+        self._by_local: dict[_Source, list[_Sent]] = {}
         self._last: dict[SharedName, int] = {}  # numbers never begin again within an epoch
-        self._subscribed: set[str] = set()
+        self._subscribed: set[_Source] = set()
         self._answered_at: dict[tuple[str, SharedName | None], float] = {}
 
     # What there is ----------------------------------------------------------------------------------------------------
@@ -156,47 +173,94 @@ class Sending:
             elif sent.topic.offered.latched:
                 for peer in sorted(new_peers):
                     actions += self._send_held(sent, peer)
-        needed = {sent.local.name for sent in self._sent.values() if sent.topic.requests}
-        actions += [Subscribe(local, False) for local in sorted(self._subscribed - needed)]
-        actions += [Subscribe(local, True) for local in sorted(needed - self._subscribed)]
+            if new_peers and sent.local.conversion is not None:
+                actions.append(StartAnew(sent.local.name, sent.local.conversion))
+        needed = {(sent.local.name, sent.local.conversion) for sent in self._sent.values() if sent.topic.requests}
+        for on, sources in ((False, self._subscribed - needed), (True, needed - self._subscribed)):
+            in_order = sorted(sources, key=lambda source: (source[0], source[1] or ()))
+            actions += [Subscribe(local, on, conversion) for local, conversion in in_order]
         self._subscribed = needed
         return actions
 
     def _update_sent(self) -> None:
         old, self._sent, self._by_local = self._sent, {}, {}
-        for name in sorted(self._locals):
-            local = self._locals[name]
-            for outgoing in self._rules.outgoing(name, self._peers):
-                shared, rule = outgoing
-                if shared in self._sent:
-                    continue  # two topics here would have the same name there: the first one is sent
-                settings = rule.settings(name, local.type)
-                is_latched = local.latched and not is_command(local.type)
-                offered = Offered(shared, local.type, local.md5sum, is_latched, settings.reliable)
-                before = old.get(shared)
-                if before is not None and before.topic.offered == offered and before.local.name == name:
-                    topic, flow = before.topic, before.flow
-                else:
-                    topic, flow = OutgoingTopic(offered, settings, self._epoch), Flow()
-                    topic.last = before.topic.last if before else self._last.get(shared, 0)
-                receivers = frozenset(self._rules.receivers(outgoing, self._peers))
-                sent = self._sent[shared] = _Sent(topic, receivers, outgoing, local, flow)
-                self._by_local.setdefault(name, []).append(sent)
+        for outgoing, local in self._outgoing():
+            shared, rule = outgoing
+            if shared in self._sent:
+                continue  # two topics here would have the same name there: the first one is sent
+            name, conversion = local.name, local.conversion
+            settings = rule.settings(name, local.type)
+            is_latched = local.latched and not is_command(local.type)
+            offered = Offered(shared, local.type, local.md5sum, is_latched, settings.reliable)
+            before = old.get(shared)
+            is_same = before is not None and (before.local.name, before.local.conversion) == (name, conversion)
+            if before is not None and is_same and before.topic.offered == offered:
+                topic, flow = before.topic, before.flow
+            else:
+                topic, flow = OutgoingTopic(offered, settings, self._epoch), Flow()
+                topic.last = before.topic.last if before else self._last.get(shared, 0)
+            receivers = frozenset(self._rules.receivers(outgoing, self._peers))
+            sent = self._sent[shared] = _Sent(topic, receivers, outgoing, local, flow)
+            self._by_local.setdefault((name, conversion), []).append(sent)
         self._last.update((shared, sent.topic.last) for shared, sent in old.items() if shared not in self._sent)
+
+    def _outgoing(self) -> list[tuple[Outgoing, LocalTopic]]:
+        """Return what the rules allow; what is to be converted last, since a node may publish the same by itself."""
+        found = []
+        for name in sorted(self._locals):
+            topic = self._locals[name]
+            possible = {conversion for conversion, _ in topic.convertible}
+            for outgoing in self._rules.outgoing(name, self._peers, possible):
+                found.append((outgoing, topic.converted(outgoing.rule.convert)))
+        return sorted(found, key=lambda each: each[1].conversion is not None)
 
     # Messages ---------------------------------------------------------------------------------------------------------
 
-    def on_message(self, local: str, received: ReceivedMessage, is_bridged: bool, now: float) -> list[Action]:
+    def wants(
+        self, local: str, conversion: Conversion, received: ReceivedMessage, is_bridged: bool, now: float
+    ) -> bool:
+        """Return whether a message would be sent after a conversion; if not, it is counted as dropped.
+
+        Args:
+            local: the topic's name on this site's master.
+            conversion: the conversion.
+            received: the message before it.
+            is_bridged: whether a bridge has published it.
+            now: the time in seconds that `on_message` will be given.
+        """
+        wanting = [sent for sent in self._by_local.get((local, conversion), ()) if sent.topic.requests]
+        if not is_bridged and any(sent.topic.is_due(received, now) for sent in wanting):
+            return True
+        self._drop(wanting, Drop.BRIDGED if is_bridged else Drop.RATE)
+        return False
+
+    def drop(self, local: str, conversion: Conversion, reason: str) -> None:
+        """Count a message that was not converted."""
+        self._drop(self._by_local.get((local, conversion), ()), reason)
+
+    def _drop(self, sent_topics: Iterable[_Sent], reason: str) -> None:
+        for sent in sent_topics:
+            sent.flow.drop(reason)
+
+    def on_message(
+        self,
+        local: str,
+        received: ReceivedMessage,
+        is_bridged: bool,
+        now: float,
+        conversion: Conversion | None = None,
+    ) -> list[Action]:
         """Return the packets to send for a message.
 
         Args:
             local: the topic's name on this site's master.
             received: the message.
             is_bridged: whether a bridge has published it.
-            now: the current time in seconds.
+            now: the current time in seconds, or when it came if it was converted since then.
+            conversion: how it was converted; None if it was not.
         """
         actions: list[Action] = []
-        for sent in self._by_local.get(local, ()):
+        for sent in self._by_local.get((local, conversion), ()):
             if not sent.topic.requests:
                 continue
             message = Drop.BRIDGED if is_bridged else sent.topic.take(received, now)

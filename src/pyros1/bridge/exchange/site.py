@@ -25,6 +25,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from itertools import count
 from typing import NamedTuple
 
+from pyros1.bridge.conversions.conversion import Conversion
 from pyros1.bridge.exchange.actions import Action, Log, ProbeReply, Send
 from pyros1.bridge.exchange.outgoing import OutgoingTopic, ReceivedMessage
 from pyros1.bridge.exchange.peer import HEARTBEAT_PERIOD, Change, Peer, State
@@ -135,16 +136,29 @@ class Site:
         """Note to which topics that this site publishes nodes of its master subscribe."""
         return self._receiving.set_demand(demand, now) + self._update_lists(now)
 
-    def on_message(self, local: str, received: ReceivedMessage, is_bridged: bool, now: float) -> list[Action]:
+    def on_message(
+        self,
+        local: str,
+        received: ReceivedMessage,
+        is_bridged: bool,
+        now: float,
+        conversion: Conversion | None = None,
+    ) -> list[Action]:
         """Note a message of a topic of this site's master.
 
         Args:
             local: the topic's name.
             received: the message.
             is_bridged: whether its publisher is a bridge, this one or another.
-            now: the current time.
+            now: the current time, or when the message came if it was converted since then.
+            conversion: how it was converted; None if it was not.
         """
-        return self._sending.on_message(local, received, is_bridged, now)
+        return self._sending.on_message(local, received, is_bridged, now, conversion)
+
+    @property
+    def sending(self) -> Sending:
+        """What the site sends: says which messages are worth a conversion, and counts those that were not converted."""
+        return self._sending
 
     # Services ---------------------------------------------------------------------------------------------------------
 

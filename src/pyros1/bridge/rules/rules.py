@@ -245,6 +245,10 @@ class Rules:
                     found.setdefault(shared, rule)
         return [Outgoing(shared, rule) for shared, rule in found.items()]
 
+    def names(self, rule: Rule, local: str) -> bool:
+        """Return whether a rule of what is sent names a topic of this site's master, without wildcards."""
+        return rule.pattern.is_literal and any(self._shared_names(rule, local, [*self.sites]))
+
     def _shared_names(self, rule: Rule, local: str, others: list[str]) -> Iterator[SharedName]:
         pattern = rule.pattern
         owners = others if pattern.site == "*" else [pattern.site or self.site]

@@ -136,6 +136,19 @@ def test_without_zenoh(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
     assert code == 1 and "pip install 'pyros1[bridge]'" in err
 
 
+def test_without_what_a_conversion_needs(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("zenoh")
+
+    def fail(name: str) -> None:
+        raise ImportError(name)
+
+    monkeypatch.setattr("pyros1.observe.image_files.import_module", fail)
+    file = tmp_path / "red.yaml"
+    file.write_text("{site: red, to: tcp/127.0.0.1:1, send: [{topic: /a, convert: jpeg}]}")
+    code, _, err = run("--config", str(file))
+    assert code == 1 and "pip install 'pyros1[images]'" in err
+
+
 def test_without_a_master(run: Run, monkeypatch: pytest.MonkeyPatch, free_port: int) -> None:
     pytest.importorskip("zenoh")
     monkeypatch.setenv("ROS_MASTER_URI", f"http://127.0.0.1:{free_port}")

@@ -103,8 +103,13 @@ def _read_keys(config: SiteConfig) -> Mapping[str, str]:
 def _run_bridge(invocation: Invocation, config: SiteConfig, security: Mapping[str, str]) -> int:
     from pyros1.bridge.transport.zenoh_link import ZenohLink, check_installed  # noqa: PLC0415
 
+    from pyros1.bridge.conversions import converters  # noqa: PLC0415
+
     check_installed()
     rules = config.rules
+    for rule in rules.send:
+        if rule.convert is not None:
+            converters.check_installed(rule.convert)
     invocation.master.ping()  # fail before slow imports if no master is running
     from pyros1.bridge.runner import Bridge  # noqa: PLC0415
     from pyros1.node import Node  # noqa: PLC0415

@@ -1,0 +1,191 @@
+"""Converts messages on their way from a node to the site's state machine, on threads of its own.
+
+Converting a picture takes longer than a node's thread may be held up, and than the state machine may be locked. So a
+message waits until a thread is free, and only the newest of each publisher does: what is not converted in time is
+dropped. Only messages that would be sent are converted.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections import deque
+from collections.abc import Callable
+from typing import NamedTuple, Protocol
+
+from pyros1.bridge.conversions.conversion import Conversion
+from pyros1.bridge.conversions.converters import Converter, converted_type
+from pyros1.bridge.exchange.outgoing import Drop, ReceivedMessage
+from pyros1.ground.errors import Error
+
+_THREADS = 2
+_MAX_PUBLISHERS = 100
+"""Maximum number of publishers of a topic whose messages wait."""
+_JOIN_TIME = 3.0
+Source = tuple[str, Conversion]
+"""A topic of this site's master, and how its messages are converted."""
+
+
+class Pending(NamedTuple):
+    """A message that is to be converted.
+
+    Attributes:
+        received: the message.
+        type: the name of its type.
+        is_bridged: whether a bridge has published it.
+        at: when it came, in seconds of the site's clock.
+    """
+
+    received: ReceivedMessage
+    type: str
+    is_bridged: bool
+    at: float
+
+
+class Outlet(Protocol):
+    """What becomes of messages; called in any thread, without locks of the converting ones."""
+
+    def wants(self, source: Source, pending: Pending) -> bool:
+        """Return whether a message would be sent if it were converted; otherwise it counts as dropped."""
+        ...
+
+    def send(self, source: Source, pending: Pending) -> None:
+        """Take a message that has been converted."""
+        ...
+
+    def drop(self, source: Source, reason: str) -> None:
+        """Count a message that is dropped."""
+        ...
+
+
+class _Work:
+    """What waits for a source. One thread at a time converts for it."""
+
+    def __init__(self) -> None:
+        self.pending: dict[str, Pending] = {}  # publisher -> its newest message
+        self.converter: Converter | None = None
+        self.is_queued = False
+        self.must_restart = False
+
+
+class Converting:
+    """The threads that convert. They start with the first message.
+
+    Args:
+        outlet: what becomes of messages.
+        on_mistake: is called with exceptions that only a mistake of ours explains.
+
+    Attributes:
+        problems: topic -> why its last message could not be converted.
+    """
+
+    def __init__(self, outlet: Outlet, on_mistake: Callable[[Exception], None]) -> None:
+        self.problems: dict[str, str] = {}
+        self._outlet = outlet
+        self._on_mistake = on_mistake
+        self._works: dict[Source, _Work] = {}
+        self._queue: deque[Source] = deque()
+        self._has_work = threading.Condition()
+        self._threads: list[threading.Thread] = []
+        self._is_closing = False
+
+    def start(self, source: Source) -> None:
+        """Take messages of a source from now on."""
+        with self._has_work:
+            self._works[source] = _Work()
+
+    def stop(self, source: Source) -> None:
+        """Take no messages of a source any longer, and forget those that wait."""
+        with self._has_work:
+            self._works.pop(source, None)
+            self.problems.pop(source[0], None)
+
+    def restart(self, source: Source) -> None:
+        """Let the next message be one that makes sense without those before, since somebody new receives."""
+        with self._has_work:
+            if source in self._works:
+                self._works[source].must_restart = True
+
+    def put(self, source: Source, pending: Pending) -> None:
+        """Leave a message to the threads. It takes the place of one of its publisher that waits."""
+        publisher = pending.received.publisher
+        with self._has_work:
+            work = self._works.get(source)
+            if work is None or self._is_closing:
+                return
+            problem = Drop.OVERTAKEN if publisher in work.pending else ""
+            if not problem and len(work.pending) >= _MAX_PUBLISHERS:
+                problem = Drop.PUBLISHERS
+            else:
+                work.pending[publisher] = pending
+            self._enqueue(source, work)
+        if problem:
+            self._outlet.drop(source, problem)
+
+    def _enqueue(self, source: Source, work: _Work) -> None:
+        """Let a thread deal with a source, unless one does."""
+        if work.is_queued or not work.pending:
+            return
+        work.is_queued = True
+        self._queue.append(source)
+        if len(self._threads) < _THREADS:
+            thread = threading.Thread(target=self._run, name="bridge: conversions", daemon=True)
+            self._threads.append(thread)
+            thread.start()
+        self._has_work.notify()
+
+    def _run(self) -> None:
+        while True:
+            with self._has_work:
+                while not self._queue and not self._is_closing:
+                    self._has_work.wait()
+                if self._is_closing:
+                    return
+                source = self._queue.popleft()
+                work = self._works.get(source)
+                if work is None:
+                    continue
+                pending = work.pending.pop(next(iter(work.pending)))
+                must_restart, work.must_restart = work.must_restart, False
+            try:
+                self._convert(source, work, pending, must_restart)
+            except Exception as error:  # noqa: BLE001 - a mistake of ours must not end the thread silently
+                self._on_mistake(error)
+            with self._has_work:
+                work.is_queued = False
+                if self._works.get(source) is work:
+                    self._enqueue(source, work)
+
+    def _convert(self, source: Source, work: _Work, pending: Pending, must_restart: bool) -> None:
+        topic, conversion = source
+        received = pending.received
+        try:
+            new_type = converted_type(conversion, pending.type, received.md5sum)
+            if new_type is None:
+                self._outlet.drop(source, Drop.TYPE)
+                return
+            if work.converter is None:
+                work.converter = Converter(conversion, pending.type)
+            if must_restart:
+                work.converter.restart()
+            if not self._outlet.wants(source, pending):
+                return
+            body = work.converter.convert(received.publisher, received.body, pending.at)
+        except Error as error:
+            with self._has_work:
+                if self._works.get(source) is work:
+                    self.problems[topic] = str(error)
+            self._outlet.drop(source, Drop.UNCONVERTED)
+            return
+        if self.problems:
+            with self._has_work:
+                self.problems.pop(topic, None)
+        self._outlet.send(source, pending._replace(received=received._replace(md5sum=new_type.md5sum, body=body)))
+
+    def close(self) -> None:
+        """End the threads."""
+        with self._has_work:
+            self._is_closing = True
+            self._works.clear()
+            self._has_work.notify_all()
+        for thread in self._threads:
+            thread.join(_JOIN_TIME)

@@ -1,0 +1,163 @@
+"""The threads that convert: only the newest of each publisher, and only what is wanted."""
+
+from __future__ import annotations
+
+import queue
+import threading
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+from tests.bodies import decode, encode
+
+from pyros1.bridge.conversions.conversion import Conversion
+from pyros1.bridge.converting import Converting, Pending, Source
+from pyros1.bridge.exchange.outgoing import Drop, ReceivedMessage
+from pyros1.msgs.sensor_msgs.msg import LaserScan
+
+from .conftest import PATIENCE
+
+SCAN: Source = ("/scan", Conversion("every", 2.0))
+OTHER: Source = ("/other", Conversion("every", 2.0))
+
+
+def pending(number: int, publisher: str = "/laser", **changes: Any) -> Pending:
+    scan = LaserScan(scan_time=number, ranges=(1.0, 2.0, 3.0))
+    received = ReceivedMessage(publisher, LaserScan._md5sum, False, encode(scan))
+    return Pending(received, "sensor_msgs/LaserScan", False, float(number))._replace(**changes)
+
+
+class Outlet:
+    """Notes what comes; converting stops at `wants` while the gate is closed."""
+
+    def __init__(self) -> None:
+        self.events: queue.Queue[tuple[Any, ...]] = queue.Queue()
+        self.gate = threading.Event()
+        self.gate.set()
+        self.answer = True
+        self.asked: queue.Queue[float] = queue.Queue()
+
+    def wants(self, source: Source, pending: Pending) -> bool:
+        self.asked.put(pending.at)
+        assert self.gate.wait(PATIENCE)
+        return self.answer
+
+    def send(self, source: Source, pending: Pending) -> None:
+        scan = decode(LaserScan, pending.received.body)
+        self.events.put(("sent", source[0], pending.received.publisher, scan.scan_time, scan.ranges, pending.at))
+
+    def drop(self, source: Source, reason: str) -> None:
+        self.events.put(("dropped", source[0], reason))
+
+    def next(self) -> tuple[Any, ...]:
+        return self.events.get(timeout=PATIENCE)
+
+
+@pytest.fixture
+def outlet() -> Outlet:
+    return Outlet()
+
+
+@pytest.fixture
+def converting(outlet: Outlet) -> Iterator[Converting]:
+    mistakes: list[Exception] = []
+    converting = Converting(outlet, mistakes.append)
+    converting.start(SCAN)
+    yield converting
+    outlet.gate.set()
+    converting.close()
+    assert not mistakes
+    assert not [thread for thread in threading.enumerate() if thread.name == "bridge: conversions"]
+
+
+def test_a_message(converting: Converting, outlet: Outlet) -> None:
+    converting.put(SCAN, pending(5))
+    assert outlet.next() == ("sent", "/scan", "/laser", 5.0, (1.0, 3.0), 5.0)
+
+
+def test_only_the_newest_of_each_publisher_waits(converting: Converting, outlet: Outlet) -> None:
+    outlet.gate.clear()
+    converting.put(SCAN, pending(1))
+    assert outlet.asked.get(timeout=PATIENCE) == 1
+    for number in (2, 3, 4):
+        converting.put(SCAN, pending(number))
+    converting.put(SCAN, pending(9, "/second"))
+    assert [outlet.next() for _ in range(2)] == [("dropped", "/scan", Drop.OVERTAKEN)] * 2
+    assert outlet.events.empty(), "one source is converted by one thread at a time"
+    outlet.gate.set()
+    assert [outlet.next()[2:4] for _ in range(3)] == [("/laser", 1.0), ("/laser", 4.0), ("/second", 9.0)]
+
+
+def test_a_slow_topic_does_not_hold_up_another_one(converting: Converting, outlet: Outlet) -> None:
+    converting.start(OTHER)
+    outlet.gate.clear()
+    converting.put(SCAN, pending(1))
+    converting.put(OTHER, pending(2))
+    assert {outlet.asked.get(timeout=PATIENCE) for _ in range(2)} == {1, 2}
+
+
+def test_what_is_not_wanted_is_not_converted(converting: Converting, outlet: Outlet) -> None:
+    outlet.answer = False
+    converting.put(SCAN, pending(1, received=ReceivedMessage("/laser", LaserScan._md5sum, False, b"nonsense")))
+    assert outlet.asked.get(timeout=PATIENCE) == 1
+    converting.put(SCAN, pending(2))
+    assert outlet.asked.get(timeout=PATIENCE) == 2
+    assert outlet.events.empty()
+
+
+def test_what_cannot_be_converted(converting: Converting, outlet: Outlet) -> None:
+    converting.put(SCAN, pending(1, received=ReceivedMessage("/laser", LaserScan._md5sum, False, b"nonsense")))
+    assert outlet.next() == ("dropped", "/scan", Drop.UNCONVERTED)
+    assert {*converting.problems} == {"/scan"}
+    converting.put(SCAN, pending(2))
+    assert outlet.next()[0] == "sent"
+    assert not converting.problems
+
+
+def test_another_type(converting: Converting, outlet: Outlet) -> None:
+    converting.put(SCAN, pending(1, type="std_msgs/String"))
+    assert outlet.next() == ("dropped", "/scan", Drop.TYPE)
+    converting.put(SCAN, pending(2, received=ReceivedMessage("/laser", "0" * 32, False, b"")))
+    assert outlet.next() == ("dropped", "/scan", Drop.TYPE)
+
+
+def test_too_many_publishers(converting: Converting, outlet: Outlet) -> None:
+    outlet.gate.clear()
+    converting.put(SCAN, pending(1, "/first"))
+    assert outlet.asked.get(timeout=PATIENCE) == 1
+    for number in range(101):
+        converting.put(SCAN, pending(2, f"/laser{number}"))
+    assert outlet.next() == ("dropped", "/scan", Drop.PUBLISHERS)
+    assert outlet.events.empty()
+
+
+def test_a_topic_that_is_not_wanted_any_more(converting: Converting, outlet: Outlet) -> None:
+    outlet.gate.clear()
+    converting.put(SCAN, pending(1))
+    assert outlet.asked.get(timeout=PATIENCE) == 1
+    converting.put(SCAN, pending(2))
+    converting.stop(SCAN)
+    converting.put(SCAN, pending(3))
+    converting.restart(SCAN)
+    outlet.gate.set()
+    assert outlet.next()[3] == 1.0
+    converting.start(SCAN)
+    converting.put(SCAN, pending(4))
+    assert outlet.next()[3] == 4.0, "what waited is forgotten"
+
+
+class FailingOutlet(Outlet):
+    """An outlet with a mistake."""
+
+    def wants(self, source: Source, pending: Pending) -> bool:
+        raise RuntimeError("a mistake")
+
+
+def test_a_mistake_does_not_end_the_threads() -> None:
+    mistakes: queue.Queue[Exception] = queue.Queue()
+    converting = Converting(FailingOutlet(), mistakes.put)
+    converting.start(SCAN)
+    for number in range(5):
+        converting.put(SCAN, pending(number))
+        assert isinstance(mistakes.get(timeout=PATIENCE), RuntimeError)
+    converting.close()
