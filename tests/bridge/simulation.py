@@ -21,6 +21,7 @@ from pyros1.bridge.exchange.actions import (
     Publish,
     Return,
     Send,
+    SetOrigins,
     StartAnew,
     Subscribe,
     Unprovide,
@@ -29,6 +30,7 @@ from pyros1.bridge.exchange.actions import (
 from pyros1.bridge.exchange.outgoing import ReceivedMessage
 from pyros1.bridge.exchange.sending import LocalTopic
 from pyros1.bridge.exchange.site import Site
+from pyros1.bridge.protocol.packets import MAX_PUBLISHERS
 from pyros1.bridge.rules.parsing import parse_config
 from pyros1.bridge.rules.rules import Rules
 from pyros1.bridge.transport.memory_link import Conditions, MemoryLink, MemoryNetwork
@@ -96,6 +98,7 @@ class SimulatedSite:
         subscribers: the topics to which nodes subscribe.
         subscribed: the topics to which the bridge subscribes.
         kept: topic -> source -> the latched message that later subscribers get from the bridge.
+        origins: topic -> the original publishers, as the bridge names them.
         delivered: what the bridge published: the run of the site, the count of subscriptions then, and the message.
         services: the services of its nodes, and their calls.
     """
@@ -108,6 +111,7 @@ class SimulatedSite:
         self.subscribed: set[str] = set()
         self.kept: dict[str, dict[tuple[str, int], bytes]] = {}
         self.delivered: list[tuple[int, int, Body]] = []
+        self.origins: dict[str, tuple[str, ...]] = {}
         self.logged: list[str] = []
         self.run = 0
         self._rules = rules
@@ -185,9 +189,8 @@ class SimulatedSite:
                     (self.subscribed.add if on else self.subscribed.discard)(local)
                     if on:
                         self._connect(local)
-                case Advertise(local):
-                    assert local not in self.kept, f"{local} is published twice"
-                    self.kept[local] = {}
+                case Advertise() | SetOrigins():
+                    self._advertise(action)
                 case Withdraw(local):
                     del self.kept[local]
                 case Publish():
@@ -202,6 +205,14 @@ class SimulatedSite:
                     raise AssertionError("nobody has sent a probe")
                 case _:
                     self.logged.append(action.text)
+
+    def _advertise(self, action: Advertise | SetOrigins) -> None:
+        if isinstance(action, Advertise):
+            assert action.local not in self.kept, f"{action.local} is published twice"
+            self.kept[action.local] = {}
+        else:
+            assert action.local in self.kept and action.origins != self.origins[action.local]
+        self.origins[action.local] = action.origins
 
     def _connect(self, local: str) -> None:
         """Let the bridge get the latched messages of a topic, its own ones and those of nodes, a little later."""
@@ -390,6 +401,8 @@ class Simulation:
                 local = f"/{other.name}{topic}"
                 if publishers:
                     assert local in site.kept, f"{local} is not published at {site.name}"
+                    names = tuple(sorted(f"{other.name}:{publisher}" for publisher in publishers)[:MAX_PUBLISHERS])
+                    assert site.origins[local] == names, f"{site.origins[local]} are not the publishers of {local}"
                 else:
                     assert local not in site.kept, f"{local} is published at {site.name}"
                 expected = {each.last for each in publishers.values() if each.latched and each.last}

@@ -10,6 +10,7 @@ import subprocess
 import sys
 from collections.abc import Callable
 from functools import partial
+from itertools import count
 from typing import Any
 
 import pytest
@@ -55,6 +56,26 @@ def test_nothing_is_subscribed_to_that_nobody_wants(pair: tuple[RunningSite, Run
     wait_until(lambda: publisher.num_connections == 0, "the bridge unsubscribes")
     publisher.unregister()
     wait_until(lambda: "/red/text" not in base.topics(), "the topic is withdrawn")
+
+
+def test_the_original_publishers_are_in_the_connections_header(pair: tuple[RunningSite, RunningSite]) -> None:
+    red, base = pair
+    first: Any = red.make_node("first").advertise("/text", "std_msgs/String", latch=True)
+    first.publish("hello")
+    base.has_topic("/red/text")
+    header = QueuedSubscriber(base.node, "/red/text").get()._connection_header
+    assert (header["callerid"], header["origin"]) == ("/bridge_base", "red:/first")
+    second: Any = red.make_node("second").advertise("/text", "std_msgs/String", latch=True)
+    second.publish("hello")
+    numbers = count()
+
+    def late_origin() -> str:
+        node = base.make_node(f"late{next(numbers)}")
+        return str(QueuedSubscriber(node, "/red/text").get()._connection_header["origin"])
+
+    wait_until(lambda: late_origin() == "red:/first red:/second", "who subscribes later sees both")
+    received = {entry["local"]: entry["publishers"] for entry in json.loads(base.bridge.status())["received"]}
+    assert received["/red/text"] == ["/first", "/second"]
 
 
 def test_types_that_are_installed_nowhere(pair: tuple[RunningSite, RunningSite]) -> None:

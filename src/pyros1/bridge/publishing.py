@@ -18,6 +18,11 @@ from pyros1.wire.handshake import TopicType
 
 BRIDGE_FIELD = "pyros1_bridge"
 """Field of the connection headers of bridges' publishers, with the site's name."""
+ORIGIN_FIELD = "origin"
+"""Another one, with the original publishers when the connection was made, such as ``red:/driver``. The field
+``callerid`` has the name of the bridge's node: the one that this master knows, and that sends the messages of all of
+them over one connection.
+"""
 _QUEUE_SIZE = 100
 
 
@@ -26,6 +31,7 @@ class _Topic:
         self.action = action
         self.publisher = publisher
         self.latched: dict[tuple[str, int], Publisher[AnyMsg]] = {}
+        self.origins = action.origins
 
 
 class Publishing:
@@ -48,17 +54,27 @@ class Publishing:
         Raises:
             Error: the master refuses it, or does not respond.
         """
-        topic = _Topic(action, self._make_publisher(action))
+        topic = _Topic(action, self._make_publisher(action, action.origins))
         with self._lock:
             self._topics[action.local] = topic
 
-    def _make_publisher(self, action: Advertise) -> Publisher[AnyMsg]:
+    def set_origins(self, local: str, origins: tuple[str, ...]) -> None:
+        """Name other original publishers to those who subscribe from now on."""
+        with self._lock:
+            topic = self._topics.get(local)
+            if topic is not None:
+                # The topic is published already, so this does not wait for the master.
+                old, topic.origins = topic.publisher, origins
+                topic.publisher = self._make_publisher(topic.action, origins)
+                old.unregister()
+
+    def _make_publisher(self, action: Advertise, origins: tuple[str, ...]) -> Publisher[AnyMsg]:
         return self._node.advertise(
             FullName(action.local),
             AnyMsg,
             queue_size=_QUEUE_SIZE,
             latch=action.latched,
-            headers=self._headers,
+            headers={**self._headers, ORIGIN_FIELD: " ".join(origins)},
             raw_type=TopicType(action.type, action.md5sum, action.definition),
         )
 
@@ -80,11 +96,11 @@ class Publishing:
             if action.latched:
                 if action.source not in topic.latched:
                     # The topic is published already, so this does not wait for the master.
-                    topic.latched[action.source] = self._make_publisher(topic.action)
+                    topic.latched[action.source] = self._make_publisher(topic.action, topic.origins)
                 publisher = topic.latched[action.source]
             elif topic.action.latched:
                 # Of this publisher, nothing is kept: what it has published is forgotten with it.
-                with self._make_publisher(topic.action) as passing:
+                with self._make_publisher(topic.action, topic.origins) as passing:
                     passing.publish(AnyMsg(action.body))
                 return True
         publisher.publish(AnyMsg(action.body))

@@ -37,6 +37,7 @@ from pyros1.bridge.exchange.actions import (
     Publish,
     Return,
     Send,
+    SetOrigins,
     StartAnew,
     Subscribe,
     Unprovide,
@@ -196,6 +197,8 @@ class Bridge:
                 case Subscribe(local):
                     self._newest["subscribe", local, action.conversion] = action
                     self._defer(action)
+                case SetOrigins():
+                    self._defer(action)
                 case Advertise(local) | Withdraw(local):
                     self._newest["publish", local, None] = action
                     self._awaited[local] = self._awaited.get(local, 0) + 1
@@ -273,6 +276,8 @@ class Bridge:
                     self._publishing.advertise(action)
                 case Withdraw(local):
                     self._publishing.withdraw(local)
+                case SetOrigins(local, origins):
+                    self._publishing.set_origins(local, origins)
                 case Publish():
                     self._publish(action)
                 case Forget():

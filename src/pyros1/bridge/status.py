@@ -52,6 +52,7 @@ def status_json(
                 "from": received.peer,
                 "local": received.local,
                 "type": received.type,
+                "publishers": [*received.publishers],
                 "state": received.state,
                 "messages": received.flow.messages,
                 "bytes": received.flow.bytes,

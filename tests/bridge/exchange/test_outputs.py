@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pyros1.bridge.exchange.actions import Advertise, Forget, Withdraw
+from pyros1.bridge.exchange.actions import Advertise, Forget, SetOrigins, Withdraw
 from pyros1.bridge.exchange.outputs import Candidate, Output, Outputs, choose
 from pyros1.bridge.names import SharedName
 
@@ -22,20 +22,29 @@ def test_the_first_decides_about_the_type() -> None:
 
 def test_changes() -> None:
     outputs = Outputs()
-    assert outputs.update({"/t": STRING, "/u": INT}) == [Advertise("/t", *STRING), Advertise("/u", *INT)]
+    assert outputs.update({"/t": STRING, "/u": INT}, {}) == [Advertise("/t", *STRING), Advertise("/u", *INT)]
     assert "/t" in outputs and not outputs.is_latched("/t") and not outputs.is_latched("/x")
     assert outputs.changed({"/t": LATCHED}) == {"/t", "/u"}
-    assert outputs.update({"/t": LATCHED}) == [Withdraw("/t"), Withdraw("/u"), Advertise("/t", *LATCHED)]
-    assert outputs.update({"/t": LATCHED}) == [] and outputs.is_latched("/t")
+    assert outputs.update({"/t": LATCHED}, {}) == [Withdraw("/t"), Withdraw("/u"), Advertise("/t", *LATCHED)]
+    assert outputs.update({"/t": LATCHED}, {}) == [] and outputs.is_latched("/t")
 
 
 def test_latched_messages() -> None:
     outputs = Outputs()
-    outputs.update({"/t": LATCHED})
+    outputs.update({"/t": LATCHED}, {})
     for source in (("red", 1), ("red", 2), ("blue", 1)):
         outputs.hold("/t", source)
     assert outputs.forget("/t", ("red", 1)) == [Forget("/t", ("red", 1))]
     assert outputs.forget("/t", ("red", 1)) == [] and outputs.forget("/x", ("red", 1)) == []
     assert outputs.forget_site("/t", "red") == [Forget("/t", ("red", 2))]
-    outputs.update({})
+    outputs.update({}, {})
     assert outputs.forget_site("/t", "blue") == []
+
+
+def test_original_publishers() -> None:
+    outputs = Outputs()
+    assert outputs.update({"/t": STRING}, {"/t": ("red:/a",)}) == [Advertise("/t", *STRING, ("red:/a",))]
+    assert outputs.update({"/t": STRING}, {"/t": ("red:/a",)}) == []
+    assert outputs.update({"/t": STRING}, {"/t": ("red:/b",)}) == [SetOrigins("/t", ("red:/b",))]
+    assert outputs.update({"/t": STRING}, {}) == [SetOrigins("/t", ())]
+    assert outputs.update({"/t": LATCHED}, {"/t": ("red:/c",)})[1:] == [Advertise("/t", *LATCHED, ("red:/c",))]

@@ -42,7 +42,7 @@ class Taking:
 
     def offer(self, name: str, cls: Any, local: str, *, latched: bool = False, text: str | None = None) -> None:
         self.version += 1
-        row = [f"red:{name}", cls._type, cls._md5sum, latched, False]
+        row = [f"red:{name}", cls._type, cls._md5sum, latched, False, ["/driver"]]
         self.control(Kind.OFFER, json.dumps([self.version, 0, 1, [row]]).encode())
         text = cls._full_text if text is None else text
         self.control(Kind.DEFINITION, packets.encode_definition(Definition(cls._type, cls._md5sum, text)))

@@ -51,7 +51,7 @@ def drops(machine: Sending) -> dict[str, int]:
 
 def test_what_is_offered_is_the_converted_type() -> None:
     machine = sending("send: [{topic: /camera, convert: jpeg}]", CAMERA)
-    assert machine.offers("base") == [Offered(COMPRESSED, JPEG_TYPE.name, JPEG_TYPE.md5sum, False, False)]
+    assert machine.offers("base") == [Offered(COMPRESSED, JPEG_TYPE.name, JPEG_TYPE.md5sum, False, False, ("/driver",))]
     (answer,) = machine.on_ask("base", [JPEG_TYPE.md5sum, CAMERA.md5sum], 1.0)
     assert isinstance(answer, Send) and b"string format" in answer.body
 
@@ -155,7 +155,7 @@ def test_latched_images_are_kept_converted() -> None:
 def test_videos_are_reliable_and_begin_anew_for_each_site() -> None:
     machine = sending("send: [{topic: /camera, convert: h264}]", CAMERA._replace(latched=True))
     video = SharedName("red", "/camera/h264")
-    assert machine.offers("base") == [Offered(video, VIDEO_TYPE.name, VIDEO_TYPE.md5sum, False, True)]
+    assert machine.offers("base") == [Offered(video, VIDEO_TYPE.name, VIDEO_TYPE.md5sum, False, True, ("/driver",))]
     machine.set_requests("base", [Request(video, 0.0)], 0.0)
     received = converted(b"picture", VIDEO_TYPE.md5sum, latched=True)
     (sent,) = sends(machine.on_message("/camera", received, False, 0.0, H264))

@@ -15,6 +15,7 @@ from pyros1.bridge.exchange.actions import (
     ProbeReply,
     Publish,
     Send,
+    SetOrigins,
     Subscribe,
     Withdraw,
 )
@@ -127,6 +128,17 @@ def test_a_topic_of_another_site_in_time(liar: Liar) -> None:
     ]
     assert only(Listen, liar.actions) == [Listen("red", "t/red/odom", True)]
     assert only(Publish, liar.message(1)) == [Publish("/red/odom", ("red", 1), b"x", False)]
+
+
+def test_other_publishers_of_a_topic_change_nothing_else(liar: Liar) -> None:
+    wanted(liar, offered(publishers=("/driver",)))
+    assert only(Advertise, liar.actions)[-1].origins == ("red:/driver",)
+    liar.message(1)
+    actions = liar.offer(offered(publishers=("/driver", "/driver2")))
+    assert [action for action in actions if not isinstance(action, Send)] == [
+        SetOrigins("/red/odom", ("red:/driver", "red:/driver2"))
+    ]
+    assert only(Publish, liar.message(1)) == [] and len(only(Publish, liar.message(2))) == 1
 
 
 def test_messages_of_a_site_that_has_not_answered_do_not_count(liar: Liar) -> None:

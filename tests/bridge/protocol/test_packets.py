@@ -30,7 +30,7 @@ from pyros1.bridge.protocol.packets import (
 TOPIC = SharedName("red", "/odom")
 MD5 = "992ce8a1687cec8c8bd883ec73ca41d1"
 HEARTBEAT = Heartbeat(3, 1.5, 2, 0.25, 4, 5, -1, 6, {TOPIC: 7})
-OFFERED = Offered(TOPIC, "std_msgs/String", MD5, True, False)
+OFFERED = Offered(TOPIC, "std_msgs/String", MD5, True, False, ("/driver", "/red/left"))
 DECODERS: dict[str, tuple[Callable[[bytes], Any], bytes, Any]] = {
     "heartbeat": (packets.decode_heartbeat, packets.encode_heartbeat(HEARTBEAT), HEARTBEAT),
     "ask": (packets.decode_ask, packets.encode_ask([MD5]), [MD5]),
@@ -148,3 +148,22 @@ def test_heads() -> None:
     ):
         with pytest.raises(PacketError):
             packets.decode_message_head(packets.encode_message_head(impossible))
+
+
+@pytest.mark.parametrize(
+    "publishers", [None, "/a", ["a"], [""], ["/a b"], [1], ["/a\n"], ["/" + "a" * 255], ["/a"] * 9, [["/a"]]]
+)
+def test_names_of_publishers_that_are_wrong(publishers: Any) -> None:
+    def page(names: Any) -> bytes:
+        return json.dumps([1, 0, 1, [["red:/odom", "a/B", MD5, True, False, names]]]).encode()
+
+    assert packets.decode_offer(page(["/a", "/b"])).entries[0].publishers == ("/a", "/b")
+    with pytest.raises(PacketError):
+        packets.decode_offer(page(publishers))
+
+
+def test_a_page_of_the_longest_offers_is_not_too_large() -> None:
+    name = "/" + "n" * 254
+    longest = Offered(SharedName("s" * 40, name), "a" * 127 + "/" + "b" * 127, MD5, False, False, (name,) * 8)
+    pages = [*packets.encode_pages(1, [longest] * packets.PAGE_ENTRIES)]
+    assert len(pages) == 1 and packets.decode_offer(pages[0]).entries == [longest] * packets.PAGE_ENTRIES

@@ -60,13 +60,28 @@ class StartAnew(NamedTuple):
 
 
 class Advertise(NamedTuple):
-    """Publish a topic on this site's master, although there are no messages yet."""
+    """Publish a topic on this site's master, although there are no messages yet.
+
+    Attributes:
+        local: its name.
+        type, md5sum, definition: its message type.
+        latched: whether it has latched messages.
+        origins: the original publishers, such as ``red:/driver``.
+    """
 
     local: str
     type: str
     md5sum: str
     definition: str
     latched: bool
+    origins: tuple[str, ...] = ()
+
+
+class SetOrigins(NamedTuple):
+    """Note that a topic that is published has other original publishers."""
+
+    local: str
+    origins: tuple[str, ...]
 
 
 class Withdraw(NamedTuple):
@@ -159,5 +174,5 @@ class Log(NamedTuple):
 
 
 ServiceAction = Provide | Unprovide | CallService | Return
-TopicAction = Subscribe | StartAnew | Advertise | Withdraw | Publish | Forget
+TopicAction = Subscribe | StartAnew | Advertise | SetOrigins | Withdraw | Publish | Forget
 Action = Send | Listen | TopicAction | ServiceAction | ProbeReply | Log

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import NamedTuple
 
-from pyros1.bridge.exchange.actions import Action, Advertise, Forget, Withdraw
+from pyros1.bridge.exchange.actions import Action, Advertise, Forget, SetOrigins, Withdraw
 from pyros1.bridge.names import SharedName
 
 Feed = tuple[str, SharedName]
@@ -34,14 +34,20 @@ class Outputs:
 
     def __init__(self) -> None:
         self._outputs: dict[str, Output] = {}
+        self._origins: dict[str, tuple[str, ...]] = {}
         self._sources: dict[str, set[tuple[str, int]]] = {}  # topic -> the sources with latched messages
 
     def changed(self, wanted: Mapping[str, Output]) -> set[str]:
         """Return the topics that `update` would withdraw, even if it publishes them again in another way."""
         return {local for local, output in self._outputs.items() if output != wanted.get(local)}
 
-    def update(self, wanted: Mapping[str, Output]) -> list[Action]:
-        """Publish exactly these topics, and return the actions for that."""
+    def update(self, wanted: Mapping[str, Output], origins: Mapping[str, tuple[str, ...]]) -> list[Action]:
+        """Publish exactly these topics, and return the actions for that.
+
+        Args:
+            wanted: the topics, by name.
+            origins: the original publishers of each.
+        """
         actions: list[Action] = []
         for local in sorted(self.changed(wanted)):
             actions.append(Withdraw(local))
@@ -50,7 +56,10 @@ class Outputs:
         for local, output in wanted.items():
             if local not in self._outputs:
                 self._outputs[local] = output
-                actions.append(Advertise(local, *output))
+                actions.append(Advertise(local, *output, origins.get(local, ())))
+            elif origins.get(local, ()) != self._origins.get(local, ()):
+                actions.append(SetOrigins(local, origins.get(local, ())))
+        self._origins = dict(origins)
         return actions
 
     def __contains__(self, local: str) -> bool:

@@ -20,6 +20,7 @@ from pyros1.bridge.exchange.streams import Delivery, Stream, make_stream
 from pyros1.bridge.names import SharedName, is_topic_name
 from pyros1.bridge.protocol.key_expressions import to_key, topic_key
 from pyros1.bridge.protocol.packets import (
+    MAX_PUBLISHERS,
     Definition,
     Flag,
     Gone,
@@ -70,6 +71,7 @@ class ReceivedTopic(NamedTuple):
         state: whether it is wanted, or why it is not incoming.
         flow: what came, and what was dropped.
         missed_drops: the messages that the order of delivery has cost.
+        publishers: the nodes at the other site that publish it.
     """
 
     peer: str
@@ -79,6 +81,7 @@ class ReceivedTopic(NamedTuple):
     state: str
     flow: Flow
     missed_drops: Mapping[str, int]
+    publishers: tuple[str, ...] = ()
 
 
 class Receiving:
@@ -143,8 +146,9 @@ class Receiving:
                 continue
             count += 1
             before = old.get(feed)
-            if before is not None and before.offered == offered:
+            if before is not None and before.offered._replace(publishers=offered.publishers) == offered:
                 self._incoming[feed] = before
+                before.offered = offered
             else:
                 settings = rule.settings(local, offered.type)
                 nodes = self._rules.prefix(offered.topic.site)
@@ -199,7 +203,7 @@ class Receiving:
         for feed, incoming in self._incoming.items():
             if incoming.is_wanted and incoming.settings.local in changed:
                 actions += self._stop(feed, incoming)  # if it is wanted again at once, latched messages come again
-        actions += self._outputs.update(outputs)
+        actions += self._outputs.update(outputs, self._origins(outputs))
         for feed, incoming in self._incoming.items():
             local = incoming.settings.local
             wants = local in self._outputs and local in self._demand and feed not in self._unusable
@@ -210,6 +214,15 @@ class Receiving:
             elif incoming.is_wanted and not wants:
                 actions += self._stop(feed, incoming)
         return actions
+
+    def _origins(self, outputs: Iterable[str]) -> dict[str, tuple[str, ...]]:
+        """Return the original publishers of each topic that is published here, as far as their sites name them."""
+        found: dict[str, list[str]] = {local: [] for local in outputs}
+        for (peer, _), incoming in self._incoming.items():
+            names = found.get(incoming.settings.local)
+            if names is not None:
+                names += [f"{peer}:{publisher}" for publisher in incoming.offered.publishers]
+        return {local: tuple(sorted(names)[:MAX_PUBLISHERS]) for local, names in found.items()}
 
     def _candidates(self) -> list[Candidate]:
         """Return what could be published here; first what is published already, so that it stays."""
@@ -371,6 +384,7 @@ class Receiving:
                 self._unusable.get((peer, topic)) or ("subscribed" if incoming.is_wanted else "no subscribers here"),
                 incoming.flow,
                 incoming.stream.drops,
+                incoming.offered.publishers,
             )
             for (peer, topic), incoming in self._incoming.items()
         ]

@@ -17,6 +17,7 @@ from pyros1.bridge.names import SharedName, is_topic_name
 from pyros1.bridge.protocol.key_expressions import again_key, to_key, topic_key
 from pyros1.bridge.protocol.packets import (
     MAX_DEFINITION,
+    MAX_PUBLISHERS,
     Definition,
     Flag,
     Gone,
@@ -154,7 +155,11 @@ class Sending:
 
     def offers(self, peer: str) -> list[Offered]:
         """Return what is offered to another site."""
-        return [sent.topic.offered for sent in self._sent.values() if peer in sent.receivers]
+        return [
+            sent.topic.offered._replace(publishers=_sendable_names(sent.local.publishers))
+            for sent in self._sent.values()
+            if peer in sent.receivers
+        ]
 
     def _apply(self, now: float) -> list[Action]:
         """Bring the outgoing topics in line with topics, sites and requests."""
@@ -369,6 +374,10 @@ class Sending:
 
 def _max_age(topic: OutgoingTopic, head: MessageHead) -> float | None:
     return topic.settings.max_age(is_latched=bool(head.flags & (Flag.LATCHED | Flag.LEFT)))
+
+
+def _sendable_names(publishers: Iterable[str]) -> tuple[str, ...]:
+    return tuple(sorted(filter(is_topic_name, publishers))[:MAX_PUBLISHERS])
 
 
 def _sendable(definition: str) -> str:

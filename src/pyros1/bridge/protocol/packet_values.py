@@ -9,7 +9,7 @@ import json
 import re
 from typing import Any
 
-from pyros1.bridge.names import SharedName, SiteNameError, parse_shared_name
+from pyros1.bridge.names import SharedName, SiteNameError, is_topic_name, parse_shared_name
 from pyros1.ground.errors import Error
 
 MAX_BODY = 1 << 20
@@ -77,6 +77,15 @@ def read_topic(value: Any) -> SharedName:
         return parse_shared_name(value if isinstance(value, str) and len(value) <= 400 else "")
     except SiteNameError:
         raise PacketError("not a topic's name") from None
+
+
+def read_nodes(value: Any, maximum: int) -> tuple[str, ...]:
+    """Return the full names of nodes, at most `maximum`."""
+    if not isinstance(value, list) or len(value) > maximum:
+        raise PacketError("not a list, or too long")
+    if not all(isinstance(name, str) and is_topic_name(name) for name in value):
+        raise PacketError("not the name of a node")
+    return tuple(value)
 
 
 def read_type(value: Any) -> str:

@@ -23,6 +23,7 @@ from pyros1.bridge.protocol.packet_values import (
     read_bools,
     read_integer,
     read_md5,
+    read_nodes,
     read_real,
     read_rows,
     read_topic,
@@ -38,6 +39,9 @@ MAX_PAGES = 32
 """Maximum number of pages of a list."""
 MAX_NUMBERS = 1000
 """Maximum number of items in other lists."""
+
+MAX_PUBLISHERS = 8
+"""Maximum number of publishers of a topic whose names are sent."""
 
 _HEAD = struct.Struct("<BBQQ")
 _MESSAGE = struct.Struct("<BBQQQIdB16s")
@@ -139,6 +143,7 @@ class Offered(NamedTuple):
         type, md5sum: its message type.
         latched: whether it has latched messages.
         reliable: whether its messages are sent again if they are missed.
+        publishers: the nodes that publish it, at most `MAX_PUBLISHERS` of them.
     """
 
     topic: SharedName
@@ -146,6 +151,7 @@ class Offered(NamedTuple):
     md5sum: str
     latched: bool
     reliable: bool
+    publishers: tuple[str, ...] = ()
 
 
 class Request(NamedTuple):
@@ -313,9 +319,14 @@ def decode_heartbeat(body: bytes) -> Heartbeat:
 
 def decode_offer(body: bytes) -> Page:
     """Return a page of offers, whose entries are `Offered`."""
-    return decode_page(
-        body, 5, lambda row: Offered(read_topic(row[0]), read_type(row[1]), read_md5(row[2]), *read_bools(row[3:]))
-    )
+    return decode_page(body, 6, _decode_offered)
+
+
+def _decode_offered(row: list[Any]) -> Offered:
+    topic, type_name, md5sum, latched, reliable, publishers = row
+    read_bools([latched, reliable])
+    nodes = read_nodes(publishers, MAX_PUBLISHERS)
+    return Offered(read_topic(topic), read_type(type_name), read_md5(md5sum), latched, reliable, nodes)
 
 
 def decode_request(body: bytes) -> Page:

@@ -101,9 +101,8 @@ def _read_keys(config: SiteConfig) -> Mapping[str, str]:
 
 
 def _run_bridge(invocation: Invocation, config: SiteConfig, security: Mapping[str, str]) -> int:
-    from pyros1.bridge.transport.zenoh_link import ZenohLink, check_installed  # noqa: PLC0415
-
     from pyros1.bridge.conversions import converters  # noqa: PLC0415
+    from pyros1.bridge.transport.zenoh_link import ZenohLink, check_installed  # noqa: PLC0415
 
     check_installed()
     rules = config.rules
