@@ -146,6 +146,30 @@ def test_a_topic_that_is_not_wanted_any_more(converting: Converting, outlet: Out
     assert outlet.next()[3] == 4.0, "what waited is forgotten"
 
 
+def test_a_topic_that_is_wanted_again_before_its_turn(converting: Converting, outlet: Outlet) -> None:
+    others: list[Source] = [(name, SCAN[1]) for name in ("/one", "/two")]
+    outlet.gate.clear()
+    for source in others:
+        converting.start(source)
+        converting.put(source, pending(1))
+        assert outlet.asked.get(timeout=PATIENCE) == 1
+    converting.put(SCAN, pending(2))
+    converting.stop(SCAN)
+    converting.start(SCAN)
+    outlet.gate.set()
+    assert {outlet.next()[1] for _ in others} == {"/one", "/two"}
+    for source in (SCAN, *others):
+        converting.put(source, pending(3))
+    assert [outlet.next()[3] for _ in range(3)] == [3.0] * 3
+
+
+def test_problems_of_topics_that_are_not_wanted_any_more(converting: Converting, outlet: Outlet) -> None:
+    converting.put(SCAN, pending(1, received=ReceivedMessage("/laser", LaserScan._md5sum, False, b"nonsense")))
+    assert outlet.next() == ("dropped", "/scan", Drop.UNCONVERTED)
+    converting.stop(SCAN)
+    assert not converting.problems
+
+
 class FailingOutlet(Outlet):
     """An outlet with a mistake."""
 

@@ -76,6 +76,9 @@ def test_the_original_publishers_are_in_the_connections_header(pair: tuple[Runni
     wait_until(lambda: late_origin() == "red:/first red:/second", "who subscribes later sees both")
     received = {entry["local"]: entry["publishers"] for entry in json.loads(base.bridge.status())["received"]}
     assert received["/red/text"] == ["/first", "/second"]
+    for publisher in (first, second):
+        publisher.unregister()
+    wait_until(lambda: "/red/text" not in base.topics(), "the topic is withdrawn")
 
 
 def test_types_that_are_installed_nowhere(pair: tuple[RunningSite, RunningSite]) -> None:

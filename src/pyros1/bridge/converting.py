@@ -83,7 +83,7 @@ class Converting:
         self._outlet = outlet
         self._on_mistake = on_mistake
         self._works: dict[Source, _Work] = {}
-        self._queue: deque[Source] = deque()
+        self._queue: deque[tuple[Source, _Work]] = deque()
         self._has_work = threading.Condition()
         self._threads: list[threading.Thread] = []
         self._is_closing = False
@@ -126,7 +126,7 @@ class Converting:
         if work.is_queued or not work.pending:
             return
         work.is_queued = True
-        self._queue.append(source)
+        self._queue.append((source, work))
         if len(self._threads) < _THREADS:
             thread = threading.Thread(target=self._run, name="bridge: conversions", daemon=True)
             self._threads.append(thread)
@@ -140,9 +140,8 @@ class Converting:
                     self._has_work.wait()
                 if self._is_closing:
                     return
-                source = self._queue.popleft()
-                work = self._works.get(source)
-                if work is None:
+                source, work = self._queue.popleft()
+                if self._works.get(source) is not work:
                     continue
                 pending = work.pending.pop(next(iter(work.pending)))
                 must_restart, work.must_restart = work.must_restart, False

@@ -79,9 +79,9 @@ def test_cubes_of_random_clouds(seed: int) -> None:
 
 def test_big_endian_doubles() -> None:
     fields = [PointField(name, 8 * n, PointField.FLOAT64, 1) for n, name in enumerate("xyz")]
-    data = np.array([[0.1, 0, 0], [0.2, 0, 0], [1.5, 0, 0]], ">f8").tobytes()
-    thin = voxel_cloud(PointCloud2(Header(), 1, 3, fields, True, 24, 72, data, True), 1.0)
-    assert thin.is_bigendian and np.frombuffer(thin.data, ">f8").reshape(-1, 3)[:, 0].tolist() == [0.1, 1.5]
+    data = np.array([[0.1, 0, 0], [0.2, 0, 0], [1.5, 0, 0], [2.5, 0, 0]], ">f8").tobytes()
+    thin = voxel_cloud(PointCloud2(Header(), 1, 4, fields, True, 24, 96, data, True), 1.0)
+    assert thin.is_bigendian and np.frombuffer(thin.data, ">f8").reshape(-1, 3)[:, 0].tolist() == [0.1, 1.5, 2.5]
 
 
 @pytest.mark.parametrize("convert", [lambda message: thin_cloud(message, 2), lambda message: voxel_cloud(message, 1.0)])
@@ -122,5 +122,7 @@ def test_every_second_beam() -> None:
     scan.ranges, scan.intensities = (1.0, 2.0, 3.0, 4.0), ()
     thin = thin_scan(scan, 3)
     assert (thin.ranges, thin.intensities, thin.angle_max) == ((1.0, 4.0), (), 0.5)
+    scan.intensities = (7.0, 8.0)  # nobody knows of which beams
+    assert thin_scan(scan, 3).intensities == (7.0, 8.0)
     scan.ranges = ()
     assert (thin_scan(scan, 3).ranges, thin_scan(scan, 3).angle_max) == ((), -1.0)

@@ -13,7 +13,7 @@ from pyros1.msgs import load_message
 from pyros1.msgs.geometry_msgs.msg import PoseStamped, TransformStamped
 from pyros1.msgs.nav_msgs.msg import Odometry, Path
 from pyros1.msgs.rosgraph_msgs.msg import Log
-from pyros1.msgs.sensor_msgs.msg import Image
+from pyros1.msgs.sensor_msgs.msg import Image, JointState
 from pyros1.msgs.tf2_msgs.msg import TFMessage
 
 
@@ -83,9 +83,11 @@ def test_messages_without_frames_stay_as_they_are() -> None:
     prefixer = Prefixer("red", (), "/red")
     assert prefixer.learn("std_msgs/String", "string data\n") == ""
     assert prefixer.change(b"whatever") == b"whatever"
-    nothing = Prefixer("", (), "/red")
-    assert nothing.learn("nav_msgs/Odometry", "") == "" == nothing.learn("rosgraph_msgs/Log", "")
-    assert nothing.change(b"whatever") == b"whatever"
+    for type_name in ("nav_msgs/Odometry", "rosgraph_msgs/Log"):
+        nothing = Prefixer("", (), "/red")
+        assert nothing.learn(type_name, "") == "" and nothing.change(b"whatever") == b"whatever"
+    joints = prefixed(JointState(name=["wheel"]), frames="")
+    assert joints.name == ["wheel"]
 
 
 def test_a_definition_that_comes_later() -> None:

@@ -72,7 +72,9 @@ def test_who_comes_later_gets_a_key_frame() -> None:
     for number in range(5):
         video.convert("/camera", encode(image(number)), number / RATE)
     video.restart()
-    late = Viewer().see(video.convert("/camera", encode(image(5)), 5 / RATE))
+    body = video.convert("/camera", encode(image(5)), 5 / RATE)
+    assert b"\0\0\1\x65" in body, "an IDR picture, after which none refers to one before it"
+    late = Viewer().see(body)
     assert late.key_frame and difference(late, image(5)) < 6
     assert not stands_alone(video.convert("/camera", encode(image(6)), 6 / RATE))
 

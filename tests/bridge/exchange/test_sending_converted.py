@@ -169,7 +169,7 @@ def test_another_conversion_of_a_topic_that_is_sent() -> None:
         "/scan", "sensor_msgs/LaserScan", "a" * 32, "", False, ("/n",),
         ((Conversion("every", 2.0), MessageType("sensor_msgs/LaserScan", "a" * 32, "")),),
     )  # fmt: skip
-    machine = sending("send: [{topic: /scan, convert: every, every: 2}, /scan]", scan)
+    machine = sending("send: [{topic: /scan, convert: every, every: 2, rate: 1}, /scan]", scan)
     scans = SharedName("red", "/scan")
     assert machine.set_requests("base", [Request(scans, 0.0)], 0.0)[1:] == [
         Subscribe("/scan", True, Conversion("every", 2.0))
@@ -178,3 +178,11 @@ def test_another_conversion_of_a_topic_that_is_sent() -> None:
         Subscribe("/scan", False, Conversion("every", 2.0)),
         Subscribe("/scan", True),
     ]
+    ((topic, _, _),) = machine.flows()
+    assert topic.settings.rate is None, "the other rule counts now"
+
+
+def test_not_all_publishers_are_named() -> None:
+    names = tuple(f"/driver{number}" for number in range(9))
+    machine = sending("send: [/camera]", CAMERA._replace(publishers=("/no name", *names[::-1])))
+    assert [offered.publishers for offered in machine.offers("base")] == [names[:8]]

@@ -141,6 +141,13 @@ def test_other_publishers_of_a_topic_change_nothing_else(liar: Liar) -> None:
     assert only(Publish, liar.message(1)) == [] and len(only(Publish, liar.message(2))) == 1
 
 
+def test_not_all_publishers_of_a_topic_are_named() -> None:
+    liar = Liar(Site(rules("{take: [{topic: 'red:/odom', here: /x}, {topic: 'red:/map', here: /x}]}"), OWN, 0.0))
+    names = tuple(f"/driver{number}" for number in range(8))
+    wanted(liar, offered(publishers=names), offered(SharedName("red", "/map"), publishers=names))
+    assert only(Advertise, liar.actions)[-1].origins == tuple(sorted(2 * [f"red:{name}" for name in names])[:8])
+
+
 def test_messages_of_a_site_that_has_not_answered_do_not_count(liar: Liar) -> None:
     liar.send(Kind.HELLO, to_epoch=0, channel=Channel.HELLO)
     liar.offer(offered())

@@ -30,8 +30,6 @@ KEY_FRAME_PERIOD = 2.0
 _MAX_PUBLISHERS = 4
 """Maximum number of publishers of a topic whose pictures are a video each; the one that paused longest is forgotten."""
 _MICROSECOND = Fraction(1, 1_000_000)
-_NO_PERIOD = 1_000_000
-"""Pictures between key frames that the encoder inserts by itself: it counts pictures, where seconds count here."""
 
 
 def video_class() -> Any:
@@ -114,7 +112,6 @@ class _Encoder:
         context.time_base = _MICROSECOND
         context.framerate = Fraction(30)
         context.bit_rate = bitrate
-        context.gop_size = _NO_PERIOD
         context.thread_count = 1
         # zerolatency: each picture comes out at once. At most one second's bits for a picture and those before it.
         context.options = {
@@ -132,10 +129,8 @@ class _Encoder:
         frame = frame.reformat(format="yuv420p")
         self._last_pts = max(int((now - self._begin) * 1_000_000), self._last_pts + 1)
         frame.pts, frame.time_base = self._last_pts, _MICROSECOND
-        types = self._av.video.frame.PictureType
-        frame.pict_type = types.NONE
         if self.needs_key_frame or now - self._key_frame_at >= KEY_FRAME_PERIOD:
-            frame.pict_type = types.I
+            frame.pict_type = self._av.video.frame.PictureType.I
             self.needs_key_frame, self._key_frame_at = False, now
         return b"".join(map(bytes, self._context.encode(frame)))
 
