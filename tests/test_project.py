@@ -45,7 +45,7 @@ PURE = [
 PURE += ["values", "wire", "msgs"]
 PURE += [f"urdf/{name}.py" for name in ("model", "reading", "kinematics", "joints", "tf_encoder")]
 PURE += [f"turtlesim/{name}.py" for name in ("turtle", "canvas", "world", "blocks", "finding")]
-PURE += [f"bridge/{name}" for name in ("names.py", "protocol", "exchange", "rules")]
+PURE += [f"bridge/{name}" for name in ("names.py", "conversions", "protocol", "exchange", "rules")]
 PURE += [f"bridge/transport/{name}.py" for name in ("link", "endpoints", "queues", "pacing", "access_control")]
 
 

@@ -46,10 +46,12 @@ def test_the_file() -> None:
         "sends:",
         "  /joystick/cmd_vel to red, as /cmd_vel there, urgent priority",
         "  /plan to red, all messages in order",
+        "  /dome/image_raw to every site that takes it, as JPEG, quality 80 under NAME/compressed",
         "takes:",
         "  /** of red, as /** here",
         "  /camera/** of blue, as /blue_camera/** here, at most 5 messages per second, messages of at most 2000000 "
         "bytes, none older than 1 s",
+        "  /tf of blue, as /tf here, frames as blue/NAME (but map)",
         "  never red:/rosout",
         "provides services of others:",
         "  /move_base/** of red, as /move_base/** here, at most 10 s for a call",
@@ -72,3 +74,11 @@ def test_the_router(call_main: Any) -> None:
     (line,) = re.findall(r"^server\$ pyros1 bridge (router .*)$", TEXT, re.M)
     code, out, err = call_main(lambda words: run_command("bridge", words), *shlex.split(line), "--check")
     assert (code, err) == (0, "") and out.startswith("a router for red, blue, base\n  listens on tls/[::]:7447\n")
+
+
+def test_the_table_of_conversions() -> None:
+    rows = re.findall(r"^\| (`convert: .*?`) \|", TEXT, re.M)
+    rules = [", ".join(re.findall(r"`(.*?)`", row)) for row in rows]
+    text = "send:\n" + "".join(f"- {{topic: /a, {rule}}}\n" for rule in rules)
+    kinds = [rule.convert.kind for rule in parse_config(text, "f", "red").rules.send if rule.convert]
+    assert kinds == ["jpeg", "png", "h264", "voxel", "every"]

@@ -151,8 +151,7 @@ class Converting:
                 self._on_mistake(error)
             with self._has_work:
                 work.is_queued = False
-                if self._works.get(source) is work:
-                    self._enqueue(source, work)
+                self._enqueue(source, work)
 
     def _convert(self, source: Source, work: _Work, pending: Pending, must_restart: bool) -> None:
         topic, conversion = source

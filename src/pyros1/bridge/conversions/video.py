@@ -117,7 +117,6 @@ class _Encoder:
         context.options = {
             "preset": "veryfast",
             "tune": "zerolatency",
-            "forced-idr": "1",
             "maxrate": str(bitrate),
             "bufsize": str(bitrate),
         }
