@@ -16,7 +16,7 @@ from pyros1.bridge.exchange.actions import (
     CallService,
     Forget,
     Listen,
-    ProbeReply,
+    Log,
     Provide,
     Publish,
     Return,
@@ -201,9 +201,8 @@ class SimulatedSite:
                     del self.kept[local][source]
                 case Provide() | Unprovide() | CallService() | Return():
                     self.services.act(action)
-                case ProbeReply():
-                    raise AssertionError("nobody has sent a probe")
                 case _:
+                    assert isinstance(action, Log), "nobody has sent a probe"
                     self.logged.append(action.text)
 
     def _advertise(self, action: Advertise | SetOrigins) -> None:

@@ -194,15 +194,16 @@ class Bridge:
                     self._node.log.peer_event(WARN if is_warning else INFO, "%s", one_line(text))
                 case StartAnew():
                     self._converting.restart((action.local, action.conversion))
-                case Subscribe(local):
-                    self._newest["subscribe", local, action.conversion] = action
-                    self._defer(action)
-                case SetOrigins():
-                    self._defer(action)
-                case Advertise(local) | Withdraw(local):
-                    self._newest["publish", local, None] = action
-                    self._awaited[local] = self._awaited.get(local, 0) + 1
-                    self._defer(action)
+                case Subscribe() | SetOrigins() | Advertise() | Withdraw():
+                    self._change_topic(action)
+
+    def _change_topic(self, action: Subscribe | SetOrigins | Advertise | Withdraw) -> None:
+        if isinstance(action, Subscribe):
+            self._newest["subscribe", action.local, action.conversion] = action
+        elif not isinstance(action, SetOrigins):
+            self._newest["publish", action.local, None] = action
+            self._awaited[action.local] = self._awaited.get(action.local, 0) + 1
+        self._defer(action)
 
     def _defer(self, action: Action) -> None:
         if isinstance(action, Publish) and len(self._deferred) >= _MAX_DEFERRED:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from pyros1.bridge.protocol.calls import CallId, Status
 from pyros1.bridge.conversions.conversion import Conversion
+from pyros1.bridge.protocol.calls import CallId, Status
 from pyros1.bridge.rules.rules import Priority
 
 

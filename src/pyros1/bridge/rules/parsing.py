@@ -176,6 +176,7 @@ class _FileReader(SitesReader, ServiceReader):
             self._priority(fields.get("priority"), (*path, "priority")),
             self._delivery(fields.get("delivery"), (*path, "delivery")),
             self._number(fields, path, "age", _MAX_AGE),
+            None,
             self._conversion(fields, path),
             *self._frames(fields, path),
         )
