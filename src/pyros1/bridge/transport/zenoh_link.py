@@ -59,12 +59,11 @@ def check_installed() -> None:
         raise LinkError("bridges need eclipse-zenoh, which is not installed here: pip install 'pyros1[bridge]'")
 
 
-class ZenohLink:
-    """A link over zenoh; see `pyros1.bridge.transport.link.Link`.
+class ZenohSession:
+    """A session of zenoh that opens as soon as the other side can be reached. A base class.
 
     Args:
-        site: this site's name.
-        receive: called with the packets for it, on zenoh's threads.
+        name: the bridge's name, for threads.
         connect, listen: endpoints, as for `pyros1.bridge.transport.endpoints.check_endpoint`.
         settings: further settings of zenoh, each as JSON, by path, such as
             ``transport/link/tls/root_ca_certificate``.
@@ -74,36 +73,31 @@ class ZenohLink:
 
     Attributes:
         problem: why the first connection has not been made yet; empty once it has.
+        zenoh: the module.
+        session: zenoh's session; None until there is one.
+        lock: guards what is declared in the session.
+        priorities: zenoh's names of priorities.
     """
 
     def __init__(
-        self,
-        site: str,
-        receive: Receive,
-        connect: Sequence[str] = (),
-        listen: Sequence[str] = (),
-        settings: Mapping[str, str] = {},
+        self, name: str, connect: Sequence[str] = (), listen: Sequence[str] = (), settings: Mapping[str, str] = {}
     ) -> None:
         check_installed()
         import zenoh  # noqa: PLC0415 - large, and only needed to run a bridge
 
-        self._zenoh = zenoh
+        self.zenoh = zenoh
         self.problem = ""
-        self._site = site
-        self._receive = receive
-        self._lock = threading.Lock()
-        self._publishers: dict[tuple[str, Priority], Any] = {}
-        self._topics: dict[tuple[str, str], Any] = {}
+        self.session: Any = None
+        self.lock = threading.Lock()
         priority = zenoh.Priority
-        self._priorities = {
+        self.priorities = {
             Priority.URGENT: priority.REAL_TIME,
             Priority.HIGH: priority.INTERACTIVE_HIGH,
             Priority.NORMAL: priority.DATA,
             Priority.LOW: priority.DATA_LOW,
             Priority.BACKGROUND: priority.BACKGROUND,
         }
-        self._fixed: list[Any] = []
-        self._session: Any = None
+        self._name = name
         self._closing = threading.Event()
         self._opener: threading.Thread | None = None
         is_client = len(connect) == 1 and not listen
@@ -118,33 +112,89 @@ class ZenohLink:
             self._opener = threading.Thread(target=self._open_client, args=(config,), name="bridge: dial", daemon=True)
             self._opener.start()
 
+    @property
+    def is_closing(self) -> bool:
+        """Whether the session is closed, or about to be."""
+        return self._closing.is_set()
+
+    def on_open(self) -> None:
+        """Declare what is needed in the new session. Called with the lock."""
+
+    def on_close(self) -> None:
+        """End what waits for the session. Called with the lock."""
+
     def _open(self, config: Any) -> None:
-        session = self._zenoh.open(config)
-        with self._lock:
-            self._session = session
-            if self._closing.is_set():
+        session = self.zenoh.open(config)
+        with self.lock:
+            self.session = session
+            if self.is_closing:
                 return
-            keys = [
-                f"{ROOT}/*/{key}"
-                for key in ("hello", f"to/{self._site}", f"again/{self._site}/**", f"call/{self._site}/**")
-            ]
-            self._fixed = [self._subscribe(key) for key in keys]
-            self._topics = {topic: self._subscribe(site_key(*topic)) for topic in self._topics}
+            self.on_open()
         self.problem = ""
 
     def _open_client(self, config: Any) -> None:
-        while not self._closing.is_set():
+        while not self.is_closing:
             try:
                 self._open(config)
-            except self._zenoh.ZError as error:
+            except self.zenoh.ZError as error:
                 self.problem = first_sentence(error)
                 self._closing.wait(_DIAL_PERIOD)
             else:
                 return
 
+    def close(self) -> None:
+        """Close the connections. This waits at most some seconds: zenoh's own close may wait for a peer that hangs."""
+        self._closing.set()
+        with self.lock:
+            self.on_close()
+        closer = threading.Thread(target=self._close_session, name=f"close link of {self._name}", daemon=True)
+        closer.start()
+        closer.join(CLOSE_TIME)
+
+    def _close_session(self) -> None:
+        if self._opener is not None:
+            self._opener.join(CLOSE_TIME)
+        if self.session is not None:
+            self.session.close()
+
+
+class ZenohLink(ZenohSession):
+    """A link over zenoh; see `pyros1.bridge.transport.link.Link`.
+
+    Args:
+        site: this site's name.
+        receive: called with the packets for it, on zenoh's threads.
+        connect, listen, settings: see `ZenohSession`.
+
+    Raises:
+        LinkError: eclipse-zenoh is not installed, or cannot listen or use a setting.
+    """
+
+    def __init__(
+        self,
+        site: str,
+        receive: Receive,
+        connect: Sequence[str] = (),
+        listen: Sequence[str] = (),
+        settings: Mapping[str, str] = {},
+    ) -> None:
+        self._site = site
+        self._receive = receive
+        self._publishers: dict[tuple[str, Priority], Any] = {}
+        self._topics: dict[tuple[str, str], Any] = {}
+        self._fixed: list[Any] = []
+        super().__init__(site, connect, listen, settings)
+
+    def on_open(self) -> None:
+        """Listen to what is for this site, and to the topics that are wanted. Called with the lock."""
+        own = ("hello", f"to/{self._site}", f"again/{self._site}/**", f"call/{self._site}/**")
+        keys = [f"{ROOT}/*/{key}" for key in own]
+        self._fixed = [self._subscribe(key) for key in keys]
+        self._topics = {topic: self._subscribe(site_key(*topic)) for topic in self._topics}
+
     def _subscribe(self, key: str) -> Any:
-        locality = self._zenoh.Locality.REMOTE
-        return self._session.declare_subscriber(key, self._on_sample, allowed_origin=locality)
+        locality = self.zenoh.Locality.REMOTE
+        return self.session.declare_subscriber(key, self._on_sample, allowed_origin=locality)
 
     def _on_sample(self, sample: zenoh.Sample) -> None:
         """Hand a sample over. Called on zenoh's threads."""
@@ -161,41 +211,28 @@ class ZenohLink:
             publisher.put(packet.body, attachment=packet.head)
 
     def _publisher(self, key: str, priority: Priority) -> Any:
-        with self._lock:
+        with self.lock:
             found = self._publishers.get((key, priority))
-            if found is None and self._session is not None and not self._closing.is_set():
+            if found is None and self.session is not None and not self.is_closing:
                 if len(self._publishers) >= _MAX_PUBLISHERS:
                     self._publishers.pop(next(iter(self._publishers))).undeclare()
-                found = self._publishers[key, priority] = self._session.declare_publisher(
+                found = self._publishers[key, priority] = self.session.declare_publisher(
                     site_key(self._site, key),
-                    congestion_control=self._zenoh.CongestionControl.DROP,
-                    priority=self._priorities[priority],
+                    congestion_control=self.zenoh.CongestionControl.DROP,
+                    priority=self.priorities[priority],
                     express=priority <= Priority.HIGH,
-                    allowed_destination=self._zenoh.Locality.REMOTE,
+                    allowed_destination=self.zenoh.Locality.REMOTE,
                 )
             return found
 
     def listen(self, site: str, key: str, on: bool) -> None:
         """Receive what another site sends on a key, or no longer."""
-        with self._lock:
+        with self.lock:
             topic = (site, key)
             if on and topic not in self._topics:
-                self._topics[topic] = None if self._session is None else self._subscribe(site_key(site, key))
+                self._topics[topic] = None if self.session is None else self._subscribe(site_key(site, key))
             elif not on and (known := self._topics.pop(topic, None)) is not None:
                 known.undeclare()
-
-    def close(self) -> None:
-        """Close the connections. This waits at most some seconds: zenoh's own close may wait for a peer that hangs."""
-        self._closing.set()
-        closer = threading.Thread(target=self._close_session, name=f"close link of {self._site}", daemon=True)
-        closer.start()
-        closer.join(CLOSE_TIME)
-
-    def _close_session(self) -> None:
-        if self._opener is not None:
-            self._opener.join(CLOSE_TIME)
-        if self._session is not None:
-            self._session.close()
 
 
 def make_config(
