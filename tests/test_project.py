@@ -47,6 +47,10 @@ PURE += [f"urdf/{name}.py" for name in ("model", "reading", "kinematics", "joint
 PURE += [f"turtlesim/{name}.py" for name in ("turtle", "canvas", "world", "blocks", "finding")]
 PURE += [f"bridge/{name}" for name in ("names.py", "conversions", "protocol", "exchange", "rules")]
 PURE += [f"bridge/transport/{name}.py" for name in ("link", "endpoints", "queues", "pacing", "access_control")]
+PURE += [
+    f"bridge/plugin_ros1/{name}.py"
+    for name in ("keys", "beacons", "rules", "plan", "state", "arrivals", "config", "explanation")
+]
 
 
 def sources() -> list[Path]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
 from pyros1.bridge.exchange.call_packets import CallCounts
@@ -103,7 +103,12 @@ def status_lines(status: Mapping[str, Any]) -> Iterator[str]:
     Args:
         status: what `status_json` has written; from another program, so it may have any names.
     """
-    yield f"site {one_line(status['site'])}"
+    dialect, name = status.get("dialect"), one_line(status["site"])
+    if dialect:
+        where = "without a namespace" if name == "*" else f"in namespace {name}"
+        yield f"bridge of {one_line(dialect)}, {where}"
+    else:
+        yield f"site {name}"
     if status["link"]:
         yield f"  no connection yet: {one_line(status['link'])}"
     for site in status["sites"]:
@@ -112,7 +117,7 @@ def status_lines(status: Mapping[str, Any]) -> Iterator[str]:
             f", round trip {trip * 1000:.1f} ms" if trip is not None else ""
         )
     if not status["sites"]:
-        yield "  no other site found yet"
+        yield "  no topics or services that are taken found yet" if dialect else "  no other site found yet"
     yield from _table("sends", status["sent"], _sent_cells)
     yield from _table("takes", [entry for entry in status["received"] if entry["local"]], _received_cells)
     refused = [entry for entry in status["received"] if not entry["local"]]
@@ -127,6 +132,7 @@ def status_lines(status: Mapping[str, Any]) -> Iterator[str]:
     for entry in called:
         if entry["state"]:
             yield f"  not provided: {one_line(entry['service'])}: {one_line(entry['state'])}"
+    yield from _plugin_services(status.get("plugin_services", ()))
     for topic, problem in status["problems"].items():
         yield f"  {one_line(topic)}: {one_line(problem)}"
     if status["overflowed"]:
@@ -157,6 +163,17 @@ def _service_lines(title: str, entries: list[tuple[Any, str]]) -> Iterator[str]:
         if errors:
             text += f", {errors} error{'s' * (errors != 1)}, the last: {one_line(entry['last_error'])}"
         yield text
+
+
+def _plugin_services(services: Iterable[Mapping[str, Any]]) -> Iterator[str]:
+    for entry in services:
+        calls, errors = entry["calls"], entry["errors"]
+        last = f", the last one: {one_line(entry['last_error'], 200)}" if errors else ""
+        yield (
+            f"  {one_line(entry['kind'])} {one_line(entry['local'])} as {one_line(entry['service'])}: "
+            f"{calls} call{'s' * (calls != 1)}, {errors} error{'s' * (errors != 1)}{last}"
+            + (f" ({one_line(entry['note'])})" if entry["note"] else "")
+        )
 
 
 def _table(title: str, entries: list[Any], cells: Any) -> Iterator[str]:

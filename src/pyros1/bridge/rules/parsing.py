@@ -128,10 +128,10 @@ def parse_config(text: str, where: str, site: str = "") -> SiteConfig:
         RulesError: the file is not valid; the message says file and line.
         YamlError: it is not valid YAML.
     """
-    return _FileReader(text, where).read(site)
+    return SiteFileReader(text, where).read(site)
 
 
-class _FileReader(SitesReader, ServiceReader):
+class SiteFileReader(SitesReader, ServiceReader):
     """Reads the rules in a site's file."""
 
     def read(self, site: str) -> SiteConfig:

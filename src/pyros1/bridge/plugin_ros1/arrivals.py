@@ -1,0 +1,54 @@
+"""What has come from other bridges and waits, bounded. No I/O.
+
+A flood of messages costs only messages: beacons wait in a queue of their own, and go first.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+
+MAX_BEACONS = 20_000
+MAX_BYTES = 64 << 20
+"""Maximum total size in bytes of the messages that wait; at least one may."""
+MAX_MESSAGES = 10_000
+
+
+class Arrivals:
+    """Beacons and messages that wait.
+
+    Attributes:
+        dropped: how many were dropped because too many waited.
+    """
+
+    def __init__(self, max_bytes: int = MAX_BYTES, max_messages: int = MAX_MESSAGES) -> None:
+        self.dropped = 0
+        self._max_bytes = max_bytes
+        self._max_messages = max_messages
+        self._beacons: deque[str] = deque()
+        self._messages: deque[tuple[str, bytes]] = deque()
+        self._bytes = 0
+
+    def put_beacon(self, key: str) -> None:
+        """Add a beacon, unless too many wait."""
+        if len(self._beacons) < MAX_BEACONS:
+            self._beacons.append(key)
+        else:
+            self.dropped += 1
+
+    def put_message(self, key: str, body: bytes) -> None:
+        """Add a message. If there are too many, the oldest is dropped."""
+        self._messages.append((key, body))
+        self._bytes += len(body)
+        while len(self._messages) > 1 and (self._bytes > self._max_bytes or len(self._messages) > self._max_messages):
+            self._bytes -= len(self._messages.popleft()[1])
+            self.dropped += 1
+
+    def pop(self) -> tuple[str, bytes | None] | None:
+        """Return what to deal with next, the key and the message, or None for a beacon; None if nothing waits."""
+        if self._beacons:
+            return self._beacons.popleft(), None
+        if not self._messages:
+            return None
+        key, body = self._messages.popleft()
+        self._bytes -= len(body)
+        return key, body

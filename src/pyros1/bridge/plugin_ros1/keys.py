@@ -1,0 +1,109 @@
+"""The key expressions of zenoh-plugin-ros1 (https://github.com/eclipse-zenoh/zenoh-plugin-ros1). No I/O.
+
+Messages of a topic and calls of a service have the key ``TYPE/MD5/NAMESPACE/NAME``, where TYPE is the hexadecimal form
+of the type's name, and NAMESPACE is ``*`` for bridges without one: as a key expression, that matches all namespaces.
+What a bridge has is announced by beacons, empty messages with the key
+``ros1_discovery_info/*/CLASS/TYPE/MD5/NAMESPACE/NAME``. Bridges of before March 2025 have no NAMESPACE in the keys of
+messages, but have it in those of beacons.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from enum import Enum
+from typing import NamedTuple
+
+from pyros1.bridge.names import MAX_NAME_LENGTH, is_topic_name
+
+DIALECT = "zenoh-plugin-ros1"
+"""The name of the dialect on the command line and in files."""
+ANY = "*"
+"""The namespace of bridges that have none."""
+BEACON_ROOT = "ros1_discovery_info/"
+"""With what the keys of all beacons begin."""
+_TYPE = re.compile(r"[A-Za-z]\w*/[A-Za-z]\w*\Z", re.ASCII)
+_MD5 = re.compile(r"[0-9a-f]{32}\Z")
+_NAMESPACE = re.compile(r"[A-Za-z0-9_.~-]{1,100}\Z")
+
+
+class Kind(str, Enum):
+    """What a bridge announces: topics that its nodes publish or subscribe to, services, and who calls one."""
+
+    PUBLISHER = "pub"
+    SUBSCRIBER = "sub"
+    SERVICE = "srv"
+    CLIENT = "cl"
+
+
+class Resource(NamedTuple):
+    """Something that a bridge announces.
+
+    Attributes:
+        kind: what it is.
+        type, md5sum: the type of the topic's messages, or of the service.
+        namespace: the bridge's namespace, or ``*``.
+        name: full name of the topic or service.
+    """
+
+    kind: Kind
+    type: str
+    md5sum: str
+    namespace: str
+    name: str
+
+    def __str__(self) -> str:
+        return self.name if self.namespace == ANY else f"{self.namespace}:{self.name}"
+
+
+def is_usable(resource: Resource) -> bool:
+    """Return whether a topic or service can be announced, and whether what others announce can be used here."""
+    return (
+        len(resource.type) <= MAX_NAME_LENGTH
+        and _TYPE.match(resource.type) is not None
+        and _MD5.match(resource.md5sum) is not None
+        and (resource.namespace == ANY or _NAMESPACE.match(resource.namespace) is not None)
+        and is_topic_name(resource.name)
+    )
+
+
+def data_key(resource: Resource, old_keys: bool = False) -> str:
+    """Return the key of a topic's messages, or of a service's calls.
+
+    Args:
+        resource: the topic or service.
+        old_keys: whether the bridges are of before March 2025.
+    """
+    namespace = "" if old_keys else f"{resource.namespace}/"
+    return f"{resource.type.encode().hex()}/{resource.md5sum}/{namespace}{resource.name[1:]}"
+
+
+def beacon_key(resource: Resource) -> str:
+    """Return the key of the beacons that announce a topic or service."""
+    kind, type_name = resource.kind.value, resource.type.encode().hex()
+    return f"{BEACON_ROOT}*/{kind}/{type_name}/{resource.md5sum}/{resource.namespace}/{resource.name[1:]}"
+
+
+def beacon_patterns(namespaces: Iterable[str]) -> list[str]:
+    """Return the key expressions of all beacons of bridges in these namespaces, and in none; ``*`` for all."""
+    found = {*namespaces}
+    return [f"{BEACON_ROOT}*/*/*/*/{namespace}/*/**" for namespace in sorted({ANY} if ANY in found else found)]
+
+
+def is_source(key: str) -> bool:
+    """Return whether a beacon announces a publisher or a service, so that something can come from there."""
+    return key.split("/", 3)[2:3] in ([Kind.PUBLISHER.value], [Kind.SERVICE.value])
+
+
+def parse_beacon_key(key: str) -> Resource | None:
+    """Return what a beacon announces; None if it is not a beacon's key, or nothing that can be used."""
+    parts = key.removeprefix(BEACON_ROOT).split("/", 5)
+    if len(parts) != 6:
+        return None
+    _, kind, type_hex, md5sum, namespace, name = parts
+    try:
+        resource = Resource(Kind(kind), bytes.fromhex(type_hex).decode(), md5sum, namespace, f"/{name}")
+    except ValueError:
+        return None
+    # There is only one spelling, so that a resource has one key: fromhex also takes spaces and capitals.
+    return resource if is_usable(resource) and beacon_key(resource) == key else None

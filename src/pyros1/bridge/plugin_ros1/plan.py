@@ -1,0 +1,126 @@
+"""What a bridge does, given what there is on this master and elsewhere. No I/O.
+
+The plan is made anew after each change, and whoever drives the bridge then does what is missing and ends what is not in
+the plan: so it does not matter in which order things come and go, nor what failed in between.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Iterator
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+from pyros1.bridge.exchange.sending import LocalTopic
+from pyros1.bridge.plugin_ros1.keys import Kind, Resource, is_usable
+from pyros1.bridge.plugin_ros1.rules import PluginRules
+from pyros1.bridge.rules.rules import Settings
+
+
+class LocalService(NamedTuple):
+    """A service that a node of this master provides.
+
+    Attributes:
+        name: its full name.
+        type, md5sum: its type; empty if nobody has to know.
+    """
+
+    name: str
+    type: str = ""
+    md5sum: str = ""
+
+
+class Sent(NamedTuple):
+    """A topic of this master that is sent, and how."""
+
+    local: LocalTopic
+    settings: Settings
+
+
+@dataclass
+class Taken:
+    """A topic or service of other bridges that is provided here: its type, who has it, and how it is taken."""
+
+    type: str
+    md5sum: str
+    settings: Settings
+    sources: list[Resource] = field(default_factory=list)
+
+
+@dataclass
+class Plan:
+    """What a bridge does.
+
+    Attributes:
+        sends: topics of this master, by what others know them as.
+        takes: topics that are published here, by their names here.
+        serves: names of services of this master, by what others know them as.
+        calls: services that are provided here, by their names here.
+        problems: name here -> why something is not done.
+    """
+
+    sends: dict[Resource, Sent] = field(default_factory=dict)
+    takes: dict[str, Taken] = field(default_factory=dict)
+    serves: dict[Resource, str] = field(default_factory=dict)
+    calls: dict[str, Taken] = field(default_factory=dict)
+    problems: dict[str, str] = field(default_factory=dict)
+
+    def listened_to(self, demand: Collection[str]) -> list[Resource]:
+        """Return the topics to receive.
+
+        Args:
+            demand: the topics published here that nodes subscribe to.
+        """
+        return [source for local, taken in self.takes.items() if local in demand for source in taken.sources]
+
+    def announced(self, demand: Collection[str]) -> Iterator[Resource]:
+        """Yield what to announce by beacons; argument as for `listened_to`."""
+        yield from self.sends
+        yield from self.serves
+        for source in self.listened_to(demand):
+            yield source._replace(kind=Kind.SUBSCRIBER)
+        for called in self.calls.values():
+            for source in called.sources:
+                yield source._replace(kind=Kind.CLIENT)
+
+
+def make_plan(
+    rules: PluginRules, topics: Iterable[LocalTopic], services: Iterable[LocalService], heard: Collection[Resource]
+) -> Plan:
+    """Return what to do.
+
+    Args:
+        rules: the bridge's rules.
+        topics, services: what nodes other than bridges publish and provide on this master.
+        heard: the publishers and services that other bridges announce, in the order in which they were first heard.
+    """
+    plan = Plan()
+    known = {resource.namespace for resource in heard}
+    for topic in topics:
+        for namespace, name, rule in rules.sent(topic.name, known):
+            resource = Resource(Kind.PUBLISHER, topic.type, topic.md5sum, namespace, name)
+            if is_usable(resource):
+                plan.sends[resource] = Sent(topic, rule.settings(topic.name, topic.type))
+            else:
+                plan.problems[topic.name] = "its type cannot be announced"
+    own_services = {service.name for service in services}
+    for service in services:
+        for namespace, name, _ in rules.served(service.name, known):
+            resource = Resource(Kind.SERVICE, service.type, service.md5sum, namespace, name)
+            if is_usable(resource):
+                plan.serves[resource] = service.name
+    for resource in heard:
+        found = rules.incoming(resource)
+        if isinstance(found, str):
+            continue
+        is_service = resource.kind is Kind.SERVICE
+        if is_service and found.name in own_services:
+            plan.problems[found.name] = "not called elsewhere, since a node of this master provides it"
+            continue
+        table = plan.calls if is_service else plan.takes
+        settings = found.rule.settings(found.name, resource.type)
+        taken = table.setdefault(found.name, Taken(resource.type, resource.md5sum, settings))
+        if (taken.type, taken.md5sum) == (resource.type, resource.md5sum):
+            taken.sources.append(resource)
+        else:
+            plan.problems[found.name] = f"others with that name are left out, since their type is not {taken.type}"
+    return plan

@@ -1,0 +1,93 @@
+"""Which topics and services a bridge of this dialect exchanges, and under which names here. No I/O.
+
+The patterns are those of `pyros1.bridge.rules`, with namespaces in the place of sites. A pattern without a namespace
+is for this bridge's own one. Bridges without a namespace exchange with all, as the plugin's do; so for them, such a
+pattern stands for any namespace, unless another pattern names it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from pyros1.bridge.names import SharedName, is_topic_name
+from pyros1.bridge.plugin_ros1.keys import ANY, Kind, Resource
+from pyros1.bridge.rules.rules import Rule, Rules
+
+
+class Remote(NamedTuple):
+    """A topic or service as other bridges know it, and the rule that says so."""
+
+    namespace: str
+    name: str
+    rule: Rule
+
+
+class Local(NamedTuple):
+    """The name here of another bridge's topic or service, and the rule that says so."""
+
+    name: str
+    rule: Rule
+
+
+@dataclass(frozen=True)
+class PluginRules:
+    """The rules of a bridge.
+
+    Attributes:
+        topics: what is sent and taken; its site is the bridge's namespace, or ``*``.
+        services: what others may call here (as what is sent), and what is called there (as what is taken).
+        old_keys: whether the other bridges are of before March 2025.
+    """
+
+    topics: Rules
+    services: Rules
+    old_keys: bool = False
+
+    @property
+    def namespace(self) -> str:
+        """The bridge's namespace; ``*`` if it has none."""
+        return self.topics.site
+
+    def namespaces(self) -> frozenset[str]:
+        """Return the namespaces whose beacons count; ``*`` for all."""
+        rules = (*self.topics.send, *self.topics.take, *self.services.send, *self.services.take)
+        return frozenset({self.namespace, *(rule.pattern.site for rule in rules if rule.pattern.site)})
+
+    def sent(self, local: str, known: Iterable[str] = ()) -> list[Remote]:
+        """Return as what a topic of this master is sent.
+
+        Args:
+            local: its name.
+            known: the namespaces that are known, for patterns that are for all.
+        """
+        return _outgoing(self.topics, local, known)
+
+    def served(self, local: str, known: Iterable[str] = ()) -> list[Remote]:
+        """Return as what a service of this master can be called; arguments as for `sent`."""
+        return _outgoing(self.services, local, known)
+
+    def incoming(self, resource: Resource) -> Local | str:
+        """Return the name here of a topic or service of another bridge, or why it is not used."""
+        rules = self.services if resource.kind is Kind.SERVICE else self.topics
+        names = [SharedName(namespace, resource.name) for namespace in self._read_as(resource.namespace)]
+        if any(denied.matches(name, self.namespace) for denied in rules.deny_take for name in names):
+            return "denied by a rule"
+        for shared in names:
+            rule = rules.incoming(shared, shared.site)
+            if isinstance(rule, Rule):
+                name = rules.local_name(rule, shared)
+                return Local(name, rule) if is_topic_name(name) else f"{name:.80} is not a name in ROS"
+        return "no rule takes it"
+
+    def _read_as(self, namespace: str) -> tuple[str, ...]:
+        """Return the namespaces as which another bridge's namespace counts, the more specific one first."""
+        if namespace == ANY:
+            return (self.namespace,)
+        return (namespace, ANY) if self.namespace == ANY else (namespace,)
+
+
+def _outgoing(rules: Rules, local: str, known: Iterable[str]) -> list[Remote]:
+    others = [each for each in known if each not in (ANY, rules.site)]
+    return [Remote(*outgoing.shared, outgoing.rule) for outgoing in rules.outgoing(local, others)]

@@ -1,0 +1,175 @@
+"""The state of a bridge of this dialect: values in, what to send and publish out. No I/O; the time is passed in."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Sequence
+from zlib import crc32
+
+from pyros1.bridge.exchange.actions import Publish, Send
+from pyros1.bridge.exchange.outgoing import Drop, ReceivedMessage
+from pyros1.bridge.exchange.sending import Flow, LocalTopic
+from pyros1.bridge.plugin_ros1.beacons import PERIOD, HeardBeacons, OwnBeacons
+from pyros1.bridge.plugin_ros1.keys import Resource, data_key
+from pyros1.bridge.plugin_ros1.plan import LocalService, Plan, Taken, make_plan
+from pyros1.bridge.plugin_ros1.rules import PluginRules
+from pyros1.bridge.rules.rules import Priority
+
+_MAX_PUBLISHERS = 10_000
+"""Maximum number of publishers whose messages are counted against a rate; those of more share one count."""
+UNKNOWN = "messages of topics that are not taken"
+
+
+class PluginState:
+    """What a bridge knows, and what follows.
+
+    Args:
+        rules: its rules.
+        random: returns a random number from 0 to 1, for the turns of beacons.
+
+    Attributes:
+        plan: what the bridge does now; replaced by another object when something changes.
+        heard: what other bridges announce.
+        wanted: the sent topics that somebody elsewhere receives.
+        demand: the topics published here that nodes subscribe to.
+        sent: how much of each sent topic has gone out.
+        taken: how much of each topic has been published here, by its name here.
+        ignored: why messages from elsewhere were ignored -> how many.
+    """
+
+    def __init__(self, rules: PluginRules, random: Callable[[], float]) -> None:
+        self.plan = Plan()
+        self.heard = HeardBeacons(lambda resource: not isinstance(rules.incoming(resource), str))
+        self.wanted: frozenset[Resource] = frozenset()
+        self.demand: frozenset[str] = frozenset()
+        self.sent: dict[Resource, Flow] = {}
+        self.taken: dict[str, Flow] = {}
+        self.ignored: dict[str, int] = {}
+        self.rules = rules
+        self._own = OwnBeacons(random)
+        self._topics: Sequence[LocalTopic] = ()
+        self._services: Sequence[LocalService] = ()
+        self._local_by_key: dict[str, tuple[str, Taken]] = {}
+        self._sent_by_local: dict[str, list[Resource]] = {}
+        self._due: dict[tuple[str, str], float] = {}
+
+    def key(self, resource: Resource) -> str:
+        """Return the key of a topic's messages or a service's calls."""
+        return data_key(resource, self.rules.old_keys)
+
+    # What there is ----------------------------------------------------------------------------------------------------
+
+    def set_local(self, topics: Sequence[LocalTopic], services: Sequence[LocalService], now: float) -> None:
+        """Note what nodes other than bridges publish and provide on this master."""
+        if (topics, services) != (self._topics, self._services):
+            self._topics, self._services = topics, services
+            self._make_plan(now)
+
+    def set_demand(self, demand: Collection[str], now: float) -> None:
+        """Note to which topics of this bridge nodes subscribe."""
+        self.demand = frozenset(demand)
+        self._own.announce(self.plan.announced(self.demand), now)
+
+    def on_beacon(self, key: str, now: float) -> None:
+        """Note another bridge's beacon."""
+        self._own.on_beacon(key)
+        if self.heard.on_beacon(key, now):
+            self._make_plan(now)
+
+    def tick(self, now: float) -> list[Send]:
+        """Forget what is not announced any more, and return the beacons to send.
+
+        The plugin sends them with the lowest priority. Here they have a high one: they are few, and where they do not
+        come through, what they announce would be lost just when there is much of it.
+        """
+        if self.heard.expire(now):
+            self._make_plan(now)
+        return [Send(key, b"", b"", Priority.HIGH, 0, expires=now + PERIOD) for key in self._own.tick(now)]
+
+    def _make_plan(self, now: float) -> None:
+        self.plan = plan = make_plan(self.rules, self._topics, self._services, self.heard.used)
+        self._local_by_key = {
+            self.key(source): (local, taken) for local, taken in plan.takes.items() for source in taken.sources
+        }
+        self._sent_by_local = {}
+        for resource, sent in plan.sends.items():
+            self._sent_by_local.setdefault(sent.local.name, []).append(resource)
+        self.sent = {resource: self.sent.get(resource, Flow()) for resource in plan.sends}
+        self.taken = {local: self.taken.get(local, Flow()) for local in plan.takes}
+        self._due = {
+            key: due for key, due in self._due.items() if key[0] in self.taken or key[0] in self._sent_by_local
+        }
+        self._own.announce(plan.announced(self.demand), now)
+
+    # Messages ---------------------------------------------------------------------------------------------------------
+
+    def on_message(self, local: str, message: ReceivedMessage, is_bridged: bool, now: float) -> list[Send]:
+        """Return what to send of a message that came on a topic of this master.
+
+        Args:
+            local: the topic.
+            message: the message.
+            is_bridged: whether a bridge has published it.
+            now: the current time in seconds.
+        """
+        packets = []
+        for resource in self._sent_by_local.get(local, ()):
+            flow, settings = self.sent[resource], self.plan.sends[resource].settings
+            if is_bridged:
+                flow.drop(Drop.BRIDGED)
+            elif message.md5sum != resource.md5sum:
+                flow.drop(Drop.TYPE)
+            elif len(message.body) > settings.max_size:
+                flow.drop(Drop.SIZE)
+            elif not self._is_due(local, f"{message.publisher} {resource.namespace}", settings.rate, now):
+                flow.drop(Drop.RATE)
+            elif resource in self.wanted:
+                flow.count(len(message.body))
+                packets.append(
+                    Send(
+                        self.key(resource),
+                        b"",
+                        message.body,
+                        settings.priority,
+                        None if settings.reliable else crc32(message.publisher.encode()),
+                        may_drop=True,
+                        expires=now + settings.age,
+                    )
+                )
+        return packets
+
+    def on_sample(self, key: str, body: bytes, now: float) -> Publish | None:
+        """Return what to publish here of a message that came from elsewhere, or None.
+
+        Args:
+            key: its key.
+            body: the encoded message.
+            now: the current time in seconds.
+        """
+        found = self._local_by_key.get(key)
+        if found is None:
+            self.ignored[UNKNOWN] = self.ignored.get(UNKNOWN, 0) + 1
+            return None
+        local, taken = found
+        flow = self.taken[local]
+        if len(body) > taken.settings.max_size:
+            flow.drop(Drop.SIZE)
+        elif not self._is_due(local, key, taken.settings.rate, now):
+            flow.drop(Drop.RATE)
+        else:
+            flow.count(len(body))
+            return Publish(local, ("", 0), body, False)
+        return None
+
+    def _is_due(self, local: str, publisher: str, rate: float | None, now: float) -> bool:
+        """Return whether a publisher's message may pass, if its rate is limited, and count it."""
+        if rate is None:
+            return True
+        key, period = (local, publisher), 1.0 / rate
+        if key not in self._due and len(self._due) >= _MAX_PUBLISHERS:
+            key = (local, "")
+        due = self._due.get(key, now)
+        # A message that is a little early counts as the due one: publishers are not exact.
+        if now < due - 0.1 * period:
+            return False
+        self._due[key] = max(due, now - period) + period
+        return True
