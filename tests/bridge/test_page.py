@@ -10,6 +10,8 @@ from typing import Any
 import pytest
 
 import pyros1
+from pyros1.bridge.plugin_ros1.config import parse_plugin_config
+from pyros1.bridge.plugin_ros1.explanation import explain as explain_dialect
 from pyros1.bridge.rules.explanation import explain
 from pyros1.bridge.rules.parsing import parse_config
 from pyros1.bridge.rules.router_config import explain_router, parse_router_config
@@ -35,6 +37,34 @@ def test_commands(line: str, expected: str, call_main: Any) -> None:
     code, out, err = call_main(lambda words: run_command("bridge", words), *shlex.split(line), "--check")
     assert (code, err) == (0, "")
     assert expected in out.splitlines()
+
+
+def test_the_command_for_another_dialect(call_main: Any) -> None:
+    (line,) = re.findall(r"^base\$ pyros1 bridge (--dialect .*)$", TEXT, re.M)
+    code, out, err = call_main(lambda words: run_command("bridge", words), *shlex.split(line), "--check")
+    assert (code, err) == (0, "") and out.splitlines() == [
+        "talks to bridges of zenoh-plugin-ros1, without a namespace",
+        "  connects to tcp/127.0.0.1:7447",
+        "sends:",
+        "  /cmd_vel to bridges of any namespace",
+        "takes:",
+        "  /odom from bridges of any namespace",
+        "calls:",
+        "  /reset from bridges of any namespace",
+    ]
+
+
+def test_the_file_for_another_dialect() -> None:
+    (text,) = re.findall(r"```yaml\n(# robot.yaml.*?)```", TEXT, re.S)
+    assert [*explain_dialect(parse_plugin_config(text, "robot.yaml"))][2:] == [
+        "sends:",
+        "  /robot1/cmd_vel to namespace robot1, as /cmd_vel there",
+        "takes:",
+        "  /odom from namespace robot1, at most 10 messages per second",
+        "  never robot1:/rosout",
+        "calls:",
+        "  /reset_robot from namespace robot1, as /reset there",
+    ]
 
 
 def test_the_file() -> None:

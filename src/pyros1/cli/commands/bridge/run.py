@@ -6,6 +6,7 @@ import sys
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
+from pyros1.cli.commands.bridge._plugin import OPTIONS, run_plugin, wants_plugin
 from pyros1.cli.commands.bridge._settings import (
     CONNECT_OPTION,
     INSECURE_FLAG,
@@ -35,6 +36,10 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int | None:
     from pyros1.values.reading import YamlError  # noqa: PLC0415
 
     try:
+        if wants_plugin(options):
+            return run_plugin(invocation, options)
+        if options.namespace or options.old_keys:
+            raise UsageError("--namespace and --old-keys need --dialect zenoh-plugin-ros1")
         config = _read_config(options)
         check_connections(config.connect, config.listen, config.keys, config.rules.access, options.insecure)
         security = {} if options.check else _read_keys(config)
@@ -187,6 +192,7 @@ VERB = Verb(
         metavar="NAME",
         help="parameters that others may read: /robot_description, /camera/** (with `pyros1 bridge param` there)",
     ),
+    *OPTIONS,
     Option("--config", metavar="FILE", help="YAML file with these settings and more"),
     Option("--keys", metavar="FOLDER", help="this site's keys, made by `pyros1 bridge keys`, for tls/ and quic/"),
     SITES_OPTION,
