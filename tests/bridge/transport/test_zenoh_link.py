@@ -8,7 +8,9 @@ import signal
 import socket
 import subprocess
 import sys
-from collections.abc import Callable, Iterator
+import threading
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import suppress
 from typing import Any
 
 import pytest
@@ -16,6 +18,7 @@ import pytest
 from pyros1.bridge.exchange.actions import Send
 from pyros1.bridge.names import SharedName
 from pyros1.bridge.protocol.key_expressions import Channel, Key, topic_key
+from pyros1.bridge.rules.rules import Priority
 from pyros1.bridge.transport.zenoh_link import LinkError, ZenohLink
 
 from ..conftest import PATIENCE, wait_until
@@ -27,9 +30,15 @@ ODOM = SharedName("red", "/odom")
 class Station:
     """A link, and what comes over it."""
 
-    def __init__(self, name: str, connect: tuple[str, ...] = (), listen: tuple[str, ...] = ()) -> None:
+    def __init__(
+        self,
+        name: str,
+        connect: tuple[str, ...] = (),
+        listen: tuple[str, ...] = (),
+        settings: Mapping[str, str] = {},
+    ) -> None:
         self.packets: queue.Queue[tuple[Key, bytes, bytes]] = queue.Queue()
-        self.link = ZenohLink(name, lambda *packet: self.packets.put(packet), connect, listen)
+        self.link = ZenohLink(name, lambda *packet: self.packets.put(packet), connect, listen, settings)
 
     def get(self, body: bytes) -> Key:
         """Wait for a packet with this body, and return its key."""
@@ -125,6 +134,67 @@ def test_many_packets_in_order(make_station: Any, endpoint: str) -> None:
     red.link.send(Send("to/base", b"h", bytes(8 << 20)))
     got = [base.get(b"%d" % number) for number in range(2000)]
     assert len(got) == 2000 and base.get(bytes(8 << 20))
+
+
+class HungConnection:
+    """Passes a connection on to an endpoint, until it is hung: then it takes nothing any more, as a site that hangs."""
+
+    def __init__(self, target: str) -> None:
+        self._target = target
+        self._is_hung = threading.Event()
+        self._server = socket.create_server(("127.0.0.1", 0))
+        self.endpoint = f"tcp/127.0.0.1:{self._server.getsockname()[1]}"
+        self._sockets = [self._server]
+        threading.Thread(target=self._serve, daemon=True).start()
+
+    def _serve(self) -> None:
+        near, _ = self._server.accept()
+        host, port = self._target.partition("/")[2].split(":")
+        far = socket.create_connection((host, int(port)))
+        self._sockets += near, far
+        for source, target in ((near, far), (far, near)):
+            threading.Thread(target=self._copy, args=(source, target), daemon=True).start()
+
+    def _copy(self, source: socket.socket, target: socket.socket) -> None:
+        with suppress(OSError):
+            while not self._is_hung.is_set() and (data := source.recv(1 << 16)):
+                target.sendall(data)
+
+    def hang(self) -> None:
+        """Take nothing any more."""
+        self._is_hung.set()
+
+    def close(self) -> None:
+        """Close the connection."""
+        for each in self._sockets:
+            each.close()
+
+
+@pytest.mark.parametrize("priority", Priority)
+@pytest.mark.parametrize("is_router", [True, False])
+def test_a_site_that_hangs_holds_up_no_others(
+    make_station: Any, endpoint: str, is_router: bool, priority: Priority, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Neither at the site that sends, nor at a router on the way.
+
+    Feature: a site that hangs delays nothing that goes to other sites
+    """
+    monkeypatch.setattr("pyros1.bridge.transport.zenoh_link._BLOCK_TIME", 100_000_000)
+    patient = {"transport/link/tx/lease": "100000"}  # else zenoh closes the connection after 10 s
+    base = make_station("base", (), (endpoint,), patient)
+    sender = base if is_router else make_station("blue", (endpoint,), (), patient)
+    connection = HungConnection(endpoint)
+    try:
+        red = make_station("red", (endpoint,), (), patient)
+        hung = make_station("hung", (connection.endpoint,), (), patient)
+        hello_until_heard(sender, red, hung)
+        connection.hang()
+        for number in range(20):
+            sender.link.send(Send("to/hung", b"h", bytes(2 << 20), priority))
+            sender.link.send(Send("to/red", b"h", b"%d" % number))
+            red.get(b"%d" % number)
+    finally:
+        connection.close()
 
 
 def test_foreign_packets_are_ignored(make_station: Any, endpoint: str) -> None:

@@ -6,6 +6,12 @@ only one connection. Sites find each other only through the endpoints that they 
 off.
 
 zenoh's callbacks run on its own threads, so what they call must return at once.
+
+Nothing that is sent may wait for a site that takes nothing: neither here, nor in a router on the way, where a packet
+that waits holds up all that comes from the same site. So packets are dropped where the queue of a connection is full.
+What must not be lost is sent again by the sites. zenoh's other ways, to wait and then to close the connection, are not
+used for another reason, too: if two threads wait, the second one closes the connection that has been made meanwhile,
+and the site is cut off for good (1.10.2).
 """
 
 from __future__ import annotations
@@ -28,15 +34,13 @@ if TYPE_CHECKING:
 
 MAX_PACKET = 64 << 20
 """Maximum size of a packet in bytes; zenoh refuses larger ones before it has received them."""
-_DROP = "transport/link/tx/queue/congestion_control/drop"
-_WAIT_TIME = 100_000
-"""Microseconds that a packet waits for a network that takes nothing, before it is dropped.
-
-zenoh's other way, to wait and then to close the connection, is not used: if two threads wait, the second one closes the
-connection that has been made meanwhile, and the site is cut off for good (1.10.2).
-"""
-_FRAGMENTS_TIME = 10_000_000
-"""The same for a packet of which a part has been sent: on a slow network, large ones take seconds."""
+_QUEUE = "transport/link/tx/queue"
+_BATCHES = 16
+"""Maximum number of batches of 64 kB, for each connection and priority, in which packets wait. zenoh puts packets that
+wait into as few batches as possible, so this is enough for long lists, and for what comes in a pause."""
+_QUEUED_PRIORITIES = ("real_time", "interactive_high", "data", "data_low", "background")
+_FRAGMENTS_TIME = 2_000_000
+"""Microseconds that the rest of a large packet may wait for the network, before the packet is dropped."""
 _SEND_BUFFER = 64 << 10
 """Bytes that the system queues for a connection. By default, it queues megabytes, for half a minute on a slow network,
 in which neither commands overtake images nor new images replace old ones. It is enough for 10 Mbit/s at 100 ms."""
@@ -203,8 +207,8 @@ class ZenohLink(ZenohSession):
             self._receive(key, attachment.to_bytes(), sample.payload.to_bytes())
 
     def send(self, packet: Send) -> None:
-        """Send a packet. While the network takes nothing, this waits for at most `_WAIT_TIME`, or `_FRAGMENTS_TIME` in
-        the middle of a large one; then the packet is lost. Before the first connection, packets are lost as well.
+        """Send a packet. It is lost where a connection takes nothing, and before the first connection. This waits for the
+        network only in the middle of a large packet, for at most `_FRAGMENTS_TIME`.
         """
         publisher = self._publisher(packet.key, packet.priority)
         if publisher is not None:
@@ -220,7 +224,6 @@ class ZenohLink(ZenohSession):
                     site_key(self._site, key),
                     congestion_control=self.zenoh.CongestionControl.DROP,
                     priority=self.priorities[priority],
-                    express=priority <= Priority.HIGH,
                     allowed_destination=self.zenoh.Locality.REMOTE,
                 )
             return found
@@ -252,8 +255,8 @@ def make_config(
         "listen/exit_on_failure": True,
         "scouting/multicast/enabled": False,
         "scouting/gossip/enabled": False,  # else sites connect to addresses that they were not given
-        f"{_DROP}/wait_before_drop": _WAIT_TIME,
-        f"{_DROP}/max_wait_before_drop_fragments": _FRAGMENTS_TIME,
+        **{f"{_QUEUE}/size/{priority}": _BATCHES for priority in _QUEUED_PRIORITIES},
+        f"{_QUEUE}/congestion_control/drop/max_wait_before_drop_fragments": _FRAGMENTS_TIME,
         "transport/link/rx/max_message_size": MAX_PACKET + (1 << 16),
         "transport/shared_memory/enabled": False,  # it would pass the limits of links by
     }
