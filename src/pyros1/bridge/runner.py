@@ -51,8 +51,8 @@ from pyros1.bridge.publishing import BRIDGE_FIELD, Publishing
 from pyros1.bridge.rules.rules import Priority, Rules
 from pyros1.bridge.service_ends import ServiceEnds
 from pyros1.bridge.status import status_json
+from pyros1.bridge.transport.inbox import Inbox
 from pyros1.bridge.transport.link import Link, Receive
-from pyros1.bridge.transport.queues import Inbox
 from pyros1.bridge.transport.sender import Sender
 from pyros1.graph import Graph
 from pyros1.ground.errors import Error

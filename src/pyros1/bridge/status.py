@@ -10,8 +10,8 @@ from pyros1.bridge.exchange.call_packets import CallCounts
 from pyros1.bridge.exchange.site import Site
 from pyros1.bridge.protocol.key_expressions import topic_key
 from pyros1.bridge.rules.services import PARAMETERS
+from pyros1.bridge.transport.inbox import Inbox
 from pyros1.bridge.transport.link import Link
-from pyros1.bridge.transport.queues import Inbox
 from pyros1.bridge.transport.sender import Sender
 from pyros1.ground.terminal_text import one_line
 

@@ -1,15 +1,11 @@
-"""What waits between a site and its link."""
+"""What waits until the network takes it."""
 
 from __future__ import annotations
 
 from pyros1.bridge.exchange.actions import Send
 from pyros1.bridge.exchange.outgoing import Drop
-from pyros1.bridge.names import SharedName
-from pyros1.bridge.protocol.key_expressions import Channel, Key
 from pyros1.bridge.rules.rules import Priority
-from pyros1.bridge.transport.queues import Inbox, Outbox
-
-TOPIC = SharedName("red", "/t")
+from pyros1.bridge.transport.queues import Outbox
 
 
 def drain(outbox: Outbox, now: float = 0.0) -> list[bytes]:
@@ -80,25 +76,3 @@ def test_the_outbox_is_bounded() -> None:
     for number in range(5):
         outbox.put(Send("a", b"", b"%d" % number), 0.0)
     assert drain(outbox) == [b"2", b"3", b"4"]
-
-
-def packet(body: bytes, topic: SharedName | None = TOPIC) -> tuple[Key, bytes, bytes]:
-    return Key("base", Channel.TOPIC if topic else Channel.TO, "", topic), b"", body
-
-
-def test_the_inbox_is_bounded() -> None:
-    inbox = Inbox(max_bytes=10, max_packets=3)
-    for number in range(5):
-        inbox.put(packet(b"%d" % number))
-    inbox.put(packet(b"heartbeat", None))
-    assert inbox.dropped == 2
-    bodies = []
-    while (each := inbox.pop()) is not None:
-        bodies.append(each[2])
-    assert bodies == [b"heartbeat", b"2", b"3", b"4"]
-    inbox.put(packet(bytes(20)))
-    inbox.put(packet(b"x"))
-    assert inbox.dropped == 3 and inbox.pop() == packet(b"x") and inbox.pop() is None
-    for _ in range(5):
-        inbox.put(packet(b"heartbeat", None))
-    assert inbox.dropped == 5

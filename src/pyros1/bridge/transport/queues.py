@@ -1,19 +1,15 @@
-"""What waits between a site and its link, bounded on both ways. No I/O.
+"""Packets that wait until the network takes them, bounded. No I/O.
 
-- `Outbox`: packets that wait until the network takes them. Urgent ones go first; where only the newest message counts,
-  a newer one takes the place of the one that waits, so after a pause the newest goes first.
-- `Inbox`: packets that wait until the site deals with them. Few bytes are allowed for messages, so that another site
-  that floods this one costs only its own messages.
+Urgent ones go first; where only the newest message counts, a newer one takes the place of the one that waits, so after
+a pause the newest goes first.
 """
 
 from __future__ import annotations
 
-from collections import deque
 from itertools import count
 
 from pyros1.bridge.exchange.actions import Send
 from pyros1.bridge.exchange.outgoing import Drop
-from pyros1.bridge.protocol.key_expressions import Key
 from pyros1.bridge.rules.rules import Priority
 
 OUTBOX_BYTES = 32 << 20
@@ -23,14 +19,7 @@ _GRACE = 0.05
 """Seconds that a message may wait before the network counts as too slow for it, and newer messages take its place."""
 _GRACE_PACKETS = 50
 """Maximum number of messages of a publisher that may wait so."""
-INBOX_BYTES = 64 << 20
-"""Maximum total size in bytes of the messages that have come and wait; at least one may."""
-INBOX_PACKETS = 10_000
-"""Maximum number of them, and of other packets."""
 _MAX_COUNTED_KEYS = 5_000
-
-Received = tuple[Key, bytes, bytes]
-"""A packet that has come: key, head and body."""
 
 
 class _Waiting:
@@ -135,50 +124,6 @@ class Outbox:
         if packet.key in self.drops or len(self.drops) < _MAX_COUNTED_KEYS:
             reasons = self.drops.setdefault(packet.key, {})
             reasons[reason] = reasons.get(reason, 0) + 1
-
-
-class Inbox:
-    """Packets that have come and wait.
-
-    Attributes:
-        dropped: how many packets were dropped because too many waited.
-    """
-
-    def __init__(self, max_bytes: int = INBOX_BYTES, max_packets: int = INBOX_PACKETS) -> None:
-        self.dropped = 0
-        self._max_bytes = max_bytes
-        self._max_packets = max_packets
-        self._control: deque[Received] = deque()
-        self._messages: deque[Received] = deque()
-        self._message_bytes = 0
-
-    def put(self, packet: Received) -> None:
-        """Add a packet. If there are too many messages, the oldest is dropped; of other packets, the new one."""
-        key, head, body = packet
-        if key.topic is None:
-            if len(self._control) >= self._max_packets:
-                self.dropped += 1
-            else:
-                self._control.append(packet)
-            return
-        self._messages.append(packet)
-        self._message_bytes += len(head) + len(body)
-        while len(self._messages) > 1 and (
-            self._message_bytes > self._max_bytes or len(self._messages) > self._max_packets
-        ):
-            _, head, body = self._messages.popleft()
-            self._message_bytes -= len(head) + len(body)
-            self.dropped += 1
-
-    def pop(self) -> Received | None:
-        """Return the packet to deal with next, or None if none waits. Heartbeats and lists go first."""
-        if self._control:
-            return self._control.popleft()
-        if not self._messages:
-            return None
-        packet = self._messages.popleft()
-        self._message_bytes -= len(packet[1]) + len(packet[2])
-        return packet
 
 
 def _size(packet: Send) -> int:

@@ -1,0 +1,158 @@
+"""Packets that have come and wait until the site deals with them, bounded for each sending site. No I/O.
+
+Sites take turns by what their packets cost, so one that floods this one costs only its own packets. Within a site,
+heartbeats and lists go before messages. All sizes are in bytes.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+
+from pyros1.bridge.protocol.key_expressions import Key
+from pyros1.bridge.protocol.packet_values import MAX_BODY
+
+SITE_MESSAGE_BYTES = 32 << 20
+"""Maximum total size of the messages of a site that wait; at least one may."""
+SITE_CONTROL_BYTES = 8 << 20
+"""Maximum total size of the other packets of a site that wait: two long lists."""
+SITE_PACKETS = 5_000
+"""Maximum number of the messages of a site that wait, and of its other packets."""
+TOTAL_BYTES = 128 << 20
+"""Maximum total size of all packets that wait; at least one may."""
+_MAX_SITES = 300
+"""Maximum number of sites whose packets wait; more than a bridge talks to, since anything can claim to be a site."""
+_PACKET_COST = 2_000
+"""What a packet costs besides its bytes: its fixed time, in the time to copy a byte."""
+_CONTROL_FACTOR = 20
+"""How many times longer it takes to read a byte of JSON."""
+
+Received = tuple[Key, bytes, bytes]
+"""A packet that has come: key, head and body."""
+
+
+class _SiteQueue:
+    """The packets of a site.
+
+    Attributes:
+        cost: what was done for it, compared with the others.
+    """
+
+    def __init__(self, cost: int) -> None:
+        self.cost = cost
+        self.control: deque[Received] = deque()
+        self.messages: deque[Received] = deque()
+        self.control_bytes = self.message_bytes = 0
+
+    @property
+    def size(self) -> int:
+        return self.control_bytes + self.message_bytes
+
+    def pop_control(self) -> Received:
+        packet = self.control.popleft()
+        self.control_bytes -= _size(packet)
+        return packet
+
+    def pop_message(self) -> Received:
+        packet = self.messages.popleft()
+        self.message_bytes -= _size(packet)
+        return packet
+
+
+class Inbox:
+    """Packets that have come and wait.
+
+    Attributes:
+        dropped: how many packets were dropped because too many waited, or because they were too large.
+    """
+
+    def __init__(
+        self,
+        site_message_bytes: int = SITE_MESSAGE_BYTES,
+        site_control_bytes: int = SITE_CONTROL_BYTES,
+        site_packets: int = SITE_PACKETS,
+        total_bytes: int = TOTAL_BYTES,
+    ) -> None:
+        self.dropped = 0
+        self._site_message_bytes = site_message_bytes
+        self._site_control_bytes = site_control_bytes
+        self._site_packets = site_packets
+        self._total_bytes = total_bytes
+        self._sites: dict[str, _SiteQueue] = {}  # those of which something waits
+        self._bytes = 0
+        self._cost = 0  # of the site that was served last, before that
+        self._costs: dict[str, int] = {}  # of sites of which nothing waits any more, but that were ahead of others
+
+    def put(self, packet: Received) -> None:
+        """Add a packet. If too many messages of its site wait, the oldest is dropped; of other packets, the new one. If
+        too much waits in total, messages of the site that has most are dropped.
+        """
+        key, size = packet[0], _size(packet)
+        site = self._sites.get(key.site)
+        is_control = key.topic is None
+        if (site is None and len(self._sites) >= _MAX_SITES) or (is_control and size > MAX_BODY):
+            self.dropped += 1
+            return
+        if site is None:
+            site = self._sites[key.site] = _SiteQueue(max(self._cost, self._costs.pop(key.site, 0)))
+        if is_control:
+            if len(site.control) >= self._site_packets or site.control_bytes + size > self._site_control_bytes:
+                self.dropped += 1
+                return
+            site.control.append(packet)
+            site.control_bytes += size
+        else:
+            site.messages.append(packet)
+            site.message_bytes += size
+        self._bytes += size
+        while len(site.messages) > 1 and (
+            site.message_bytes > self._site_message_bytes or len(site.messages) > self._site_packets
+        ):
+            self._drop_message(site)
+        while self._bytes > self._total_bytes and self._drop_of_largest():
+            pass
+
+    def _drop_message(self, site: _SiteQueue) -> None:
+        self._bytes -= _size(site.pop_message())
+        self.dropped += 1
+
+    def _drop_of_largest(self) -> bool:
+        """Drop a packet of the site of which most waits; return whether there was one that can be dropped."""
+        name, site = max(self._sites.items(), key=lambda item: item[1].size)
+        if len(self._sites) == 1 and len(site.messages) + len(site.control) == 1:
+            return False
+        if site.messages:
+            self._drop_message(site)
+        else:
+            self._bytes -= _size(site.pop_control())
+            self.dropped += 1
+        self._forget_if_empty(name, site)
+        return True
+
+    def _forget_if_empty(self, name: str, site: _SiteQueue) -> None:
+        if not site.messages and not site.control:
+            del self._sites[name]
+            self._costs[name] = site.cost
+            if len(self._costs) > _MAX_SITES:
+                self._costs = {name: cost for name, cost in self._costs.items() if cost > self._cost}
+                if len(self._costs) > _MAX_SITES:
+                    del self._costs[min(self._costs, key=self._costs.__getitem__)]
+
+    def pop(self) -> Received | None:
+        """Return the packet to deal with next, or None if none waits."""
+        if not self._sites:
+            return None
+        name, site = min(self._sites.items(), key=lambda item: item[1].cost)
+        self._cost = site.cost
+        if site.control:
+            packet = site.pop_control()
+            site.cost += _PACKET_COST + _CONTROL_FACTOR * _size(packet)
+        else:
+            packet = site.pop_message()
+            site.cost += _PACKET_COST + _size(packet)
+        self._bytes -= _size(packet)
+        self._forget_if_empty(name, site)
+        return packet
+
+
+def _size(packet: Received) -> int:
+    return len(packet[1]) + len(packet[2])
