@@ -18,13 +18,13 @@ import os
 import sys
 import threading
 import time
-from collections import deque
 from collections.abc import Callable, Iterable
 from functools import partial
 
 from pyros1.bridge.conversions.conversion import Conversion
 from pyros1.bridge.conversions.converters import with_conversions
 from pyros1.bridge.converting import Converting, Pending, Source
+from pyros1.bridge.deferred import Change, Deferred
 from pyros1.bridge.exchange.actions import (
     Action,
     Advertise,
@@ -71,7 +71,6 @@ _DEMAND_PERIOD = 0.2
 """Seconds between looks at who subscribes to what the bridge publishes."""
 _QUEUE_SIZE = 1000
 """Messages of a publisher that wait for the bridge: it only queues them, so they hardly ever do."""
-_MAX_DEFERRED = 5_000
 _JOIN_TIME = 3.0
 MakeLink = Callable[[Receive], Link]
 
@@ -111,15 +110,9 @@ class Bridge:
         self._unconvertible: dict[str, str] = {}
         self._inbox = Inbox()
         self._arrived = threading.Condition()
-        self._deferred: deque[Action] = deque()
-        self._newest: dict[
-            tuple[str, str, Conversion | None], Action
-        ] = {}  # the last action about a subscription or a published topic
-        self._failed: list[Action] = []
+        self._deferred = Deferred()
         self._next_poll = 0.0
         self._demand: frozenset[str] = frozenset()
-        self._awaited: dict[str, int] = {}  # topics -> how many of the deferred actions advertise or withdraw them
-        self._has_deferred = threading.Condition()
         self._is_closing = False
         self._problems: dict[str, int] = {}
         self._close_lock = threading.Lock()
@@ -178,12 +171,11 @@ class Bridge:
             match action:
                 case Send():
                     self._sender.put(action)
-                case Publish(local) | Forget(local) if local in self._awaited:
-                    self._defer(action)
                 case Publish():
                     self._publish(action)
                 case Forget():
-                    self._publishing.forget(action)
+                    if not self._deferred.hold(action):
+                        self._publishing.forget(action)
                 case Listen(site, key, on):
                     self._sender.listen(site, key, on)
                 case ProbeReply(site, number):
@@ -195,25 +187,11 @@ class Bridge:
                 case StartAnew():
                     self._converting.restart((action.local, action.conversion))
                 case Subscribe() | SetOrigins() | Advertise() | Withdraw():
-                    self._change_topic(action)
-
-    def _change_topic(self, action: Subscribe | SetOrigins | Advertise | Withdraw) -> None:
-        if isinstance(action, Subscribe):
-            self._newest["subscribe", action.local, action.conversion] = action
-        elif not isinstance(action, SetOrigins):
-            self._newest["publish", action.local, None] = action
-            self._awaited[action.local] = self._awaited.get(action.local, 0) + 1
-        self._defer(action)
-
-    def _defer(self, action: Action) -> None:
-        if isinstance(action, Publish) and len(self._deferred) >= _MAX_DEFERRED:
-            self._count("messages that came before their topic was advertised")
-            return
-        with self._has_deferred:
-            self._deferred.append(action)
-            self._has_deferred.notify()
+                    self._deferred.put(action)
 
     def _publish(self, action: Publish) -> None:
+        if self._deferred.hold(action):
+            return
         try:
             if not self._publishing.publish(action):
                 self._count("messages of topics that could not be published")
@@ -238,60 +216,50 @@ class Bridge:
 
     def _run_master_thread(self) -> None:
         while not self._is_closing:
-            with self._has_deferred:
-                if not self._deferred:
-                    self._has_deferred.wait(_DEMAND_PERIOD)
             try:
                 self._look_after_master()
             except Exception as error:  # noqa: BLE001 - a mistake of ours must not end the bridge silently
                 self._node.log.internal_error(error)
 
     def _look_after_master(self) -> None:
-        while self._deferred and not self._is_closing:
-            self._do(self._deferred.popleft())
+        timeout = _DEMAND_PERIOD
+        while not self._is_closing and (changes := self._deferred.pop(timeout)):
+            self._change(changes)
+            timeout = 0.0
         self._services.update()
         if time.monotonic() >= self._next_poll and not self._is_closing:
             self._poll()
             self._next_poll = time.monotonic() + (0.0 if self._graph.is_behind else _POLL_PERIOD)
-            failed, self._failed = self._failed, []
-            for action in failed:
-                self._do(action)
+            self._deferred.retry()
         demand = self._publishing.demand(self._graph.bridges)
         if demand != self._demand:
             self._demand = demand
             with self._lock:
                 self._act(self._site.set_demand(demand, steady_now()))
 
-    def _do(self, action: Action) -> None:
-        """Do what may wait for the master. What fails is done again later, unless something else is wanted by then."""
-        if isinstance(action, Subscribe) and (
-            self._newest.get(("subscribe", action.local, action.conversion)) is not action
-        ):
-            return
-        if isinstance(action, Advertise) and self._newest.get(("publish", action.local, None)) is not action:
-            self._is_done(action.local)
-            return
-        try:
-            match action:
-                case Advertise():
-                    self._publishing.advertise(action)
-                case Withdraw(local):
-                    self._publishing.withdraw(local)
-                case SetOrigins(local, origins):
-                    self._publishing.set_origins(local, origins)
-                case Publish():
-                    self._publish(action)
-                case Forget():
-                    self._publishing.forget(action)
-                case Subscribe():
-                    self._subscribe(action)
-        except Error as error:
-            if self._node.ok():
-                self._failed.append(action)
-                self._node.log.peer_event(WARN, "cannot bridge a topic: %s", error)
+    def _change(self, changes: list[Change]) -> None:
+        """Do what may wait for the master."""
+        for index, action in enumerate(changes):
+            try:
+                self._do(action)
+            except Error as error:
+                self._deferred.fail(changes[index:])
+                if self._node.ok():
+                    self._node.log.peer_event(WARN, "cannot bridge a topic: %s", error)
                 return
-        if isinstance(action, (Advertise, Withdraw)):
-            self._is_done(action.local)
+        with self._lock:  # what waited is published before what comes later
+            self._act(self._deferred.done())
+
+    def _do(self, action: Change) -> None:
+        match action:
+            case Advertise():
+                self._publishing.advertise(action)
+            case Withdraw(local):
+                self._publishing.withdraw(local)
+            case SetOrigins(local, origins):
+                self._publishing.set_origins(local, origins)
+            case Subscribe():
+                self._subscribe(action)
 
     def _subscribe(self, action: Subscribe) -> None:
         local, on, conversion = action
@@ -307,18 +275,6 @@ class Bridge:
             old.unregister()
         if conversion is not None:
             self._converting.stop((local, conversion))
-
-    def _is_done(self, local: str) -> None:
-        """Note that a topic has been advertised or withdrawn. Messages that came meanwhile are published first."""
-        with self._lock:
-            self._awaited[local] -= 1
-            if self._awaited[local]:
-                return
-            del self._awaited[local]
-            waiting = [each for each in self._deferred if isinstance(each, (Publish, Forget)) and each.local == local]
-            for action in waiting:
-                self._deferred.remove(action)
-            self._act(waiting)
 
     def _poll(self) -> None:
         asked_at = steady_now()
@@ -382,7 +338,11 @@ class Bridge:
             **self._converting.problems,
         }
         with self._lock:
-            return status_json(self._site, self._link, self._sender, self._inbox, problems, {**self._problems})
+            return status_json(self._site, self._link, self._sender, self._inbox, problems, self._all_problems())
+
+    def _all_problems(self) -> dict[str, int]:
+        early = self._deferred.dropped
+        return self._problems | ({"messages that came before their topic was advertised": early} if early else {})
 
     def close(self) -> None:
         """Tell other sites that this one leaves, and end all threads. May be called repeatedly."""
@@ -395,8 +355,7 @@ class Bridge:
         self._is_closing = True
         with self._arrived:
             self._arrived.notify_all()
-        with self._has_deferred:
-            self._has_deferred.notify_all()
+        self._deferred.wake()
         for thread in (self._worker, self._master_thread):
             thread.join(_JOIN_TIME)
         self._services.close()

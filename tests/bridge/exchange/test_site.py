@@ -325,6 +325,82 @@ def test_a_flood_of_topics(liar: Liar) -> None:
     assert len(refused) == 10
 
 
+def test_lists_that_change_in_floods(liar: Liar) -> None:
+    """Feature: a site that changes its lists in floods delays nothing of third ones"""
+    liar.meet()
+    applied = 0
+    for number in range(300):
+        liar.now += 0.01
+        name = SharedName("red", f"/t{number}")
+        applied += bool(only(Advertise, liar.offer(offered(name)) + liar.define()))
+        applied += bool(only(Advertise, liar.take(liar.site.tick(liar.now))))
+    assert applied in (5, 6)
+    liar.now += 1.0
+    liar.take(liar.site.tick(liar.now))
+    assert [received.topic.name for received in liar.site.received()] == ["/t299"], "the newest one counts"
+
+
+def test_topics_that_change_without_end_do_not_fill_the_memory(liar: Liar) -> None:
+    liar.meet()
+    for number in range(30):
+        liar.now += 1.1
+        liar.offer(*(offered(SharedName("red", f"/t{number}_{index}")) for index in range(200)))
+    streams = liar.site._receiving._streams
+    assert 200 < len(streams) <= 2 * MAX_TOPICS
+    for number in range(30):
+        liar.now += 1.1
+        liar.offer(
+            offered(SharedName("red", "/t0_0")),
+            *(offered(SharedName("red", f"/u{number}_{index}")) for index in range(200)),
+        )
+    assert len(streams) <= 201 + MAX_TOPICS and ("red", SharedName("red", "/t0_0")) in streams
+
+
+@pytest.mark.parametrize("leaves", [True, False])
+def test_lists_and_limits_of_a_site_that_starts_again(liar: Liar, leaves: bool) -> None:
+    liar.meet()
+    for _ in range(5):
+        liar.offer()
+        liar.offer(offered())
+    if leaves:
+        liar.send(Kind.BYE)
+    later = Liar(liar.site, epoch=33)
+    later.now = liar.now + 0.5
+    later.meet()
+    later.now += 1.0
+    later.take(liar.site.tick(later.now))
+    assert liar.site.received() == [], "lists of the earlier run do not count"
+    for _ in range(5):
+        later.offer()
+        later.offer(offered())
+    assert liar.site.received() == [], "not yet"
+    later.now += 1.0
+    later.take(liar.site.tick(later.now))
+    assert len(liar.site.received()) == 1
+
+
+def test_nothing_is_kept_back_of_topics_that_are_not_wanted_any_more(liar: Liar) -> None:
+    wanted(liar, offered(reliable=True))
+    liar.message(1)
+    liar.message(3, bytes(100))
+    buffered = liar.site._receiving._buffered
+    assert buffered["red"].total == 100
+    liar.take(liar.site.set_demand([], liar.now))
+    assert buffered["red"].total == 0
+    liar.send(Kind.BYE)
+    assert buffered == {}
+
+
+def test_a_flood_of_probes(liar: Liar) -> None:
+    liar.meet()
+    answers = []
+    for number in range(5000):
+        liar.now += 0.0002
+        answers += only(Send, liar.send(Kind.PROBE, packets.encode_probe(number + 1)))
+    assert 500 <= len(answers) <= 601
+    assert {(answer.key, answer.replaces) for answer in answers} == {("to/red", 0)}, "a later one replaces it"
+
+
 def test_a_flood_of_questions() -> None:
     liar = Liar(Site(rules("send: [{topic: /map, delivery: reliable}]"), OWN, 0.0))
     liar.meet()

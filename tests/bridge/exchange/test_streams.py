@@ -8,7 +8,15 @@ from random import Random
 import pytest
 
 from pyros1.bridge.exchange.outgoing import Drop
-from pyros1.bridge.exchange.streams import Delivery, LatchedStream, NewestStream, ReliableStream, Stream, make_stream
+from pyros1.bridge.exchange.streams import (
+    BufferedBytes,
+    Delivery,
+    LatchedStream,
+    NewestStream,
+    ReliableStream,
+    Stream,
+    make_stream,
+)
 from pyros1.bridge.names import SharedName
 from pyros1.bridge.protocol.packets import Flag, Gone, Held, MessageHead
 
@@ -190,12 +198,30 @@ def test_any_order(seed: int) -> None:
 
 
 def test_kinds_of_streams() -> None:
-    assert isinstance(make_stream(True, True, 1.0), LatchedStream)
-    assert isinstance(make_stream(False, True, 1.0), ReliableStream)
-    assert isinstance(make_stream(False, False, 1.0), NewestStream)
+    assert isinstance(make_stream(True, True, 1.0, 0, BufferedBytes()), LatchedStream)
+    assert isinstance(make_stream(False, True, 1.0, 0, BufferedBytes()), ReliableStream)
+    assert isinstance(make_stream(False, False, 1.0, 0, BufferedBytes()), NewestStream)
     for stream in (
-        make_stream(True, False, 1.0, 5),
-        make_stream(False, True, 1.0, 5),
-        make_stream(False, False, 1.0, 5),
+        make_stream(True, False, 1.0, 5, BufferedBytes()),
+        make_stream(False, True, 1.0, 5, BufferedBytes()),
+        make_stream(False, False, 1.0, 5, BufferedBytes()),
     ):
         assert feed(stream, 5, 6) == [6]
+
+
+def test_what_a_site_has_kept_back_is_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("pyros1.bridge.exchange.streams.SITE_BUFFER_BYTES", 100)
+    site = BufferedBytes()
+    streams = [ReliableStream(2.0, 0, site) for _ in range(3)]
+    for stream in streams:
+        stream.accept(head(1), b"", 0.0)
+    assert streams[0].accept(head(3), bytes(60), 0.0) == [] and streams[1].accept(head(3), bytes(40), 0.0) == []
+    assert [delivery.head.number for delivery in streams[2].accept(head(3), bytes(1), 0.0)] == [3]
+    assert site.total == 100
+    streams[0].restart(0.0)
+    assert site.total == 40
+    assert len(streams[1].accept(head(2), bytes(5), 0.0)) == 2 and site.total == 0
+    assert streams[1].accept(head(5), bytes(40), 0.0) == [] and streams[1].accept(head(7), bytes(40), 0.0) == []
+    assert len(streams[1].tick(9.0)) == 1 and site.total == 40
+    streams[1].accept(head(9), bytes(40), 9.0)
+    assert len(streams[1].on_gone(Gone(TOPIC, 10), 9.0)) == 2 and site.total == 0

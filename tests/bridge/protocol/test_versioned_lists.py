@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from itertools import count
 
-from pyros1.bridge.protocol.packets import Page
+from pyros1.bridge.names import SharedName
+from pyros1.bridge.protocol.packets import PAGE_ENTRIES, Page, Request, decode_request
 from pyros1.bridge.protocol.versioned_lists import ListReceiver, ListSender
 
 
@@ -38,3 +39,15 @@ def test_pages_of_versions_are_not_mixed() -> None:
     receiver.accept(Page(7, 0, 3, ["x"]))
     assert receiver.accept(Page(7, 1, 2, ["b"])) is None  # another number of pages: the list begins again
     assert receiver.accept(Page(7, 0, 2, ["a"])) == ["a", "b"]
+
+
+def test_a_network_that_takes_only_a_few_pages_gets_all_in_the_end() -> None:
+    sender, receiver = ListSender(count(1)), ListReceiver()
+    entries = [Request(SharedName("red", f"/t{number}"), 0.0) for number in range(PAGE_ENTRIES * 12)]
+    sender.update(entries)
+    completed = []
+    for _ in range(12):
+        pages = sender.pages()
+        assert len(pages) == 12
+        completed += [receiver.accept(decode_request(body)) for body in pages[:3]]
+    assert [entries for entries in completed if entries is not None] == [entries]

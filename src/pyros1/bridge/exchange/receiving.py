@@ -16,7 +16,7 @@ from pyros1.bridge.exchange.outgoing import Drop
 from pyros1.bridge.exchange.outputs import Candidate, Feed, Output, Outputs, choose
 from pyros1.bridge.exchange.peer import Peer
 from pyros1.bridge.exchange.sending import Flow
-from pyros1.bridge.exchange.streams import Delivery, Stream, make_stream
+from pyros1.bridge.exchange.streams import BufferedBytes, Delivery, Stream, make_stream
 from pyros1.bridge.names import SharedName, is_topic_name
 from pyros1.bridge.protocol.key_expressions import to_key, topic_key
 from pyros1.bridge.protocol.packets import (
@@ -108,6 +108,7 @@ class Receiving:
         self._lacks_definitions = False
         # Streams stay as long as the run of their site, so that nothing is delivered again if an offer comes back.
         self._streams: dict[Feed, tuple[bool, bool, Stream]] = {}
+        self._buffered: dict[str, BufferedBytes] = {}
 
     # What there is ----------------------------------------------------------------------------------------------------
 
@@ -161,22 +162,31 @@ class Receiving:
         (self._unwelcome.add if conflict else self._unwelcome.discard)(peer)
         for feed, incoming in old.items():
             if self._incoming.get(feed) is not incoming and incoming.is_wanted:
-                actions += self._stop(feed, incoming)
+                actions += self._stop(feed, incoming, now)
+        self._forget_streams(peer)
         return actions + self.apply(now)
 
     def _stream(self, feed: Feed, offered: Offered, settings: Settings) -> Stream:
         latched, reliable, stream = self._streams.get(feed, (None, None, None))
         if stream is None or (latched, reliable) != (offered.latched, offered.reliable):
             floor = stream.highest if stream else 0
-            stream = make_stream(offered.latched, offered.reliable, settings.age, floor)
+            buffered = self._buffered.setdefault(feed[0], BufferedBytes())
+            stream = make_stream(offered.latched, offered.reliable, settings.age, floor, buffered)
             self._streams[feed] = (offered.latched, offered.reliable, stream)
         return stream
+
+    def _forget_streams(self, peer: str) -> None:
+        """Forget the oldest streams of a site that offers more and more topics."""
+        old = [feed for feed in self._streams if feed[0] == peer and feed not in self._incoming]
+        for feed in old[: max(0, len(old) - MAX_TOPICS)]:
+            del self._streams[feed]
 
     def drop_peer(self, peer: str, now: float) -> list[Action]:
         """Forget everything of another site, since it is gone or has started again; return the actions that follow."""
         actions = self.set_offers(peer, (), now)
         for feed in [feed for feed in self._streams if feed[0] == peer]:
             del self._streams[feed]
+        self._buffered.pop(peer, None)
         return actions
 
     def set_demand(self, demand: Iterable[str], now: float) -> list[Action]:
@@ -202,7 +212,7 @@ class Receiving:
         changed = self._outputs.changed(outputs)
         for feed, incoming in self._incoming.items():
             if incoming.is_wanted and incoming.settings.local in changed:
-                actions += self._stop(feed, incoming)  # if it is wanted again at once, latched messages come again
+                actions += self._stop(feed, incoming, now)  # if it is wanted again at once, latched messages come again
         actions += self._outputs.update(outputs, self._origins(outputs))
         for feed, incoming in self._incoming.items():
             local = incoming.settings.local
@@ -212,7 +222,7 @@ class Receiving:
                 incoming.stream.restart(now)
                 actions.append(Listen(feed[0], topic_key(feed[1]), True))
             elif incoming.is_wanted and not wants:
-                actions += self._stop(feed, incoming)
+                actions += self._stop(feed, incoming, now)
         return actions
 
     def _origins(self, outputs: Iterable[str]) -> dict[str, tuple[str, ...]]:
@@ -259,19 +269,20 @@ class Receiving:
                 actions.append(Send(to_key(peer), self._head(Kind.ASK, peer), encode_ask(due)))
         return actions
 
-    def _stop(self, feed: Feed, incoming: _IncomingTopic) -> list[Action]:
+    def _stop(self, feed: Feed, incoming: _IncomingTopic, now: float) -> list[Action]:
         """Want a topic no longer. Its latched messages are forgotten, since they may change unnoticed from now on."""
         incoming.is_wanted = False
+        incoming.stream.restart(now)  # nothing is kept back any more
         peer, topic = feed
         return [Listen(peer, topic_key(topic), False), *self._outputs.forget_site(incoming.settings.local, peer)]
 
-    def requests(self, peer: str) -> list[Request]:
-        """Return what this site wants from another one."""
-        return [
-            Request(feed[1], incoming.settings.rate or 0.0)
-            for feed, incoming in self._incoming.items()
-            if feed[0] == peer and incoming.is_wanted
-        ]
+    def requests(self) -> dict[str, list[Request]]:
+        """Return what this site wants from each other one."""
+        found: dict[str, list[Request]] = {}
+        for (peer, topic), incoming in self._incoming.items():
+            if incoming.is_wanted:
+                found.setdefault(peer, []).append(Request(topic, incoming.settings.rate or 0.0))
+        return found
 
     # Messages ---------------------------------------------------------------------------------------------------------
 

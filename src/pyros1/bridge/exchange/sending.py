@@ -150,8 +150,10 @@ class Sending:
 
     def set_requests(self, peer: str, requests: Iterable[Request], now: float) -> list[Action]:
         """Note what another site wants, and return the actions that follow."""
-        self._requests[peer] = {request.topic: request.rate for request in requests}
-        return self._apply(now)
+        before = self._requests.get(peer, {})
+        wanted = self._requests[peer] = {request.topic: request.rate for request in requests}
+        changed = {topic for topic in before.keys() | wanted.keys() if before.get(topic) != wanted.get(topic)}
+        return self._apply_requests(self._sent[topic] for topic in sorted(changed) if topic in self._sent)
 
     def offers(self, peer: str) -> list[Offered]:
         """Return what is offered to another site."""
@@ -164,8 +166,12 @@ class Sending:
     def _apply(self, now: float) -> list[Action]:
         """Bring the outgoing topics in line with topics, sites and requests."""
         self._update_sent()
+        return self._apply_requests(self._sent.values())
+
+    def _apply_requests(self, changed: Iterable[_Sent]) -> list[Action]:
+        """Bring some outgoing topics in line with requests, and what is subscribed to here with all of them."""
         actions: list[Action] = []
-        for sent in self._sent.values():
+        for sent in changed:
             requests = {
                 peer: requested[sent.topic.topic]
                 for peer, requested in self._requests.items()

@@ -23,10 +23,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from itertools import count
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from pyros1.bridge.conversions.conversion import Conversion
 from pyros1.bridge.exchange.actions import Action, Log, ProbeReply, Send
+from pyros1.bridge.exchange.limits import Limits
 from pyros1.bridge.exchange.outgoing import OutgoingTopic, ReceivedMessage
 from pyros1.bridge.exchange.peer import HEARTBEAT_PERIOD, Change, Peer, State
 from pyros1.bridge.exchange.receiving import ReceivedTopic, Receiving
@@ -52,7 +53,6 @@ from pyros1.bridge.protocol.packets import (
     decode_request,
     encode_head,
     encode_heartbeat,
-    encode_pages,
     encode_probe,
 )
 from pyros1.bridge.protocol.versioned_lists import ListReceiver, ListSender
@@ -98,18 +98,25 @@ class Site:
         self._peers: dict[str, Peer] = {}
         self._versions, self._heartbeat_numbers = count(1), count(1)
         self._lists: dict[str, _Lists] = {}
+        self._limits = Limits()
         self._sending = Sending(rules, epoch)
         self._receiving = Receiving(rules, epoch, self._peers)
         self.services = Services(rules, epoch, self._peers)
         self._hello_at = now
         self._has_namesake = False
         self._on_kind: Mapping[Kind, Callable[[str, bytes, float], list[Action]]] = {
-            Kind.OFFER: self._on_offer,
-            Kind.REQUEST: self._on_request,
-            Kind.SERVICES: self._on_services,
+            Kind.OFFER: lambda site, body, now: self._on_list(
+                site, Kind.OFFER, self._lists[site].their_offer.accept(decode_offer(body)), now
+            ),
+            Kind.REQUEST: lambda site, body, now: self._on_list(
+                site, Kind.REQUEST, self._lists[site].their_request.accept(decode_request(body)), now
+            ),
+            Kind.SERVICES: lambda site, body, now: self._on_list(
+                site, Kind.SERVICES, self._lists[site].their_services.accept(decode_services(body)), now
+            ),
             Kind.ASK: lambda peer, body, now: self._sending.on_ask(peer, decode_ask(body), now),
             Kind.DEFINITION: self._on_definition,
-            Kind.PROBE: lambda peer, body, _: [self._to(peer, Kind.PROBE_REPLY, encode_probe(decode_probe(body)))],
+            Kind.PROBE: self._on_probe,
             Kind.PROBE_REPLY: lambda peer, body, _: [ProbeReply(peer, decode_probe(body))],
             Kind.MISSED: lambda peer, body, now: self._sending.on_missed(peer, decode_missed(body), now),
             Kind.HELD: lambda peer, body, now: self._receiving.on_held(peer, decode_held(body), now),
@@ -134,7 +141,7 @@ class Site:
 
     def set_demand(self, demand: Iterable[str], now: float) -> list[Action]:
         """Note to which topics that this site publishes nodes of its master subscribe."""
-        return self._receiving.set_demand(demand, now) + self._update_lists(now)
+        return self._receiving.set_demand(demand, now) + self._update_requests(now)
 
     def on_message(
         self,
@@ -196,6 +203,8 @@ class Site:
         actions += self.services.tick(now)
         actions += self._sending.tick(now)
         actions += self._receiving.tick(now)
+        for name in self._peers:
+            actions += self._apply_lists(name, now)
         return actions + self._send_heartbeats(now) + self._send_lists(now)
 
     def leave(self) -> list[Action]:
@@ -237,8 +246,14 @@ class Site:
         """Return the lists that must be sent since topics, sites or demand have changed."""
         for name, lists in self._lists.items():
             lists.offer.update(self._sending.offers(name))
-            lists.request.update(self._receiving.requests(name))
             lists.services.update(self.services.served.offers(name))
+        return self._update_requests(now)
+
+    def _update_requests(self, now: float) -> list[Action]:
+        """Return the lists that must be sent since demand, or what others offer, has changed."""
+        requests = self._receiving.requests()
+        for name, lists in self._lists.items():
+            lists.request.update(requests.get(name, ()))
         return self._send_lists(now)
 
     def _send_lists(self, now: float) -> list[Action]:
@@ -254,8 +269,7 @@ class Site:
             ):
                 if sender.is_due(seen, now):
                     head = encode_head(kind, self._epoch, peer.epoch)
-                    pages = encode_pages(sender.version, sender.entries)
-                    actions += [Send(to_key(peer.name), head, page) for page in pages]
+                    actions += [Send(to_key(peer.name), head, page) for page in sender.pages()]
         return actions
 
     # Packets ----------------------------------------------------------------------------------------------------------
@@ -351,6 +365,7 @@ class Site:
             actions += self._receiving.drop_peer(site, now)
             actions += self.services.drop_peer(site, f"site {site} has started again")
             self._lists[site] = _Lists(self._versions)
+            self._limits.of(site, self._peers).lists.clear()
             actions += self._update_peers(now)
             actions += self._send_heartbeats(now)
             actions += self._update_lists(now)
@@ -371,25 +386,37 @@ class Site:
         actions = self._receiving.drop_peer(peer.name, now)
         actions += self.services.drop_peer(peer.name, f"site {peer.name} {reason}")
         del self._peers[peer.name], self._lists[peer.name]
+        self._limits.of(peer.name, self._peers).lists.clear()
         actions += self._update_peers(now)
         return actions + self._update_lists(now)
 
-    def _on_offer(self, site: str, body: bytes, now: float) -> list[Action]:
-        offers = self._lists[site].their_offer.accept(decode_offer(body))
-        if offers is None:
+    def _on_list(self, site: str, kind: Kind, entries: list[Any] | None, now: float) -> list[Action]:
+        if entries is None:
             return []
-        return self._receiving.set_offers(site, offers, now) + self._update_lists(now)
+        self._limits.of(site, self._peers).lists.put(kind, entries)
+        return self._apply_lists(site, now)
 
-    def _on_request(self, site: str, body: bytes, now: float) -> list[Action]:
-        requests = self._lists[site].their_request.accept(decode_request(body))
-        return [] if requests is None else self._sending.set_requests(site, requests, now)
+    def _apply_lists(self, site: str, now: float) -> list[Action]:
+        """Apply the lists that a site has sent, unless they change too often."""
+        actions: list[Action] = []
+        for kind, entries in self._limits.of(site, self._peers).lists.take(now):
+            if kind is Kind.REQUEST:
+                actions += self._sending.set_requests(site, entries, now)
+            elif kind is Kind.SERVICES:
+                actions += self.services.calls.set_offers(site, entries)
+            else:
+                actions += self._receiving.set_offers(site, entries, now) + self._update_requests(now)
+        return actions
 
-    def _on_services(self, site: str, body: bytes, now: float) -> list[Action]:
-        services = self._lists[site].their_services.accept(decode_services(body))
-        return [] if services is None else self.services.calls.set_offers(site, services)
+    def _on_probe(self, site: str, body: bytes, now: float) -> list[Action]:
+        number = decode_probe(body)
+        if not self._limits.of(site, self._peers).probes.take(now):
+            return self._ignore(f"{site}: more probes than are answered")
+        # A probe confirms what was sent before it, too, so the answer to an earlier one is not needed any more.
+        return [self._to(site, Kind.PROBE_REPLY, encode_probe(number))._replace(replaces=0)]
 
     def _on_definition(self, site: str, body: bytes, now: float) -> list[Action]:
-        return self._receiving.on_definition(decode_definition(body), now) + self._update_lists(now)
+        return self._receiving.on_definition(decode_definition(body), now) + self._update_requests(now)
 
     # Status -----------------------------------------------------------------------------------------------------------
 

@@ -28,6 +28,8 @@ earlier questions may still be on their way."""
 _BUFFER_MESSAGES = 2_000
 _BUFFER_BYTES = 8 << 20
 """Maximum total size in bytes of the messages that are kept back while earlier ones are missed."""
+SITE_BUFFER_BYTES = 64 << 20
+"""The same for all topics of a site."""
 _FIRST_WAIT = 2.0
 """Seconds to wait for missed messages if they may be of any age."""
 
@@ -77,6 +79,13 @@ class Stream(Protocol):
     def on_held(self, held: Held) -> list[Delivery]:
         """Return what is to be delivered now that the site has said which latched messages there are."""
         ...
+
+
+class BufferedBytes:
+    """How many bytes the streams of a site keep back."""
+
+    def __init__(self) -> None:
+        self.total = 0
 
 
 class _Questions:
@@ -161,10 +170,12 @@ class ReliableStream(_Counting):
         age: maximum age of a message in seconds; None for no limit. Missed messages are waited for as long as they may
             still be delivered.
         floor: messages up to this number are not delivered.
+        site: what all streams of the site keep back.
     """
 
-    def __init__(self, age: float | None, floor: int) -> None:
+    def __init__(self, age: float | None, floor: int, site: BufferedBytes | None = None) -> None:
         super().__init__(floor)
+        self._site = site or BufferedBytes()
         self._patience = _FIRST_WAIT if age is None else age
         self._last: int | None = None  # the last number that was delivered or given up; None at the beginning
         self._floor = floor
@@ -180,7 +191,12 @@ class ReliableStream(_Counting):
         self._floor = max(self.highest, self._last or 0)
         self._last, self._tail, self._gap_since = None, 0, None
         self._waiting.clear()
-        self._waiting_bytes = 0
+        self._buffer(-self._waiting_bytes)
+
+    def _buffer(self, size: int) -> None:
+        """Note that so many more bytes are kept back."""
+        self._waiting_bytes += size
+        self._site.total += size
 
     def accept(self, head: MessageHead, body: bytes, now: float) -> list[Delivery]:
         """See `Stream`. The first message is the beginning: what was sent before was not for this site."""
@@ -192,11 +208,15 @@ class ReliableStream(_Counting):
         if number <= self._last or number in self._waiting:
             return self.count(Drop.REPEATED)
         self._waiting[number] = Delivery(head, body)
-        self._waiting_bytes += len(body)
+        self._buffer(len(body))
         self._tail = max(self._tail, number)
         self.highest = max(self.highest, number)
         deliveries = self._take_ready(now)
-        while len(self._waiting) > _BUFFER_MESSAGES or self._waiting_bytes > _BUFFER_BYTES:
+        while (
+            len(self._waiting) > _BUFFER_MESSAGES
+            or self._waiting_bytes > _BUFFER_BYTES
+            or self._site.total > SITE_BUFFER_BYTES
+        ):
             deliveries += self._give_up(min(self._waiting), now)
         return deliveries
 
@@ -206,7 +226,7 @@ class ReliableStream(_Counting):
         while (delivery := self._waiting.pop(self._last + 1, None)) is not None:
             self._last += 1
             self._questions.on_progress()
-            self._waiting_bytes -= len(delivery.body or b"")
+            self._buffer(-len(delivery.body or b""))
             ready.append(delivery)
         if self._tail <= self._last:
             self._gap_since = None
@@ -220,7 +240,7 @@ class ReliableStream(_Counting):
         skipped = sum(number < next_number for number in self._waiting)
         self.count(Drop.MISSED, max(0, next_number - 1 - self._last - skipped))
         before = [self._waiting.pop(number) for number in sorted(self._waiting) if number < next_number]
-        self._waiting_bytes -= sum(len(delivery.body or b"") for delivery in before)
+        self._buffer(-sum(len(delivery.body or b"") for delivery in before))
         self._last = max(self._last, next_number - 1)
         self._gap_since = None
         return before + self._take_ready(now)
@@ -350,14 +370,15 @@ class LatchedStream(_Counting):
         return notes
 
 
-def make_stream(latched: bool, reliable: bool, age: float | None, floor: int = 0) -> Stream:
+def make_stream(latched: bool, reliable: bool, age: float | None, floor: int, site: BufferedBytes) -> Stream:
     """Return the stream for a topic.
 
     Args:
         latched, reliable: as the site offers it.
         age: maximum age of its messages in seconds; None for no limit.
         floor: messages up to this number are not delivered, since they may have been before.
+        site: what all streams of the site keep back.
     """
     if latched:
         return LatchedStream(floor)
-    return ReliableStream(age, floor) if reliable else NewestStream(floor)
+    return ReliableStream(age, floor, site) if reliable else NewestStream(floor)

@@ -9,10 +9,14 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-from pyros1.bridge.protocol.packets import Page
+from pyros1.bridge.protocol.packets import Page, encode_pages
 
 _REPEAT_PERIOD = 0.7
 """Seconds after which a list is sent again if the receiver does not have it."""
+
+
+_STEP = 5
+"""How many pages later the list begins each time it is sent again."""
 
 
 class ListSender:
@@ -31,6 +35,7 @@ class ListSender:
         self.version = next(versions)
         self.entries: Sequence[Any] = ()
         self._sent_at = float("-inf")
+        self._times_sent = 0
 
     def update(self, entries: Sequence[Any]) -> None:
         """Replace the list; this makes a new version if it differs."""
@@ -38,6 +43,7 @@ class ListSender:
             self.version = next(self._versions)
             self.entries = entries
             self._sent_at = float("-inf")
+            self._times_sent = 0
 
     def is_due(self, seen: int, now: float) -> bool:
         """Return whether the list must be sent now; it is then taken as sent.
@@ -50,6 +56,13 @@ class ListSender:
             return False
         self._sent_at = now
         return True
+
+    def pages(self) -> list[bytes]:
+        """Return the pages to send, each time in another order: a network that takes only a few gets all in the end."""
+        pages = [*encode_pages(self.version, self.entries)]
+        first = _STEP * self._times_sent % len(pages)
+        self._times_sent += 1
+        return pages[first:] + pages[:first]
 
 
 class ListReceiver:

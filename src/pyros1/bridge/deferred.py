@@ -1,0 +1,159 @@
+"""What waits for the thread that talks to the master, which may take long, and the messages that wait behind it.
+
+For each topic, only what still matters is kept: whether to end what there is, and what to begin. So however often
+another site changes its mind, no more than that waits. Messages for a topic that is about to be published wait until it
+is.
+"""
+
+from __future__ import annotations
+
+import threading
+
+from pyros1.bridge.conversions.conversion import Conversion
+from pyros1.bridge.exchange.actions import Advertise, Forget, Publish, SetOrigins, Subscribe, Withdraw
+
+Change = Subscribe | Advertise | SetOrigins | Withdraw
+"""What the master has to be told."""
+MAX_MESSAGES = 5_000
+"""Maximum number of messages that wait for their topics."""
+MAX_BYTES = 64 << 20
+"""Maximum total size in bytes of these messages; at least one may wait."""
+_Key = tuple[bool, str, Conversion | None]  # whether it is about a subscription, the topic, and how it is converted
+
+
+class _Pending:
+    """What is to be done about a topic: an end, then a beginning, then a change; each may be missing."""
+
+    def __init__(self) -> None:
+        self.end: Change | None = None
+        self.begin: Change | None = None
+        self.change: SetOrigins | None = None
+
+    def actions(self) -> list[Change]:
+        return [action for action in (self.end, self.begin, self.change) if action is not None]
+
+
+class Deferred:
+    """What waits for the master. May be used in several threads.
+
+    Attributes:
+        dropped: how many messages were dropped because too many waited, or because their topic was withdrawn.
+    """
+
+    def __init__(self) -> None:
+        self.dropped = 0
+        self._changed = threading.Condition()
+        self._pending: dict[_Key, _Pending] = {}
+        self._failed: dict[_Key, _Pending] = {}
+        self._busy: _Key | None = None
+        self._held: dict[str, list[Publish]] = {}
+        self._held_count = self._held_bytes = 0
+
+    def put(self, action: Change) -> None:
+        """Add an action."""
+        key = _key(action)
+        with self._changed:
+            pending = self._failed.pop(key, None)
+            pending = self._pending.setdefault(key, pending or _Pending())
+            if isinstance(action, SetOrigins):
+                pending.change = action
+            elif _begins(action):
+                pending.begin, pending.change = action, None
+            else:
+                pending.end, pending.begin, pending.change = action, None, None
+                if isinstance(action, Withdraw):
+                    self.dropped += len(self._take_held(action.local))
+            self._changed.notify()
+
+    def hold(self, action: Publish | Forget) -> bool:
+        """Return whether a topic is about to be published or withdrawn. Then a message waits until it is published,
+        unless its publisher is gone by then.
+        """
+        key, local = (False, action.local, None), action.local
+        with self._changed:
+            if key not in self._pending and key not in self._failed and key != self._busy:
+                return False
+            if isinstance(action, Forget):
+                remaining = [message for message in self._take_held(local) if message.source != action.source]
+                for message in remaining:
+                    self._hold(message)
+            elif self._held_count and (
+                self._held_count >= MAX_MESSAGES or self._held_bytes + len(action.body) > MAX_BYTES
+            ):
+                self.dropped += 1
+            else:
+                self._hold(action)
+            return True
+
+    def _hold(self, message: Publish) -> None:
+        self._held.setdefault(message.local, []).append(message)
+        self._held_count += 1
+        self._held_bytes += len(message.body)
+
+    def _take_held(self, local: str) -> list[Publish]:
+        held = self._held.pop(local, [])
+        self._held_count -= len(held)
+        self._held_bytes -= sum(len(message.body) for message in held)
+        return held
+
+    def pop(self, timeout: float = 0.0) -> list[Change]:
+        """Wait for something to do, and return it: what is to be done about one topic, in order. Afterwards, `done` or
+        `fail` must be called.
+
+        Args:
+            timeout: maximum seconds to wait; after that, the list may be empty.
+        """
+        with self._changed:
+            if not self._pending and timeout:
+                self._changed.wait(timeout)
+            if not self._pending:
+                return []
+            self._busy = next(iter(self._pending))
+            return self._pending.pop(self._busy).actions()
+
+    def done(self) -> list[Publish]:
+        """Note that what was popped has been done, and return the messages that waited for it."""
+        with self._changed:
+            key, self._busy = self._busy, None
+            if key is None or key[0] or key in self._pending:
+                return []
+            return self._take_held(key[1])
+
+    def fail(self, actions: list[Change]) -> None:
+        """Note that some of the actions that were popped could not be done: `retry` tries again, unless something else
+        is wanted by then.
+        """
+        with self._changed:
+            key, self._busy = self._busy, None
+            if key is None:
+                return
+            newer = self._pending.get(key)
+            pending = newer or self._failed.setdefault(key, _Pending())
+            is_superseded = pending.end is not None or pending.begin is not None
+            for action in actions:
+                if isinstance(action, SetOrigins):
+                    if not is_superseded:
+                        pending.change = pending.change or action
+                elif not _begins(action):
+                    pending.end = pending.end or action
+                elif not is_superseded:
+                    pending.begin = action
+
+    def retry(self) -> None:
+        """Let what has failed be tried again."""
+        with self._changed:
+            self._pending.update(self._failed)
+            self._failed.clear()
+
+    def wake(self) -> None:
+        """End the waiting of `pop`."""
+        with self._changed:
+            self._changed.notify_all()
+
+
+def _begins(action: Change) -> bool:
+    return isinstance(action, Advertise) or (isinstance(action, Subscribe) and action.on)
+
+
+def _key(action: Change) -> _Key:
+    return isinstance(action, Subscribe), action.local, action.conversion if isinstance(action, Subscribe) else None

@@ -1,0 +1,31 @@
+"""How often something may be done for another site, which may ask for it as often as it likes. No I/O."""
+
+from __future__ import annotations
+
+
+class Allowance:
+    """Allows something at a rate.
+
+    Args:
+        rate: how often per second.
+        burst: how often at once, after a pause.
+    """
+
+    def __init__(self, rate: float, burst: int) -> None:
+        self._rate = rate
+        self._burst = burst
+        self._left = float(burst)
+        self._at = float("-inf")
+
+    def take(self, now: float) -> bool:
+        """Return whether it may be done now; it is then taken as done.
+
+        Args:
+            now: the current time in seconds.
+        """
+        self._left = min(self._burst, self._left + (now - self._at) * self._rate)
+        self._at = now
+        if self._left < 1:
+            return False
+        self._left -= 1
+        return True

@@ -1,0 +1,44 @@
+"""What other sites may ask for how often, each on its own. No I/O."""
+
+from __future__ import annotations
+
+from collections.abc import Container
+
+from pyros1.bridge.exchange.allowance import Allowance
+from pyros1.bridge.exchange.pending_lists import PendingLists
+
+_PROBE_RATE = 500
+_PROBE_BURST = 100
+"""Probes of a site that are answered per second, and at once; others are lost, as packets may be."""
+_MAX_SITES = 1_000
+
+
+class SiteLimits:
+    """What a site may ask for.
+
+    Attributes:
+        lists: its lists that wait.
+        probes: which of its probes are answered.
+    """
+
+    def __init__(self) -> None:
+        self.lists = PendingLists()
+        self.probes = Allowance(_PROBE_RATE, _PROBE_BURST)
+
+
+class Limits:
+    """The limits of all sites. They outlast runs of a site, so it gains nothing if it leaves and comes back."""
+
+    def __init__(self) -> None:
+        self._sites: dict[str, SiteLimits] = {}
+
+    def of(self, site: str, known: Container[str]) -> SiteLimits:
+        """Return the limits of a site.
+
+        Args:
+            site: the site.
+            known: the sites that are there now; if there are too many others, these are forgotten.
+        """
+        if site not in self._sites and len(self._sites) >= _MAX_SITES:
+            self._sites = {name: limits for name, limits in self._sites.items() if name in known}
+        return self._sites.setdefault(site, SiteLimits())

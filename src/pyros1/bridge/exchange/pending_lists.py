@@ -1,0 +1,38 @@
+"""Lists of other sites that wait: applying one takes some milliseconds, so a site may not change its lists in floods.
+
+Only the newest list of each kind is kept. No I/O.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from pyros1.bridge.exchange.allowance import Allowance
+from pyros1.bridge.protocol.packets import Kind
+
+_RATE = 1.0
+"""Lists of a kind and a site that are applied per second."""
+_BURST = 3
+"""Number of lists that are applied at once after a pause: topics often come and go together."""
+
+
+class PendingLists:
+    """The lists of one other site."""
+
+    def __init__(self) -> None:
+        self._pending: dict[Kind, Sequence[Any]] = {}
+        self._allowances = {kind: Allowance(_RATE, _BURST) for kind in (Kind.OFFER, Kind.REQUEST, Kind.SERVICES)}
+
+    def put(self, kind: Kind, entries: Sequence[Any]) -> None:
+        """Note a list that has come."""
+        self._pending[kind] = entries
+
+    def take(self, now: float) -> list[tuple[Kind, Sequence[Any]]]:
+        """Return the lists that are to be applied now; they wait no longer."""
+        kinds = [kind for kind in self._pending if self._allowances[kind].take(now)]
+        return [(kind, self._pending.pop(kind)) for kind in kinds]
+
+    def clear(self) -> None:
+        """Forget the lists that wait, since the site is gone or has started again."""
+        self._pending.clear()
