@@ -336,8 +336,8 @@ def test_lists_that_change_in_floods(liar: Liar) -> None:
         applied += bool(only(Advertise, liar.take(liar.site.tick(liar.now))))
     assert applied in (5, 6)
     liar.now += 1.0
-    liar.take(liar.site.tick(liar.now))
-    assert [received.topic.name for received in liar.site.received()] == ["/t299"], "the newest one counts"
+    advertised = only(Advertise, liar.take(liar.site.tick(liar.now)))
+    assert [each.local for each in advertised] == ["/red/t299"], "the newest one counts"
 
 
 def test_topics_that_change_without_end_do_not_fill_the_memory(liar: Liar) -> None:
@@ -364,6 +364,7 @@ def test_lists_and_limits_of_a_site_that_starts_again(liar: Liar, leaves: bool) 
         liar.offer(offered())
     if leaves:
         liar.send(Kind.BYE)
+        assert not liar.site._limits.of("red", ()).lists._pending
     later = Liar(liar.site, epoch=33)
     later.now = liar.now + 0.5
     later.meet()
