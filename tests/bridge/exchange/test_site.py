@@ -44,9 +44,10 @@ def rules(text: str, site: str = "base") -> Rules:
 
 
 class Liar:
-    """A site named red, as its packets look to another one. It follows the protocol as far as a test lets it."""
+    """A site, as its packets look to another one. It follows the protocol as far as a test lets it."""
 
-    def __init__(self, site: Site, epoch: int = THEIR) -> None:
+    def __init__(self, site: Site, epoch: int = THEIR, name: str = "red") -> None:
+        self.name = name
         self.site = site
         self.epoch = epoch
         self.now = 0.0
@@ -59,7 +60,7 @@ class Liar:
         return actions
 
     def send(self, kind: Kind, body: bytes = b"", to_epoch: int = OWN, channel: Channel = Channel.TO) -> list[Action]:
-        key = Key("red", channel, "base" if channel is Channel.TO else "")
+        key = Key(self.name, channel, "base" if channel is Channel.TO else "")
         return self.take(self.site.on_packet(key, packets.encode_head(kind, self.epoch, to_epoch), body, self.now))
 
     def heartbeat(self, **changes: Any) -> list[Action]:
@@ -68,7 +69,7 @@ class Liar:
             packets.decode_heartbeat(action.body)
             for action in self.actions
             if isinstance(action, Send)
-            and action.key == "to/red"
+            and action.key == f"to/{self.name}"
             and packets.decode_head(action.head).kind is Kind.HEARTBEAT
         ]
         self.number += 1
@@ -79,7 +80,7 @@ class Liar:
     def meet(self) -> None:
         self.heartbeat()
         self.heartbeat()
-        assert [each.state for each in self.site.sites()] == [State.PRESENT]
+        assert {each.name: each.state for each in self.site.sites()}[self.name] is State.PRESENT
 
     def offer(self, *offers: Offered) -> list[Action]:
         self.version += 1
@@ -92,7 +93,7 @@ class Liar:
 
     def message(self, number: int, body: bytes = b"x", topic: SharedName = ODOM, **changes: Any) -> list[Action]:
         head = MessageHead(self.epoch, 0, number, 1, self.now + 5000, 0, STRING._md5sum)
-        key = Key("red", Channel.TOPIC, "", topic)
+        key = Key(self.name, Channel.TOPIC, "", topic)
         return self.take(
             self.site.on_packet(key, packets.encode_message_head(head._replace(**changes)), body, self.now)
         )
@@ -186,6 +187,32 @@ def test_a_definition_that_lies(liar: Liar) -> None:
     liar.offer(offered())
     liar.define(text="string lie\n")
     assert [action.definition for action in only(Advertise, liar.actions)] == [""]
+
+
+def test_a_site_that_does_not_answer_withholds_no_definitions_of_others() -> None:
+    site = Site(rules("take: ['*:**']"), OWN, 0.0)
+    silent, red = Liar(site, name="a_silent_one"), Liar(site)
+    for liar in (silent, red):
+        liar.meet()
+        liar.offer(offered(SharedName(liar.name, "/odom")))
+    asked = [
+        action.key
+        for action in [*silent.actions, *red.actions, *site.tick(0.1)]
+        if isinstance(action, Send) and packets.decode_head(action.head).kind is Kind.ASK
+    ]
+    assert sorted(asked) == ["to/a_silent_one", "to/red"]
+    assert {each.local for each in only(Advertise, red.define())} == {"/red/odom", "/a_silent_one/odom"}
+
+
+def test_a_site_that_comes_later_has_the_definition_that_an_earlier_one_has_not() -> None:
+    site = Site(rules("take: ['*:**']"), OWN, 0.0)
+    liar, red = Liar(site, name="liar"), Liar(site)
+    liar.meet()
+    liar.offer(offered(SharedName("liar", "/odom")))
+    assert [each.definition for each in only(Advertise, liar.define(text="junk"))] == [""]
+    red.meet()
+    red.offer(offered())
+    assert [each.definition for each in only(Advertise, red.define())] == ["string data\n"] * 2
 
 
 def test_a_definition_of_a_type_that_is_not_offered_is_not_kept(liar: Liar) -> None:
@@ -389,7 +416,7 @@ def test_nothing_is_kept_back_of_topics_that_are_not_wanted_any_more(liar: Liar)
     liar.take(liar.site.set_demand([], liar.now))
     assert buffered["red"].total == 0
     liar.send(Kind.BYE)
-    assert buffered == {}
+    assert buffered == {} and liar.site._receiving._definitions._asked_at == {}
 
 
 def test_a_flood_of_probes(liar: Liar) -> None:

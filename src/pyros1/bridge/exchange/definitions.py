@@ -1,4 +1,6 @@
-"""Definitions of message types that other sites use. Each is asked for once, by its md5 sum. No I/O."""
+"""Definitions of message types that other sites use. Each site is asked for those of its topics, by their md5 sums, so
+that none can withhold them from a topic of another one. No I/O.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +11,9 @@ from pyros1.ground.errors import Error
 from pyros1.msgs import from_definition
 
 _RETRY_PERIOD = 2.0
-"""Seconds after which a definition is asked for again, at that site or another one."""
+"""Seconds after which a site is asked again."""
+_MAX_ASKED = 5_000
+"""Maximum number of definitions for which it is remembered that a site was asked."""
 _MAX_DEFINITIONS = 5_000
 
 
@@ -18,31 +22,45 @@ class Definitions:
 
     def __init__(self) -> None:
         self._texts: dict[tuple[str, str], str] = {}  # (type, md5 sum) -> text
-        self._asked_at: dict[str, float] = {}
+        self._asked_at: dict[str, dict[str, float]] = {}  # site -> md5 sum -> when it was asked
 
     def text(self, type_name: str, md5sum: str) -> str | None:
         """Return the definition of a type; empty if it cannot be used, None if it has not come yet."""
         return self._texts.get((type_name, md5sum))
 
-    def to_ask(self, md5sums: Iterable[str], now: float, limit: int) -> list[str]:
+    def is_missing(self, site: str, type_name: str, md5sum: str) -> bool:
+        """Return whether a site that uses a type is to be asked for its definition. If another site has sent one that
+        cannot be used, it is asked once.
+        """
+        text = self.text(type_name, md5sum)
+        return text is None or (not text and md5sum not in self._asked_at.get(site, ()))
+
+    def to_ask(self, site: str, md5sums: Iterable[str], now: float, limit: int) -> list[str]:
         """Return those of some md5 sums, at most `limit`, for which a site is to be asked now; they are taken as asked
         for.
         """
+        asked_at = self._asked_at.setdefault(site, {})
         due = [
-            md5sum
-            for md5sum in dict.fromkeys(md5sums)
-            if now - self._asked_at.get(md5sum, float("-inf")) >= _RETRY_PERIOD
+            md5sum for md5sum in dict.fromkeys(md5sums) if now - asked_at.get(md5sum, float("-inf")) >= _RETRY_PERIOD
         ][:limit]
-        self._asked_at.update(dict.fromkeys(due, now))
+        for md5sum in due:
+            asked_at.pop(md5sum, None)
+            asked_at[md5sum] = now
+        while len(asked_at) > _MAX_ASKED:
+            del asked_at[next(iter(asked_at))]
         return due
 
-    def add(self, definition: Definition) -> bool:
+    def forget(self, site: str) -> None:
+        """Forget what a site was asked for, since it is gone or has started again."""
+        self._asked_at.pop(site, None)
+
+    def add(self, site: str, definition: Definition) -> bool:
         """Note a definition that a site has sent; return whether it was asked for, and is of use. One that can be used
         is never replaced, so no site can disturb the topics of others.
         """
         key = (definition.type, definition.md5sum)
         known = self._texts.get(key)
-        if definition.md5sum not in self._asked_at or known:
+        if definition.md5sum not in self._asked_at.get(site, ()) or known:
             return False
         text = checked_text(definition)
         if text == known or (known is None and len(self._texts) >= _MAX_DEFINITIONS):

@@ -187,6 +187,7 @@ class Receiving:
         for feed in [feed for feed in self._streams if feed[0] == peer]:
             del self._streams[feed]
         self._buffered.pop(peer, None)
+        self._definitions.forget(peer)
         return actions
 
     def set_demand(self, demand: Iterable[str], now: float) -> list[Action]:
@@ -194,20 +195,23 @@ class Receiving:
         self._demand = frozenset(demand)
         return self.apply(now)
 
-    def on_definition(self, definition: Definition, now: float) -> list[Action]:
+    def on_definition(self, peer: str, definition: Definition, now: float) -> list[Action]:
         """Note a definition, and return the actions that follow."""
         is_offered = any(
             (incoming.offered.type, incoming.offered.md5sum) == (definition.type, definition.md5sum)
             for incoming in self._incoming.values()
         )
-        return self.apply(now) if is_offered and self._definitions.add(definition) else []
+        return self.apply(now) if is_offered and self._definitions.add(peer, definition) else []
 
     def apply(self, now: float) -> list[Action]:
         """Bring what is published, and what is wanted, in line with offers, definitions and demand."""
         candidates = self._candidates()
         outputs, self._unusable = choose(candidates)
         self._unusable.update(self._learn_definitions())
-        self._lacks_definitions = any(candidate.output is None for candidate in candidates)
+        self._lacks_definitions = any(
+            self._definitions.is_missing(peer, incoming.offered.type, incoming.offered.md5sum)
+            for (peer, _), incoming in self._incoming.items()
+        )
         actions = self._ask(now)
         changed = self._outputs.changed(outputs)
         for feed, incoming in self._incoming.items():
@@ -261,11 +265,11 @@ class Receiving:
         missing: dict[str, list[str]] = {}
         for (peer, _), incoming in self._incoming.items():
             offered = incoming.offered
-            if self._definitions.text(offered.type, offered.md5sum) is None and self._peers[peer].is_present:
+            if self._peers[peer].is_present and self._definitions.is_missing(peer, offered.type, offered.md5sum):
                 missing.setdefault(peer, []).append(offered.md5sum)
         actions: list[Action] = []
         for peer, md5sums in missing.items():
-            if due := self._definitions.to_ask(md5sums, now, _MAX_ASKED):
+            if due := self._definitions.to_ask(peer, md5sums, now, _MAX_ASKED):
                 actions.append(Send(to_key(peer), self._head(Kind.ASK, peer), encode_ask(due)))
         return actions
 

@@ -416,7 +416,7 @@ class Site:
         return [self._to(site, Kind.PROBE_REPLY, encode_probe(number))._replace(replaces=0)]
 
     def _on_definition(self, site: str, body: bytes, now: float) -> list[Action]:
-        return self._receiving.on_definition(decode_definition(body), now) + self._update_requests(now)
+        return self._receiving.on_definition(site, decode_definition(body), now) + self._update_requests(now)
 
     # Status -----------------------------------------------------------------------------------------------------------
 
