@@ -110,6 +110,7 @@ class SimulatedSite:
         self.subscribers: set[str] = set()
         self.subscribed: set[str] = set()
         self.kept: dict[str, dict[tuple[str, int], bytes]] = {}
+        self.latched: dict[str, bool] = {}
         self.delivered: list[tuple[int, int, Body]] = []
         self.origins: dict[str, tuple[str, ...]] = {}
         self.logged: list[str] = []
@@ -133,7 +134,7 @@ class SimulatedSite:
     def start(self) -> None:
         """Start the bridge, or start it again after it was killed."""
         self.run += 1
-        self.subscribed, self.kept = set(), {}
+        self.subscribed, self.kept, self.latched = set(), {}, {}
         self.services.start()
         self.site = Site(self._rules, self.random.getrandbits(63) + 1, self.now)
         run = self.run
@@ -192,7 +193,7 @@ class SimulatedSite:
                 case Advertise() | SetOrigins():
                     self._advertise(action)
                 case Withdraw(local):
-                    del self.kept[local]
+                    del self.kept[local], self.latched[local]
                 case Publish():
                     self._deliver(action)
                 case StartAnew(local, conversion):
@@ -207,8 +208,9 @@ class SimulatedSite:
 
     def _advertise(self, action: Advertise | SetOrigins) -> None:
         if isinstance(action, Advertise):
-            assert action.local not in self.kept, f"{action.local} is published twice"
-            self.kept[action.local] = {}
+            assert self.latched.get(action.local) != action.latched, f"{action.local} is published twice"
+            self.latched[action.local] = action.latched
+            self.kept.setdefault(action.local, {})
         else:
             assert action.local in self.kept and action.origins != self.origins[action.local]
         self.origins[action.local] = action.origins

@@ -123,6 +123,38 @@ def test_a_latched_message_goes_with_its_publisher(pair: tuple[RunningSite, Runn
     )  # and not that of left, which was older
 
 
+def test_a_publisher_that_latches_comes_and_goes_without_breaking_connections(
+    pair: tuple[RunningSite, RunningSite],
+) -> None:
+    red, base = pair
+    plain: Any = red.node.advertise("/state", "std_msgs/String")
+    base.has_topic("/red/state")
+    subscriber = QueuedSubscriber(base.node, "/red/state")
+    assert plain.wait_for_subscribers(1, 20)
+    plain.publish("plain")
+    subscriber.hears("plain")
+    links = base.bridge._publishing._topics["/red/state"].publisher.links
+    latching = red.make_node("latching")
+    publisher: Any = latching.advertise("/state", "std_msgs/String", latch=True)
+    publisher.publish("latched")
+    subscriber.hears("latched")
+    late = QueuedSubscriber(base.make_node("late"), "/red/state")
+    late.hears("latched")
+    plain.publish("plain again")
+    late.hears("plain again")
+    latching.shutdown()
+    wait_until(lambda: _sent(red, "/state")["publishers"] == [red.node.name], "the bridge notes that it is gone")
+    plain.publish("the last")
+    subscriber.hears("the last")
+    topic = base.bridge._publishing._topics["/red/state"]
+    wait_until(lambda: not topic.action.latched and not topic.latched, "nothing is latched any more")
+    assert links[0] in topic.publisher.links, "the first subscriber is still connected"
+    latest = QueuedSubscriber(base.make_node("latest"), "/red/state")
+    wait_until(lambda: latest.subscriber.num_connections == 1, "it is connected")
+    plain.publish("fresh")
+    assert latest.get().data == "fresh"
+
+
 def _sent(site: RunningSite, local: str) -> Any:
     """Return what the status says of a topic that is sent."""
     return next(entry for entry in json.loads(site.bridge.status())["sent"] if entry["local"] == local)

@@ -32,6 +32,7 @@ class _Topic:
         self.publisher = publisher
         self.latched: dict[tuple[str, int], Publisher[AnyMsg]] = {}
         self.origins = action.origins
+        self.keeps_messages = action.latched  # a node's topic that was latched stays so
 
 
 class Publishing:
@@ -49,14 +50,22 @@ class Publishing:
         self._lock = threading.Lock()  # topics come and go in another thread than messages
 
     def advertise(self, action: Advertise) -> None:
-        """Publish a topic. This waits for the master.
+        """Publish a topic, or latch one that is published already, which keeps its subscribers. This waits for the
+        master.
 
         Raises:
             Error: the master refuses it, or does not respond.
         """
-        topic = _Topic(action, self._make_publisher(action, action.origins))
+        publisher = self._make_publisher(action, action.origins)
         with self._lock:
-            self._topics[action.local] = topic
+            topic = self._topics.get(action.local)
+            if topic is None:
+                self._topics[action.local] = _Topic(action, publisher)
+                return
+            topic.publisher, publisher = publisher, topic.publisher
+            topic.action = action
+            topic.keeps_messages = topic.keeps_messages or action.latched
+        publisher.unregister()
 
     def set_origins(self, local: str, origins: tuple[str, ...]) -> None:
         """Name other original publishers to those who subscribe from now on."""
@@ -98,7 +107,7 @@ class Publishing:
                     # The topic is published already, so this does not wait for the master.
                     topic.latched[action.source] = self._make_publisher(topic.action, topic.origins)
                 publisher = topic.latched[action.source]
-            elif topic.action.latched:
+            elif topic.keeps_messages:
                 # Of this publisher, nothing is kept: what it has published is forgotten with it.
                 with self._make_publisher(topic.action, topic.origins) as passing:
                     passing.publish(AnyMsg(action.body))

@@ -141,3 +141,31 @@ def test_what_is_kept_is_bounded() -> None:
     topic = make(reliable=True)
     topic.take(message(bytes(HISTORY_BYTES + 1)), 0.0)
     assert topic.again(Missed(TOPIC, 1, 99))[1] == 1
+
+
+def test_latched_messages_of_another_name_of_a_topic() -> None:
+    first, second = make(latched=True, rate=1.0), make(latched=True, max_size=10)
+    first.take(message(b"1", "/a", latched=True), 5.0)
+    first.take(message(b"2", "/a", latched=True), 5.1)  # it waits, since it came too soon
+    first.take(message(b"3", "/b", latched=True), 6.0)
+    first.take(message(b"4", "/c"), 6.0)
+    first.take(message(bytes(11), "/d", latched=True), 6.0)
+    second.hold_as(first)
+    messages, held = second.held()
+    assert [(each.body, each.head.received_at) for each in messages] == [(b"2", 5.1), (b"3", 6.0)]
+    assert held.messages == {1: 1, 2: 2}
+    other = make(latched=True)
+    other.offered = other.offered._replace(md5sum="0" * 32)
+    other.hold_as(first)
+    assert other.held()[0] == []
+
+
+def test_a_topic_may_become_latched() -> None:
+    topic = make()
+    first = topic.take(message(b"1", "/a", latched=True), 1.0)
+    assert isinstance(first, Numbered) and first.head.flags == 0
+    assert topic.drop_publishers(["/b"], 2.0) == []
+    topic.offered = topic.offered._replace(latched=True)
+    assert [(each.body, each.head.flags) for each in topic.held()[0]] == [(b"1", Flag.LATCHED)]
+    topic.offered = topic.offered._replace(latched=False)
+    assert topic.drop_publishers(["/a"], 2.0) == [] and topic.last == 1

@@ -24,9 +24,17 @@ def test_changes() -> None:
     outputs = Outputs()
     assert outputs.update({"/t": STRING, "/u": INT}, {}) == [Advertise("/t", *STRING), Advertise("/u", *INT)]
     assert "/t" in outputs and not outputs.is_latched("/t") and not outputs.is_latched("/x")
-    assert outputs.changed({"/t": LATCHED}) == {"/t", "/u"}
-    assert outputs.update({"/t": LATCHED}, {}) == [Withdraw("/t"), Withdraw("/u"), Advertise("/t", *LATCHED)]
+    assert outputs.changed({"/t": INT}) == {"/t", "/u"}
+    assert outputs.update({"/t": INT}, {}) == [Withdraw("/t"), Withdraw("/u"), Advertise("/t", *INT)]
+
+
+def test_a_topic_that_becomes_latched_is_not_withdrawn() -> None:
+    outputs = Outputs()
+    outputs.update({"/t": STRING}, {})
+    assert outputs.changed({"/t": LATCHED}) == set()
+    assert outputs.update({"/t": LATCHED}, {}) == [Advertise("/t", *LATCHED)]
     assert outputs.update({"/t": LATCHED}, {}) == [] and outputs.is_latched("/t")
+    assert outputs.update({"/t": STRING}, {}) == [Advertise("/t", *STRING)] and not outputs.is_latched("/t")
 
 
 def test_latched_messages() -> None:

@@ -10,6 +10,7 @@ import pytest
 from pyros1.bridge.exchange.actions import (
     Action,
     Advertise,
+    Forget,
     Listen,
     Log,
     ProbeReply,
@@ -415,6 +416,13 @@ def test_nothing_is_kept_back_of_topics_that_are_not_wanted_any_more(liar: Liar)
     assert buffered["red"].total == 100
     liar.take(liar.site.set_demand([], liar.now))
     assert buffered["red"].total == 0
+    wanted(liar, offered(reliable=True))
+    liar.message(5)
+    liar.message(7, bytes(100))
+    assert buffered["red"].total == 100 and liar.site.received()[0].flow.messages == 2
+    liar.now += 2
+    liar.offer(offered())
+    assert buffered["red"].total == 0 and liar.site.received()[0].flow.messages == 2
     liar.send(Kind.BYE)
     assert buffered == {} and liar.site._receiving._definitions._asked_at == {}
 
@@ -559,10 +567,49 @@ def test_a_topic_that_becomes_latched_while_it_is_wanted(liar: Liar) -> None:
     liar.actions.clear()
     liar.offer(offered(latched=True))
     kinds = [type(action) for action in liar.actions if isinstance(action, (Listen, Advertise, Withdraw))]
-    assert kinds == [Listen, Withdraw, Advertise, Listen]
+    assert kinds == [Advertise], "its subscribers here stay connected"
     liar.now += 0.6
     asked = [packets.decode_head(action.head).kind for action in only(Send, liar.take(liar.site.tick(liar.now)))]
     assert Kind.MISSED in asked
+
+
+def test_a_latched_message_that_came_before_its_topic_was_offered_as_latched(liar: Liar) -> None:
+    wanted(liar)
+    assert [each.latched for each in only(Publish, liar.message(1, flags=Flag.LATCHED))] == [False]
+    liar.offer(offered(latched=True))
+    again = only(Publish, liar.message(1, flags=Flag.LATCHED))
+    assert [(each.body, each.latched) for each in again] == [(b"x", True)]
+    assert only(Publish, liar.message(1)) == [] and len(only(Publish, liar.message(2))) == 1
+    liar.now += 1
+    actions = liar.offer(offered())
+    assert only(Forget, actions) == [Forget("/red/odom", ("red", 1))] and not only(Withdraw, actions)
+    assert [each.latched for each in only(Publish, liar.message(3, flags=Flag.LATCHED))] == [False]
+
+
+@pytest.mark.parametrize("becomes_latched", [True, False])
+def test_a_second_name_of_a_latched_topic_gets_what_the_first_one_holds(becomes_latched: bool) -> None:
+    site = Site(rules("send: [{topic: '*:/map', here: /map}]"), OWN, 0.0)
+    red, blue = Liar(site), Liar(site, name="blue")
+    red.meet()
+    blue.meet()
+
+    def set_topic(is_latched: bool) -> None:
+        topic = LocalTopic("/map", "std_msgs/String", STRING._md5sum, "", is_latched, ("/n",))
+        red.take(site.set_topics([topic], 0.0, 0.0))
+
+    set_topic(not becomes_latched)
+    for liar in (red, blue):
+        for body in packets.encode_pages(1, [Request(SharedName(liar.name, "/map"), 0.0)]):
+            sent = only(Send, liar.send(Kind.REQUEST, body))
+        if liar is red:
+            site.on_message("/map", ReceivedMessage("/n", STRING._md5sum, True, b"the map"), False, 0.0)
+            set_topic(True)
+    assert only(Subscribe, red.actions) == [Subscribe("/map", True)] and not only(Subscribe, blue.actions)
+    assert [(each.key, each.body) for each in sent][:1] == [("again/blue/blue/map", b"the map")]
+    assert packets.decode_message_head(sent[0].head).flags == Flag.LATCHED
+    red.now += 1
+    again = only(Send, red.send(Kind.MISSED, packets.encode_missed(packets.Missed(SharedName("red", "/map"), 0, 9))))
+    assert [(each.key, each.body) for each in again][:1] == [("again/red/red/map", b"the map")]
 
 
 def test_packets_of_this_machine_have_valid_keys(liar: Liar) -> None:

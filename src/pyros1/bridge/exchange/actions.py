@@ -60,7 +60,8 @@ class StartAnew(NamedTuple):
 
 
 class Advertise(NamedTuple):
-    """Publish a topic on this site's master, although there are no messages yet.
+    """Publish a topic on this site's master, although there are no messages yet. If it is published already, it is only
+    latched from now on, or no longer.
 
     Attributes:
         local: its name.

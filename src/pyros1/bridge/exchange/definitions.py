@@ -43,9 +43,7 @@ class Definitions:
         due = [
             md5sum for md5sum in dict.fromkeys(md5sums) if now - asked_at.get(md5sum, float("-inf")) >= _RETRY_PERIOD
         ][:limit]
-        for md5sum in due:
-            asked_at.pop(md5sum, None)
-            asked_at[md5sum] = now
+        asked_at.update(dict.fromkeys(due, now))
         while len(asked_at) > _MAX_ASKED:
             del asked_at[next(iter(asked_at))]
         return due

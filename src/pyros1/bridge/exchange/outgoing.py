@@ -68,7 +68,7 @@ class OutgoingTopic:
     """A topic that is offered to other sites.
 
     Args:
-        offered: how it is offered.
+        offered: how it is offered; whether it is latched may change.
         settings: how its messages travel.
         epoch: this site's epoch.
 
@@ -156,13 +156,13 @@ class OutgoingTopic:
             self._next_publisher += 1
             self._first_received_at[received.publisher] = now
         self.last += 1
-        is_held = received.latched and self.offered.latched
-        flags = Flag.LATCHED if is_held else 0
+        flags = Flag.LATCHED if received.latched and self.offered.latched else 0
         head = MessageHead(self._epoch, 0, self.last, publisher, now, flags, received.md5sum)
         message = Numbered(head, received.body)
-        if is_held:
-            self._held[received.publisher] = message
-        elif self.offered.reliable and not self.offered.latched:
+        if received.latched:  # even if the topic does not count as latched yet
+            held = head._replace(flags=Flag.LATCHED)
+            self._held[received.publisher] = Numbered(held, received.body)
+        if self.offered.reliable and not self.offered.latched:
             self._remember(message)
         return message
 
@@ -195,7 +195,7 @@ class OutgoingTopic:
             number = self._publishers.pop(name, None)
             self._first_received_at.pop(name, None)
             held = self._held.pop(name, None)
-            if number is not None and held is not None:
+            if number is not None and held is not None and self.offered.latched:
                 self.last += 1
                 head = MessageHead(self._epoch, 0, self.last, number, now, Flag.LEFT, self.offered.md5sum)
                 notes.append(Numbered(head, b""))
@@ -218,6 +218,15 @@ class OutgoingTopic:
         messages = [*self._held.values()]
         numbers = {message.head.publisher: message.head.number for message in messages}
         return messages, Held(self.topic, self.last, numbers)
+
+    def hold_as(self, other: OutgoingTopic) -> None:
+        """Hold the latched messages that another topic from the same publishers holds: they do not come once more."""
+        newest = {name: (message.body, message.head.received_at) for name, message in other._held.items()}
+        newest |= {name: (received.body, received_at) for name, (received, received_at) in other._waiting.items()}
+        for name, (body, received_at) in newest.items():
+            received = ReceivedMessage(name, other.offered.md5sum, True, body)
+            if received.md5sum == self.offered.md5sum and len(body) <= self.settings.max_size:
+                self._number(received, received_at)
 
     def again(self, missed: Missed) -> tuple[list[Numbered], int]:
         """Return the messages that a site missed and that are still kept, and the number of the first that is kept."""

@@ -38,8 +38,12 @@ class Outputs:
         self._sources: dict[str, set[tuple[str, int]]] = {}  # topic -> the sources with latched messages
 
     def changed(self, wanted: Mapping[str, Output]) -> set[str]:
-        """Return the topics that `update` would withdraw, even if it publishes them again in another way."""
-        return {local for local, output in self._outputs.items() if output != wanted.get(local)}
+        """Return the topics that `update` would withdraw, even if it publishes them again with another type."""
+        return {
+            local
+            for local, output in self._outputs.items()
+            if local not in wanted or wanted[local]._replace(latched=output.latched) != output
+        }
 
     def update(self, wanted: Mapping[str, Output], origins: Mapping[str, tuple[str, ...]]) -> list[Action]:
         """Publish exactly these topics, and return the actions for that.
@@ -54,7 +58,7 @@ class Outputs:
             del self._outputs[local]
             self._sources.pop(local, None)
         for local, output in wanted.items():
-            if local not in self._outputs:
+            if self._outputs.get(local) != output:
                 self._outputs[local] = output
                 actions.append(Advertise(local, *output, origins.get(local, ())))
             elif origins.get(local, ()) != self._origins.get(local, ()):

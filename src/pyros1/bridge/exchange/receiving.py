@@ -160,9 +160,12 @@ class Receiving:
         if conflict and peer not in self._unwelcome:
             actions.append(Log(f"topics of site {peer} are not taken: {conflict}", is_warning=True))
         (self._unwelcome.add if conflict else self._unwelcome.discard)(peer)
-        for feed, incoming in old.items():
-            if self._incoming.get(feed) is not incoming and incoming.is_wanted:
-                actions += self._stop(feed, incoming, now)
+        for feed, before in old.items():
+            incoming = self._incoming.get(feed)
+            if incoming is None and before.is_wanted:
+                actions += self._stop(feed, before, now)
+            elif incoming is not None and incoming is not before:
+                actions += self._continue(feed, before, incoming, now)
         self._forget_streams(peer)
         return actions + self.apply(now)
 
@@ -174,6 +177,15 @@ class Receiving:
             stream = make_stream(offered.latched, offered.reliable, settings.age, floor, buffered)
             self._streams[feed] = (offered.latched, offered.reliable, stream)
         return stream
+
+    def _continue(self, feed: Feed, before: _IncomingTopic, incoming: _IncomingTopic, now: float) -> list[Action]:
+        """Go on with a topic that is offered in another way: messages still come, latched ones are compared anew."""
+        incoming.flow = before.flow
+        incoming.is_wanted, incoming.wanted_since = before.is_wanted, before.wanted_since
+        if not before.is_wanted:
+            return []
+        before.stream.restart(now)  # nothing is kept back any more
+        return self._outputs.forget_site(incoming.settings.local, feed[0])
 
     def _forget_streams(self, peer: str) -> None:
         """Forget the oldest streams of a site that offers more and more topics."""

@@ -178,6 +178,11 @@ class Sending:
                 if peer in sent.receivers and sent.topic.topic in requested
             }
             new_peers = requests.keys() - sent.topic.requests.keys()
+            if new_peers and not sent.topic.requests and sent.topic.offered.latched:
+                for other in self._by_local[sent.local.name]:
+                    if other.topic.requests:
+                        sent.topic.hold_as(other.topic)
+                        break
             sent.topic.requests = requests
             if not requests:
                 sent.topic.forget_all()
@@ -205,8 +210,9 @@ class Sending:
             offered = Offered(shared, local.type, local.md5sum, is_latched, settings.reliable)
             before = old.get(shared)
             is_same = before is not None and (before.local.name, before.local.conversion) == (name, conversion)
-            if before is not None and is_same and before.topic.offered == offered:
+            if before is not None and is_same and before.topic.offered._replace(latched=is_latched) == offered:
                 topic, flow = before.topic, before.flow
+                topic.offered = offered  # others ask for the latched messages themselves
             else:
                 topic, flow = OutgoingTopic(offered, settings, self._epoch), Flow()
                 topic.last = before.topic.last if before else self._last.get(shared, 0)

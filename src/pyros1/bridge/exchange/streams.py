@@ -281,7 +281,7 @@ class LatchedStream(_Counting):
     """Delivers the last message of each publisher, and notes publishers that are gone.
 
     Args:
-        floor: messages up to this number are not delivered.
+        floor: messages up to this number are not delivered, unless they are latched.
     """
 
     def __init__(self, floor: int) -> None:
@@ -307,7 +307,8 @@ class LatchedStream(_Counting):
         publisher, number = head.publisher, head.number
         self._tail = max(self._tail, number)
         self.highest = max(self.highest, number)
-        known = self._newest.get(publisher, self._floor)
+        # What is latched holds, although it may have been delivered before the topic was offered as latched.
+        known = self._newest.get(publisher, 0 if head.flags & Flag.LATCHED else self._floor)
         if number == self._synced + 1:
             self._synced = number
         if number <= known:
