@@ -76,11 +76,13 @@ MakeLink = Callable[[Receive], Link]
 
 
 def steady_now() -> float:
-    """Return the seconds of a clock that never jumps, and that goes on while the machine sleeps, if there is one: what
-    waited meanwhile must look old.
+    """Return the seconds of a clock that never jumps, and that goes on while the machine sleeps: what waited meanwhile
+    must look old.
     """
     if sys.platform == "linux":
         return time.clock_gettime(time.CLOCK_BOOTTIME)
+    if sys.platform == "darwin":  # there, time.monotonic() stands still while the machine sleeps
+        return time.clock_gettime(time.CLOCK_MONOTONIC_RAW)
     return time.monotonic()
 
 

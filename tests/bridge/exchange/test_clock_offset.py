@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from random import Random
 
+import pytest
+
 from pyros1.bridge.exchange.clock_offset import DRIFT, ClockOffset
 
 
@@ -55,3 +57,26 @@ def test_impossible_round_trips_are_ignored() -> None:
     assert not clock.is_known
     clock.add(10.0, 10.5, 5.0, 0.5)  # no time on the way: the clocks' ticks
     assert clock.is_known and clock.round_trip == 0.0
+
+
+@pytest.mark.parametrize("pause", [2.0, 100.0])
+def test_a_machine_that_was_paused(pause: float) -> None:
+    """Its clock stood still, so messages that waited meanwhile must not look new to it."""
+    for ours, theirs in ((0.0, pause), (pause, 0.0)):
+        clock = ClockOffset()
+        for number in range(40):
+            clock.add(10.0 + number, 10.3 + number, 1010.1 + number, 0.0)
+        # Of `pause` seconds, our clock has counted `ours`, and theirs `theirs`.
+        sent = 100.0 + ours
+        clock.add(sent, sent + 0.3, 1100.1 + theirs, 0.0)
+        age = clock.age(1100.1 + theirs - 5.0, sent + 0.3)
+        assert age is not None and 5.0 <= age <= 5.5
+
+
+def test_a_slow_answer_is_no_pause() -> None:
+    clock = ClockOffset()
+    clock.add(10.0, 10.1, 1010.05, 0.0)
+    clock.add(11.0, 21.0, 1021.0, 0.0)  # the way there took long
+    clock.add(22.0, 32.0, 1022.05, 0.0)  # the way back took long
+    age = clock.age(1032.0, 32.0)
+    assert age is not None and 0.0 <= age <= 0.1

@@ -3,6 +3,10 @@
 What is needed is not the best guess of a message's age but its upper bound, since no message may be delivered that
 could be too old. The answer to a heartbeat of ours was sent after the heartbeat was, whatever the delays of the two
 ways are, which bounds the offset. Of several bounds, the least holds; since clocks drift, a bound grows with time.
+
+Clocks may also stand still for a while, as that of a virtual machine that is paused. The other way of a round trip
+bounds the offset from below: if that is more than the least bound from above, a clock has stood still since then, and
+bounds from before do not hold any more.
 """
 
 from __future__ import annotations
@@ -49,6 +53,8 @@ class ClockOffset:
         if held < 0 or not -held * DRIFT - _RESOLUTION <= round_trip <= _MAX_ROUND_TRIP:
             return
         self.round_trip = max(0.0, round_trip)
+        if their_time - received_at > self._least + received_at * DRIFT + _RESOLUTION:
+            self._latest.clear()
         # The answer was sent after sent_at + held, by our clock, so their clock is ahead by this at most:
         self._latest.append(their_time - sent_at - held * (1 - DRIFT) - received_at * DRIFT)
         self._least = min(self._latest)
