@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import json
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
 from pyros1.bridge.exchange.call_packets import CallCounts
+from pyros1.bridge.exchange.outgoing import OutgoingTopic
 from pyros1.bridge.exchange.site import Site
-from pyros1.bridge.protocol.key_expressions import topic_key
+from pyros1.bridge.protocol.key_expressions import again_key, topic_key
 from pyros1.bridge.rules.services import PARAMETERS
 from pyros1.bridge.transport.inbox import Inbox
 from pyros1.bridge.transport.link import Link
@@ -42,7 +44,7 @@ def status_json(
                 "wanted_by": sorted(topic.requests),
                 "messages": flow.messages,
                 "bytes": flow.bytes,
-                "dropped": _add(flow.drops, sender.drops(topic_key(topic.topic))),
+                "dropped": _add(flow.drops, *(sender.drops(key) for key in _keys(topic))),
             }
             for topic, local, flow in site.sent()
         ],
@@ -93,8 +95,15 @@ def _call_cells(counts: CallCounts) -> dict[str, Any]:
     return {"calls": counts.calls, "errors": counts.errors, "last_error": counts.last_error}
 
 
-def _add(first: Mapping[str, int], second: Mapping[str, int]) -> dict[str, int]:
-    return {reason: first.get(reason, 0) + second.get(reason, 0) for reason in (*first, *second)}
+def _keys(topic: OutgoingTopic) -> list[str]:
+    return [topic_key(topic.topic), *(again_key(peer, topic.topic) for peer in topic.requests)]
+
+
+def _add(*drops: Mapping[str, int]) -> dict[str, int]:
+    total: Counter[str] = Counter()
+    for each in drops:
+        total.update(each)
+    return dict(total)
 
 
 def status_lines(status: Mapping[str, Any]) -> Iterator[str]:

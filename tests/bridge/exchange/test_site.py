@@ -337,6 +337,46 @@ def test_requests_for_what_is_not_offered(liar: Liar) -> None:
     assert only(Subscribe, liar.actions)[-1] == Subscribe("/map", False)
 
 
+def request(liar: Liar, *names: SharedName) -> list[Send]:
+    liar.version += 1
+    entries = [Request(name, 0.0) for name in names]
+    return only(
+        Send, [a for page in packets.encode_pages(liar.version, entries) for a in liar.send(Kind.REQUEST, page)]
+    )
+
+
+def test_what_is_for_some_sites_only_is_sent_to_each_of_them() -> None:
+    """Where others could subscribe to it, they could read it.
+
+    Feature: topics that are only for some sites are kept from others with keys
+    """
+    text = "send: [{topic: /secret, sites: [red, blue]}, /public, 'red:/cmd']"
+    site = Site(rules(text), OWN, 0.0)
+    liars = [Liar(site, name="red"), Liar(site, epoch=33, name="blue"), Liar(site, name="green")]
+    names = [SharedName("base", "/secret"), SharedName("base", "/public"), SharedName("red", "/cmd")]
+    for liar in liars:
+        liar.meet()
+    topics = [
+        LocalTopic(name, "std_msgs/String", STRING._md5sum, "", False, ("/n",))
+        for name in ("/secret", "/public", "/red/cmd")
+    ]
+    site.set_topics(topics, 0.0, 0.0)
+    for liar in liars:
+        request(liar, *names)
+
+    def keys(local: str) -> dict[str, int]:
+        sent = only(Send, site.on_message(local, ReceivedMessage("/n", STRING._md5sum, False, b"x"), False, 0.0))
+        assert all(each.replaces == 1 and each.may_drop and each.expires for each in sent)
+        return {each.key: packets.decode_message_head(each.head).to_epoch for each in sent}
+
+    assert keys("/secret") == {"again/red/base/secret": THEIR, "again/blue/base/secret": 33}
+    assert keys("/public") == {"t/base/public": 0}
+    assert keys("/red/cmd") == {"again/red/red/cmd": THEIR}
+    assert {name for name, _ in site.probes(1, Priority.LOW)} == {"red", "blue", "green"}
+    request(liars[2], names[0])
+    assert {name for name, _ in site.probes(1, Priority.LOW)} == {"red", "blue"}
+
+
 def test_definitions_of_what_is_not_offered(liar: Liar) -> None:
     liar.meet()
     topic = LocalTopic("/secret", "std_msgs/String", STRING._md5sum, "string data\n", False, ("/n",))

@@ -130,8 +130,11 @@ def test_packets_for_one_site_are_not_read_by_others(keys: Path, port: int, make
     red = make_site(keys / "red", "red", [], connect=[f"tls/127.0.0.1:{port}"])
     red.received_until(b"secret", lambda: base.send(to_key("red"), b"secret"))
 
+    red.received_until(b"secret", lambda: base.send(again_key("red", ODOM), b"secret"))
+
     def ask() -> None:
         base.send(to_key("red"), b"secret")
+        base.send(again_key("red", ODOM), b"secret")
         base.send("hello", b"to all")
 
     assert b"secret" not in spy.received_until(b"to all", ask)

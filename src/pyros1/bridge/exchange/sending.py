@@ -32,7 +32,7 @@ from pyros1.bridge.protocol.packets import (
     encode_held,
     encode_message_head,
 )
-from pyros1.bridge.rules.rules import Outgoing, Rules, is_command
+from pyros1.bridge.rules.rules import Rules, is_command
 
 _ANSWER_PERIOD = 0.1
 """Minimum seconds between answers to a site's questions about the same topic, or for definitions."""
@@ -96,7 +96,7 @@ _Source = tuple[str, Conversion | None]
 class _Sent(NamedTuple):
     topic: OutgoingTopic
     receivers: frozenset[str]
-    outgoing: Outgoing
+    is_private: bool  # other sites must not be able to read it
     local: LocalTopic
     flow: Flow
 
@@ -120,6 +120,7 @@ class Sending:
         self._last: dict[SharedName, int] = {}  # numbers never begin again within an epoch
         self._subscribed: set[_Source] = set()
         self._answered_at: dict[tuple[str, SharedName | None], float] = {}
+        self._separate: frozenset[str] = frozenset()
 
     # What there is ----------------------------------------------------------------------------------------------------
 
@@ -137,7 +138,7 @@ class Sending:
             remaining = new_topics.get(sent.local.name)
             gone = sent.topic.gone_publishers(remaining.publishers if remaining else (), asked_at)
             for note in sent.topic.drop_publishers(gone, now):
-                notes.append(self._send(sent, note))
+                notes += self._send(sent, note)
         self._locals = new_topics
         return notes + self._apply(now)
 
@@ -217,7 +218,8 @@ class Sending:
                 topic, flow = OutgoingTopic(offered, settings, self._epoch), Flow()
                 topic.last = before.topic.last if before else self._last.get(shared, 0)
             receivers = frozenset(self._rules.receivers(outgoing, self._peers))
-            sent = self._sent[shared] = _Sent(topic, receivers, outgoing, local, flow)
+            is_private = bool(rule.sites) or shared.site != self._rules.site
+            sent = self._sent[shared] = _Sent(topic, receivers, is_private, local, flow)
             self._by_local.setdefault((name, conversion), []).append(sent)
         self._last.update((shared, sent.topic.last) for shared, sent in old.items() if shared not in self._sent)
 
@@ -284,29 +286,38 @@ class Sending:
             if isinstance(message, str):
                 sent.flow.drop(message)
             else:
-                actions.append(self._send(sent, message))
+                actions += self._send(sent, message)
         return actions
 
-    def _send(self, sent: _Sent, message: Numbered) -> Action:
+    def _send(self, sent: _Sent, message: Numbered) -> list[Action]:
+        """Return the packets for a message: one for all sites that want it, and those for sites that get their own."""
         sent.flow.count(len(message.body))
         topic, head = sent.topic, message.head
+        separate = sorted(topic.requests if sent.is_private else topic.requests.keys() & self._separate)
+        heads = {again_key(peer, topic.topic): head._replace(to_epoch=self._peers.get(peer, 0)) for peer in separate}
+        if len(separate) < len(topic.requests):
+            heads[topic_key(topic.topic)] = head
         age = _max_age(topic, head)
-        return Send(
-            topic_key(topic.topic),
-            encode_message_head(head),
-            message.body,
-            topic.settings.priority,
-            None if topic.may_lose_none else head.publisher,
-            not topic.may_lose_none,
-            None if age is None else head.received_at + age,
-        )
+        return [
+            Send(
+                key,
+                encode_message_head(each),
+                message.body,
+                topic.settings.priority,
+                None if topic.may_lose_none else head.publisher,
+                not topic.may_lose_none,
+                None if age is None else head.received_at + age,
+            )
+            for key, each in heads.items()
+        ]
 
     def tick(self, now: float) -> list[Action]:
         """Return the packets to send because time has passed."""
         actions: list[Action] = []
         for sent in self._sent.values():
             if sent.topic.may_lose_none:
-                actions += [self._send(sent, message) for message in sent.topic.due(now)]
+                for message in sent.topic.due(now):
+                    actions += self._send(sent, message)
         return actions
 
     # Questions of other sites -----------------------------------------------------------------------------------------
@@ -375,9 +386,14 @@ class Sending:
     def _head(self, kind: Kind, peer: str) -> bytes:
         return encode_head(kind, self._epoch, self._peers.get(peer, 0))
 
-    def requesting(self) -> list[str]:
-        """Return the sites that want something."""
-        return sorted({peer for sent in self._sent.values() for peer in sent.topic.requests})
+    def set_separate(self, peers: Iterable[str]) -> None:
+        """Note which sites get all messages in packets of their own, since they are slower than others."""
+        self._separate = frozenset(peers)
+
+    def sharing(self) -> list[str]:
+        """Return the sites that get messages in packets that are for all."""
+        peers = {peer for sent in self._sent.values() if not sent.is_private for peer in sent.topic.requests}
+        return sorted(peers - self._separate)
 
     def flows(self) -> list[tuple[OutgoingTopic, LocalTopic, Flow]]:
         """Return the outgoing topics, each with its topic here and its flow, for the status."""

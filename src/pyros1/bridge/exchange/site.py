@@ -220,7 +220,7 @@ class Site:
 
     def probes(self, number: int, priority: Priority) -> list[tuple[str, Send]]:
         """Return a probe for each site that gets messages, see `pyros1.bridge.transport.pacing`."""
-        busy = sorted(self.services.busy() | {*self._sending.requesting()})
+        busy = sorted(self.services.busy() | {*self._sending.sharing()})
         names = [name for name in busy if name in self._peers and self._peers[name].is_present]
         return [(name, self._to(name, Kind.PROBE, encode_probe(number), priority)) for name in names]
 

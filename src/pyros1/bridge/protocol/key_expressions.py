@@ -6,7 +6,8 @@ there. The rest says what it is:
 - ``hello``: for all sites: there is a site of this name;
 - ``to/PEER``: for one site: heartbeats, offers, requests, definitions;
 - ``t/OWNER/NAME``: messages of the topic OWNER:/NAME, for all sites that want it;
-- ``again/PEER/OWNER/NAME``: messages of that topic for one site: those that it missed, and latched ones;
+- ``again/PEER/OWNER/NAME``: messages of that topic for one site: those that it missed, latched ones, and all of a topic
+  that others must not read, so that a router can keep it from them;
 - ``call/PEER/OWNER/NAME``: calls of the service OWNER:/NAME and their replies, for one site.
 
 ``1`` is the version of the protocol: sites of different versions do not hear each other.
