@@ -8,7 +8,7 @@ import pytest
 
 from pyros1.bridge import deferred as module
 from pyros1.bridge.deferred import Deferred
-from pyros1.bridge.exchange.actions import Advertise, Forget, Publish, Subscribe, Withdraw
+from pyros1.bridge.exchange.actions import Advertise, Forget, Publish, SetOrigins, Subscribe, Withdraw
 
 
 def advertise(local: str = "/t", md5sum: str = "1") -> Advertise:
@@ -65,7 +65,30 @@ def test_what_is_forgotten_does_not_wait() -> None:
         deferred.hold(message(publisher=publisher))
     assert deferred.hold(Forget("/t", ("red", 1)))
     deferred.pop()
-    assert deferred.done() == [message(publisher=2)]
+    assert deferred.done() == [message(publisher=2), Forget("/t", ("red", 1))]
+
+
+def test_a_change_of_a_topic_that_is_published() -> None:
+    """What is forgotten meanwhile is forgotten afterwards, since the topic keeps its latched messages."""
+    deferred = Deferred()
+    first, second = (SetOrigins("/t", (f"red:/{name}",)) for name in "ab")
+    deferred.put(first)
+    assert deferred.hold(Forget("/t", ("red", 1)))
+    deferred.put(second)
+    assert deferred.pop() == [second]
+    deferred.fail([second])
+    deferred.put(first)
+    assert deferred.pop() == [first] and deferred.done() == [Forget("/t", ("red", 1))]
+
+    deferred.put(advertise())
+    failed = deferred.pop()
+    deferred.put(first)
+    deferred.fail(failed)
+    assert deferred.pop() == [advertise(), first], "a change does not replace the beginning"
+    deferred.done()
+    deferred.put(first)
+    deferred.put(Withdraw("/t"))
+    assert deferred.pop() == [Withdraw("/t")]
 
 
 def test_what_failed_is_tried_again_unless_something_else_is_wanted() -> None:

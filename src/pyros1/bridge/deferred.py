@@ -46,7 +46,7 @@ class Deferred:
         self._pending: dict[_Key, _Pending] = {}
         self._failed: dict[_Key, _Pending] = {}
         self._busy: _Key | None = None
-        self._held: dict[str, list[Publish]] = {}
+        self._held: dict[str, list[Publish | Forget]] = {}
         self._held_count = self._held_bytes = 0
 
     def put(self, action: Change) -> None:
@@ -62,21 +62,21 @@ class Deferred:
             else:
                 pending.end, pending.begin, pending.change = action, None, None
                 if isinstance(action, Withdraw):
-                    self.dropped += len(self._take_held(action.local))
+                    self.dropped += sum(isinstance(each, Publish) for each in self._take_held(action.local))
             self._changed.notify()
 
     def hold(self, action: Publish | Forget) -> bool:
-        """Return whether a topic is about to be published or withdrawn. Then a message waits until it is published,
-        unless its publisher is gone by then.
+        """Return whether a topic is about to be published, changed or withdrawn. Then a message waits until that is
+        done, unless its publisher is gone by then.
         """
         key, local = (False, action.local, None), action.local
         with self._changed:
             if key not in self._pending and key not in self._failed and key != self._busy:
                 return False
             if isinstance(action, Forget):
-                remaining = [message for message in self._take_held(local) if message.source != action.source]
-                for message in remaining:
-                    self._hold(message)
+                remaining = [each for each in self._take_held(local) if each.source != action.source]
+                for each in [*remaining, action]:
+                    self._hold(each)
             elif self._held_count and (
                 self._held_count >= MAX_MESSAGES or self._held_bytes + len(action.body) > MAX_BYTES
             ):
@@ -85,15 +85,17 @@ class Deferred:
                 self._hold(action)
             return True
 
-    def _hold(self, message: Publish) -> None:
-        self._held.setdefault(message.local, []).append(message)
-        self._held_count += 1
-        self._held_bytes += len(message.body)
+    def _hold(self, action: Publish | Forget) -> None:
+        self._held.setdefault(action.local, []).append(action)
+        if isinstance(action, Publish):
+            self._held_count += 1
+            self._held_bytes += len(action.body)
 
-    def _take_held(self, local: str) -> list[Publish]:
+    def _take_held(self, local: str) -> list[Publish | Forget]:
         held = self._held.pop(local, [])
-        self._held_count -= len(held)
-        self._held_bytes -= sum(len(message.body) for message in held)
+        messages = [each for each in held if isinstance(each, Publish)]
+        self._held_count -= len(messages)
+        self._held_bytes -= sum(len(message.body) for message in messages)
         return held
 
     def pop(self, timeout: float = 0.0) -> list[Change]:
@@ -111,8 +113,8 @@ class Deferred:
             self._busy = next(iter(self._pending))
             return self._pending.pop(self._busy).actions()
 
-    def done(self) -> list[Publish]:
-        """Note that what was popped has been done, and return the messages that waited for it."""
+    def done(self) -> list[Publish | Forget]:
+        """Note that what was popped has been done, and return what waited for it, in order."""
         with self._changed:
             key, self._busy = self._busy, None
             if key is None or key[0] or key in self._pending:

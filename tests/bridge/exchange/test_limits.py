@@ -13,7 +13,7 @@ def test_limits_outlast_runs_of_a_site() -> None:
 
 def test_sites_that_are_gone_are_forgotten_in_the_end() -> None:
     limits = Limits()
-    red = limits.of("red", ["red"])
+    red, gone = limits.of("red", ["red"]), limits.of("gone", ["red"])
     for number in range(5000):
         limits.of(f"site{number}", ["red"])
-    assert limits.of("red", ["red"]) is red and len(limits._sites) <= 1000
+    assert limits.of("red", ["red"]) is red and limits.of("gone", ["red"]) is not gone

@@ -173,13 +173,12 @@ class HungConnection:
 @pytest.mark.parametrize("priority", Priority)
 @pytest.mark.parametrize("is_router", [True, False])
 def test_a_site_that_hangs_holds_up_no_others(
-    make_station: Any, endpoint: str, is_router: bool, priority: Priority, monkeypatch: pytest.MonkeyPatch
+    make_station: Any, endpoint: str, is_router: bool, priority: Priority
 ) -> None:
     """Neither at the site that sends, nor at a router on the way.
 
     Feature: a site that hangs delays nothing that goes to other sites
     """
-    monkeypatch.setattr("pyros1.bridge.transport.zenoh_link._BLOCK_TIME", 100_000_000)
     patient = {"transport/link/tx/lease": "100000"}  # else zenoh closes the connection after 10 s
     base = make_station("base", (), (endpoint,), patient)
     sender = base if is_router else make_station("blue", (endpoint,), (), patient)

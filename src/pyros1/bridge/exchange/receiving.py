@@ -160,14 +160,19 @@ class Receiving:
         if conflict and peer not in self._unwelcome:
             actions.append(Log(f"topics of site {peer} are not taken: {conflict}", is_warning=True))
         (self._unwelcome.add if conflict else self._unwelcome.discard)(peer)
+        actions += self._replace(old, now)
+        self._forget_streams(peer)
+        return actions + self.apply(now)
+
+    def _replace(self, old: Mapping[Feed, _IncomingTopic], now: float) -> list[Action]:
+        actions: list[Action] = []
         for feed, before in old.items():
             incoming = self._incoming.get(feed)
             if incoming is None and before.is_wanted:
                 actions += self._stop(feed, before, now)
             elif incoming is not None and incoming is not before:
                 actions += self._continue(feed, before, incoming, now)
-        self._forget_streams(peer)
-        return actions + self.apply(now)
+        return actions
 
     def _stream(self, feed: Feed, offered: Offered, settings: Settings) -> Stream:
         latched, reliable, stream = self._streams.get(feed, (None, None, None))

@@ -32,7 +32,7 @@ from pyros1.bridge.protocol.packets import (
     encode_held,
     encode_message_head,
 )
-from pyros1.bridge.rules.rules import Rules, is_command
+from pyros1.bridge.rules.rules import Outgoing, Rules, is_command
 
 _ANSWER_PERIOD = 0.1
 """Minimum seconds between answers to a site's questions about the same topic, or for definitions."""
@@ -180,7 +180,7 @@ class Sending:
             }
             new_peers = requests.keys() - sent.topic.requests.keys()
             if new_peers and not sent.topic.requests and sent.topic.offered.latched:
-                for other in self._by_local[sent.local.name]:
+                for other in self._by_local[sent.local.name, sent.local.conversion]:
                     if other.topic.requests:
                         sent.topic.hold_as(other.topic)
                         break

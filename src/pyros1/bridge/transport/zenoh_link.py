@@ -207,8 +207,8 @@ class ZenohLink(ZenohSession):
             self._receive(key, attachment.to_bytes(), sample.payload.to_bytes())
 
     def send(self, packet: Send) -> None:
-        """Send a packet. It is lost where a connection takes nothing, and before the first connection. This waits for the
-        network only in the middle of a large packet, for at most `_FRAGMENTS_TIME`.
+        """Send a packet. It is lost where a connection takes nothing, and before the first connection. This waits for
+        the network only in the middle of a large packet, for at most `_FRAGMENTS_TIME`.
         """
         publisher = self._publisher(packet.key, packet.priority)
         if publisher is not None:
