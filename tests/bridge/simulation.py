@@ -19,6 +19,7 @@ from pyros1.bridge.exchange.actions import (
     Log,
     Provide,
     Publish,
+    Represent,
     Return,
     Send,
     SetOrigins,
@@ -28,6 +29,7 @@ from pyros1.bridge.exchange.actions import (
     Withdraw,
 )
 from pyros1.bridge.exchange.outgoing import ReceivedMessage
+from pyros1.bridge.exchange.peer import State
 from pyros1.bridge.exchange.sending import LocalTopic
 from pyros1.bridge.exchange.site import Site
 from pyros1.bridge.protocol.packets import MAX_PUBLISHERS
@@ -99,6 +101,7 @@ class SimulatedSite:
         subscribed: the topics to which the bridge subscribes.
         kept: topic -> source -> the latched message that later subscribers get from the bridge.
         origins: topic -> the original publishers, as the bridge names them.
+        represented: the nodes of other sites that programs here can watch.
         delivered: what the bridge published: the run of the site, the count of subscriptions then, and the message.
         services: the services of its nodes, and their calls.
     """
@@ -111,6 +114,7 @@ class SimulatedSite:
         self.subscribed: set[str] = set()
         self.kept: dict[str, dict[tuple[str, int], bytes]] = {}
         self.latched: dict[str, bool] = {}
+        self.represented: set[str] = set()
         self.delivered: list[tuple[int, int, Body]] = []
         self.origins: dict[str, tuple[str, ...]] = {}
         self.logged: list[str] = []
@@ -134,7 +138,7 @@ class SimulatedSite:
     def start(self) -> None:
         """Start the bridge, or start it again after it was killed."""
         self.run += 1
-        self.subscribed, self.kept, self.latched = set(), {}, {}
+        self.subscribed, self.kept, self.latched, self.represented = set(), {}, {}, set()
         self.services.start()
         self.site = Site(self._rules, self.random.getrandbits(63) + 1, self.now)
         run = self.run
@@ -148,7 +152,15 @@ class SimulatedSite:
     def _tick(self, run: int) -> None:
         if run == self.run:
             self.act(self.site.tick(self.now))
+            self._check_lost()
             self.network.at(self.network.now + TICK, lambda: self._tick(run))
+
+    def _check_lost(self) -> None:
+        """While a site is lost, nothing of it is published here."""
+        for name, state, *_ in self.site.sites():
+            if state is State.LOST:
+                left = [each for each in (*self.kept, *self.represented) if each.startswith(f"/{name}/")]
+                assert not left, f"{self.name} has lost {name}, but there is {left}"
 
     def _poll(self, run: int) -> None:
         if run == self.run:
@@ -175,6 +187,7 @@ class SimulatedSite:
         ]
         self.act(self.site.set_topics(topics, self.now, self.now))
         self.services.look()
+        self.act(self.site.set_responding((name for names in self.publishers.values() for name in names), self.now))
         self.act(self.site.set_demand(self.subscribers & self.kept.keys(), self.now))
 
     def act(self, actions: Iterable[Action]) -> None:
@@ -202,9 +215,13 @@ class SimulatedSite:
                     del self.kept[local][source]
                 case Provide() | Unprovide() | CallService() | Return():
                     self.services.act(action)
+                case Represent(local, _, node):
+                    assert (local in self.represented) != bool(node), f"{local} is represented twice, or not at all"
+                    (self.represented.add if node else self.represented.remove)(local)
+                case Log(text):
+                    self.logged.append(text)
                 case _:
-                    assert isinstance(action, Log), "nobody has sent a probe"
-                    self.logged.append(action.text)
+                    raise AssertionError(f"nobody has sent a probe, but there is {action}")
 
     def _advertise(self, action: Advertise | SetOrigins) -> None:
         if isinstance(action, Advertise):
@@ -363,6 +380,7 @@ class Simulation:
             self.check_order(site)
             self.check_interest(site)
             self.check_latched(site)
+            self.check_nodes(site)
         check_services(self.sites)
         check_that_calls_succeed(self.sites)
         self.check_that_all_arrives()
@@ -410,6 +428,17 @@ class Simulation:
                 if local in site.subscribers and publishers:
                     kept = {*site.kept[local].values()}
                     assert kept == expected, f"{site.name} has {kept} on {local}, not {expected}"
+
+    def check_nodes(self, site: SimulatedSite) -> None:
+        """The nodes of other sites that publish what somebody wants here can be watched."""
+        expected = {
+            f"/{other.name}{name}"
+            for other in self.sites.values()
+            for topic, publishers in other.publishers.items()
+            for name in publishers
+            if other is not site and f"/{other.name}{topic}" in site.subscribers
+        }
+        assert site.represented == expected, f"{site.name} represents {site.represented}, not {expected}"
 
     def check_that_all_arrives(self) -> None:
         """In calm weather, each message arrives once where somebody wants it."""

@@ -7,7 +7,8 @@ from typing import Any
 
 import pytest
 
-from pyros1.bridge.local_graph import STATUS_SERVICE, LocalGraph, find_bridges
+from pyros1.bridge.local_graph import LocalGraph, find_bridges
+from pyros1.doctor.bridge_status import STATUS_SERVICE
 from pyros1.doctor.facts import Failure, ReportedType
 from pyros1.doctor.probe import query_publisher
 from pyros1.graph import Graph, SystemState

@@ -15,6 +15,7 @@ import pytest
 
 from pyros1.bridge.exchange.calls import Calls
 from pyros1.bridge.exchange.clock_offset import ClockOffset
+from pyros1.bridge.exchange.far_nodes import FarNodes
 from pyros1.bridge.exchange.outgoing import OutgoingTopic
 from pyros1.bridge.exchange.receiving import Receiving
 from pyros1.bridge.exchange.sending import Sending
@@ -65,6 +66,10 @@ def take_all(original: Any) -> Callable[..., Any]:
     return lambda self, taken: original(self, {})
 
 
+def add_only(original: Any) -> Callable[..., Any]:
+    return lambda self, site, names: original(self, site, [*names, *self._names.get(site, {}).values()])
+
+
 MISTAKES: dict[str, tuple[Any, str, Any, str]] = {
     "what was delivered is not remembered": (NewestStream, "accept", accept_all, "came"),
     "reliable messages are not put in order": (ReliableStream, "accept", unsorted, "came after"),
@@ -81,6 +86,9 @@ MISTAKES: dict[str, tuple[Any, str, Any, str]] = {
         take_all(Calls.set_taken),
         "provides what a node here provides",
     ),
+    "what a lost site offers stays published": (Receiving, "_present", lambda self, peer: peer in self._peers, "lost"),
+    "pauses never end": (Receiving, "end_pauses", lambda *_: False, "subscribes|represents"),
+    "nodes that are gone stay": (FarNodes, "update", add_only(FarNodes.update), "represents|lost"),
     "the demand here is ignored": (Receiving, "set_demand", lambda *_: [], "subscribes"),
 }
 

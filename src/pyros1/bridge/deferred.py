@@ -48,6 +48,7 @@ class Deferred:
         self._busy: _Key | None = None
         self._held: dict[str, list[Publish | Forget]] = {}
         self._held_count = self._held_bytes = 0
+        self._is_woken = False
 
     def put(self, action: Change) -> None:
         """Add an action."""
@@ -106,8 +107,9 @@ class Deferred:
             timeout: maximum seconds to wait; after that, the list may be empty.
         """
         with self._changed:
-            if not self._pending and timeout:
+            if not self._pending and timeout and not self._is_woken:
                 self._changed.wait(timeout)
+            self._is_woken = False
             if not self._pending:
                 return []
             self._busy = next(iter(self._pending))
@@ -148,8 +150,9 @@ class Deferred:
             self._failed.clear()
 
     def wake(self) -> None:
-        """End the waiting of `pop`."""
+        """End the waiting of `pop`, or the next one."""
         with self._changed:
+            self._is_woken = True
             self._changed.notify_all()
 
 

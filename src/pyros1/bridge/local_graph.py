@@ -9,6 +9,7 @@ from time import monotonic
 from typing import NamedTuple
 
 from pyros1.bridge.exchange.sending import LocalTopic
+from pyros1.doctor.bridge_status import STATUS_SERVICE, find_providers
 from pyros1.doctor.concurrent import run_concurrently
 from pyros1.doctor.facts import ReportedType
 from pyros1.doctor.probe import query_publisher
@@ -16,8 +17,8 @@ from pyros1.graph import Graph, SystemState
 from pyros1.ground.errors import MessageError
 from pyros1.ground.terminal_text import one_line
 
-STATUS_SERVICE = "bridge_status"
-"""Name of the service, below its node's name, by which bridges are recognised, and asked for their status."""
+STAND_IN_SERVICE = "bridged_node"
+"""Name of the service, below its node's name, of nodes that stand in for those of other sites."""
 _QUERY_TIME = 1.0
 """Seconds for the answers of publishers."""
 _MAX_QUERIES = 32
@@ -33,10 +34,8 @@ class _Answer(NamedTuple):
 
 
 def find_bridges(state: SystemState) -> frozenset[str]:
-    """Return the names of the nodes that are bridges."""
-    return frozenset(
-        node for service, nodes in state.services.items() for node in nodes if service == f"{node}/{STATUS_SERVICE}"
-    )
+    """Return the names of the nodes that are bridges, or that stand in for nodes of other sites."""
+    return frozenset((*find_providers(state, STATUS_SERVICE), *find_providers(state, STAND_IN_SERVICE)))
 
 
 class LocalGraph:
@@ -49,6 +48,8 @@ class LocalGraph:
 
     Attributes:
         bridges: the nodes that are bridges.
+        publishers: the other nodes that publish what can be sent, as the master says.
+        lost: those of them that do not respond any more, set by the caller; their topics are left out.
         problems: topic -> why it cannot be sent.
         is_behind: whether more publishers were to be asked than can be at a time.
         state: the state of the master when it was last asked.
@@ -61,6 +62,8 @@ class LocalGraph:
         query: Callable[[str, str, str], ReportedType] = query_publisher,
     ) -> None:
         self.bridges: frozenset[str] = frozenset()
+        self.publishers: frozenset[str] = frozenset()
+        self.lost: frozenset[str] = frozenset()
         self.problems: dict[str, str] = {}
         self.is_behind = False
         self.state = SystemState({}, {}, {})
@@ -91,6 +94,10 @@ class LocalGraph:
             for topic, nodes in state.publishers.items()
             if self._is_sent(topic)
         }
+        self.publishers = frozenset(node for nodes in publishers.values() for node in nodes)
+        lost = self.lost
+        if lost:
+            publishers = {topic: [node for node in nodes if node not in lost] for topic, nodes in publishers.items()}
         self._ask(publishers)
         self.problems = {}
         return [topic for name, nodes in publishers.items() if nodes and (topic := self._topic(name, nodes))]

@@ -35,6 +35,7 @@ from pyros1.bridge.exchange.actions import (
     ProbeReply,
     Provide,
     Publish,
+    Represent,
     Return,
     Send,
     SetOrigins,
@@ -45,15 +46,18 @@ from pyros1.bridge.exchange.actions import (
 )
 from pyros1.bridge.exchange.outgoing import ReceivedMessage
 from pyros1.bridge.exchange.site import Site
-from pyros1.bridge.local_graph import STATUS_SERVICE, LocalGraph
+from pyros1.bridge.local_graph import LocalGraph
 from pyros1.bridge.protocol.key_expressions import Key
+from pyros1.bridge.publisher_watch import PublisherWatch
 from pyros1.bridge.publishing import BRIDGE_FIELD, Publishing
 from pyros1.bridge.rules.rules import Priority, Rules
 from pyros1.bridge.service_ends import ServiceEnds
+from pyros1.bridge.stand_ins import StandIns
 from pyros1.bridge.status import status_json
 from pyros1.bridge.transport.inbox import Inbox
 from pyros1.bridge.transport.link import Link, Receive
 from pyros1.bridge.transport.sender import Sender
+from pyros1.doctor.bridge_status import STATUS_SERVICE
 from pyros1.graph import Graph
 from pyros1.ground.errors import Error
 from pyros1.ground.names import FullName
@@ -107,6 +111,8 @@ class Bridge:
         self._publishing = Publishing(node, rules.site)
         self._graph = LocalGraph(Graph(node.master), self._may_be_sent)
         self._services = ServiceEnds(node, rules, self._site, self._do_next)
+        self._watch = PublisherWatch(node, rules.loss_delay, self._on_watched)
+        self._stand_ins = StandIns(node)
         self._subscribers: dict[tuple[str, Conversion | None], Subscriber[AnyMsg]] = {}
         self._converting = Converting(self, node.log.internal_error)
         self._unconvertible: dict[str, str] = {}
@@ -178,6 +184,9 @@ class Bridge:
                 case Forget():
                     if not self._deferred.hold(action):
                         self._publishing.forget(action)
+                case Represent():
+                    self._stand_ins.note(action)
+                    self._deferred.wake()
                 case Listen(site, key, on):
                     self._sender.listen(site, key, on)
                 case ProbeReply(site, number):
@@ -229,9 +238,12 @@ class Bridge:
             self._change(changes)
             timeout = 0.0
         self._services.update()
+        self._stand_ins.update()
         if time.monotonic() >= self._next_poll and not self._is_closing:
+            self._next_poll = time.monotonic() + _POLL_PERIOD  # first: a watch may want the next one earlier
             self._poll()
-            self._next_poll = time.monotonic() + (0.0 if self._graph.is_behind else _POLL_PERIOD)
+            if self._graph.is_behind:
+                self._next_poll = 0.0
             self._deferred.retry()
         demand = self._publishing.demand(self._graph.bridges)
         if demand != self._demand:
@@ -280,6 +292,7 @@ class Bridge:
 
     def _poll(self) -> None:
         asked_at = steady_now()
+        self._graph.lost = self._watch.lost
         try:
             topics, self._unconvertible = with_conversions(self._graph.topics(), self._rules)
             self._services.look(self._graph.state)
@@ -289,6 +302,16 @@ class Bridge:
             return
         with self._lock:
             self._act(self._site.set_topics(topics, asked_at, steady_now()))
+            wanted = [name for topic, local, _ in self._site.sent() if topic.requests for name in local.publishers]
+        if self._node.ok():
+            self._watch.update(wanted, self._graph.publishers)
+
+    def _on_watched(self) -> None:
+        """Tell other sites which nodes respond. Called in threads of the node."""
+        with self._lock:
+            self._act(self._site.set_responding(self._watch.responding, steady_now()))
+        self._next_poll = 0.0
+        self._deferred.wake()
 
     def _may_be_sent(self, topic: str) -> bool:
         with self._lock:
@@ -364,7 +387,9 @@ class Bridge:
         self._converting.close()
         self._sender.close()
         self._link.close()
+        self._stand_ins.close()
         if self._node.ok():  # otherwise it unregisters everything at once
             for subscriber in self._subscribers.values():
                 subscriber.unregister()
+            self._watch.close()
             self._publishing.close()

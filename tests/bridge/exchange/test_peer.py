@@ -5,10 +5,12 @@ from __future__ import annotations
 from itertools import count
 from typing import NamedTuple
 
-from pyros1.bridge.exchange.peer import FORGET_DELAY, HEARTBEAT_PERIOD, LOSS_DELAY, Change, Peer, State
+from pyros1.bridge.exchange.peer import FORGET_DELAY, Change, Peer, State
 from pyros1.bridge.protocol.packets import Heartbeat
+from pyros1.bridge.rules.rules import LOSS_DELAY
 
 RED, BLUE = 11, 22
+HEARTBEAT_PERIOD = LOSS_DELAY / 5
 
 
 class Sent(NamedTuple):

@@ -160,6 +160,19 @@ class Return(NamedTuple):
     body: bytes
 
 
+class Represent(NamedTuple):
+    """Represent a node of another site by one here, as long as it responds.
+
+    Attributes:
+        local: the name of the node here.
+        site, node: the other site, and the node's name there; empty if it is represented no longer.
+    """
+
+    local: str
+    site: str
+    node: str
+
+
 class ProbeReply(NamedTuple):
     """A site has answered a probe, see `pyros1.bridge.transport.pacing`."""
 
@@ -175,5 +188,5 @@ class Log(NamedTuple):
 
 
 ServiceAction = Provide | Unprovide | CallService | Return
-TopicAction = Subscribe | StartAnew | Advertise | SetOrigins | Withdraw | Publish | Forget
-Action = Send | Listen | TopicAction | ServiceAction | ProbeReply | Log
+TopicAction = Listen | Subscribe | StartAnew | Advertise | SetOrigins | Withdraw | Publish | Forget
+Action = Send | TopicAction | Represent | ServiceAction | ProbeReply | Log

@@ -6,7 +6,8 @@ The states, and what leads from one to the next:
   them, so nothing is believed yet.
 - *present*: it has answered a heartbeat that was sent to it after this run of it (its *epoch*) was first heard of, so
   it is not an echo of an earlier run. From now on its lists and messages count, if they carry this epoch.
-- *lost*: no new answer came for `LOSS_DELAY`. What is known of it is kept, since it may come back.
+- *lost*: no new answer came for the delay that this site's rules set. What is known of it is kept, since it may come
+  back.
 
 A lost site that answers again is present. One that has started again is heard under another epoch, and becomes present
 under that one as soon as it has answered; then everything that was known of its earlier run is void. A lost site that
@@ -15,19 +16,20 @@ does not come back within `FORGET_DELAY`, and one that says goodbye, is forgotte
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from enum import Enum
 from typing import NamedTuple
 
 from pyros1.bridge.exchange.clock_offset import ClockOffset
 from pyros1.bridge.names import SharedName
 from pyros1.bridge.protocol.packets import Heartbeat
+from pyros1.bridge.rules.rules import LOSS_DELAY
 
-HEARTBEAT_PERIOD = 1.0
-"""Seconds between heartbeats."""
-LOSS_DELAY = 5.0
-"""Seconds from the last heartbeat that was answered until the site is lost. The next heartbeat brings the answer,
- so even without losses this time grows to two periods and a round trip."""
+_PERIODS = 5
+"""Number of heartbeats in the delay after which a site is lost. The next heartbeat brings the answer to one, so even
+without losses the time since the last one that was answered grows to two periods and a round trip."""
+MIN_PERIOD = 0.2
+"""Minimum seconds between heartbeats, however often another site wants them."""
 FORGET_DELAY = 60.0
 """Seconds after which a lost site is forgotten."""
 _ANSWER_PERIOD = 0.1
@@ -71,6 +73,7 @@ class Peer:
         numbers: the numbers of heartbeats; shared by all peers of a site. A run never uses a number twice, not even
             for a peer that it has forgotten meanwhile, since the other side may remember it.
         now: the current time.
+        loss_delay: seconds from the last heartbeat that was answered until the site is lost.
 
     Attributes:
         state: its state.
@@ -82,7 +85,9 @@ class Peer:
         lost_at: when it was lost.
     """
 
-    def __init__(self, name: str, own_epoch: int, numbers: Iterator[int], now: float) -> None:
+    def __init__(
+        self, name: str, own_epoch: int, numbers: Iterator[int], now: float, loss_delay: float = LOSS_DELAY
+    ) -> None:
         self.name = name
         self.state = State.HEARD
         self.epoch = 0
@@ -92,6 +97,8 @@ class Peer:
         self.offer_seen = self.request_seen = self.services_seen = -1
         self.lost_at = now
         self._own_epoch = own_epoch
+        self._loss_delay = loss_delay
+        self._period = self._their_period = max(MIN_PERIOD, loss_delay / _PERIODS)
         self._candidate: _Candidate | None = None
         self._heard_at = now
         self._answered_at = now  # when the newest heartbeat that it has answered was sent
@@ -162,7 +169,8 @@ class Peer:
         self.offer_wanted, self.request_wanted = heartbeat.offer, heartbeat.request
         self.offer_seen, self.request_seen = heartbeat.offer_seen, heartbeat.request_seen
         self.services_seen = heartbeat.services_seen
-        if self.state is not State.PRESENT and now - self._answered_at < LOSS_DELAY:
+        self._their_period = heartbeat.period
+        if self.state is not State.PRESENT and now - self._answered_at < self._loss_delay:
             if change is Change.NONE:
                 change = Change.STARTED if self.state is State.HEARD else Change.RETURNED
             self.state = State.PRESENT
@@ -170,7 +178,7 @@ class Peer:
 
     def tick(self, now: float) -> bool:
         """Return whether the site is lost now, and was not before."""
-        if self.state is not State.PRESENT or now - self._answered_at < LOSS_DELAY:
+        if self.state is not State.PRESENT or now - self._answered_at < self._loss_delay:
             return False
         self.state, self.lost_at = State.LOST, now
         return True
@@ -183,8 +191,9 @@ class Peer:
         return now - since >= FORGET_DELAY
 
     def wants_heartbeat(self, now: float) -> bool:
-        """Return whether a heartbeat must be sent to the site now."""
-        return self.answer_due or now - self._heartbeat_sent_at >= HEARTBEAT_PERIOD
+        """Return whether a heartbeat must be sent to the site now: as often as the site that wants them more often."""
+        period = max(MIN_PERIOD, min(self._period, self._their_period if self.is_present else self._period))
+        return self.answer_due or now - self._heartbeat_sent_at >= period
 
     def make_heartbeat(
         self,
@@ -194,6 +203,7 @@ class Peer:
         seen: tuple[int, int],
         tails: Mapping[SharedName, int],
         services: tuple[int, int] = (0, -1),
+        nodes: Sequence[str] = (),
     ) -> tuple[int, Heartbeat]:
         """Return the next heartbeat to the site, after the epoch of the run that it is for.
 
@@ -201,7 +211,7 @@ class Peer:
             now: the current time.
             offer, request: the versions of our lists for it.
             seen: the versions of its lists that we have; -1 for none.
-            tails: see `Heartbeat`.
+            tails, nodes: see `Heartbeat`.
             services: the version of our list of services for it, and of its list that we have.
         """
         number = self._last_number = next(self._numbers)
@@ -213,4 +223,5 @@ class Peer:
         epoch = self._candidate.epoch if asks and self._candidate else self.epoch
         self._heartbeat_sent_at, self.answer_due = now, False
         echo, arrived_at = self._received.get(epoch, (0, now))
-        return epoch, Heartbeat(number, now, echo, now - arrived_at, offer, request, *seen, tails, *services)
+        held, versions = now - arrived_at, (offer, request, *seen)
+        return epoch, Heartbeat(number, now, echo, held, *versions, tails, *services, self._period, nodes)

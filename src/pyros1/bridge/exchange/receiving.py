@@ -2,6 +2,10 @@
 
 A topic that is offered, and that a rule takes, is advertised here as soon as its definition is known, so that programs
 see it. It is wanted from the other site only while somebody here subscribes to it.
+
+While its site is lost, it is not advertised, unless another site sends it, too: so subscribers lose their connections,
+by which they notice that no publisher is left. What was wanted then is *paused*: if somebody subscribes again soon
+after the site has returned, the stream goes on where it stopped.
 """
 
 from __future__ import annotations
@@ -44,6 +48,8 @@ _MAX_ASKED = 100
 """Maximum number of definitions to ask for at a time."""
 _MAX_PUBLISHERS = 1_000
 """Maximum number of publishers of a topic whose rates are limited."""
+_PAUSE = 10.0
+"""Seconds after the return of a site in which subscribers can come back: nodes need some time to connect again."""
 _EARLY_TOLERANCE = 0.05
 """Seconds by which a message may be older than the request for its topic, since ages are upper bounds."""
 
@@ -58,6 +64,8 @@ class _IncomingTopic:
         self.flow = Flow()
         self.is_wanted = False
         self.wanted_since = 0.0
+        self.is_paused = False
+        self.paused_until = float("inf")
         self.due: dict[int, float] = {}  # publisher -> when its next message may be delivered
         self.prefixer = prefixer
 
@@ -170,6 +178,8 @@ class Receiving:
             incoming = self._incoming.get(feed)
             if incoming is None and before.is_wanted:
                 actions += self._stop(feed, before, now)
+            elif incoming is None:
+                before.stream.restart(now)
             elif incoming is not None and incoming is not before:
                 actions += self._continue(feed, before, incoming, now)
         return actions
@@ -187,7 +197,8 @@ class Receiving:
         """Go on with a topic that is offered in another way: messages still come, latched ones are compared anew."""
         incoming.flow = before.flow
         incoming.is_wanted, incoming.wanted_since = before.is_wanted, before.wanted_since
-        if not before.is_wanted:
+        incoming.is_paused, incoming.paused_until = before.is_paused, before.paused_until
+        if not (before.is_wanted or before.is_paused):
             return []
         before.stream.restart(now)  # nothing is kept back any more
         return self._outputs.forget_site(incoming.settings.local, feed[0])
@@ -221,7 +232,7 @@ class Receiving:
         return self.apply(now) if is_offered and self._definitions.add(peer, definition) else []
 
     def apply(self, now: float) -> list[Action]:
-        """Bring what is published, and what is wanted, in line with offers, definitions and demand."""
+        """Bring what is published, and what is wanted, in line with sites, offers, definitions and demand."""
         candidates = self._candidates()
         outputs, self._unusable = choose(candidates)
         self._unusable.update(self._learn_definitions())
@@ -232,15 +243,21 @@ class Receiving:
         actions = self._ask(now)
         changed = self._outputs.changed(outputs)
         for feed, incoming in self._incoming.items():
-            if incoming.is_wanted and incoming.settings.local in changed:
+            if incoming.is_wanted and not self._present(feed[0]):
+                actions += self._pause(feed, incoming)
+            elif incoming.is_wanted and incoming.settings.local in changed:
                 actions += self._stop(feed, incoming, now)  # if it is wanted again at once, latched messages come again
         actions += self._outputs.update(outputs, self._origins(outputs))
         for feed, incoming in self._incoming.items():
             local = incoming.settings.local
             wants = local in self._outputs and local in self._demand and feed not in self._unusable
+            wants = wants and self._present(feed[0])
             if wants and not incoming.is_wanted:
-                incoming.is_wanted, incoming.wanted_since = True, now
-                incoming.stream.restart(now)
+                if not incoming.is_paused:
+                    incoming.wanted_since = now
+                if not incoming.is_paused or incoming.offered.latched:
+                    incoming.stream.restart(now)
+                incoming.is_wanted, incoming.is_paused = True, False
                 actions.append(Listen(feed[0], topic_key(feed[1]), True))
             elif incoming.is_wanted and not wants:
                 actions += self._stop(feed, incoming, now)
@@ -251,14 +268,19 @@ class Receiving:
         found: dict[str, list[str]] = {local: [] for local in outputs}
         for (peer, _), incoming in self._incoming.items():
             names = found.get(incoming.settings.local)
-            if names is not None:
+            if names is not None and self._present(peer):
                 names += [f"{peer}:{publisher}" for publisher in incoming.offered.publishers]
         return {local: tuple(sorted(names)[:MAX_PUBLISHERS]) for local, names in found.items()}
+
+    def _present(self, peer: str) -> bool:
+        return self._peers[peer].is_present
 
     def _candidates(self) -> list[Candidate]:
         """Return what could be published here; first what is published already, so that it stays."""
         candidates = []
         for feed in sorted(self._incoming, key=lambda feed: (not self._incoming[feed].is_wanted, feed)):
+            if not self._present(feed[0]):
+                continue
             incoming = self._incoming[feed]
             offered = incoming.offered
             text = self._definitions.text(offered.type, offered.md5sum)
@@ -282,7 +304,7 @@ class Receiving:
         missing: dict[str, list[str]] = {}
         for (peer, _), incoming in self._incoming.items():
             offered = incoming.offered
-            if self._peers[peer].is_present and self._definitions.is_missing(peer, offered.type, offered.md5sum):
+            if self._present(peer) and self._definitions.is_missing(peer, offered.type, offered.md5sum):
                 missing.setdefault(peer, []).append(offered.md5sum)
         actions: list[Action] = []
         for peer, md5sums in missing.items():
@@ -292,8 +314,16 @@ class Receiving:
 
     def _stop(self, feed: Feed, incoming: _IncomingTopic, now: float) -> list[Action]:
         """Want a topic no longer. Its latched messages are forgotten, since they may change unnoticed from now on."""
-        incoming.is_wanted = False
         incoming.stream.restart(now)  # nothing is kept back any more
+        return self._ignore(feed, incoming)
+
+    def _pause(self, feed: Feed, incoming: _IncomingTopic) -> list[Action]:
+        """Want a topic no longer as long as its site is lost; what was missed is asked for afterwards."""
+        incoming.is_paused, incoming.paused_until = True, float("inf")
+        return self._ignore(feed, incoming)
+
+    def _ignore(self, feed: Feed, incoming: _IncomingTopic) -> list[Action]:
+        incoming.is_wanted = False
         peer, topic = feed
         return [Listen(peer, topic_key(topic), False), *self._outputs.forget_site(incoming.settings.local, peer)]
 
@@ -301,9 +331,23 @@ class Receiving:
         """Return what this site wants from each other one."""
         found: dict[str, list[Request]] = {}
         for (peer, topic), incoming in self._incoming.items():
-            if incoming.is_wanted:
+            if incoming.is_wanted or incoming.is_paused:
                 found.setdefault(peer, []).append(Request(topic, incoming.settings.rate or 0.0))
         return found
+
+    def on_return(self, peer: str, now: float) -> list[Action]:
+        """Note that a lost site has returned, and return the actions that follow."""
+        for feed, incoming in self._incoming.items():
+            if feed[0] == peer and incoming.is_paused:
+                incoming.paused_until = now + _PAUSE
+        return self.apply(now)
+
+    def end_pauses(self, now: float) -> bool:
+        """Return whether topics are wanted no longer, since nobody has subscribed to them again."""
+        ended = [incoming for incoming in self._incoming.values() if now >= incoming.paused_until]
+        for incoming in ended:
+            incoming.is_paused, incoming.paused_until = False, float("inf")
+        return bool(ended)
 
     # Messages ---------------------------------------------------------------------------------------------------------
 
@@ -394,7 +438,7 @@ class Receiving:
         actions = self._ask(now)
         for feed, incoming in self._incoming.items():
             peer, topic = feed
-            if not incoming.is_wanted or not self._peers[peer].is_present:
+            if not incoming.is_wanted or not self._present(peer):
                 continue
             actions += self._deliver(feed, incoming, incoming.stream.tick(now), now)
             if numbers := incoming.stream.missed(now):
@@ -405,6 +449,11 @@ class Receiving:
     def _head(self, kind: Kind, peer: str) -> bytes:
         return encode_head(kind, self._epoch, self._peers[peer].epoch)
 
+    def _state(self, feed: Feed, incoming: _IncomingTopic) -> str:
+        if not self._present(feed[0]):
+            return "site lost"
+        return self._unusable.get(feed) or ("subscribed" if incoming.is_wanted else "no subscribers here")
+
     def topics(self) -> list[ReceivedTopic]:
         """Return the topics of other sites, for the status."""
         found = [
@@ -413,7 +462,7 @@ class Receiving:
                 topic,
                 incoming.offered.type,
                 incoming.settings.local,
-                self._unusable.get((peer, topic)) or ("subscribed" if incoming.is_wanted else "no subscribers here"),
+                self._state((peer, topic), incoming),
                 incoming.flow,
                 incoming.stream.drops,
                 incoming.offered.publishers,

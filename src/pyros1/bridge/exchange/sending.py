@@ -7,7 +7,7 @@ bridge it was: topics that only bridges publish are not offered, and messages of
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from itertools import islice
+from itertools import chain, islice
 from typing import NamedTuple
 
 from pyros1.bridge.conversions.conversion import Conversion, MessageType
@@ -17,6 +17,7 @@ from pyros1.bridge.names import SharedName, is_topic_name
 from pyros1.bridge.protocol.key_expressions import again_key, to_key, topic_key
 from pyros1.bridge.protocol.packets import (
     MAX_DEFINITION,
+    MAX_NODES,
     MAX_PUBLISHERS,
     Definition,
     Flag,
@@ -119,6 +120,8 @@ class Sending:
         self._by_local: dict[_Source, list[_Sent]] = {}
         self._last: dict[SharedName, int] = {}  # numbers never begin again within an epoch
         self._subscribed: set[_Source] = set()
+        self._responding: frozenset[str] = frozenset()
+        self._nodes: dict[str, list[str]] = {}  # peer -> see `nodes`
         self._answered_at: dict[tuple[str, SharedName | None], float] = {}
         self._separate: frozenset[str] = frozenset()
 
@@ -166,6 +169,7 @@ class Sending:
 
     def _apply(self, now: float) -> list[Action]:
         """Bring the outgoing topics in line with topics, sites and requests."""
+        self._nodes.clear()
         self._update_sent()
         return self._apply_requests(self._sent.values())
 
@@ -329,6 +333,18 @@ class Sending:
             for shared, sent in self._sent.items()
             if sent.topic.may_lose_none and peer in sent.topic.requests
         }
+
+    def set_responding(self, nodes: Iterable[str]) -> None:
+        """Note which of the nodes that publish what other sites want respond."""
+        self._responding = frozenset(nodes)
+        self._nodes.clear()
+
+    def nodes(self, peer: str) -> list[str]:
+        """Return the nodes that publish what another site wants, and that respond."""
+        if peer not in self._nodes:
+            wanted = (sent.local.publishers for sent in self._sent.values() if peer in sent.topic.requests)
+            self._nodes[peer] = sorted(self._responding.intersection(chain.from_iterable(wanted)))[:MAX_NODES]
+        return self._nodes[peer]
 
     def on_missed(self, peer: str, missed: Missed, now: float) -> list[Action]:
         """Return the packets to send because another site missed messages."""

@@ -12,9 +12,10 @@ event                 what follows
 heard                 a heartbeat is sent, since only an answer to it proves that the other site is running now
 started (present)     what was known of an earlier run is dropped; both send their offers, then their requests
 heartbeat                  lists that the other site lacks are sent again; messages that were missed are asked for
-lost                  nothing is sent to it on purpose, and calls of its services fail; offers, requests, and what is
-                      published or provided here stay as they are
-returned (present)    the same run goes on: what was missed and is not too old is asked for, newest messages flow
+lost                  its topics are withdrawn here, so that subscribers notice, and calls of its services fail; nothing
+                      is sent to it on purpose; what is known of it, and what it wanted, stays
+returned (present)    the same run goes on: its topics are published again, what was missed and is not too old is asked
+                      for, newest messages flow
 forgotten, goodbye    its topics are withdrawn here; its requests, and sources that nobody else wants, are dropped
 ====================  ================================================================================================
 """
@@ -27,9 +28,10 @@ from typing import Any, NamedTuple
 
 from pyros1.bridge.conversions.conversion import Conversion
 from pyros1.bridge.exchange.actions import Action, Log, ProbeReply, Send
+from pyros1.bridge.exchange.far_nodes import FarNodes
 from pyros1.bridge.exchange.limits import Limits
 from pyros1.bridge.exchange.outgoing import OutgoingTopic, ReceivedMessage
-from pyros1.bridge.exchange.peer import HEARTBEAT_PERIOD, Change, Peer, State
+from pyros1.bridge.exchange.peer import Change, Peer, State
 from pyros1.bridge.exchange.receiving import ReceivedTopic, Receiving
 from pyros1.bridge.exchange.sending import Flow, LocalTopic, Sending
 from pyros1.bridge.exchange.served import LocalService
@@ -58,6 +60,8 @@ from pyros1.bridge.protocol.packets import (
 from pyros1.bridge.protocol.versioned_lists import ListReceiver, ListSender
 from pyros1.bridge.rules.rules import Priority, Rules
 
+_HELLO_PERIOD = 1.0
+"""Seconds between packets by which sites find each other."""
 MAX_SITES = 256
 """Maximum number of other sites; what further ones send is ignored."""
 
@@ -68,14 +72,16 @@ class _Lists:
     def __init__(self, versions: Iterator[int]) -> None:
         self.offer, self.request, self.services = (ListSender(versions) for _ in range(3))
         self.their_offer, self.their_request, self.their_services = (ListReceiver() for _ in range(3))
+        self.nodes: list[str] = []  # those that the last heartbeat named
 
 
 class SiteStatus(NamedTuple):
-    """What a site knows of another one, for the status."""
+    """What a site knows of another one, for the status; `nodes` are the names here of its nodes."""
 
     name: str
     state: State
     round_trip: float | None
+    nodes: list[str]
 
 
 class Site:
@@ -102,6 +108,7 @@ class Site:
         self._sending = Sending(rules, epoch)
         self._receiving = Receiving(rules, epoch, self._peers)
         self.services = Services(rules, epoch, self._peers)
+        self._far_nodes = FarNodes(rules)
         self._hello_at = now
         self._has_namesake = False
         self._on_kind: Mapping[Kind, Callable[[str, bytes, float], list[Action]]] = {
@@ -137,7 +144,13 @@ class Site:
         if self._receiving.set_local_topics([topic.name for topic in known if topic.publishers]):
             for name, lists in self._lists.items():
                 actions += self._receiving.set_offers(name, lists.their_offer.entries, now)
-        return actions + self._update_lists(now)
+        actions += self._update_lists(now)
+        return actions + self._send_heartbeats(now)
+
+    def set_responding(self, nodes: Iterable[str], now: float) -> list[Action]:
+        """Note which of the nodes that publish what other sites want respond."""
+        self._sending.set_responding(nodes)
+        return self._send_heartbeats(now)
 
     def set_demand(self, demand: Iterable[str], now: float) -> list[Action]:
         """Note to which topics that this site publishes nodes of its master subscribe."""
@@ -191,13 +204,15 @@ class Site:
     def tick(self, now: float) -> list[Action]:
         """Return what is to be done because time has passed."""
         actions: list[Action] = []
-        if now - self._hello_at >= HEARTBEAT_PERIOD:
+        if now - self._hello_at >= _HELLO_PERIOD:
             self._hello_at = now
             actions.append(self._hello())
         for peer in [*self._peers.values()]:
             if peer.tick(now):
                 actions.append(Log(f"site {peer.name} does not respond any more", is_warning=True))
                 actions += self.services.on_lost(peer.name)
+                actions += self._far_nodes.drop(peer.name) + self._receiving.apply(now)
+                actions += self._update_lists(now)
             if peer.is_forgotten(now):
                 actions += self._forget(peer, now, "does not respond")
         actions += self.services.tick(now)
@@ -205,6 +220,8 @@ class Site:
         actions += self._receiving.tick(now)
         for name in self._peers:
             actions += self._apply_lists(name, now)
+        if self._receiving.end_pauses(now):
+            actions += self._update_lists(now)
         return actions + self._send_heartbeats(now) + self._send_lists(now)
 
     def leave(self) -> list[Action]:
@@ -230,14 +247,15 @@ class Site:
     def _send_heartbeats(self, now: float) -> list[Action]:
         actions: list[Action] = []
         for peer in self._peers.values():
-            if peer.wants_heartbeat(now):
-                lists = self._lists[peer.name]
+            lists = self._lists[peer.name]
+            nodes = self._sending.nodes(peer.name) if peer.is_present else []
+            if peer.wants_heartbeat(now) or nodes != lists.nodes:
+                lists.nodes = nodes
                 seen = (lists.their_offer.version, lists.their_request.version)
                 tails = self._sending.tails(peer.name)
+                versions = (lists.offer.version, lists.request.version)
                 services = (lists.services.version, lists.their_services.version)
-                epoch, heartbeat = peer.make_heartbeat(
-                    now, lists.offer.version, lists.request.version, seen, tails, services
-                )
+                epoch, heartbeat = peer.make_heartbeat(now, *versions, seen, tails, services, nodes)
                 head = encode_head(Kind.HEARTBEAT, self._epoch, epoch)
                 actions.append(Send(to_key(peer.name), head, encode_heartbeat(heartbeat), Priority.URGENT))
         return actions
@@ -350,7 +368,7 @@ class Site:
             if len(self._peers) >= MAX_SITES:
                 self._ignore("more sites than there may be")
                 return None
-            peer = self._peers[name] = Peer(name, self._epoch, self._heartbeat_numbers, now)
+            peer = self._peers[name] = Peer(name, self._epoch, self._heartbeat_numbers, now, self._rules.loss_delay)
             self._lists[name] = _Lists(self._versions)
         return peer
 
@@ -362,6 +380,7 @@ class Site:
         change = peer.on_heartbeat(epoch, to_epoch, heartbeat, now)
         actions: list[Action] = []
         if change is Change.STARTED:
+            actions += self._far_nodes.drop(site)
             actions += self._receiving.drop_peer(site, now)
             actions += self.services.drop_peer(site, f"site {site} has started again")
             self._lists[site] = _Lists(self._versions)
@@ -371,8 +390,12 @@ class Site:
             actions += self._update_lists(now)
             actions.append(Log(f"site {site} is present"))
         elif change is Change.RETURNED:
+            actions += self._receiving.on_return(site, now)
+            actions += self._send_heartbeats(now)
+            actions += self._update_lists(now)
             actions.append(Log(f"site {site} responds again"))
         if peer.is_current(epoch, to_epoch):
+            actions += self._far_nodes.update(site, heartbeat.nodes)
             self._receiving.on_tails(site, heartbeat.tails, now)
             actions += self._receiving.tick(now)
         # Heartbeats go first: the other site may take this one for present only when it has got one.
@@ -383,7 +406,7 @@ class Site:
         return self._sending.set_peers(epochs, now)
 
     def _forget(self, peer: Peer, now: float, reason: str) -> list[Action]:
-        actions = self._receiving.drop_peer(peer.name, now)
+        actions = self._far_nodes.drop(peer.name) + self._receiving.drop_peer(peer.name, now)
         actions += self.services.drop_peer(peer.name, f"site {peer.name} {reason}")
         del self._peers[peer.name], self._lists[peer.name]
         self._limits.of(peer.name, self._peers).lists.clear()
@@ -422,7 +445,10 @@ class Site:
 
     def sites(self) -> list[SiteStatus]:
         """Return what is known of other sites."""
-        return [SiteStatus(peer.name, peer.state, peer.clock.round_trip) for peer in self._peers.values()]
+        return [
+            SiteStatus(peer.name, peer.state, peer.clock.round_trip, self._far_nodes.names(peer.name))
+            for peer in self._peers.values()
+        ]
 
     def sent(self) -> list[tuple[OutgoingTopic, LocalTopic, Flow]]:
         """Return the topics that are offered, each with its topic here and its flow."""

@@ -37,6 +37,8 @@ PAGE_ENTRIES = 200
 """Number of entries in a page of a list."""
 MAX_PAGES = 32
 """Maximum number of pages of a list."""
+MAX_NODES = 100
+"""Maximum number of nodes in a heartbeat."""
 MAX_NUMBERS = 1000
 """Maximum number of items in other lists."""
 
@@ -120,6 +122,8 @@ class Heartbeat(NamedTuple):
         offer_seen, request_seen: the versions of the peer's lists that the sender has; -1 for none.
         tails: the number of the last message of each topic that the peer wants, and that may not lose any.
         services, services_seen: the same as `offer` and `offer_seen` for the lists of services.
+        period: seconds between heartbeats that the sender wants.
+        nodes: the names of nodes that publish what the peer wants, and that respond.
     """
 
     number: int
@@ -133,6 +137,8 @@ class Heartbeat(NamedTuple):
     tails: Mapping[SharedName, int]
     services: int = 0
     services_seen: int = -1
+    period: float = 1.0
+    nodes: Sequence[str] = ()
 
 
 class Offered(NamedTuple):
@@ -251,7 +257,7 @@ def decode_message_head(data: bytes) -> MessageHead:
 def encode_heartbeat(heartbeat: Heartbeat) -> bytes:
     """Return the body of a heartbeat."""
     tails = [[str(topic), number] for topic, number in heartbeat.tails.items()]
-    return dump([*heartbeat[:8], tails, heartbeat.services, heartbeat.services_seen])
+    return dump([*heartbeat[:8], tails, *heartbeat[9:12], [*heartbeat.nodes]])
 
 
 def encode_pages(version: int, entries: Sequence[tuple[Any, ...]]) -> Iterator[bytes]:
@@ -299,9 +305,8 @@ def decode_probe(body: bytes) -> int:
 
 def decode_heartbeat(body: bytes) -> Heartbeat:
     """Return a heartbeat; this and the following functions raise PacketError if the body is not valid."""
-    number, sent_at, echo, held, offer, request, offer_seen, request_seen, tails, services, services_seen = load(
-        body, 11
-    )
+    number, sent_at, echo, held, offer, request, offer_seen, request_seen, *more = load(body, 13)
+    tails, services, services_seen, period, nodes = more
     return Heartbeat(
         read_integer(number, 1),
         read_real(sent_at),
@@ -314,6 +319,8 @@ def decode_heartbeat(body: bytes) -> Heartbeat:
         {read_topic(name): read_integer(tail) for name, tail in read_rows(tails, 2, PAGE_ENTRIES * MAX_PAGES)},
         read_integer(services),
         read_integer(services_seen, -1),
+        read_real(period),
+        read_nodes(nodes, MAX_NODES),
     )
 
 

@@ -21,6 +21,8 @@ NEWEST_AGE = 2.0
 """Maximum age of a message in seconds where only the newest one counts, if neither rule nor type say another one."""
 RELIABLE_AGE = 30.0
 """Maximum age of a message in seconds where all count."""
+LOSS_DELAY = 5.0
+"""Seconds without a response after which another site, or a node that publishes what it wants, is lost."""
 
 
 class Priority(IntEnum):
@@ -195,6 +197,8 @@ class Rules:
         sites: the sites to talk to; empty for all.
         access: what the others may do where this site listens.
         services: the rules about services and parameters, see `pyros1.bridge.rules.services`.
+        loss_delay: seconds without a response after which another site is lost, or a node here whose topics another
+            site wants.
     """
 
     site: str
@@ -206,6 +210,7 @@ class Rules:
     sites: tuple[str, ...] = ()
     access: tuple[SiteAccess, ...] = ()
     services: ServiceRules = ServiceRules()
+    loss_delay: float = LOSS_DELAY
 
     def talks_to(self, site: str) -> bool:
         """Return whether this site talks to another one."""

@@ -47,7 +47,7 @@ def test_a_bridge_that_does_not_answer(run: Run, make_node: Callable[..., Node])
 
 
 def test_a_bridge_that_hangs(run: Run, make_node: Callable[..., Node], monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("pyros1.cli.commands.bridge.status.TIMEOUT", 0.2)
+    monkeypatch.setattr("pyros1.doctor.bridge_status.TIMEOUT", 0.2)
     end = threading.Event()
 
     def hang(_: object) -> tuple[bool, str]:

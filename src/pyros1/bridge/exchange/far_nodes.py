@@ -1,0 +1,58 @@
+"""The nodes of other sites that publish what this one wants: who they are, as long as they respond. No I/O.
+
+Each is represented here by a node of its name below that of its site, which lives as long as it does, so programs can
+watch it as any other node. A site names only nodes whose responses it checks, so none is represented that may be dead.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from pyros1.bridge.exchange.actions import Action, Represent
+from pyros1.bridge.names import MAX_NAME_LENGTH
+from pyros1.bridge.rules.rules import Rules
+
+MAX_REPRESENTED = 200
+"""Maximum number of nodes of all other sites together."""
+
+
+class FarNodes:
+    """The nodes of other sites that are represented here.
+
+    Args:
+        rules: this site's rules, which say below which name.
+    """
+
+    def __init__(self, rules: Rules) -> None:
+        self._rules = rules
+        self._names: dict[str, dict[str, str]] = {}  # site -> name here -> name there
+
+    def update(self, site: str, names: Sequence[str]) -> list[Action]:
+        """Note which nodes of a site respond, and return the actions that follow."""
+        known = self._names.get(site, {})
+        if set(names) == set(known.values()):
+            return []
+        others = {local for each, nodes in self._names.items() if each != site for local in nodes}
+        # Always below a name: otherwise a site could replace nodes here by naming its own like them.
+        prefix = self._rules.prefix(site) or f"/{site}"
+        wanted = {
+            prefix + name: name
+            for name in names
+            if len(prefix + name) <= MAX_NAME_LENGTH and prefix + name not in others
+        }
+        kept = {local: name for local, name in known.items() if local in wanted}
+        new = [local for local in sorted(wanted) if local not in kept]
+        new = new[: max(0, MAX_REPRESENTED - len(others) - len(kept))]
+        self._names[site] = kept | {local: wanted[local] for local in new}
+        if not self._names[site]:
+            del self._names[site]
+        actions: list[Action] = [Represent(local, "", "") for local in known if local not in kept]
+        return actions + [Represent(local, site, wanted[local]) for local in new]
+
+    def drop(self, site: str) -> list[Action]:
+        """Return the actions by which nodes of a site are represented no longer."""
+        return self.update(site, ())
+
+    def names(self, site: str) -> list[str]:
+        """Return the names here of a site's nodes."""
+        return sorted(self._names.get(site, ()))

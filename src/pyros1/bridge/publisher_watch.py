@@ -1,0 +1,78 @@
+"""Watches the nodes here that publish what other sites want: one that was killed stays registered with the master."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Collection, Iterable
+from itertools import islice
+
+from pyros1.node import Node
+from pyros1.node.watching.liveness import Sighting
+from pyros1.node.watching.watch import Watch
+
+_MAX_WATCHED = 200
+"""Maximum number of nodes, each of which is asked several times per delay; others count as long as they are
+registered."""
+_PERIODS = 5
+_MAX_PERIOD = 0.5
+
+
+class PublisherWatch:
+    """Watches of nodes.
+
+    Args:
+        node: the bridge's node.
+        loss_delay: seconds without a response after which a node is lost; one that exits is lost at once.
+        on_change: called when a node is found or lost, in a thread of its own.
+    """
+
+    def __init__(self, node: Node, loss_delay: float, on_change: Callable[[], object]) -> None:
+        self._node = node
+        self._period = min(_MAX_PERIOD, loss_delay / _PERIODS)
+        self._limit = loss_delay - self._period
+        self._on_change = on_change
+        self._watches: dict[str, Watch] = {}
+        self._lock = threading.Lock()
+        self._responding: frozenset[str] = frozenset()
+        self._lost: frozenset[str] = frozenset()
+
+    @property
+    def responding(self) -> frozenset[str]:
+        """The watched nodes that respond."""
+        return self._responding
+
+    @property
+    def lost(self) -> frozenset[str]:
+        """The watched nodes that were found once, and do not respond any more."""
+        return self._lost
+
+    def update(self, wanted: Iterable[str], registered: Collection[str]) -> None:
+        """Watch nodes.
+
+        Args:
+            wanted: the nodes that publish what other sites want.
+            registered: the nodes that the master knows. Those that are watched already are watched as long as they are
+                among these, since otherwise one that was lost would count as found.
+        """
+        for name in [name for name in self._watches if name not in registered]:
+            self._watches.pop(name).close()
+            self._note(name, None)
+        new = [name for name in wanted if name not in self._watches]
+        for name in islice(new, max(0, _MAX_WATCHED - len(self._watches))):
+            self._watches[name] = self._node.watch(
+                name, self._on_sighting, self._on_sighting, period=self._period, limit=self._limit
+            )
+
+    def _on_sighting(self, sighting: Sighting) -> None:
+        if sighting.name in self._watches:
+            self._note(sighting.name, sighting.alive)
+            self._on_change()
+
+    def _note(self, name: str, responds: bool | None) -> None:
+        with self._lock:
+            self._responding = self._responding | {name} if responds else self._responding - {name}
+            self._lost = self._lost | {name} if responds is False else self._lost - {name}
+
+    def close(self) -> None:
+        """Watch nothing any longer."""
+        self.update((), ())

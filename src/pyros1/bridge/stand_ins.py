@@ -1,0 +1,134 @@
+"""Nodes that stand in for those of other sites: they do nothing, but can be watched, listed and pinged like others.
+
+Each lives as long as the other site says that its node does, and never takes the name of a node that runs here.
+"""
+
+from __future__ import annotations
+
+import threading
+from time import monotonic
+from typing import NamedTuple
+
+from pyros1.bridge.exchange.actions import Represent
+from pyros1.bridge.local_graph import STAND_IN_SERVICE
+from pyros1.graph import Graph
+from pyros1.ground.errors import Error, UnreachableError
+from pyros1.ground.terminal_text import one_line
+from pyros1.node import Node
+from pyros1.node.log.levels import WARN
+
+_RETRY_PERIOD = 2.0
+"""Seconds between attempts to start a node whose name is taken, or that the master refuses."""
+_MAX_STARTS = 10
+"""Maximum number of nodes that are started at a time, whatever other sites say."""
+_TIMEOUT = 1.0
+
+
+class _Wanted(NamedTuple):
+    action: Represent
+    serial: int
+
+
+class _Running(NamedTuple):
+    node: Node
+    serial: int
+
+
+class StandIns:
+    """The nodes that stand in for those of other sites.
+
+    Args:
+        node: the bridge's node.
+    """
+
+    def __init__(self, node: Node) -> None:
+        self._node = node
+        self._graph = Graph(node.master)
+        self._lock = threading.Lock()
+        self._wanted: dict[str, _Wanted] = {}
+        self._running: dict[str, _Running] = {}
+        self._retry_at: dict[str, float] = {}
+        self._serial = 0
+
+    def note(self, action: Represent) -> None:
+        """Note what `update` shall do. Called in any thread."""
+        with self._lock:
+            if action.node:
+                self._serial += 1
+                self._wanted[action.local] = _Wanted(action, self._serial)
+            else:
+                self._wanted.pop(action.local, None)
+
+    def update(self) -> None:
+        """Start and end nodes. This waits for the master."""
+        with self._lock:
+            wanted = dict(self._wanted)
+        for local, (node, serial) in [*self._running.items()]:
+            # One that was lost and found meanwhile is another process there.
+            if local not in wanted or wanted[local].serial != serial or not node.ok():
+                del self._running[local]
+                node.shutdown("its node is gone")
+        self._retry_at = {local: at for local, at in self._retry_at.items() if local in wanted}
+        now = monotonic()
+        due = [local for local in wanted if local not in self._running and now >= self._retry_at.get(local, now)]
+        for local in due[:_MAX_STARTS]:
+            self._retry_at[local] = now + _RETRY_PERIOD
+            node_or_none = self._start(wanted[local].action)
+            if node_or_none is not None:
+                self._running[local] = _Running(node_or_none, wanted[local].serial)
+
+    def _start(self, action: Represent) -> Node | None:
+        local, site, name = action
+        text = f"{name} of site {site}"
+        try:
+            if not self._is_free(local):
+                self._node.log.peer_event(WARN, "%s cannot be watched: there is a node %s here", one_line(text), local)
+                return None
+            namespace, _, base = local.rpartition("/")
+            stand_in = Node(
+                base,
+                namespace=namespace or "/",
+                argv=self._addresses(),
+                master_uri=self._node.master_uri,
+                environ=self._node.environ,
+                handle_signals=False,
+                rosout=False,
+                wait_for_master=_TIMEOUT,
+                wall_time=True,
+            )
+            try:
+                stand_in.advertise_service(f"~{STAND_IN_SERVICE}", "std_srvs/Trigger", lambda _: (True, text))
+            except BaseException:
+                stand_in.shutdown()
+                raise
+        except Error as error:
+            if self._node.ok():
+                self._node.log.peer_event(WARN, "%s cannot be watched: %s", one_line(text), one_line(error))
+            return None
+        return stand_in
+
+    def _addresses(self) -> list[str]:
+        special = self._node.arguments.special
+        return [f"{key}:={special[key]}" for key in ("__ip", "__hostname") if key in special]
+
+    def _is_free(self, local: str) -> bool:
+        """Return whether no node of this name runs: a registration may be left of one that was killed."""
+        uri = self._graph.node_uri(local)
+        if uri is None:
+            return True
+        api = self._graph.node_api(uri, _TIMEOUT)
+        try:
+            api.pid()
+        except UnreachableError:
+            return True
+        except Error:
+            return False
+        finally:
+            api.close()
+        return False
+
+    def close(self) -> None:
+        """End all nodes."""
+        with self._lock:
+            self._wanted.clear()
+        self.update()

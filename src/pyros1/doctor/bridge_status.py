@@ -1,0 +1,113 @@
+"""The bridges of a master, and their statuses: what `pyros1 bridge` exchanges with other sites."""
+
+from __future__ import annotations
+
+import json
+import socket
+import struct
+from collections.abc import Mapping
+from time import monotonic
+from typing import Any
+
+from pyros1.doctor.concurrent import run_concurrently
+from pyros1.graph import Graph, SystemState
+from pyros1.ground.errors import ProtocolError, ServiceError, ServiceUnavailableError
+from pyros1.ground.terminal_text import one_line
+from pyros1.net.hosts import parse_uri
+from pyros1.wire.header import HeaderReader, encode_header
+
+STATUS_SERVICE = "bridge_status"
+"""Name of the service (std_srvs/Trigger), below its node's name, by which bridges are recognised, and asked for their
+status, which is JSON."""
+_TRIGGER_MD5 = "937c9679a518e3a18d831e57125ea522"
+_MAX_STATUS = 8 << 20
+TIMEOUT = 2.5
+"""Seconds for the answer of a bridge."""
+
+
+def find_providers(state: SystemState, service: str) -> list[str]:
+    """Return the nodes that provide a service of this name below their own, sorted."""
+    return sorted({node for name, nodes in state.services.items() for node in nodes if name == f"{node}/{service}"})
+
+
+def fetch_statuses(graph: Graph, state: SystemState) -> dict[str, Mapping[str, Any] | Exception]:
+    """Return the status of each bridge by the name of its node, or why there is none.
+
+    Args:
+        graph: asks the master.
+        state: what is registered with it.
+    """
+    jobs = {}
+    for name in find_providers(state, STATUS_SERVICE):
+
+        def fetch(name: str = name) -> Mapping[str, Any]:
+            service = f"{name}/{STATUS_SERVICE}"
+            uri = graph.service_uri(service)
+            if uri is None:
+                raise ServiceUnavailableError(f"{service} is gone")
+            return parse_status(call_trigger(service, uri, graph.master.caller_id))
+
+        jobs[name] = fetch
+    return run_concurrently(jobs, TIMEOUT + 0.5)
+
+
+def call_trigger(service: str, uri: str, caller_id: str, timeout: float = TIMEOUT) -> str:
+    """Call a service of type std_srvs/Trigger and return its message, without a node.
+
+    Args:
+        service: the service's name.
+        uri: its provider's URI, ``rosrpc://host:port``.
+        caller_id: the caller's name.
+        timeout: seconds for the whole call.
+
+    Raises:
+        ServiceError: it cannot be reached, does not answer in time, refuses, or has failed.
+    """
+    deadline = monotonic() + timeout
+    request = {"callerid": caller_id, "service": service, "md5sum": _TRIGGER_MD5, "type": "std_srvs/Trigger"}
+    try:
+        with socket.create_connection(parse_uri(uri, "rosrpc"), timeout) as sock:
+            sock.sendall(encode_header(request))
+            reader, header = HeaderReader(), None
+            while header is None:
+                header = reader.feed(_receive(sock, 1, deadline))  # byte by byte, since the response may follow
+            if "error" in header:
+                raise ServiceError(f"{service}: {one_line(header['error'])}")
+            sock.sendall(bytes(4))
+            ok, size = struct.unpack("<BI", _receive(sock, 5, deadline))
+            if size > _MAX_STATUS:
+                raise ServiceError(f"{service} has sent a response that is too long")
+            body = _receive(sock, size, deadline)
+    except (OSError, ProtocolError) as error:
+        raise ServiceUnavailableError(f"{service} does not answer: {error}") from error
+    if not ok:
+        raise ServiceError(f"{service}: {one_line(body.decode(errors='replace'), 200)}")
+    if len(body) < 5 or len(body) != 5 + struct.unpack_from("<I", body, 1)[0]:
+        raise ServiceError(f"{service} has sent a response of another type")
+    return body[5:].decode(errors="replace")
+
+
+def _receive(sock: socket.socket, size: int, deadline: float) -> bytes:
+    received = bytearray()
+    while len(received) < size:
+        sock.settimeout(max(0.001, deadline - monotonic()))
+        piece = sock.recv(min(size - len(received), 1 << 16))
+        if not piece:
+            raise ConnectionError("the connection was closed before the response")
+        received += piece
+    return bytes(received)
+
+
+def parse_status(text: str) -> Mapping[str, Any]:
+    """Return a status.
+
+    Raises:
+        ServiceError: it is not one.
+    """
+    try:
+        status = json.loads(text) if len(text) <= _MAX_STATUS else None
+    except (ValueError, RecursionError):
+        status = None
+    if not isinstance(status, dict) or not isinstance(status.get("site"), str):
+        raise ServiceError("what it has sent is not a status")
+    return status
