@@ -58,7 +58,7 @@ class RunningSite:
         self.name = name
         self.master = Master(port=0, bind_host="127.0.0.1")
         self.master.start()
-        self._environ = {"ROS_MASTER_URI": self.master.uri, "ROS_HOSTNAME": "localhost", "ROS_HOME": str(folder / name)}
+        self.environ = {"ROS_MASTER_URI": self.master.uri, "ROS_HOSTNAME": "localhost", "ROS_HOME": str(folder / name)}
         self._nodes: list[Node] = []
         self.rules = parse_config(rules, "rules.yaml", name).rules
         self._make_link = make_link
@@ -68,7 +68,7 @@ class RunningSite:
 
     def make_node(self, name: str) -> Node:
         """Return a new node of this site's master."""
-        node = Node(name, argv=[], environ=self._environ, handle_signals=False)
+        node = Node(name, argv=[], environ=self.environ, handle_signals=False)
         self._nodes.append(node)
         return node
 

@@ -218,10 +218,9 @@ class SimulatedSite:
                 case Represent(local, _, node):
                     assert (local in self.represented) != bool(node), f"{local} is represented twice, or not at all"
                     (self.represented.add if node else self.represented.remove)(local)
-                case Log(text):
-                    self.logged.append(text)
                 case _:
-                    raise AssertionError(f"nobody has sent a probe, but there is {action}")
+                    assert isinstance(action, Log), f"nobody has sent a probe, but there is {action}"
+                    self.logged.append(action.text)
 
     def _advertise(self, action: Advertise | SetOrigins) -> None:
         if isinstance(action, Advertise):

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from pyros1.bridge.local_graph import LocalGraph, find_bridges
+from pyros1.bridge.local_graph import STAND_IN_SERVICE, LocalGraph, find_bridges
 from pyros1.doctor.bridge_status import STATUS_SERVICE
 from pyros1.doctor.facts import Failure, ReportedType
 from pyros1.doctor.probe import query_publisher
@@ -34,7 +34,8 @@ def local_graph(make_node: Callable[..., Node], asked: list[tuple[str, str]]) ->
 
 def test_bridges_are_recognised_by_their_service() -> None:
     services = {f"/a/{STATUS_SERVICE}": ["/a"], f"/b/{STATUS_SERVICE}": ["/other"], f"/{STATUS_SERVICE}": ["/c"]}
-    assert find_bridges(SystemState({}, {}, services)) == {"/a"}
+    services[f"/base/talker/{STAND_IN_SERVICE}"] = ["/base/talker"]
+    assert find_bridges(SystemState({}, {}, services)) == {"/a", "/base/talker"}
 
 
 def test_topics_with_types_and_definitions(
@@ -112,3 +113,13 @@ def test_a_publisher_that_has_started_again_with_another_type(make_node: Callabl
         graph.check_type("/bridge", "/text", md5sum or "1" * 32)
         graph.check_type("/other", "/text", "3" * 32)
     assert [topic.type for topic in graph.topics()] == ["c/D"]
+
+
+def test_publishers_that_are_lost_are_left_out(local_graph: LocalGraph, make_node: Callable[..., Node]) -> None:
+    left, right = make_node("left"), make_node("right")
+    for node in (left, right):
+        node.advertise("/text", String)
+    left.advertise("/own", String)
+    local_graph.lost = frozenset({"/left"})
+    assert [(topic.name, topic.publishers) for topic in local_graph.topics()] == [("/text", ("/right",))]
+    assert local_graph.publishers == {"/left", "/right"}

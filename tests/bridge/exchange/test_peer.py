@@ -5,7 +5,9 @@ from __future__ import annotations
 from itertools import count
 from typing import NamedTuple
 
-from pyros1.bridge.exchange.peer import FORGET_DELAY, Change, Peer, State
+import pytest
+
+from pyros1.bridge.exchange.peer import FORGET_DELAY, MIN_PERIOD, Change, Peer, State
 from pyros1.bridge.protocol.packets import Heartbeat
 from pyros1.bridge.rules.rules import LOSS_DELAY
 
@@ -157,3 +159,26 @@ def test_a_site_that_was_forgotten_comes_back() -> None:
         of_red.on_heartbeat(*heartbeat(later, RED, 9.0), 9.0)
         later.on_heartbeat(*heartbeat(of_red, BLUE, 9.0), 9.0)
     assert later.is_present and of_red.is_present
+
+
+def test_heartbeats_come_as_often_as_one_of_both_wants() -> None:
+    of_blue, of_red = Peer("blue", RED, count(1), 0.0, loss_delay=1.5), Peer("red", BLUE, count(1), 0.0)
+    of_blue.hear(BLUE, 0.0)
+    of_red.on_heartbeat(*heartbeat(of_blue, RED, 0.0), 0.0)
+    of_blue.on_heartbeat(*heartbeat(of_red, BLUE, 0.0), 0.0)
+    of_red.on_heartbeat(*heartbeat(of_blue, RED, 0.0), 0.0)
+    heartbeat(of_red, BLUE, 0.0)
+    assert not of_red.wants_heartbeat(0.29) and of_red.wants_heartbeat(0.31)
+    assert not of_blue.wants_heartbeat(0.29) and of_blue.wants_heartbeat(0.31)
+    assert not of_blue.tick(1.49) and of_blue.tick(1.51)
+    assert not of_red.tick(4.99) and of_red.tick(5.01)
+    assert not of_red.wants_heartbeat(0.9), "what a lost site wanted counts no longer"
+
+
+@pytest.mark.parametrize("period", [0.0, -5.0])
+def test_no_site_makes_another_one_send_without_end(period: float) -> None:
+    _, of_red = meet()
+    sent = heartbeat(of_red, BLUE, 0.0)
+    answer = Heartbeat(9, 0.0, sent.heartbeat.number, 0.0, 1, 1, 1, 1, {}, period=period)
+    of_red.on_heartbeat(RED, BLUE, answer, 0.0)
+    assert not of_red.wants_heartbeat(MIN_PERIOD - 0.01) and of_red.wants_heartbeat(MIN_PERIOD + 0.01)

@@ -48,8 +48,7 @@ class Liar:
     """A site, as its packets look to another one. It follows the protocol as far as a test lets it."""
 
     def __init__(self, site: Site, epoch: int = THEIR, name: str = "red") -> None:
-        self.name = name
-        self.site = site
+        self.site, self.name = site, name
         self.epoch = epoch
         self.now = 0.0
         self.actions: list[Action] = []

@@ -13,6 +13,7 @@ site: red
 to: tcp/base:7447
 listen: [tcp/127.0.0.1:1, tcp/127.0.0.1:2]
 sites: [base, blue]
+loss: 1.5
 prefix:
   base: /
   "*": /others
@@ -51,7 +52,9 @@ def test_a_file() -> None:
     config = parse_config(FILE, "red.yaml")
     rules = config.rules
     assert (rules.site, config.connect, len(config.listen)) == ("red", ("tcp/base:7447",), 2)
-    assert rules.sites == ("base", "blue") and rules.prefixes == {"base": "", "*": "/others"}
+    assert (
+        rules.loss_delay == 1.5 and rules.sites == ("base", "blue") and rules.prefixes == {"base": "", "*": "/others"}
+    )
     camera = rules.send[2]
     assert (camera.rate, camera.max_size, camera.priority, camera.reliable) == (10.0, 2_000_000, Priority.LOW, False)
     assert (camera.age, camera.sites) == (0.5, ("base",))
@@ -128,6 +131,9 @@ def test_a_command_line_adds_to_a_file() -> None:
         ("site: red\ntake:\n- topic: base:/a\n  here: b", "f.yaml:4: 'b' is not the full name of a topic"),
         ("site: red\ntake:\n- topic: base:/a/**\n  here: /b", "f.yaml:4: `here` must end in /** if the pattern does"),
         ("site: red\ntake:\n- topic: base:/*\n  here: /b/**", "f.yaml:4: `here` must end in /** if the pattern does"),
+        ("site: red\nloss: 0.9", "f.yaml:2: loss must be a number of seconds from 1 to 60, not 0.9"),
+        ("site: red\nloss: .inf", "f.yaml:2: loss must be"),
+        ("site: red\nloss: fast", "f.yaml:2: loss must be"),
         ("site: red\nprefix: /a", "f.yaml:2: expected a mapping"),
         ("site: red\nprefix:\n  base: a", "f.yaml:3: 'a' is not a full name"),
         ("site: red\nprefix:\n  b-b: /a", "f.yaml:3: 'b-b' cannot be a site's name"),

@@ -169,12 +169,12 @@ class Sending:
 
     def _apply(self, now: float) -> list[Action]:
         """Bring the outgoing topics in line with topics, sites and requests."""
-        self._nodes.clear()
         self._update_sent()
         return self._apply_requests(self._sent.values())
 
     def _apply_requests(self, changed: Iterable[_Sent]) -> list[Action]:
         """Bring some outgoing topics in line with requests, and what is subscribed to here with all of them."""
+        self._nodes.clear()
         actions: list[Action] = []
         for sent in changed:
             requests = {

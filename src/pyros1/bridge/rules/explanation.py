@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator
 
 from pyros1.bridge.names import Pattern
 from pyros1.bridge.rules.parsing import SiteConfig
-from pyros1.bridge.rules.rules import DEFAULT_MAX_SIZE, Rule, Rules
+from pyros1.bridge.rules.rules import DEFAULT_MAX_SIZE, LOSS_DELAY, Rule, Rules
 from pyros1.bridge.rules.site_access import SiteAccess
 
 
@@ -22,6 +22,8 @@ def explain(config: SiteConfig) -> Iterator[str]:
     yield f"site {rules.site}: talks to {partners}"
     yield from explain_connections(config.connect, config.listen, config.keys)
     yield from explain_access(rules.access)
+    if rules.loss_delay != LOSS_DELAY:
+        yield f"  takes a site for lost that has not responded for {rules.loss_delay:g} s"
     yield from _explain_sent(rules)
     yield from _explain_taken(rules)
     yield from _explain_services(rules)

@@ -11,12 +11,13 @@ from typing import Any
 from pyros1.bridge.conversions.conversion import SETTINGS, Conversion, ConversionError, read_conversion
 from pyros1.bridge.names import Pattern, SiteNameError, check_site_name, is_topic_name
 from pyros1.bridge.rules.file_reader import Path, RulesError
-from pyros1.bridge.rules.rules import Priority, Rule, Rules
+from pyros1.bridge.rules.rules import LOSS_DELAY, Priority, Rule, Rules
 from pyros1.bridge.rules.service_parsing import SERVICE_SETTINGS, ServiceReader
 from pyros1.bridge.rules.site_access import named_sites
 from pyros1.bridge.rules.sites_reader import SitesReader
 from pyros1.ground.suggest import did_you_mean
 
+_MIN_LOSS, _MAX_LOSS = 1.0, 60.0
 _MAX_RATE = 10_000.0
 _MAX_AGE = 86_400.0
 _MAX_SIZE = 64 << 20
@@ -136,7 +137,7 @@ class SiteFileReader(SitesReader, ServiceReader):
 
     def read(self, site: str) -> SiteConfig:
         """Return the site's configuration."""
-        keys = ("site", "to", "listen", "keys", "sites", "prefix", "send", "take", "deny_send", "deny_take")
+        keys = ("site", "to", "listen", "keys", "sites", "prefix", "send", "take", "deny_send", "deny_take", "loss")
         file = self._mapping(self._value, (), (*keys, *SERVICE_SETTINGS))
         access = self._access(file)
         name = site or self._text(file.get("site", ""), ("site",))
@@ -152,6 +153,7 @@ class SiteFileReader(SitesReader, ServiceReader):
             named_sites(access),
             access,
             self.read_services(file),
+            self._checked(("loss",), check_loss, file["loss"]) if "loss" in file else LOSS_DELAY,
         )
         connect = tuple(self._text(item, path) for item, path in self._items(file, "to"))
         listen = tuple(self._text(item, path) for item, path in self._items(file, "listen"))
@@ -268,6 +270,17 @@ class SiteFileReader(SitesReader, ServiceReader):
         if value not in ("reliable", "newest"):
             self._fail(path, f"delivery must be reliable (all messages) or newest, not {value!r:.40}")
         return bool(value == "reliable")
+
+
+def check_loss(value: Any) -> float:
+    """Return the delay in seconds after which a site is lost, from a file or a command line.
+
+    Raises:
+        RulesError: it is not valid.
+    """
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not _MIN_LOSS <= value <= _MAX_LOSS:
+        raise RulesError(f"loss must be a number of seconds from {_MIN_LOSS:g} to {_MAX_LOSS:g}, not {value!r:.40}")
+    return float(value)
 
 
 def _check_number(number: float, name: str, maximum: float) -> float:

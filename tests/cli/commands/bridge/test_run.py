@@ -43,6 +43,7 @@ def test_check_explains(run: Run) -> None:
         "--check",
     ]
     code, out, err = run(*words)
+    assert "  takes a site for lost that has not responded for 1.5 s\n" in run(*words, "--loss", "1.5")[1]
     assert (code, err) == (0, "") and out.splitlines() == [
         "site red: talks to all sites",
         "  connects to tcp/localhost:7447",
@@ -101,6 +102,7 @@ def test_services_and_parameters(run: Run, tmp_path: Path) -> None:
         (["--site", "red", "--listen", "tls/[::]:7447", "--insecure"], "needs keys"),
         (["--site", "red", "--to", "tcp/base:1", "--send", "odom"], "ERROR: 'odom' is not a pattern of topics"),
         (["--site", "red", "--to", "tcp/base:1", "--take", "/a@fast"], "the rate after @ must be a number above 0"),
+        (["--site", "red", "--to", "tcp/base:1", "--loss", "0.5"], "ERROR: loss must be a number of seconds from 1"),
         (["--site"], "expected one argument"),
         (["--sit\x1b"], "unrecognized arguments"),
     ],

@@ -63,7 +63,13 @@ def _read_config(options: Any) -> SiteConfig:
     """
     from dataclasses import replace  # noqa: PLC0415
 
-    from pyros1.bridge.rules.parsing import SiteConfig, add_words, parse_config, rules_from_words  # noqa: PLC0415
+    from pyros1.bridge.rules.parsing import (  # noqa: PLC0415
+        SiteConfig,
+        add_words,
+        check_loss,
+        parse_config,
+        rules_from_words,
+    )
     from pyros1.bridge.rules.service_parsing import add_service_words  # noqa: PLC0415
     from pyros1.bridge.rules.site_access import add_names, named_sites  # noqa: PLC0415
 
@@ -80,9 +86,10 @@ def _read_config(options: Any) -> SiteConfig:
     words = [[word for words in each for word in words] for each in (options.serve, options.call, options.params)]
     config = replace(config, rules=add_service_words(config.rules, *words))
     access = add_names(config.rules.access, [site for sites in options.sites for site in sites])
+    loss = config.rules.loss_delay if options.loss is None else check_loss(options.loss)
     return replace(
         config,
-        rules=replace(config.rules, sites=named_sites(access), access=access),
+        rules=replace(config.rules, sites=named_sites(access), access=access, loss_delay=loss),
         connect=(*config.connect, *options.connect),
         listen=(*config.listen, *options.listen),
         keys=options.keys or config.keys,
@@ -196,6 +203,12 @@ VERB = Verb(
     Option("--config", metavar="FILE", help="YAML file with these settings and more"),
     Option("--keys", metavar="FOLDER", help="this site's keys, made by `pyros1 bridge keys`, for tls/ and quic/"),
     SITES_OPTION,
+    Option(
+        "--loss",
+        type=float,
+        metavar="SECONDS",
+        help="seconds without a response after which another site, or a node that it listens to, is lost (default: 5)",
+    ),
     Flag("--check", help="explain what would be sent and received, and exit"),
     INSECURE_FLAG,
     description="Exchange topics with the masters of other sites. What site red sends appears below /red on the other "

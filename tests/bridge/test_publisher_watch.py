@@ -1,0 +1,62 @@
+"""Which nodes respond: those that a master knows may be dead."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Iterator
+
+import pytest
+
+from pyros1.bridge.publisher_watch import PublisherWatch
+from pyros1.node import Node
+
+from .conftest import wait_until
+
+MakeNode = Callable[..., Node]
+
+
+@pytest.fixture
+def changes() -> threading.Semaphore:
+    return threading.Semaphore(0)
+
+
+@pytest.fixture
+def watch(make_node: MakeNode, changes: threading.Semaphore) -> Iterator[PublisherWatch]:
+    watch = PublisherWatch(make_node("bridge"), 1.0, changes.release)
+    yield watch
+    watch.close()
+
+
+def test_a_node_comes_goes_and_returns(
+    watch: PublisherWatch, make_node: MakeNode, changes: threading.Semaphore
+) -> None:
+    first = make_node("talker")
+    watch.update(["/talker"], ["/talker"])
+    assert changes.acquire(timeout=20)
+    assert (watch.responding, watch.lost) == ({"/talker"}, set())
+    first.shutdown()
+    assert changes.acquire(timeout=20)
+    assert (watch.responding, watch.lost) == (set(), {"/talker"})
+    watch.update([], ["/talker"])  # nobody wants it now, but it is still registered
+    assert watch.lost == {"/talker"}
+    make_node("talker")
+    assert changes.acquire(timeout=20)
+    assert (watch.responding, watch.lost) == ({"/talker"}, set())
+    watch.update([], [])
+    assert (watch.responding, watch.lost) == (set(), set())
+
+
+def test_a_node_that_was_never_found_is_not_lost(watch: PublisherWatch) -> None:
+    watch.update(["/nobody"], ["/nobody"])
+    assert (watch.responding, watch.lost) == (set(), set())
+
+
+def test_there_are_not_too_many(watch: PublisherWatch, make_node: MakeNode, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("pyros1.bridge.publisher_watch._MAX_WATCHED", 1)
+    names = ["/left", "/right"]
+    nodes = [make_node(name[1:]) for name in names]
+    watch.update(names, names)
+    wait_until(lambda: watch.responding == {"/left"}, "the first one is watched")
+    nodes[0].shutdown()
+    watch.update(["/right"], ["/right"])
+    wait_until(lambda: watch.responding == {"/right"}, "the second one takes its place")

@@ -1,0 +1,103 @@
+"""Nodes that stand in for those of other sites: they come, go, and never take the name of a node that runs here."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+import pytest
+
+from pyros1.bridge.exchange.actions import Represent
+from pyros1.bridge.local_graph import find_bridges
+from pyros1.bridge.stand_ins import StandIns
+from pyros1.graph import Graph
+from pyros1.net.master_client import MasterClient
+from pyros1.node import Node
+
+MakeNode = Callable[..., Node]
+TALKER = Represent("/red/talker", "red", "/talker")
+GONE = Represent("/red/talker", "", "")
+
+
+@pytest.fixture
+def bridge(make_node: MakeNode) -> Node:
+    return make_node("bridge")
+
+
+@pytest.fixture
+def stand_ins(bridge: Node, monkeypatch: pytest.MonkeyPatch) -> Iterator[StandIns]:
+    monkeypatch.setattr("pyros1.bridge.stand_ins._RETRY_PERIOD", 0.0)
+    stand_ins = StandIns(bridge)
+    yield stand_ins
+    stand_ins.close()
+
+
+def uri(bridge: Node) -> str | None:
+    """Return the URI of the node that stands in for the talker."""
+    return Graph(bridge.master).node_uri("/red/talker")
+
+
+def test_a_node_comes_and_goes(stand_ins: StandIns, bridge: Node) -> None:
+    stand_ins.note(TALKER)
+    assert uri(bridge) is None
+    stand_ins.update()
+    assert bridge.service("/red/talker/bridged_node", "std_srvs/Trigger")().message == "/talker of site red"
+    state = Graph(bridge.master).state()
+    assert find_bridges(state) == {"/red/talker"}, "bridges send nothing of it"
+    assert not any("/red/talker" in nodes for nodes in state.publishers.values())
+    stand_ins.note(GONE)
+    stand_ins.update()
+    assert uri(bridge) is None
+
+
+def test_a_node_that_was_replaced_gets_another_one(stand_ins: StandIns, bridge: Node) -> None:
+    stand_ins.note(TALKER)
+    stand_ins.update()
+    before = uri(bridge)
+    stand_ins.update()
+    assert uri(bridge) == before
+    for action in (GONE, TALKER):
+        stand_ins.note(action)
+    stand_ins.update()
+    assert uri(bridge) not in (None, before)
+
+
+def test_a_node_here_keeps_its_name(stand_ins: StandIns, bridge: Node, make_node: MakeNode) -> None:
+    own = make_node("talker", namespace="/red")
+    stand_ins.note(TALKER)
+    stand_ins.update()
+    assert uri(bridge) == own.uri and own.ok()
+    own.shutdown()
+    stand_ins.update()
+    assert uri(bridge) not in (None, own.uri)
+
+
+def test_a_node_that_starts_here_takes_its_name(stand_ins: StandIns, bridge: Node, make_node: MakeNode) -> None:
+    stand_ins.note(TALKER)
+    stand_ins.update()
+    own = make_node("talker", namespace="/red")
+    for _ in range(3):
+        stand_ins.update()
+    assert uri(bridge) == own.uri and own.ok()
+
+
+def test_a_registration_that_is_left_of_a_dead_node_does_not_count(
+    stand_ins: StandIns, bridge: Node, free_port: int
+) -> None:
+    dead = f"http://127.0.0.1:{free_port}/"
+    master = MasterClient("/red/talker", bridge.master_uri)
+    master.register_publisher("/x", "std_msgs/String", dead)
+    master.close()
+    stand_ins.note(TALKER)
+    stand_ins.update()
+    assert uri(bridge) not in (None, dead)
+
+
+def test_not_all_start_at_once(stand_ins: StandIns, bridge: Node, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("pyros1.bridge.stand_ins._MAX_STARTS", 2)
+    for number in range(5):
+        stand_ins.note(Represent(f"/red/n{number}", "red", f"/n{number}"))
+    counts = []
+    for _ in range(3):
+        stand_ins.update()
+        counts.append(len(find_bridges(Graph(bridge.master).state())))
+    assert counts == [2, 4, 5]
