@@ -73,6 +73,7 @@ def test_the_file() -> None:
         "site base: talks to the sites red, blue",
         "  listens on tls/0.0.0.0:7447",
         "  proves its name with the keys in base, and requires certificates from others",
+        "  takes a site for lost that has not responded for 2 s",
         "sends:",
         "  /joystick/cmd_vel to red, as /cmd_vel there, urgent priority",
         "  /plan to red, all messages in order",

@@ -52,7 +52,7 @@ def test_a_node_that_was_never_found_is_not_lost(watch: PublisherWatch) -> None:
 
 
 def test_there_are_not_too_many(watch: PublisherWatch, make_node: MakeNode, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("pyros1.bridge.publisher_watch._MAX_WATCHED", 1)
+    monkeypatch.setattr("pyros1.bridge.publisher_watch.MAX_WATCHED", 1)
     names = ["/left", "/right"]
     nodes = [make_node(name[1:]) for name in names]
     watch.update(names, names)

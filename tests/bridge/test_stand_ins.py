@@ -25,7 +25,7 @@ def bridge(make_node: MakeNode) -> Node:
 
 @pytest.fixture
 def stand_ins(bridge: Node, monkeypatch: pytest.MonkeyPatch) -> Iterator[StandIns]:
-    monkeypatch.setattr("pyros1.bridge.stand_ins._RETRY_PERIOD", 0.0)
+    monkeypatch.setattr("pyros1.bridge.stand_ins.RETRY_PERIOD", 0.0)
     stand_ins = StandIns(bridge)
     yield stand_ins
     stand_ins.close()
@@ -93,7 +93,7 @@ def test_a_registration_that_is_left_of_a_dead_node_does_not_count(
 
 
 def test_not_all_start_at_once(stand_ins: StandIns, bridge: Node, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("pyros1.bridge.stand_ins._MAX_STARTS", 2)
+    monkeypatch.setattr("pyros1.bridge.stand_ins.MAX_STARTS", 2)
     for number in range(5):
         stand_ins.note(Represent(f"/red/n{number}", "red", f"/n{number}"))
     counts = []

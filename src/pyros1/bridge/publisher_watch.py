@@ -10,7 +10,7 @@ from pyros1.node import Node
 from pyros1.node.watching.liveness import Sighting
 from pyros1.node.watching.watch import Watch
 
-_MAX_WATCHED = 200
+MAX_WATCHED = 200
 """Maximum number of nodes, each of which is asked several times per delay; others count as long as they are
 registered."""
 _PERIODS = 5
@@ -58,7 +58,7 @@ class PublisherWatch:
             self._watches.pop(name).close()
             self._note(name, None)
         new = [name for name in wanted if name not in self._watches]
-        for name in islice(new, max(0, _MAX_WATCHED - len(self._watches))):
+        for name in islice(new, max(0, MAX_WATCHED - len(self._watches))):
             self._watches[name] = self._node.watch(
                 name, self._on_sighting, self._on_sighting, period=self._period, limit=self._limit
             )

@@ -17,9 +17,9 @@ from pyros1.ground.terminal_text import one_line
 from pyros1.node import Node
 from pyros1.node.log.levels import WARN
 
-_RETRY_PERIOD = 2.0
+RETRY_PERIOD = 2.0
 """Seconds between attempts to start a node whose name is taken, or that the master refuses."""
-_MAX_STARTS = 10
+MAX_STARTS = 10
 """Maximum number of nodes that are started at a time, whatever other sites say."""
 _TIMEOUT = 1.0
 
@@ -71,8 +71,8 @@ class StandIns:
         self._retry_at = {local: at for local, at in self._retry_at.items() if local in wanted}
         now = monotonic()
         due = [local for local in wanted if local not in self._running and now >= self._retry_at.get(local, now)]
-        for local in due[:_MAX_STARTS]:
-            self._retry_at[local] = now + _RETRY_PERIOD
+        for local in due[:MAX_STARTS]:
+            self._retry_at[local] = now + RETRY_PERIOD
             node_or_none = self._start(wanted[local].action)
             if node_or_none is not None:
                 self._running[local] = _Running(node_or_none, wanted[local].serial)

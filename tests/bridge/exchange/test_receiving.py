@@ -1,112 +1,38 @@
-"""What becomes of the topics of a site that is lost, and that returns."""
+"""Offers of sites that nobody has named, in a site's machine."""
 
 from __future__ import annotations
 
-import pytest
+from pyros1.bridge.exchange.actions import Advertise, Log, Withdraw
 
-from pyros1.bridge.exchange.actions import Action, Advertise, Listen, Publish, Represent, Send, Withdraw
-from pyros1.bridge.exchange.peer import State
-from pyros1.bridge.exchange.site import Site
-from pyros1.bridge.names import SharedName
-from pyros1.bridge.protocol import packets
-from pyros1.bridge.protocol.packets import Flag, Kind, Request
-
-from .test_site import OWN, Liar, offered, only, rules, wanted
-
-MAP, GOAL = SharedName("red", "/map"), SharedName("red", "/goal")
+from ..pair import Pair, rules, topics
 
 
-@pytest.fixture
-def red() -> Liar:
-    return Liar(Site(rules("{take: [{topic: 'red:**', age: 9}]}"), OWN, 0.0))
-
-
-def lose(red: Liar) -> list[Action]:
-    """Let red be silent until it is lost."""
-    red.now += 6.0
-    actions = red.take(red.site.tick(red.now))
-    assert [each.state for each in red.site.sites()] == [State.LOST]
-    return actions + red.take(red.site.set_demand([], red.now))
-
-
-def requested(actions: list[Action]) -> list[list[Request]]:
-    """Return the lists of requests among packets."""
-    return [
-        list(packets.decode_request(action.body).entries)
-        for action in only(Send, actions)
-        if packets.decode_head(action.head).kind is Kind.REQUEST
+def test_an_unnamed_site_cannot_publish_among_the_topics_of_this_master() -> None:
+    """It has chosen its name so that its topics would be those of this master's arm."""
+    pair = Pair(rules("take: ['*:**']", "base"), rules("send: [/goal]", "arm"))
+    pair.publish("base", "/arm/state")
+    pair.publish("arm", "/goal")
+    pair.wait()
+    told = "nodes here publish /arm/state: if site arm may publish there too, name it with --sites"
+    assert [each.state for each in pair.sites["base"].received()] == [told]
+    assert [action for action in pair.actions if isinstance(action, (Log, Advertise))][1:] == [
+        Log(f"topics of site arm are not taken: {told}", is_warning=True)
     ]
+    pair.publish("base", "/arm/state", "/arm/speed")
+    assert len([action for action in pair.actions if isinstance(action, Log) and action.is_warning]) == 1
+    pair.publish("base")  # those nodes are gone
+    pair.wait()
+    assert [action.local for action in pair.actions if isinstance(action, Advertise)] == ["/arm/goal"]
+    bridged = topics("/arm/goal")[0]._replace(publishers=())
+    pair.pass_on("base", pair.sites["base"].set_topics([bridged], pair.now, pair.now))
+    assert not [action for action in pair.actions if isinstance(action, Withdraw)]
+    pair.publish("base", "/arm/state", "/else")  # and here again
+    assert [action.local for action in pair.actions if isinstance(action, Withdraw)] == ["/arm/goal"]
 
 
-def test_topics_of_a_lost_site_are_withdrawn_and_come_back(red: Liar) -> None:
-    wanted(red)
-    assert only(Publish, red.message(1))
-    actions = lose(red)
-    assert [each.local for each in only(Withdraw, actions)] == ["/red/odom"]
-    assert [each.on for each in only(Listen, actions)] == [False]
-    assert [each.state for each in red.site.received()] == ["site lost"]
-    actions = red.heartbeat()
-    assert [each.local for each in only(Advertise, actions)] == ["/red/odom"] and not only(Listen, actions)
-    assert not red.message(2), "nobody has subscribed again yet"
-    actions = red.take(red.site.set_demand(["/red/odom"], red.now))
-    assert [each.on for each in only(Listen, actions)] == [True]
-    assert not only(Publish, red.message(1)) and only(Publish, red.message(3))
-
-
-def test_reliable_messages_of_an_outage_come_after_it(red: Liar) -> None:
-    wanted(red, offered(reliable=True))
-    red.message(1)
-    lose(red)
-    assert all(requested(red.heartbeat(tails={SharedName("red", "/odom"): 2}))), "the request holds"
-    red.take(red.site.set_demand(["/red/odom"], red.now))
-    actions = red.heartbeat(tails={SharedName("red", "/odom"): 2})
-    assert any(packets.decode_head(each.head).kind is Kind.MISSED for each in only(Send, actions))
-    assert only(Publish, red.message(2, received_at=red.now + 5000 - 4.0))
-
-
-def test_latched_messages_are_published_again(red: Liar) -> None:
-    wanted(red, offered(MAP, latched=True))
-    assert only(Publish, red.message(1, topic=MAP, flags=Flag.LATCHED))
-    lose(red)
-    red.heartbeat()
-    red.take(red.site.set_demand(["/red/map"], red.now))
-    assert [each.latched for each in only(Publish, red.message(1, topic=MAP, flags=Flag.LATCHED))] == [True]
-
-
-def test_who_does_not_subscribe_again_wants_nothing_any_more(red: Liar) -> None:
-    wanted(red)
-    lose(red)
-    red.heartbeat()
-    before = len(red.actions)
-    for _ in range(12):
-        red.now += 1.0
-        red.heartbeat()
-        red.take(red.site.tick(red.now))
-    assert requested(red.actions[before:])[-1] == []
-
-
-def test_a_topic_that_another_site_sends_too_stays(red: Liar) -> None:
-    site = Site(rules("{take: ['*:/odom'], prefix: {'*': /robots}}"), OWN, 0.0)
-    red, blue = Liar(site), Liar(site, 33, "blue")
-    for each in (red, blue):
-        each.heartbeat()
-        each.heartbeat()
-        each.offer(offered(SharedName(each.name, "/odom")))
-        each.define()
-    red.take(site.set_demand(["/robots/odom"], 0.5))
-    for _ in range(6):
-        blue.now += 1.0
-        blue.heartbeat()
-        actions = red.take(site.tick(blue.now))
-        assert not only(Withdraw, actions)
-    assert {each.name: each.state for each in site.sites()} == {"red": State.LOST, "blue": State.PRESENT}
-    assert only(Publish, blue.message(1, topic=SharedName("blue", "/odom")))
-
-
-def test_nodes_are_represented_while_their_site_is_present(red: Liar) -> None:
-    wanted(red)
-    assert only(Represent, red.heartbeat(nodes=["/talker"])) == [Represent("/red/talker", "red", "/talker")]
-    assert [each.nodes for each in red.site.sites()] == [["/red/talker"]]
-    assert only(Represent, lose(red)) == [Represent("/red/talker", "", "")]
-    assert only(Represent, red.heartbeat(nodes=["/talker"])) == [Represent("/red/talker", "red", "/talker")]
-    assert only(Represent, red.send(Kind.BYE)) == [Represent("/red/talker", "", "")]
+def test_a_named_site_can() -> None:
+    pair = Pair(rules("{take: ['*:**'], sites: [arm]}", "base"), rules("send: [/goal]", "arm"))
+    pair.publish("base", "/arm/state")
+    pair.publish("arm", "/goal")
+    pair.wait()
+    assert [action.local for action in pair.actions if isinstance(action, Advertise)] == ["/arm/goal"]
