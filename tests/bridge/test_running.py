@@ -162,6 +162,10 @@ def _sent(site: RunningSite, local: str) -> Any:
     return next(entry for entry in json.loads(site.bridge.status())["sent"] if entry["local"] == local)
 
 
+def _received(site: RunningSite, local: str) -> Any:
+    return next(entry for entry in json.loads(site.bridge.status())["received"] if entry["local"] == local)
+
+
 def test_commands_go_into_a_robots_names(make_site: MakeSite, endpoint: str) -> None:
     base = make_site("base", "{send: ['red:/cmd_vel']}", (), (endpoint,))
     red = make_site("red", "{take: [/cmd_vel]}", (endpoint,))
@@ -314,6 +318,8 @@ def test_the_status_says_what_flows(pair: tuple[RunningSite, RunningSite]) -> No
     assert status["sites"][0]["round_trip"] > 0
     received = next(entry for entry in status["received"] if entry["local"] == "/red/text")
     assert (received["messages"], received["bytes"], received["state"]) == (1, 9, "subscribed")
+    wait_until(lambda: _received(base, "/red/text")["messages_per_second"], "a rate")
+    wait_until(lambda: not _received(base, "/red/text")["messages_per_second"], "and its end")
     sent = _sent(red, "/text")
     assert (sent["messages"], sent["wanted_by"]) == (1, ["base"])
 

@@ -22,6 +22,8 @@ STATUS = {
             "wanted_by": ["blue", "red"],
             "messages": 1,
             "bytes": 4_000_000,
+            "messages_per_second": 0.0,
+            "bytes_per_second": 0.0,
             "dropped": {},
         },
         {
@@ -44,6 +46,8 @@ STATUS = {
             "state": "wanted",
             "messages": 1500,
             "bytes": 1_080_000,
+            "messages_per_second": 50.02,
+            "bytes_per_second": 36_014.4,
             "dropped": {"repeated": 2, "too old": 1},
         },
         {
@@ -74,7 +78,7 @@ def test_lines() -> None:
         "  /map   to blue red     1 message, 4.0 MB",
         "  /scan  no subscribers  0 messages, 0 B; dropped: 5 too old",
         "takes:",
-        "  /red/odom  from red: wanted  1500 messages, 1.1 MB; dropped: 2 repeated, 1 too old",
+        "  /red/odom  from red: wanted  1500 messages, 1.1 MB, now 50.02 Hz, 36.0 kB/s; dropped: 2 repeated, 1 too old",
         "  not taken: red:/cmd from red: no rule takes it",
         "  /x: its publishers have not said its type",
         "  3 packets dropped, since they came faster than they could be dealt with",

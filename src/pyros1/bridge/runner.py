@@ -50,10 +50,11 @@ from pyros1.bridge.local_graph import LocalGraph
 from pyros1.bridge.protocol.key_expressions import Key
 from pyros1.bridge.publisher_watch import PublisherWatch
 from pyros1.bridge.publishing import BRIDGE_FIELD, Publishing
+from pyros1.bridge.rates import Rates
 from pyros1.bridge.rules.rules import Priority, Rules
 from pyros1.bridge.service_ends import ServiceEnds
 from pyros1.bridge.stand_ins import StandIns
-from pyros1.bridge.status import status_json
+from pyros1.bridge.status import flow_counts, status_json
 from pyros1.bridge.transport.inbox import Inbox
 from pyros1.bridge.transport.link import Link, Receive
 from pyros1.bridge.transport.sender import Sender
@@ -117,6 +118,7 @@ class Bridge:
         self._converting = Converting(self, node.log.internal_error)
         self._unconvertible: dict[str, str] = {}
         self._inbox = Inbox()
+        self._rates = Rates()
         self._arrived = threading.Condition()
         self._deferred = Deferred()
         self._next_poll = 0.0
@@ -165,6 +167,8 @@ class Bridge:
                     if now >= next_tick:
                         next_tick = now + _TICK
                         self._act(self._site.tick(now))
+                        if self._rates.is_due(now):
+                            self._rates.add(flow_counts(self._site), now)
             except Exception as error:  # noqa: BLE001 - a mistake of ours must not end the bridge silently
                 self._node.log.internal_error(error)
 
@@ -363,7 +367,9 @@ class Bridge:
             **self._converting.problems,
         }
         with self._lock:
-            return status_json(self._site, self._link, self._sender, self._inbox, problems, self._all_problems())
+            return status_json(
+                self._site, self._link, self._sender, self._inbox, self._rates, problems, self._all_problems()
+            )
 
     def _all_problems(self) -> dict[str, int]:
         early = self._deferred.dropped

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import json
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Hashable, Iterable, Iterator, Mapping
 from typing import Any
 
+from pyros1 import __version__
 from pyros1.bridge.exchange.call_packets import CallCounts
 from pyros1.bridge.exchange.outgoing import OutgoingTopic
 from pyros1.bridge.exchange.site import Site
 from pyros1.bridge.protocol.key_expressions import again_key, topic_key
+from pyros1.bridge.rates import Count, Rate, Rates
 from pyros1.bridge.rules.services import PARAMETERS
 from pyros1.bridge.transport.inbox import Inbox
 from pyros1.bridge.transport.link import Link
@@ -19,20 +21,28 @@ from pyros1.ground.terminal_text import one_line
 
 
 def status_json(
-    site: Site, link: Link, sender: Sender, inbox: Inbox, problems: Mapping[str, str], trouble: Mapping[str, int]
+    site: Site,
+    link: Link,
+    sender: Sender,
+    inbox: Inbox,
+    rates: Rates,
+    problems: Mapping[str, str],
+    trouble: Mapping[str, int],
 ) -> str:
     """Return the status as JSON.
 
     Args:
-        site, link, sender, inbox: the parts of the bridge.
+        site, link, sender, inbox, rates: the parts of the bridge.
         problems: topic -> why it cannot be sent.
         trouble: what went wrong, and how often.
     """
     status = {
+        "version": __version__,
         "site": site.name,
         "link": link.problem,
         "sites": [
-            {"name": each.name, "state": each.state.value, "round_trip": each.round_trip} for each in site.sites()
+            {"name": each.name, "state": each.state.value, "round_trip": each.round_trip, "nodes": each.nodes}
+            for each in site.sites()
         ],
         "sent": [
             {
@@ -44,6 +54,7 @@ def status_json(
                 "wanted_by": sorted(topic.requests),
                 "messages": flow.messages,
                 "bytes": flow.bytes,
+                **_rate_cells(rates.rate(("sent", topic.topic))),
                 "dropped": _add(flow.drops, *(sender.drops(key) for key in _keys(topic))),
             }
             for topic, local, flow in site.sent()
@@ -58,6 +69,7 @@ def status_json(
                 "state": received.state,
                 "messages": received.flow.messages,
                 "bytes": received.flow.bytes,
+                **_rate_cells(rates.rate((received.peer, received.topic))),
                 "dropped": _add(received.flow.drops, received.missed_drops),
             }
             for received in site.received()
@@ -89,6 +101,23 @@ def status_json(
         "trouble": dict(trouble),
     }
     return json.dumps(status)
+
+
+def flow_counts(site: Site) -> dict[Hashable, Count]:
+    """Return how much of each topic has been sent and received, for the rates in the status."""
+    counts: dict[Hashable, Count] = {
+        ("sent", topic.topic): Count(flow.messages, flow.bytes) for topic, _, flow in site.sent()
+    }
+    for each in site.received():
+        counts[each.peer, each.topic] = Count(each.flow.messages, each.flow.bytes)
+    return counts
+
+
+def _rate_cells(rate: Rate | None) -> dict[str, float | None]:
+    return {
+        "messages_per_second": None if rate is None else round(rate.messages, 2),
+        "bytes_per_second": None if rate is None else round(rate.bytes, 1),
+    }
 
 
 def _call_cells(counts: CallCounts) -> dict[str, Any]:
@@ -193,16 +222,21 @@ def _table(title: str, entries: list[Any], cells: Any) -> Iterator[str]:
     for entry in entries:
         drops = ", ".join(f"{number} {one_line(reason)}" for reason, number in entry["dropped"].items())
         count = entry["messages"]
-        flow = f"{count} message{'s' * (count != 1)}, {_size(entry['bytes'])}"
+        flow = f"{count} message{'s' * (count != 1)}, {_size(entry['bytes'])}{_rate_text(entry)}"
         rows.append([*cells(entry), flow + (f"; dropped: {drops}" if drops else "")])
     widths = [max(len(row[column]) for row in rows) for column in range(2)]
     for row in rows:
         yield f"  {row[0]:{widths[0]}}  {row[1]:{widths[1]}}  {row[2]}"
 
 
-def _size(number: int) -> str:
+def _rate_text(entry: Mapping[str, Any]) -> str:
+    rate = entry.get("messages_per_second")
+    return f", now {rate:.4g} Hz, {_size(entry['bytes_per_second'])}/s" if rate else ""
+
+
+def _size(number: float) -> str:
     for unit in ("B", "kB", "MB"):
         if number < 1000:
             return f"{number:.0f} {unit}" if unit == "B" else f"{number:.1f} {unit}"
-        number /= 1000  # type: ignore[assignment]
+        number /= 1000
     return f"{number:.1f} GB"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import threading
 from collections.abc import Callable
 from functools import partial
@@ -60,3 +61,33 @@ def test_a_bridge_that_hangs(run: Run, make_node: Callable[..., Node], monkeypat
     finally:
         end.set()
     assert code == 1 and "/hanging did not return its status: no response within" in err
+
+
+STATUS = """{"site": "red", "link": "", "sites": [], "sent": [], "received": [], "problems": {}, "overflowed": 0,
+"ignored": {}, "trouble": {}}"""
+
+
+def test_json(run: Run, make_node: Callable[..., Node]) -> None:
+    make_node("bridge").advertise_service("~bridge_status", "std_srvs/Trigger", lambda _: (True, STATUS))
+    code, out, _ = run("status", "--json")
+    assert code == 0 and json.loads(out) == [json.loads(STATUS)]
+
+
+def test_watching_goes_on_until_it_is_interrupted(
+    run: Run, make_node: Callable[..., Node], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    pauses = []
+
+    def pause(seconds: float) -> None:
+        pauses.append(seconds)
+        if len(pauses) == 1:
+            make_node("bridge").advertise_service("~bridge_status", "std_srvs/Trigger", lambda _: (True, STATUS))
+        if len(pauses) == 3:
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr("pyros1.cli.commands.bridge.status.pause", pause)
+    with pytest.raises(KeyboardInterrupt):
+        run("status", "--watch")
+    out, err = capsys.readouterr()
+    assert err.startswith("ERROR: no bridge is running on this master") and pauses == [1.0] * 3
+    assert out == 2 * "site red\n  no other site found yet\n"
