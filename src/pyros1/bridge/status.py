@@ -64,6 +64,7 @@ def status_json(
                 "topic": str(received.topic),
                 "from": received.peer,
                 "local": received.local,
+                "usual": site.usual_name(received.topic),
                 "type": received.type,
                 "publishers": [*received.publishers],
                 "state": received.state,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from pyros1.graph import Connection, SystemState
 
@@ -142,6 +142,7 @@ class System:
         publications, subscriptions: the types that publishers and subscribers report. Only those that may reveal a
             problem are queried. Subscribers report only the name of the type.
         use_sim_time: whether the parameter /use_sim_time is true.
+        bridges: the statuses of the bridges that respond, by the names of their nodes.
     """
 
     master_uri: str
@@ -151,3 +152,4 @@ class System:
     publications: Mapping[TopicParticipant, ReportedType] = field(default_factory=dict)
     subscriptions: Mapping[TopicParticipant, ReportedType] = field(default_factory=dict)
     use_sim_time: bool = False
+    bridges: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)

@@ -6,6 +6,7 @@ from collections.abc import Callable, Collection, Mapping
 from functools import partial
 from time import sleep
 
+from pyros1.doctor.bridge_status import fetch_statuses
 from pyros1.doctor.concurrent import run_concurrently
 from pyros1.doctor.facts import TIMEOUT, Failure, NodeFacts, ReportedType, System, TopicParticipant
 from pyros1.doctor.probe import NODE_TIMEOUT, classify_error, query_node, query_publisher
@@ -61,6 +62,9 @@ def collect_system(master: MasterClient, only: Collection[str] | None = None) ->
         )
         system.nodes = {**nodes, **{name: _to_node_facts(uris[name], result) for name, result in new_results.items()}}
     _query_types(master, system)
+    if only is None:
+        statuses = fetch_statuses(Graph(master), state)
+        system.bridges = {name: found for name, found in statuses.items() if not isinstance(found, Exception)}
     return system
 
 

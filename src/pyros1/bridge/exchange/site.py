@@ -454,6 +454,10 @@ class Site:
         """Return the topics that are offered, each with its topic here and its flow."""
         return self._sending.flows()
 
+    def usual_name(self, topic: SharedName) -> str:
+        """Return the name of a topic on this site's master, if no rule gives it another one."""
+        return self._rules.usual_name(topic)
+
     def received(self) -> list[ReceivedTopic]:
         """Return the topics that other sites offer."""
         return self._receiving.topics()

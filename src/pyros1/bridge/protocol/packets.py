@@ -228,7 +228,9 @@ def decode_head(data: bytes) -> Head:
     Raises:
         PacketError: it is not one.
     """
-    if len(data) != _HEAD.size or data[0] != _VERSION:
+    if data[:1] and data[0] != _VERSION:
+        raise PacketError("a packet of another version of pyros1")
+    if len(data) != _HEAD.size:
         raise PacketError("not a packet's head")
     _, kind, epoch, to_epoch = _HEAD.unpack(data)
     try:

@@ -12,6 +12,7 @@ from pathlib import Path
 from pyros1 import __version__
 from pyros1.cli.nearby_packages import find_nearby_packages
 from pyros1.cli.shared.printing import should_use_colour
+from pyros1.doctor.bridge_checks import check_bridges
 from pyros1.doctor.connectivity_checks import check_connectivity
 from pyros1.doctor.facts import Machine, System
 from pyros1.doctor.finding import ERROR, WARNING, Finding
@@ -84,7 +85,7 @@ def examine(checks_packages: bool, offline: bool, quiet: bool, files: list[str],
         system = collect_system(master)
         types = {str(topic): str(name) for topic, name in master.get_topic_types()}
         print_line("... done analyzing graph\nrunning graph rules...")
-        online_findings = [*check_connectivity(system, machine), *check_topics(system)]
+        online_findings = [*check_connectivity(system, machine), *check_topics(system), *check_bridges(system)]
         print_line("... done running graph rules\n")
     except Error as error:
         online_findings = [
