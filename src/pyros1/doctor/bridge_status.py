@@ -6,6 +6,7 @@ import json
 import socket
 import struct
 from collections.abc import Mapping
+from functools import partial
 from time import monotonic
 from typing import Any
 
@@ -37,18 +38,27 @@ def fetch_statuses(graph: Graph, state: SystemState) -> dict[str, Mapping[str, A
         graph: asks the master.
         state: what is registered with it.
     """
-    jobs = {}
-    for name in find_providers(state, STATUS_SERVICE):
-
-        def fetch(name: str = name) -> Mapping[str, Any]:
-            service = f"{name}/{STATUS_SERVICE}"
-            uri = graph.service_uri(service)
-            if uri is None:
-                raise ServiceUnavailableError(f"{service} is gone")
-            return parse_status(call_trigger(service, uri, graph.master.caller_id))
-
-        jobs[name] = fetch
+    jobs = {name: partial(fetch_status, graph, name) for name in find_providers(state, STATUS_SERVICE)}
     return run_concurrently(jobs, TIMEOUT + 0.5)
+
+
+def fetch_status(graph: Graph, name: str, timeout: float = TIMEOUT) -> Mapping[str, Any]:
+    """Return the status of a bridge.
+
+    Args:
+        graph: asks the master.
+        name: the bridge's node.
+        timeout: seconds for the bridge's answer.
+
+    Raises:
+        ServiceError: it does not answer, or with something else.
+        MasterUnreachableError: the master does not respond.
+    """
+    service = f"{name}/{STATUS_SERVICE}"
+    uri = graph.service_uri(service)
+    if uri is None:
+        raise ServiceUnavailableError(f"{service} is gone")
+    return parse_status(call_trigger(service, uri, graph.master.caller_id, timeout))
 
 
 def call_trigger(service: str, uri: str, caller_id: str, timeout: float = TIMEOUT) -> str:

@@ -13,15 +13,18 @@ from math import isfinite
 from time import monotonic
 from typing import Any, NamedTuple
 
+from pyros1.doctor.bridge_status import STATUS_SERVICE, fetch_status, find_providers
 from pyros1.doctor.concurrent import run_concurrently
 from pyros1.doctor.edges import Edge, actual_edges, expected_edges, is_missing_edge
 from pyros1.graph import Connection, Graph, NodeApi
 from pyros1.ground.errors import Error
 from pyros1.ground.terminal_text import untrusted
+from pyros1.web.transforms.bridges import describe_bridge
 from pyros1.web.transforms.rates import CountMeter, Rate
 
 NODE_TIMEOUT = 1.0
 """Timeout in seconds for requests to a node."""
+_MAX_BRIDGES = 20
 _MAX_COUNTED_CONNECTIONS = 100_000
 """Maximum number of connections per node and topic whose traffic is counted."""
 
@@ -78,6 +81,7 @@ class System:
             - topics: name -> type, publishers, subscribers, and the rates hz (messages per second) and bytes (per
               second), which are null while unknown, and missing if no publisher reports its traffic
             - services: name -> nodes
+            - bridges: those to other masters, see `pyros1.web.transforms.bridges.describe_bridge`
             - edges: topic, publisher, subscriber, messages per second or null
             - missing: topic, publisher, subscriber of each connection that should exist, but was missing in the last
               two descriptions; a single time does not count, as new nodes need a moment to connect
@@ -103,7 +107,12 @@ class System:
         nodes = state.nodes()
         self._update_uris(nodes)
         queries = {name: partial(_query_node, self._graph, uri, self._clock) for name, uri in self._uris.items()}
-        replies = run_concurrently(queries, NODE_TIMEOUT + 0.2)
+        bridges = find_providers(state, STATUS_SERVICE)[:_MAX_BRIDGES]
+        jobs: dict[tuple[str, str], Callable[[], object]] = {("node", name): job for name, job in queries.items()}
+        jobs |= {("bridge", name): partial(fetch_status, self._graph, name, NODE_TIMEOUT) for name in bridges}
+        answers = run_concurrently(jobs, NODE_TIMEOUT + 0.2)
+        replies = {name: answers["node", name] for name in queries}
+        statuses = {name: answers["bridge", name] for name in bridges}
         reports = {name: reply for name, reply in replies.items() if isinstance(reply, _NodeReport)}
         unreachable = [name for name in nodes if name not in reports]
         self._meters = {name: _update_meters(self._meters.get(name, {}), report) for name, report in reports.items()}
@@ -129,6 +138,11 @@ class System:
                 for name in sorted(topics)
             },
             "services": state.services,
+            "bridges": [
+                bridge
+                for name, status in statuses.items()
+                if isinstance(status, Mapping) and (bridge := describe_bridge(name, status))
+            ],
             "edges": sorted(edge for edge in edges if edge[0] in topics),
             "missing": missing,
         }

@@ -4,7 +4,8 @@ import assert from "node:assert/strict";
 import test from "node:test";
 
 const page = new URL("../../../src/pyros1/web/page/", import.meta.url);
-const { MAX_BOXES, build, dot, flowOf, isDebugNode, matching, around, stateOf } = await import(new URL("lib/graph/model.js", page));
+const { MAX_BOXES, build, dot, flowOf, isDebugNode, matching, around, stateOf, topicsOn } = await import(new URL("lib/graph/model.js", page));
+const { droppedText, siteFacts } = await import(new URL("lib/graph/sites.js", page));
 
 const topic = (publishers, subscribers, more = {}) => ({ type: "std_msgs/String", publishers, subscribers, ...more });
 
@@ -184,4 +185,64 @@ test("names in the dot language have no control characters, as those of pyros1 g
   const nodes = { "/a\n\x1b[31m": "", '/b"\u202e\\': "", "/é\x7f": "" };
   const model = build({ nodes, silent: [], topics: {}, services: {}, edges: [], missing: [] }, { mode: "nodes", hide: [], depth: 0, toggled: [] });
   assert.deepEqual(dot(model).split("\n").slice(2, -2), ['  "/a\\\\n\\\\x1b[31m";', '  "/b\\"\\\\u202e\\\\";', '  "/é\\\\x7f";']);
+});
+
+const BRIDGED = {
+  ...SYSTEM,
+  nodes: { ...SYSTEM.nodes, "/bridge_base": "http://a:6/", "/red/driver": "http://a:7/" },
+  topics: { ...SYSTEM.topics, "/red/odom": topic(["/bridge_base"], ["/listener"], { hz: 10, bytes: 200 }) },
+  bridges: [{
+    node: "/bridge_base", site: "base", link: "",
+    sites: [{ name: "red", state: "present", round_trip: 0.02, nodes: ["/red/driver"] }, { name: "blue", state: "lost", round_trip: null, nodes: [] }, { name: "green", state: "heard", round_trip: null, nodes: [] }],
+    flows: [
+      { topic: "/red/odom", site: "red", out: false, wanted: true, hz: 10, bytes: 200, dropped: { "too old": 3 } },
+      { topic: "/red/tf", site: "red", out: false, wanted: true, hz: 50, bytes: 2000, dropped: {} },
+      { topic: "/red/map", site: "red", out: false, wanted: false, hz: 0, bytes: 0, dropped: {} },
+      { topic: "/red/cmd_vel", site: "red", out: true, wanted: true, hz: 20, bytes: 960, dropped: {} },
+      { topic: "/blue/odom", site: "blue", out: false, wanted: true, hz: 7, bytes: 200, dropped: {} },
+    ],
+  }],
+};
+
+test("sites: boxes beside their bridge, with what flows", () => {
+  const model = build(BRIDGED, { ...NOTHING, hide: ["tf", "dead"] });
+  assert.deepEqual(model.boxes.filter(({ kind }) => kind === "site").map(({ id, silent, text }) => [id, silent, text]),
+    [["s:blue", true, "site lost"], ["s:green", true, "does not answer"], ["s:red", false, "site · 20 ms"]]);
+  assert.ok(!names(model, "node").includes("/red/driver"), "it stands in for a node of the site");
+  const red = edge(model, "s:red", "n:/bridge_base");
+  assert.deepEqual(red.links.map((link) => link.topic), ["/red/odom"]);
+  assert.deepEqual([stateOf(red), flowOf(red)], ["ok", { hz: 10, bytes: 200 }]);
+  assert.deepEqual(edge(model, "n:/bridge_base", "s:red").links.map((link) => link.topic), ["/red/cmd_vel"]);
+  const blue = edge(model, "s:blue", "n:/bridge_base");
+  assert.deepEqual([stateOf(blue), flowOf(blue)], ["broken", { hz: null, bytes: null }]);
+  const green = edge(model, "n:/bridge_base", "s:green");
+  assert.deepEqual([stateOf(green), topicsOn(green)], ["broken", []]);
+  assert.deepEqual(edge(build(BRIDGED, NOTHING), "s:red", "n:/bridge_base").links.map((link) => link.topic), ["/red/odom", "/red/tf", "/red/map"]);
+});
+
+test("sites: with their bridge, in all modes, and in the dot language", () => {
+  for (const mode of ["nodes", "active", "all"]) assert.deepEqual(names(build(BRIDGED, { ...NOTHING, mode }), "site"), ["blue", "green", "red"]);
+  const { "/bridge_base": _, ...nodes } = BRIDGED.nodes;
+  assert.deepEqual(names(build({ ...BRIDGED, nodes }, NOTHING), "site"), []);
+  const text = dot(build(BRIDGED, { ...NOTHING, mode: "nodes" }));
+  assert.match(text, /"s:red" \[label="red", shape=box\];/);
+  assert.match(text, /"s:red" -> "\/bridge_base" \[label="\/red\/odom"\];/);
+  assert.match(text, /"\/bridge_base" -> "s:green" \[color=red, style=dashed\];/);
+  assert.deepEqual([...matching(build(BRIDGED, NOTHING), "green")], ["s:green"]);
+});
+
+test("sites: one that two bridges know is lost only if both have lost it", () => {
+  const other = { ...BRIDGED.bridges[0], node: "/talker", sites: [{ name: "blue", state: "present", round_trip: null, nodes: [] }], flows: [] };
+  for (const bridges of [[BRIDGED.bridges[0], other], [other, BRIDGED.bridges[0]]]) {
+    const model = build({ ...BRIDGED, bridges }, NOTHING);
+    assert.deepEqual(model.boxes.filter(({ id }) => id === "s:blue").map(({ silent, text }) => [silent, text]), [[false, "site"]]);
+  }
+});
+
+test("sites: what the sheet says", () => {
+  const red = siteFacts(BRIDGED, "red");
+  assert.deepEqual([red.gone, red.nodes, red.states[0].lost, red.sent.length, red.received.length], [false, ["/red/driver"], false, 1, 3]);
+  assert.deepEqual(siteFacts(BRIDGED, "blue").states.map(({ lost, text }) => [lost, text]), [[true, "lost"]]);
+  assert.ok(siteFacts(BRIDGED, "nowhere").gone && siteFacts(SYSTEM, "red").gone);
+  assert.equal(droppedText({ "too old": 3, lost: 1 }), "3 too old, 1 lost");
 });

@@ -38,6 +38,10 @@ class SystemView(View):
             "master": self.robot.master_uri,
             "topics": {name: topic for name, topic in description["topics"].items() if may_see(name)},
             "services": {name: nodes for name, nodes in description["services"].items() if may_see(name)},
+            "bridges": [
+                {**bridge, "flows": [flow for flow in bridge["flows"] if may_see(flow["topic"])]}
+                for bridge in description["bridges"]
+            ],
             "edges": [edge for edge in description["edges"] if may_see(edge[0])],
             "missing": [edge for edge in description["missing"] if may_see(edge[0])],
         }

@@ -191,12 +191,13 @@ class GraphPanel {
   _describe() {
     const { boxes, edges, cut, unheard } = this.model;
     const of = (kind) => boxes.filter((box) => box.kind === kind).length;
-    const silent = boxes.filter((box) => box.silent).length;
-    const lacking = edges.flatMap(({ links }) => links).filter(({ state }) => state === "broken");
+    const silent = boxes.filter((box) => box.silent && box.kind !== "site").length;
+    const lost = boxes.filter((box) => box.silent && box.kind === "site").length;
+    const lacking = edges.filter(({ from, to }) => !from.startsWith("s:") && !to.startsWith("s:")).flatMap(({ links }) => links).filter(({ state }) => state === "broken");
     const broken = new Set(lacking.map((link) => `${link.topic} ${link.publisher} ${link.subscriber}`)).size;
-    const parts = [plural(of("node"), "node"), this.mode !== "nodes" && plural(of("topic"), "topic"), of("group") && `${of("group")} folded`,
+    const parts = [plural(of("node"), "node"), this.mode !== "nodes" && plural(of("topic"), "topic"), of("site") && plural(of("site"), "site"), of("group") && `${of("group")} folded`,
       cut && `${cut} more are not shown`].filter(Boolean);
-    const bad = [silent && `${silent} silent`, broken && `${broken} broken`].filter(Boolean);
+    const bad = [silent && `${silent} silent`, lost && `${plural(lost, "site")} lost`, broken && `${broken} broken`].filter(Boolean);
     const text = parts.join(" · ");
     const hidden = unheard ? `${plural(unheard, "topic")} without subscribers hidden` : "";
     const description = JSON.stringify([text, bad, hidden]);
@@ -254,7 +255,7 @@ class GraphPanel {
       this._fold(home.name);
       this.pending = [id];
     }
-    const box = this.model.boxes.find((each) => each.id === id) || { id, kind: id.startsWith("n:") ? "node" : "topic", name: id.slice(2) };
+    const box = this.model.boxes.find((each) => each.id === id) || { id, kind: { n: "node", s: "site" }[id[0]] || "topic", name: id.slice(2) };
     this._choose({ box });
     const near = around(this.model, id);
     if (!home) this.picture.centre(near.size > 12 ? [id] : near);

@@ -5,13 +5,16 @@
 // depth: levels of namespaces that become groups; -1 means one level if there are many boxes, initially folded
 // toggled: groups folded by the user, or unfolded if they are initially folded
 // build(system, choice) -> {
-// boxes:  [{id, kind: "node" | "topic" | "group", name, label, group, silent, inside}]; inside: the boxes of a folded group
+// boxes:  [{id, kind: "node" | "topic" | "group" | "site", name, label, group, silent, inside, text}]; inside: the boxes of a
+//   folded group; text: what is said of a site, which is silent while it is lost
 //   edges:  [{id, from, to, links}]; links: [{topic, publisher, subscriber, state, hz, bytes}], state is one of
 // "ok", "broken" (it should exist, but does not), "unknown" (one end does not respond, or has just started)
 //   groups: [{id, name, label, parent}]
 // all, cut: the number of boxes without hiding, and the number left out because there are too many
 // unheard: the number of topics of visible nodes that are hidden because they have no subscribers
 // }
+
+import { sitesOf, standIns } from "./sites.js";
 
 export const MODES = [
   ["nodes", "Nodes only"],
@@ -38,7 +41,8 @@ const TF_TOPICS = /(^|\/)tf(_static)?$/;
 
 export function build(system, choice) {
   const hide = new Set(choice.hide);
-  const all = Object.keys(system.nodes);
+  const represented = standIns(system);
+  const all = Object.keys(system.nodes).filter((name) => !represented.has(name));
   const listeners = new Set(all.filter((name) => !(hide.has("debug") && isDebugNode(name))));
   const tools = hide.has("debug") ? toolsThatMove(system, listeners) : []; // with the topics that they publish, not those that they subscribe to
   const nodes = new Set([...listeners, ...tools]);
@@ -55,6 +59,9 @@ export function build(system, choice) {
     for (const [name, topic] of topics) if (topicNames.has(name)) boxes.push(makeBox("topic", name, { type: topic.type }));
     edges = topicEdges(topics, topicNames, links);
   }
+  const far = sitesOf(system, nodes, (name, wanted) => !(hide.has("debug") && DEBUG_TOPICS.test(name)) && !(hide.has("tf") && TF_TOPICS.test(name)) && (wanted || !hide.has("dead")));
+  for (const { name, lost, text } of far.sites) boxes.push(makeBox("site", name, { silent: lost, text }));
+  edges.push(...far.links);
   const count = all.length + (choice.mode === "nodes" ? 0 : Object.keys(system.topics).length);
   return { ...limitBoxes(groupBoxes({ boxes, edges: mergeLinks(edges) }, choice)), all: count, unheard: choice.mode === "nodes" ? 0 : countUnheard(system, choice, topics, nodes, listeners) };
 }
@@ -143,7 +150,7 @@ function mergeLinks(edges) {
     found.get(id).links.push(link);
   }
   for (const edge of found.values()) {
-    const real = edge.links.filter((link) => link.publisher && link.subscriber);
+    const real = edge.links.filter((link) => link.publisher && link.subscriber && link.topic);
     if (real.length) edge.links = real; // links that only state a registration are needed only for edges without any other
   }
   return [...found.values()];
@@ -254,7 +261,7 @@ export function flowOf(edge) {
 }
 
 export function topicsOn(edge) {
-  return [...new Set(edge.links.map(({ topic }) => topic))];
+  return [...new Set(edge.links.map(({ topic }) => topic))].filter(Boolean);
 }
 
 // Return the ids of a box and its neighbours.
@@ -298,7 +305,7 @@ export function dot(model) {
   };
   group("", "  ");
   const rows = model.edges.flatMap((edge) => {
-    const ofTopic = edge.from.startsWith("t:") || edge.to.startsWith("t:");
+    const ofTopic = edge.from.startsWith("t:") || edge.to.startsWith("t:") || !edge.links[0].topic;
     const state = stateOf(edge);
     if (ofTopic) return [["", edge, "", state]];
     const states = new Map();

@@ -23,7 +23,7 @@ export function plan(model, { rates, down, room, measure }) {
     const label = shortened(box.label);
     box.shown = label;
     const width = Math.ceil(measure(label, 13, box.kind === "node" ? 600 : 400)) + (box.kind === "node" ? 34 : 22);
-    if (box.kind !== "group") return { id: box.id, width, height: box.kind === "node" ? 32 : 26, group: box.group };
+    if (box.kind === "node" || box.kind === "topic") return { id: box.id, width, height: box.kind === "node" ? 32 : 26, group: box.group };
     return { id: box.id, width: Math.max(width, 130), height: 48, group: box.group };
   });
   const edges = model.edges.map((edge) => {
@@ -330,7 +330,7 @@ function drawBox(pen, look, { box, at: [x, y], width, height, alpha }, named) {
   const shade = alpha * faint(look, of);
   const here = chosen === box.id;
   const radius = box.kind === "node" ? height / 2 : 5;
-  const [fill, edge] = { node: [colours.nodeSoft, colours.node], topic: [colours.topicSoft, colours.border2], group: [colours.raised, colours.muted] }[box.kind];
+  const [fill, edge] = { node: [colours.nodeSoft, colours.node], topic: [colours.topicSoft, colours.border2], group: [colours.raised, colours.muted], site: [colours.raised, colours.accent] }[box.kind];
   const stroke = here || hovered === box.id ? colours.accent : box.silent ? colours.error : edge;
   if (!of) pen.box(x, y, width, height, { radius, fill: colours.surface, alpha });
   pen.box(x, y, width, height, {
@@ -344,6 +344,9 @@ function drawBox(pen, look, { box, at: [x, y], width, height, alpha }, named) {
     pen.text(x, named && size < 20 ? y - 8 : y, size > 13 ? box.shown : `▸ ${box.shown}`, { size, weight: 600, ...words });
     const text = `${plural(box.nodes, "node")}${topics ? `, ${plural(topics, "topic")}` : ""}`;
     if (named && size < 20) pen.text(x, y + 11, text, { size: 11, fill: colours.muted, alpha: shade });
+  } else if (box.kind === "site") {
+    if (named) pen.text(x, y - 8, box.shown, { size: 13, weight: 600, ...words });
+    if (named) pen.text(x, y + 11, box.text, { size: 11, fill: box.silent ? colours.error : colours.muted, alpha: shade });
   } else if (named) {
     pen.text(x, y + 0.5, box.shown, { size: 13, weight: box.kind === "node" ? 600 : 400, ...words });
   }

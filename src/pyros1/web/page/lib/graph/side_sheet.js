@@ -4,6 +4,7 @@ import { fill, h } from "../dom.js";
 import { bytes, plural, rate } from "../format.js";
 import { findings } from "./findings.js";
 import { LatestMessage } from "./latest_message.js";
+import { droppedText, siteFacts } from "./sites.js";
 
 const MAX_ROWS = 200;
 
@@ -40,12 +41,12 @@ export class Sheet {
   refresh(system) {
     if (!this.selection) return;
     const { box, edge } = this.selection;
-    const facts = box ? this._factsOf(box, system) : edge.links.map(({ topic, publisher, subscriber, state }) => [topic, publisher, subscriber, state]);
+    const facts = box ? this._factsOf(box, system) : edge.links.map(({ topic, publisher, subscriber, state, dropped }) => [topic, publisher, subscriber, state, dropped]);
     const digest = JSON.stringify(facts);
     if (digest !== this.digest) {
       this.digest = digest;
       this.updaters = [];
-      const [title, kind, ...parts] = edge ? this._edge(edge) : { node: this._node, topic: this._topic, group: this._group }[box.kind].call(this, box, facts);
+      const [title, kind, ...parts] = edge ? this._edge(edge) : { node: this._node, topic: this._topic, group: this._group, site: this._site }[box.kind].call(this, box, facts);
       fill(this.element,
         h("header", {}, h("div", {}, h("p.kind.muted", {}, kind), h("h2.mono", {}, title)),
           h("button.quiet", { title: "close (Escape)", "aria-label": "close", onclick: () => this.on.close() }, "✕")),
@@ -59,6 +60,7 @@ export class Sheet {
       const { type, publishers, subscribers } = system.topics[name] || { type: "", publishers: [], subscribers: [] };
       return { type, publishers, subscribers, missing: system.missing.filter(([topic]) => topic === name).slice(0, MAX_ROWS), gone: !system.topics[name] };
     }
+    if (kind === "site") return siteFacts(system, name);
     if (kind === "group") return { nodes: Object.keys(system.nodes).filter((each) => each.startsWith(`${name}/`)) };
     const all = Object.entries(system.topics);
     return {
@@ -151,7 +153,20 @@ export class Sheet {
       h("div.buttons", {}, h("button", { onclick: () => this.on.unfold(name) }, "Unfold"))];
   }
 
+  _site({ name }, { gone, states, nodes, sent, received }) {
+    if (gone) return [name, "site", h("p", {}, "No bridge knows this site any more.")];
+    const row = ({ topic, wanted, dropped }) => h("span", {}, wanted ? this._topicRow(topic) : h("span.mono.muted", {}, topic),
+      droppedText(dropped) && h("div.trouble", {}, `dropped: ${droppedText(dropped)}`));
+    return [name, "site",
+      states.map(({ bridge, lost, text }) => h(lost ? "p.trouble" : "p", {}, this._nodeLink(bridge), ` ${lost ? "says: it " : "reaches it: "}${lost && text === "lost" ? "is lost" : text}`)),
+      this._list("receives", sent, row),
+      this._list("sends", received, row),
+      this._list("its nodes", nodes, (node) => h("span.mono", {}, node)),
+      h("p.muted", {}, "More: ", h("code", {}, "pyros1 bridge status"))];
+  }
+
   _edge(edge) {
+    if (edge.from.startsWith("s:") || edge.to.startsWith("s:")) return this._siteEdge(edge);
     const [from, to] = [edge.from.slice(2), edge.to.slice(2)];
     const broken = [...new Set(edge.links.filter(({ state }) => state === "broken").map(({ topic }) => topic))];
     const unknown = edge.links.some(({ state }) => state === "unknown");
@@ -165,6 +180,16 @@ export class Sheet {
         h("div.muted", {}, this._nodeLink(publisher), " → ", this._nodeLink(subscriber)))),
       !pairs.length && h("p.muted", {}, "No connection here: the topic has only one end."),
     ];
+  }
+
+  _siteEdge({ from, to, links }) {
+    const topics = links.filter(({ topic }) => topic);
+    return [`${from.slice(2)} → ${to.slice(2)}`, "between sites",
+      links.some(({ state }) => state === "broken") && h("p.trouble", {}, "The site is lost."),
+      this._list("topics", topics, ({ topic, hz, bytes: size, dropped }) => h("span", {}, this._link(`t:${topic}`, topic), " ",
+        h("span.muted", {}, hz === null ? "" : `${rate(hz)}${size ? `, ${bytes(size, "B/s")}` : ""}`),
+        droppedText(dropped) && h("div.trouble", {}, `dropped: ${droppedText(dropped)}`))),
+      !topics.length && h("p.muted", {}, "No topics are exchanged.")];
   }
 
   _topicRow(topic) {
