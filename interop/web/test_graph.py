@@ -156,6 +156,38 @@ def test_changes_move_the_picture_no_more_than_needed(
     wait_for_boxes(browser, "n:/listener", "n:/talker", "t:/chat")
 
 
+def test_sites_beside_their_bridge(browser: Browser, web: Web, make_node: Callable[..., Any]) -> None:
+    """Feature: other sites in the graph, with what flows between and what was dropped -- `pyros1 web`"""
+    sites = [{"name": "red", "state": "present", "round_trip": 0.0123, "nodes": ["/red/driver"]}]
+    flow = {"messages_per_second": 10.0, "bytes_per_second": 7200.0, "dropped": {"too old": 3}}
+    status = {
+        "site": "base",
+        "link": "",
+        "sites": sites,
+        "sent": [{"local": "/red/cmd_vel", "wanted_by": ["red"], **flow, "dropped": {}}],
+        "received": [{"local": "/red/odom", "from": "red", "state": "subscribed", **flow}],
+    }
+    bridge, listener = make_node("bridge_base"), make_node("listener")
+    bridge.advertise_service("~bridge_status", "std_srvs/Trigger", lambda _: (True, json.dumps(status)))
+    make_node("driver", namespace="/red")
+    bridge.advertise("/red/odom", String)
+    listener.subscribe("/red/odom", String, lambda message: None)
+    browser.open(web.page("graph"))
+    wait_for_boxes(browser, "n:/bridge_base", "n:/listener", "t:/red/odom", "s:red")
+    browser.wait(f"JSON.stringify({STATES}['s:red n:/bridge_base']) === '[\"ok\"]'")
+    browser.wait(f"JSON.stringify({STATES}['n:/bridge_base s:red']) === '[\"ok\"]'")
+    click(browser, "s:red")
+    browser.wait_for_text("reaches it: present")
+    browser.wait_for_text("dropped: 3 too old")
+    browser.wait_for_text("/red/driver")
+    sites[0].update(state="lost", round_trip=None)
+    browser.wait(f"{STATES}['s:red n:/bridge_base']?.[0] === 'broken'")
+    browser.wait_for_text("1 site lost")
+    browser.wait_for_text("says: it is lost")
+    browser.run(f"{GRAPH}._choose({{edge: {GRAPH}.model.edges.find((each) => each.from === 's:red')}})")
+    browser.wait_for_text("The site is lost.")
+
+
 def test_a_broken_connection_and_a_silent_node_and_why(
     browser: Browser, web: Web, environ: dict[str, str], make_node: Callable[..., Any]
 ) -> None:
