@@ -4,7 +4,7 @@ import assert from "node:assert/strict";
 import test from "node:test";
 
 const page = new URL("../../../src/pyros1/web/page/", import.meta.url);
-const { Scene, flowTexts } = await import(new URL("lib/graph/scene.js", page));
+const { Scene, flowTexts, plan } = await import(new URL("lib/graph/scene.js", page));
 const { Camera } = await import(new URL("lib/graph/camera.js", page));
 globalThis.matchMedia = () => ({ matches: false });
 
@@ -123,4 +123,16 @@ test("a graph that is shown whole leaves room for what is below, however high th
     const [, bottom] = camera.toScreen(0, 4000);
     assert.ok(Math.abs(top - 20) < 1e-6 && Math.abs(bottom - (700 - 20 - foot)) < 1e-6);
   }
+});
+
+test("a site has room for its state, and its edges tell of messages that were dropped", () => {
+  const link = (topic, dropped) => ({ topic, publisher: "red", subscriber: "/bridge", state: "ok", hz: 1, bytes: 1, dropped });
+  const edge = (links) => ({ id: "s:red n:/bridge", from: "s:red", to: "n:/bridge", links });
+  const model = { boxes: [{ ...box("s:red"), kind: "site", text: "site lost" }, box("n:/bridge")], edges: [edge([link("/a", {}), link("/b", { "too old": 2 })])], groups: [] };
+  const what = plan(model, { rates: true, down: false, room: [1, 1], measure: (text) => 7 * text.length });
+  assert.deepEqual([what.boxes[0].height, what.boxes[1].height], [48, 32]);
+  assert.deepEqual(model.edges[0].lines, ["/a", "/b", "messages dropped"]);
+  model.edges = [edge([link("/a", {})])];
+  plan(model, { rates: true, down: false, room: [1, 1], measure: () => 7 });
+  assert.deepEqual(model.edges[0].lines, ["/a"]);
 });

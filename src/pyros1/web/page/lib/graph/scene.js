@@ -2,9 +2,11 @@
 
 import { bytes, plural, rate } from "../format.js";
 import { flowOf, stateOf, topicsOn } from "./model.js";
+import { droppedText } from "./sites.js";
 
 const ANIMATION_MS = 380; // ms
 const MAX_NAME_LENGTH = 44;
+const DROPPED = "messages dropped";
 const MAX_LABEL_LINES = 3; // topics listed on an edge
 const LINE_HEIGHT = 14;
 const CHARACTER_WIDTH = 5.5; // approximate width of a character at that size in pixels
@@ -41,8 +43,9 @@ function labelLines(edge) {
   const topics = topicsOn(edge);
   if (edge.from.startsWith("g:") || edge.to.startsWith("g:")) return [plural(topics.length, "topic")];
   const more = topics.length - MAX_LABEL_LINES;
-  if (more <= 0) return topics.map(shortened);
-  return [...topics.slice(0, MAX_LABEL_LINES - 1).map(shortened), `and ${more + 1} more`];
+  const dropped = edge.links.some((link) => droppedText(link.dropped)) ? [DROPPED] : []; // without a number, which would change the layout
+  if (more <= 0) return [...topics.map(shortened), ...dropped];
+  return [...topics.slice(0, MAX_LABEL_LINES - 1).map(shortened), `and ${more + 1} more`, ...dropped];
 }
 
 export class Scene {
@@ -303,7 +306,7 @@ function drawLabel(pen, look, { edge, at, alpha }, occupied) {
   const { colours, highlighted } = look;
   if (highlighted && !highlighted.edges.has(edge.id)) return;
   const broken = new Set(edge.links.filter((link) => link.state === "broken").map(({ topic }) => shortened(topic)));
-  const rows = edge.lines.map((line) => [line, broken.has(line) ? colours.error : colours.topic]);
+  const rows = edge.lines.map((line) => [line, broken.has(line) || line === DROPPED ? colours.error : colours.topic]);
   if (edge.flows) rows.push(...flowTexts(edge).map((text) => [text, colours.muted]));
   const [x, y] = at.slice(-2);
   if (!rows.length) return;
@@ -330,7 +333,7 @@ function drawBox(pen, look, { box, at: [x, y], width, height, alpha }, named) {
   const shade = alpha * faint(look, of);
   const here = chosen === box.id;
   const radius = box.kind === "node" ? height / 2 : 5;
-  const [fill, edge] = { node: [colours.nodeSoft, colours.node], topic: [colours.topicSoft, colours.border2], group: [colours.raised, colours.muted], site: [colours.raised, colours.accent] }[box.kind];
+  const [fill, edge] = { node: [colours.nodeSoft, colours.node], topic: [colours.topicSoft, colours.border2], group: [colours.raised, colours.muted], site: [colours.raised, colours.node] }[box.kind];
   const stroke = here || hovered === box.id ? colours.accent : box.silent ? colours.error : edge;
   if (!of) pen.box(x, y, width, height, { radius, fill: colours.surface, alpha });
   pen.box(x, y, width, height, {
