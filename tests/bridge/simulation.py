@@ -215,12 +215,17 @@ class SimulatedSite:
                     del self.kept[local][source]
                 case Provide() | Unprovide() | CallService() | Return():
                     self.services.act(action)
-                case Represent(local, _, node):
-                    assert (local in self.represented) != bool(node), f"{local} is represented twice, or not at all"
-                    (self.represented.add if node else self.represented.remove)(local)
                 case _:
-                    assert isinstance(action, Log), f"nobody has sent a probe, but there is {action}"
-                    self.logged.append(action.text)
+                    self._represent_or_log(action)
+
+    def _represent_or_log(self, action: Action) -> None:
+        if isinstance(action, Represent):
+            local = action.local
+            assert (local in self.represented) != bool(action.node), f"{local} is represented twice, or not at all"
+            (self.represented.add if action.node else self.represented.remove)(local)
+        else:
+            assert isinstance(action, Log), f"nobody has sent a probe, but there is {action}"
+            self.logged.append(action.text)
 
     def _advertise(self, action: Advertise | SetOrigins) -> None:
         if isinstance(action, Advertise):

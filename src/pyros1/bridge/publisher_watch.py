@@ -32,6 +32,7 @@ class PublisherWatch:
         self._limit = loss_delay - self._period
         self._on_change = on_change
         self._watches: dict[str, Watch] = {}
+        self._names: set[str] = set()  # of the watched nodes; a node may be found before `watch` returns
         self._lock = threading.Lock()
         self._responding: frozenset[str] = frozenset()
         self._lost: frozenset[str] = frozenset()
@@ -55,16 +56,18 @@ class PublisherWatch:
                 among these, since otherwise one that was lost would count as found.
         """
         for name in [name for name in self._watches if name not in registered]:
+            self._names.discard(name)
             self._watches.pop(name).close()
             self._note(name, None)
         new = [name for name in wanted if name not in self._watches]
         for name in islice(new, max(0, MAX_WATCHED - len(self._watches))):
+            self._names.add(name)
             self._watches[name] = self._node.watch(
                 name, self._on_sighting, self._on_sighting, period=self._period, limit=self._limit
             )
 
     def _on_sighting(self, sighting: Sighting) -> None:
-        if sighting.name in self._watches:
+        if sighting.name in self._names:
             self._note(sighting.name, sighting.alive)
             self._on_change()
 

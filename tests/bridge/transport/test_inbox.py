@@ -135,4 +135,4 @@ def test_the_number_of_sites_is_bounded() -> None:
         inbox.put(control(b"x", f"other{number}"))
         inbox.put(message(b"x", "red"))
         inbox.pop()
-    assert len(inbox._costs) <= 301
+    assert len(inbox.costs) <= 301

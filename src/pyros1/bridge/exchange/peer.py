@@ -47,6 +47,15 @@ class State(Enum):
     LOST = "lost"
 
 
+class SiteStatus(NamedTuple):
+    """What a site knows of another one, for the status; `nodes` are the names here of its nodes."""
+
+    name: str
+    state: State
+    round_trip: float | None
+    nodes: list[str]
+
+
 class _Candidate(NamedTuple):
     """A run of the site that has not shown yet that it is running now."""
 

@@ -11,11 +11,11 @@ after the site has returned, the stream goes on where it stopped.
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping
-from typing import NamedTuple
 
 from pyros1.bridge.conversions.prefixes import Prefixer
 from pyros1.bridge.exchange.actions import Action, Listen, Log, Publish, Send
 from pyros1.bridge.exchange.definitions import Definitions
+from pyros1.bridge.exchange.incoming import IncomingTopic, ReceivedTopic
 from pyros1.bridge.exchange.outgoing import Drop
 from pyros1.bridge.exchange.outputs import Candidate, Feed, Output, Outputs, choose
 from pyros1.bridge.exchange.peer import Peer
@@ -54,44 +54,6 @@ _EARLY_TOLERANCE = 0.05
 """Seconds by which a message may be older than the request for its topic, since ages are upper bounds."""
 
 
-class _IncomingTopic:
-    """A topic that another site offers and that a rule takes."""
-
-    def __init__(self, offered: Offered, settings: Settings, stream: Stream, prefixer: Prefixer) -> None:
-        self.offered = offered
-        self.settings = settings
-        self.stream = stream
-        self.flow = Flow()
-        self.is_wanted = False
-        self.wanted_since = 0.0
-        self.is_paused = False
-        self.paused_until = float("inf")
-        self.due: dict[int, float] = {}  # publisher -> when its next message may be delivered
-        self.prefixer = prefixer
-
-
-class ReceivedTopic(NamedTuple):
-    """A topic of another site, for the status.
-
-    Attributes:
-        peer: the site that offers it.
-        topic, type, local: its name among sites, its message type, its name here; the latter is empty if it is refused.
-        state: whether it is wanted, or why it is not incoming.
-        flow: what came, and what was dropped.
-        missed_drops: the messages that the order of delivery has cost.
-        publishers: the nodes at the other site that publish it.
-    """
-
-    peer: str
-    topic: SharedName
-    type: str
-    local: str
-    state: str
-    flow: Flow
-    missed_drops: Mapping[str, int]
-    publishers: tuple[str, ...] = ()
-
-
 class Receiving:
     """The topics that a site takes.
 
@@ -99,6 +61,11 @@ class Receiving:
         rules: the site's rules.
         epoch: the site's epoch.
         peers: the other sites; shared with the caller, who changes it.
+
+    Attributes:
+        streams: the stream of each topic that has been offered, with whether it was latched and reliable. They stay as
+            long as the run of their site, so that nothing is delivered again if an offer comes back.
+        buffered: how much their streams keep back, for each site.
     """
 
     def __init__(self, rules: Rules, epoch: int, peers: Mapping[str, Peer]) -> None:
@@ -110,13 +77,12 @@ class Receiving:
         self._definitions = Definitions()
         self._outputs = Outputs()
         self._demand: frozenset[str] = frozenset()
-        self._incoming: dict[Feed, _IncomingTopic] = {}
+        self._incoming: dict[Feed, IncomingTopic] = {}
         self._refused: dict[Feed, tuple[str, str]] = {}  # -> type and reason
         self._unusable: dict[Feed, str] = {}
         self._lacks_definitions = False
-        # Streams stay as long as the run of their site, so that nothing is delivered again if an offer comes back.
-        self._streams: dict[Feed, tuple[bool, bool, Stream]] = {}
-        self._buffered: dict[str, BufferedBytes] = {}
+        self.streams: dict[Feed, tuple[bool, bool, Stream]] = {}
+        self.buffered: dict[str, BufferedBytes] = {}
 
     # What there is ----------------------------------------------------------------------------------------------------
 
@@ -163,7 +129,7 @@ class Receiving:
                 nodes = self._rules.prefix(offered.topic.site)
                 prefixer = Prefixer(settings.prefix_frames, settings.keep_frames, nodes)
                 stream = self._stream(feed, offered, settings)
-                self._incoming[feed] = _IncomingTopic(offered, settings, stream, prefixer)
+                self._incoming[feed] = IncomingTopic(offered, settings, stream, prefixer)
         actions: list[Action] = []
         if conflict and peer not in self._unwelcome:
             actions.append(Log(f"topics of site {peer} are not taken: {conflict}", is_warning=True))
@@ -172,7 +138,7 @@ class Receiving:
         self._forget_streams(peer)
         return actions + self.apply(now)
 
-    def _replace(self, old: Mapping[Feed, _IncomingTopic], now: float) -> list[Action]:
+    def _replace(self, old: Mapping[Feed, IncomingTopic], now: float) -> list[Action]:
         actions: list[Action] = []
         for feed, before in old.items():
             incoming = self._incoming.get(feed)
@@ -185,15 +151,15 @@ class Receiving:
         return actions
 
     def _stream(self, feed: Feed, offered: Offered, settings: Settings) -> Stream:
-        latched, reliable, stream = self._streams.get(feed, (None, None, None))
+        latched, reliable, stream = self.streams.get(feed, (None, None, None))
         if stream is None or (latched, reliable) != (offered.latched, offered.reliable):
             floor = stream.highest if stream else 0
-            buffered = self._buffered.setdefault(feed[0], BufferedBytes())
+            buffered = self.buffered.setdefault(feed[0], BufferedBytes())
             stream = make_stream(offered.latched, offered.reliable, settings.age, floor, buffered)
-            self._streams[feed] = (offered.latched, offered.reliable, stream)
+            self.streams[feed] = (offered.latched, offered.reliable, stream)
         return stream
 
-    def _continue(self, feed: Feed, before: _IncomingTopic, incoming: _IncomingTopic, now: float) -> list[Action]:
+    def _continue(self, feed: Feed, before: IncomingTopic, incoming: IncomingTopic, now: float) -> list[Action]:
         """Go on with a topic that is offered in another way: messages still come, latched ones are compared anew."""
         incoming.flow = before.flow
         incoming.is_wanted, incoming.wanted_since = before.is_wanted, before.wanted_since
@@ -205,16 +171,16 @@ class Receiving:
 
     def _forget_streams(self, peer: str) -> None:
         """Forget the oldest streams of a site that offers more and more topics."""
-        old = [feed for feed in self._streams if feed[0] == peer and feed not in self._incoming]
+        old = [feed for feed in self.streams if feed[0] == peer and feed not in self._incoming]
         for feed in old[: max(0, len(old) - MAX_TOPICS)]:
-            del self._streams[feed]
+            del self.streams[feed]
 
     def drop_peer(self, peer: str, now: float) -> list[Action]:
         """Forget everything of another site, since it is gone or has started again; return the actions that follow."""
         actions = self.set_offers(peer, (), now)
-        for feed in [feed for feed in self._streams if feed[0] == peer]:
-            del self._streams[feed]
-        self._buffered.pop(peer, None)
+        for feed in [feed for feed in self.streams if feed[0] == peer]:
+            del self.streams[feed]
+        self.buffered.pop(peer, None)
         self._definitions.forget(peer)
         return actions
 
@@ -312,17 +278,17 @@ class Receiving:
                 actions.append(Send(to_key(peer), self._head(Kind.ASK, peer), encode_ask(due)))
         return actions
 
-    def _stop(self, feed: Feed, incoming: _IncomingTopic, now: float) -> list[Action]:
+    def _stop(self, feed: Feed, incoming: IncomingTopic, now: float) -> list[Action]:
         """Want a topic no longer. Its latched messages are forgotten, since they may change unnoticed from now on."""
         incoming.stream.restart(now)  # nothing is kept back any more
         return self._ignore(feed, incoming)
 
-    def _pause(self, feed: Feed, incoming: _IncomingTopic) -> list[Action]:
+    def _pause(self, feed: Feed, incoming: IncomingTopic) -> list[Action]:
         """Want a topic no longer as long as its site is lost; what was missed is asked for afterwards."""
         incoming.is_paused, incoming.paused_until = True, float("inf")
         return self._ignore(feed, incoming)
 
-    def _ignore(self, feed: Feed, incoming: _IncomingTopic) -> list[Action]:
+    def _ignore(self, feed: Feed, incoming: IncomingTopic) -> list[Action]:
         incoming.is_wanted = False
         peer, topic = feed
         return [Listen(peer, topic_key(topic), False), *self._outputs.forget_site(incoming.settings.local, peer)]
@@ -361,9 +327,7 @@ class Receiving:
             return []
         return self._deliver((peer, topic), incoming, incoming.stream.accept(head, body, now), now)
 
-    def _deliver(
-        self, feed: Feed, incoming: _IncomingTopic, deliveries: Iterable[Delivery], now: float
-    ) -> list[Action]:
+    def _deliver(self, feed: Feed, incoming: IncomingTopic, deliveries: Iterable[Delivery], now: float) -> list[Action]:
         actions: list[Action] = []
         local = incoming.settings.local
         for head, body in deliveries:
@@ -387,7 +351,7 @@ class Receiving:
         return actions
 
     def _reason_to_drop(
-        self, peer: str, incoming: _IncomingTopic, head: MessageHead, size: int, now: float
+        self, peer: str, incoming: IncomingTopic, head: MessageHead, size: int, now: float
     ) -> str | None:
         settings = incoming.settings
         if size > settings.max_size:
@@ -449,7 +413,7 @@ class Receiving:
     def _head(self, kind: Kind, peer: str) -> bytes:
         return encode_head(kind, self._epoch, self._peers[peer].epoch)
 
-    def _state(self, feed: Feed, incoming: _IncomingTopic) -> str:
+    def _state(self, feed: Feed, incoming: IncomingTopic) -> str:
         if not self._present(feed[0]):
             return "site lost"
         return self._unusable.get(feed) or ("subscribed" if incoming.is_wanted else "no subscribers here")

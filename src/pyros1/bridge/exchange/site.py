@@ -22,17 +22,19 @@ forgotten, goodbye    its topics are withdrawn here; its requests, and sources t
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from itertools import count
-from typing import Any, NamedTuple
+from typing import Any
 
 from pyros1.bridge.conversions.conversion import Conversion
 from pyros1.bridge.exchange.actions import Action, Log, ProbeReply, Send
 from pyros1.bridge.exchange.far_nodes import FarNodes
+from pyros1.bridge.exchange.incoming import ReceivedTopic
 from pyros1.bridge.exchange.limits import Limits
 from pyros1.bridge.exchange.outgoing import OutgoingTopic, ReceivedMessage
-from pyros1.bridge.exchange.peer import Change, Peer, State
-from pyros1.bridge.exchange.receiving import ReceivedTopic, Receiving
+from pyros1.bridge.exchange.peer import Change, Peer, SiteStatus
+from pyros1.bridge.exchange.peer_lists import PeerLists
+from pyros1.bridge.exchange.receiving import Receiving
 from pyros1.bridge.exchange.sending import Flow, LocalTopic, Sending
 from pyros1.bridge.exchange.served import LocalService
 from pyros1.bridge.exchange.services import Services
@@ -57,31 +59,12 @@ from pyros1.bridge.protocol.packets import (
     encode_heartbeat,
     encode_probe,
 )
-from pyros1.bridge.protocol.versioned_lists import ListReceiver, ListSender
 from pyros1.bridge.rules.rules import Priority, Rules
 
 _HELLO_PERIOD = 1.0
 """Seconds between packets by which sites find each other."""
 MAX_SITES = 256
 """Maximum number of other sites; what further ones send is ignored."""
-
-
-class _Lists:
-    """The lists between this site and another one."""
-
-    def __init__(self, versions: Iterator[int]) -> None:
-        self.offer, self.request, self.services = (ListSender(versions) for _ in range(3))
-        self.their_offer, self.their_request, self.their_services = (ListReceiver() for _ in range(3))
-        self.nodes: list[str] = []  # those that the last heartbeat named
-
-
-class SiteStatus(NamedTuple):
-    """What a site knows of another one, for the status; `nodes` are the names here of its nodes."""
-
-    name: str
-    state: State
-    round_trip: float | None
-    nodes: list[str]
 
 
 class Site:
@@ -95,6 +78,7 @@ class Site:
     Attributes:
         ignored: how many packets were ignored for each reason.
         services: the services of this site and of others, and calls of them.
+        receiving: the topics that are taken.
     """
 
     def __init__(self, rules: Rules, epoch: int, now: float) -> None:
@@ -103,10 +87,10 @@ class Site:
         self._epoch = epoch
         self._peers: dict[str, Peer] = {}
         self._versions, self._heartbeat_numbers = count(1), count(1)
-        self._lists: dict[str, _Lists] = {}
+        self._lists: dict[str, PeerLists] = {}
         self._limits = Limits()
         self._sending = Sending(rules, epoch)
-        self._receiving = Receiving(rules, epoch, self._peers)
+        self.receiving = Receiving(rules, epoch, self._peers)
         self.services = Services(rules, epoch, self._peers)
         self._far_nodes = FarNodes(rules)
         self._hello_at = now
@@ -126,8 +110,8 @@ class Site:
             Kind.PROBE: self._on_probe,
             Kind.PROBE_REPLY: lambda peer, body, _: [ProbeReply(peer, decode_probe(body))],
             Kind.MISSED: lambda peer, body, now: self._sending.on_missed(peer, decode_missed(body), now),
-            Kind.HELD: lambda peer, body, now: self._receiving.on_held(peer, decode_held(body), now),
-            Kind.GONE: lambda peer, body, now: self._receiving.on_gone(peer, decode_gone(body), now),
+            Kind.HELD: lambda peer, body, now: self.receiving.on_held(peer, decode_held(body), now),
+            Kind.GONE: lambda peer, body, now: self.receiving.on_gone(peer, decode_gone(body), now),
         }
 
     @property
@@ -141,9 +125,9 @@ class Site:
         """Note which topics nodes of this site's master published when it was asked, those of bridges excepted."""
         known = [*topics]
         actions = self._sending.set_topics(known, asked_at, now)
-        if self._receiving.set_local_topics([topic.name for topic in known if topic.publishers]):
+        if self.receiving.set_local_topics([topic.name for topic in known if topic.publishers]):
             for name, lists in self._lists.items():
-                actions += self._receiving.set_offers(name, lists.their_offer.entries, now)
+                actions += self.receiving.set_offers(name, lists.their_offer.entries, now)
         actions += self._update_lists(now)
         return actions + self._send_heartbeats(now)
 
@@ -154,7 +138,7 @@ class Site:
 
     def set_demand(self, demand: Iterable[str], now: float) -> list[Action]:
         """Note to which topics that this site publishes nodes of its master subscribe."""
-        return self._receiving.set_demand(demand, now) + self._update_requests(now)
+        return self.receiving.set_demand(demand, now) + self._update_requests(now)
 
     def on_message(
         self,
@@ -211,16 +195,16 @@ class Site:
             if peer.tick(now):
                 actions.append(Log(f"site {peer.name} does not respond any more", is_warning=True))
                 actions += self.services.on_lost(peer.name)
-                actions += self._far_nodes.drop(peer.name) + self._receiving.apply(now)
+                actions += self._far_nodes.drop(peer.name) + self.receiving.apply(now)
                 actions += self._update_lists(now)
             if peer.is_forgotten(now):
                 actions += self._forget(peer, now, "does not respond")
         actions += self.services.tick(now)
         actions += self._sending.tick(now)
-        actions += self._receiving.tick(now)
+        actions += self.receiving.tick(now)
         for name in self._peers:
             actions += self._apply_lists(name, now)
-        if self._receiving.end_pauses(now):
+        if self.receiving.end_pauses(now):
             actions += self._update_lists(now)
         return actions + self._send_heartbeats(now) + self._send_lists(now)
 
@@ -269,7 +253,7 @@ class Site:
 
     def _update_requests(self, now: float) -> list[Action]:
         """Return the lists that must be sent since demand, or what others offer, has changed."""
-        requests = self._receiving.requests()
+        requests = self.receiving.requests()
         for name, lists in self._lists.items():
             lists.request.update(requests.get(name, ()))
         return self._send_lists(now)
@@ -325,7 +309,7 @@ class Site:
         peer = self._peers.get(site)
         if peer is None or not peer.is_current(message.epoch, message.to_epoch):
             return self._ignore(f"{site}: messages of a run that is not present")
-        return self._receiving.on_message(site, topic, message, body, now)
+        return self.receiving.on_message(site, topic, message, body, now)
 
     def _on_call_packet(self, site: str, service: SharedName, head: bytes, body: bytes, now: float) -> list[Action]:
         call = decode_call_head(head)
@@ -369,7 +353,7 @@ class Site:
                 self._ignore("more sites than there may be")
                 return None
             peer = self._peers[name] = Peer(name, self._epoch, self._heartbeat_numbers, now, self._rules.loss_delay)
-            self._lists[name] = _Lists(self._versions)
+            self._lists[name] = PeerLists(self._versions)
         return peer
 
     def _on_heartbeat(self, site: str, epoch: int, to_epoch: int, body: bytes, now: float) -> list[Action]:
@@ -381,23 +365,23 @@ class Site:
         actions: list[Action] = []
         if change is Change.STARTED:
             actions += self._far_nodes.drop(site)
-            actions += self._receiving.drop_peer(site, now)
+            actions += self.receiving.drop_peer(site, now)
             actions += self.services.drop_peer(site, f"site {site} has started again")
-            self._lists[site] = _Lists(self._versions)
+            self._lists[site] = PeerLists(self._versions)
             self._limits.of(site, self._peers).lists.clear()
             actions += self._update_peers(now)
             actions += self._send_heartbeats(now)
             actions += self._update_lists(now)
             actions.append(Log(f"site {site} is present"))
         elif change is Change.RETURNED:
-            actions += self._receiving.on_return(site, now)
+            actions += self.receiving.on_return(site, now)
             actions += self._send_heartbeats(now)
             actions += self._update_lists(now)
             actions.append(Log(f"site {site} responds again"))
         if peer.is_current(epoch, to_epoch):
             actions += self._far_nodes.update(site, heartbeat.nodes)
-            self._receiving.on_tails(site, heartbeat.tails, now)
-            actions += self._receiving.tick(now)
+            self.receiving.on_tails(site, heartbeat.tails, now)
+            actions += self.receiving.tick(now)
         # Heartbeats go first: the other site may take this one for present only when it has got one.
         return actions + self._send_heartbeats(now) + self._send_lists(now)
 
@@ -406,7 +390,7 @@ class Site:
         return self._sending.set_peers(epochs, now)
 
     def _forget(self, peer: Peer, now: float, reason: str) -> list[Action]:
-        actions = self._far_nodes.drop(peer.name) + self._receiving.drop_peer(peer.name, now)
+        actions = self._far_nodes.drop(peer.name) + self.receiving.drop_peer(peer.name, now)
         actions += self.services.drop_peer(peer.name, f"site {peer.name} {reason}")
         del self._peers[peer.name], self._lists[peer.name]
         self._limits.of(peer.name, self._peers).lists.clear()
@@ -428,7 +412,7 @@ class Site:
             elif kind is Kind.SERVICES:
                 actions += self.services.calls.set_offers(site, entries)
             else:
-                actions += self._receiving.set_offers(site, entries, now) + self._update_requests(now)
+                actions += self.receiving.set_offers(site, entries, now) + self._update_requests(now)
         return actions
 
     def _on_probe(self, site: str, body: bytes, now: float) -> list[Action]:
@@ -439,7 +423,7 @@ class Site:
         return [self._to(site, Kind.PROBE_REPLY, encode_probe(number))._replace(replaces=0)]
 
     def _on_definition(self, site: str, body: bytes, now: float) -> list[Action]:
-        return self._receiving.on_definition(site, decode_definition(body), now) + self._update_requests(now)
+        return self.receiving.on_definition(site, decode_definition(body), now) + self._update_requests(now)
 
     # Status -----------------------------------------------------------------------------------------------------------
 
@@ -460,4 +444,4 @@ class Site:
 
     def received(self) -> list[ReceivedTopic]:
         """Return the topics that other sites offer."""
-        return self._receiving.topics()
+        return self.receiving.topics()

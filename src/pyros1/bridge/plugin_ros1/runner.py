@@ -18,7 +18,7 @@ from functools import partial
 
 from pyros1.bridge.exchange.actions import Advertise
 from pyros1.bridge.exchange.outgoing import ReceivedMessage
-from pyros1.bridge.local_graph import STATUS_SERVICE, LocalGraph
+from pyros1.bridge.local_graph import LocalGraph
 from pyros1.bridge.plugin_ros1.arrivals import Arrivals
 from pyros1.bridge.plugin_ros1.local_services import LocalServices
 from pyros1.bridge.plugin_ros1.plan import Plan, Taken
@@ -30,6 +30,7 @@ from pyros1.bridge.plugin_ros1.status import status_json
 from pyros1.bridge.publishing import BRIDGE_FIELD, Publishing
 from pyros1.bridge.runner import steady_now
 from pyros1.bridge.transport.sender import Sender
+from pyros1.doctor.bridge_status import STATUS_SERVICE
 from pyros1.graph import Graph
 from pyros1.ground.errors import Error, MessageError
 from pyros1.ground.names import FullName

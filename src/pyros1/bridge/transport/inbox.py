@@ -63,6 +63,7 @@ class Inbox:
 
     Attributes:
         dropped: how many packets were dropped because too many waited, or because they were too large.
+        costs: what was done for sites of which nothing waits any more, but that were ahead of others.
     """
 
     def __init__(
@@ -80,7 +81,7 @@ class Inbox:
         self._sites: dict[str, _SiteQueue] = {}  # those of which something waits
         self._bytes = 0
         self._cost = 0  # of the site that was served last, before that
-        self._costs: dict[str, int] = {}  # of sites of which nothing waits any more, but that were ahead of others
+        self.costs: dict[str, int] = {}
 
     def put(self, packet: Received) -> None:
         """Add a packet. If too many messages of its site wait, the oldest is dropped; of other packets, the new one. If
@@ -93,7 +94,7 @@ class Inbox:
             self.dropped += 1
             return
         if site is None:
-            site = self._sites[key.site] = _SiteQueue(max(self._cost, self._costs.pop(key.site, 0)))
+            site = self._sites[key.site] = _SiteQueue(max(self._cost, self.costs.pop(key.site, 0)))
         if is_control:
             if len(site.control) >= self._site_packets or site.control_bytes + size > self._site_control_bytes:
                 self.dropped += 1
@@ -131,11 +132,11 @@ class Inbox:
     def _forget_if_empty(self, name: str, site: _SiteQueue) -> None:
         if not site.messages and not site.control:
             del self._sites[name]
-            self._costs[name] = site.cost
-            if len(self._costs) > _MAX_SITES:
-                self._costs = {name: cost for name, cost in self._costs.items() if cost > self._cost}
-                if len(self._costs) > _MAX_SITES:
-                    del self._costs[min(self._costs, key=self._costs.__getitem__)]
+            self.costs[name] = site.cost
+            if len(self.costs) > _MAX_SITES:
+                self.costs = {name: cost for name, cost in self.costs.items() if cost > self._cost}
+                if len(self.costs) > _MAX_SITES:
+                    del self.costs[min(self.costs, key=self.costs.__getitem__)]
 
     def pop(self) -> Received | None:
         """Return the packet to deal with next, or None if none waits."""

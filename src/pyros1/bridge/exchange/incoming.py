@@ -1,0 +1,66 @@
+"""A topic of another site that is taken, and what the status says of it. No I/O."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+from pyros1.bridge.conversions.prefixes import Prefixer
+from pyros1.bridge.exchange.sending import Flow
+from pyros1.bridge.exchange.streams import Stream
+from pyros1.bridge.names import SharedName
+from pyros1.bridge.protocol.packets import Offered
+from pyros1.bridge.rules.rules import Settings
+
+
+class IncomingTopic:
+    """A topic that another site offers and that a rule takes.
+
+    Args:
+        offered: how it is offered.
+        settings: how its messages are received.
+        stream: their order.
+        prefixer: what is put before names in them.
+
+    Attributes:
+        flow: what came, and what was dropped.
+        is_wanted: whether it is requested, since somebody subscribes to it here.
+        wanted_since: since when, in seconds.
+        is_paused: whether it was wanted when its site was lost; then it is requested again after its return, until
+            `paused_until`.
+        due: for each publisher, when its next message may be delivered.
+    """
+
+    def __init__(self, offered: Offered, settings: Settings, stream: Stream, prefixer: Prefixer) -> None:
+        self.offered = offered
+        self.settings = settings
+        self.stream = stream
+        self.flow = Flow()
+        self.is_wanted = False
+        self.wanted_since = 0.0
+        self.is_paused = False
+        self.paused_until = float("inf")
+        self.due: dict[int, float] = {}
+        self.prefixer = prefixer
+
+
+class ReceivedTopic(NamedTuple):
+    """A topic of another site, for the status.
+
+    Attributes:
+        peer: the site that offers it.
+        topic, type, local: its name among sites, its message type, its name here; the latter is empty if it is refused.
+        state: whether it is wanted, or why it is not taken.
+        flow: what came, and what was dropped.
+        missed_drops: the messages that the order of delivery has cost.
+        publishers: the nodes at the other site that publish it.
+    """
+
+    peer: str
+    topic: SharedName
+    type: str
+    local: str
+    state: str
+    flow: Flow
+    missed_drops: Mapping[str, int]
+    publishers: tuple[str, ...] = ()
