@@ -48,6 +48,7 @@ def test_nothing_when_all_is_well() -> None:
     assert check() == []
     assert check(**received(state="denied by a rule")) == []
     assert check(**received(state=NO_RULE, usual="/red/else")) == []
+    assert check(**received(state="nobody here subscribes"), dialect="zenoh-plugin-ros1") == []
     assert check_bridges(System("http://here:11311/", SystemState({}, {}, {}), {})) == []
 
 

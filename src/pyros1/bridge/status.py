@@ -37,8 +37,8 @@ def status_json(
         trouble: what went wrong, and how often.
     """
     status = {
-        "version": __version__,
         "site": site.name,
+        "version": __version__,
         "link": link.problem,
         "sites": [
             {"name": each.name, "state": each.state.value, "round_trip": each.round_trip, "nodes": each.nodes}
