@@ -78,6 +78,9 @@ def test_a_node_that_starts_here_takes_its_name(stand_ins: StandIns, bridge: Nod
     for _ in range(3):
         stand_ins.update()
     assert uri(bridge) == own.uri and own.ok()
+    own.shutdown()
+    stand_ins.update()
+    assert uri(bridge) not in (None, own.uri), "and gives it back"
 
 
 def test_a_registration_that_is_left_of_a_dead_node_does_not_count(

@@ -6,12 +6,13 @@ import pytest
 
 from pyros1.bridge.exchange.actions import Action, Advertise, Listen, Publish, Represent, Send, Withdraw
 from pyros1.bridge.exchange.peer import State
+from pyros1.bridge.exchange.sending import LocalTopic
 from pyros1.bridge.exchange.site import Site
 from pyros1.bridge.names import SharedName
 from pyros1.bridge.protocol import packets
 from pyros1.bridge.protocol.packets import Flag, Kind, Request
 
-from .test_site import OWN, Liar, offered, only, rules, wanted
+from .test_site import OWN, STRING, Liar, offered, only, rules, wanted
 
 MAP, GOAL = SharedName("red", "/map"), SharedName("red", "/goal")
 
@@ -99,6 +100,7 @@ def test_a_topic_that_another_site_sends_too_stays(red: Liar) -> None:
         blue.heartbeat()
         actions = red.take(site.tick(blue.now))
         assert not only(Withdraw, actions)
+    assert [each.on for each in only(Listen, red.actions) if each.site == "red"] == [True, False]
     assert {each.name: each.state for each in site.sites()} == {"red": State.LOST, "blue": State.PRESENT}
     assert only(Publish, blue.message(1, topic=SharedName("blue", "/odom")))
 
@@ -110,3 +112,33 @@ def test_nodes_are_represented_while_their_site_is_present(red: Liar) -> None:
     assert only(Represent, lose(red)) == [Represent("/red/talker", "", "")]
     assert only(Represent, red.heartbeat(nodes=["/talker"])) == [Represent("/red/talker", "red", "/talker")]
     assert only(Represent, red.send(Kind.BYE)) == [Represent("/red/talker", "", "")]
+
+
+def test_nodes_of_a_site_that_has_started_again_are_others(red: Liar) -> None:
+    red.meet()
+    red.heartbeat(nodes=["/talker"])
+    again = Liar(red.site, red.epoch + 1)
+    again.now = 1.0
+    again.heartbeat(nodes=["/talker"])
+    again.take(red.site.tick(again.now))
+    actions = again.heartbeat(nodes=["/talker"])
+    on, off = Represent("/red/talker", "red", "/talker"), Represent("/red/talker", "", "")
+    assert only(Represent, actions) == [off, on]
+
+
+def test_a_node_that_is_found_or_lost_is_told_of_at_once() -> None:
+    red = Liar(Site(rules("{send: [/map]}"), OWN, 0.0))
+    topic = LocalTopic("/map", "std_msgs/String", STRING._md5sum, "string data\n", False, ("/left", "/right"))
+    red.meet()
+    red.site.set_topics([topic], 0.0, 0.0)
+
+    def told(responding: list[str]) -> list[list[str]]:
+        actions = only(Send, red.site.set_responding(responding, 0.0))
+        return [[*packets.decode_heartbeat(each.body).nodes] for each in actions]
+
+    assert told(["/left"]) == [], "red does not want it"
+    red.send(Kind.REQUEST, next(packets.encode_pages(1, [Request(SharedName("base", "/map"), 0.0)])))
+    red.take(red.site.tick(2.0))
+    assert told(["/left", "/right", "/else"]) == [["/left", "/right"]]
+    assert told(["/right", "/left"]) == []
+    assert told(["/right"]) == [["/right"]]
