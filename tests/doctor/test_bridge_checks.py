@@ -44,6 +44,12 @@ def received(**changes: Any) -> dict[str, Any]:
     return {"received": [{**TOPIC, "dropped": {}, **changes}]}
 
 
+def test_a_topic_that_a_node_here_publishes_is_not_missed() -> None:
+    state = SystemState({"/red/odom": ["/own"]}, {"/red/odom": ["/listener"]}, {})
+    status = {**STATUS, **received(state=NO_RULE, local="")}
+    assert check_bridges(System("http://here:11311/", state, {}, bridges={"/bridge_base": status})) == []
+
+
 def test_nothing_when_all_is_well() -> None:
     assert check() == []
     assert check(**received(state="denied by a rule")) == []
