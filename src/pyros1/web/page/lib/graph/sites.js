@@ -40,6 +40,7 @@ export function sitesOf(system, nodes, isShown) {
 
 // Return what is known of a site: {gone, states: [text], nodes, sent, received}, the last two with flows.
 export function siteFacts(system, name) {
+  /** @type {{gone: boolean, states: object[], nodes: string[], sent: object[], received: object[]}} */
   const facts = { gone: true, states: [], nodes: [], sent: [], received: [] };
   for (const bridge of system.bridges || []) {
     for (const site of bridge.sites.filter((each) => each.name === name)) {
