@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable, Iterator
+from typing import Any
 
 import pytest
 
@@ -44,6 +45,30 @@ def test_a_node_comes_goes_and_returns(
     assert (watch.responding, watch.lost) == ({"/talker"}, set())
     watch.update([], [])
     assert (watch.responding, watch.lost) == (set(), set())
+
+
+def test_a_node_that_is_found_before_it_is_known_to_be_watched(
+    make_node: MakeNode, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    node, _ = make_node("bridge"), make_node("talker")
+    watch_node = node.watch
+
+    def watch_slowly(name: str, *callbacks: Callable[[Any], object], **options: float) -> Any:
+        told = threading.Event()
+
+        def tell(sighting: Any) -> None:
+            callbacks[0](sighting)
+            told.set()
+
+        watched = watch_node(name, tell, tell, **options)
+        assert told.wait(20)
+        return watched
+
+    monkeypatch.setattr(node, "watch", watch_slowly)
+    watch = PublisherWatch(node, 1.0, lambda: None)
+    watch.update(["/talker"], ["/talker"])
+    assert watch.responding == {"/talker"}
+    watch.close()
 
 
 def test_a_node_that_was_never_found_is_not_lost(watch: PublisherWatch) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from pyros1.bridge.exchange.actions import Action, Advertise, Listen, Publish, Represent, Send, Withdraw
+from pyros1.bridge.exchange.actions import Action, Advertise, Listen, Publish, Represent, Send, SetOrigins, Withdraw
 from pyros1.bridge.exchange.peer import State
 from pyros1.bridge.exchange.sending import LocalTopic
 from pyros1.bridge.exchange.site import Site
@@ -86,13 +86,30 @@ def test_who_does_not_subscribe_again_wants_nothing_any_more(red: Liar) -> None:
     assert requested(red.actions[before:])[-1] == []
 
 
+@pytest.mark.parametrize("is_withdrawn", [True, False])
+def test_nothing_is_kept_back_after_a_pause(red: Liar, is_withdrawn: bool) -> None:
+    wanted(red, offered(reliable=True))
+    red.message(1)
+    red.message(3, bytes(100))
+    lose(red)
+    red.heartbeat()
+    buffered = red.site.receiving.buffered
+    assert buffered["red"].total == 100, "it may still be wanted again"
+    if is_withdrawn:
+        red.offer()
+    else:
+        red.now += 10.5
+        red.take(red.site.tick(red.now))
+    assert buffered["red"].total == 0
+
+
 def test_a_topic_that_another_site_sends_too_stays(red: Liar) -> None:
     site = Site(rules("{take: ['*:/odom'], prefix: {'*': /robots}}"), OWN, 0.0)
     red, blue = Liar(site), Liar(site, 33, "blue")
     for each in (red, blue):
         each.heartbeat()
         each.heartbeat()
-        each.offer(offered(SharedName(each.name, "/odom")))
+        each.offer(offered(SharedName(each.name, "/odom"), publishers=("/driver",)))
         each.define()
     red.take(site.set_demand(["/robots/odom"], 0.5))
     for _ in range(6):
@@ -101,6 +118,7 @@ def test_a_topic_that_another_site_sends_too_stays(red: Liar) -> None:
         actions = red.take(site.tick(blue.now))
         assert not only(Withdraw, actions)
     assert [each.on for each in only(Listen, red.actions) if each.site == "red"] == [True, False]
+    assert only(SetOrigins, red.actions)[-1].origins == ("blue:/driver",)
     assert {each.name: each.state for each in site.sites()} == {"red": State.LOST, "blue": State.PRESENT}
     assert only(Publish, blue.message(1, topic=SharedName("blue", "/odom")))
 

@@ -313,6 +313,7 @@ class Receiving:
         ended = [incoming for incoming in self._incoming.values() if now >= incoming.paused_until]
         for incoming in ended:
             incoming.is_paused, incoming.paused_until = False, float("inf")
+            incoming.stream.restart(now)  # nothing is kept back any more
         return bool(ended)
 
     # Messages ---------------------------------------------------------------------------------------------------------
