@@ -346,8 +346,9 @@ class Simulation:
                 "pause",
                 "call",
                 "service",
+                "slow",
             ],
-            [60, 5, 3, 20, 3, 3, 5, 4, 0.7, 1.5, 25, 2],
+            [60, 5, 3, 20, 3, 3, 5, 4, 0.7, 1.5, 25, 2, 3],
         )[0]:
             case "publish":
                 for _ in range(random.choice([1, 1, 3, 10])):
@@ -367,6 +368,8 @@ class Simulation:
                 self.network.conditions = Conditions(random.choice([0.001, 0.02, 0.3]), jitter, loss, repetition)
             case "restart":
                 site.start()
+            case "slow":
+                site.act(site.site.on_slow(other, site.now))
             case "call" | "service" as word:
                 site.services.happen(word, other)
             case "pause":

@@ -70,6 +70,10 @@ def add_only(original: Any) -> Callable[..., Any]:
     return lambda self, site, names: original(self, site, [*names, *self._names.get(site, {}).values()])
 
 
+def listen_never_again(original: Any) -> Callable[..., Any]:
+    return lambda self, peer, on: original(self, peer, on) if on else []
+
+
 MISTAKES: dict[str, tuple[Any, str, Any, str]] = {
     "what was delivered is not remembered": (NewestStream, "accept", accept_all, "came"),
     "reliable messages are not put in order": (ReliableStream, "accept", unsorted, "came after"),
@@ -89,6 +93,12 @@ MISTAKES: dict[str, tuple[Any, str, Any, str]] = {
     "what a lost site offers stays published": (Receiving, "_present", lambda self, peer: peer in self._peers, "lost"),
     "pauses never end": (Receiving, "end_pauses", lambda *_: False, "subscribes|represents"),
     "nodes that are gone stay": (FarNodes, "update", add_only(FarNodes.update), "represents|lost"),
+    "what is for all is not listened to again": (
+        Receiving,
+        "set_separate",
+        listen_never_again(Receiving.set_separate),
+        "not|arrive",
+    ),
     "the demand here is ignored": (Receiving, "set_demand", lambda *_: [], "subscribes"),
 }
 
@@ -98,7 +108,7 @@ def test_the_simulation_notices_mistakes(mistake: str, monkeypatch: pytest.Monke
     owner, name, replacement, complaint = MISTAKES[mistake]
     monkeypatch.setattr(owner, name, replacement)
     with pytest.raises(AssertionError, match=complaint):
-        for seed in range(40):
+        for seed in range(120):
             Simulation(seed).run()
 
 

@@ -128,7 +128,7 @@ class Bridge:
         self._close_lock = threading.Lock()
         self._is_closed = False
         self._link = make_link(self._receive)
-        self._sender = Sender(self._link, steady_now, self._on_link_error, self._make_probes)
+        self._sender = Sender(self._link, steady_now, self._on_link_error, self._make_probes, self._on_slow)
         self._worker = threading.Thread(target=self._work, name="bridge: packets", daemon=True)
         self._master_thread = threading.Thread(target=self._run_master_thread, name="bridge: master", daemon=True)
         node.on_shutdown(self.close)
@@ -214,10 +214,14 @@ class Bridge:
             if self._node.ok():
                 self._node.log.peer_event(WARN, "cannot publish on %s: %s", one_line(action.local), error)
 
-    def _make_probes(self, number: int, priority: Priority) -> list[tuple[str, Send]]:
+    def _make_probes(self, receiver: str, number: int, priority: Priority) -> list[tuple[str, Send]]:
         """Return probes to send. Called by the sender's threads."""
         with self._lock:
-            return self._site.probes(number, priority)
+            return self._site.probes(receiver, number, priority)
+
+    def _on_slow(self, site: str) -> None:
+        """Note that a site holds up others. Called by the sender's threads."""
+        self._do_next(lambda now: self._site.on_slow(site, now))
 
     def _on_link_error(self, error: Exception) -> None:
         self._count("packets that could not be sent")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections import Counter
 from collections.abc import Hashable, Iterable, Iterator, Mapping
+from itertools import islice
 from typing import Any
 
 from pyros1 import __version__
@@ -18,6 +19,9 @@ from pyros1.bridge.transport.inbox import Inbox
 from pyros1.bridge.transport.link import Link
 from pyros1.bridge.transport.sender import Sender
 from pyros1.ground.terminal_text import one_line
+
+_MAX_ENTRIES = 5_000
+"""Maximum number of topics, and of services, of other sites that the status lists."""
 
 
 def status_json(
@@ -41,7 +45,13 @@ def status_json(
         "version": __version__,
         "link": link.problem,
         "sites": [
-            {"name": each.name, "state": each.state.value, "round_trip": each.round_trip, "nodes": each.nodes}
+            {
+                "name": each.name,
+                "state": each.state.value,
+                "round_trip": each.round_trip,
+                "nodes": each.nodes,
+                "slow": each.is_slow,
+            }
             for each in site.sites()
         ],
         "sent": [
@@ -54,7 +64,7 @@ def status_json(
                 "wanted_by": sorted(topic.requests),
                 "messages": flow.messages,
                 "bytes": flow.bytes,
-                **_rate_cells(rates.rate(("sent", topic.topic))),
+                **_rate_cells(rates.rate(("", topic.topic))),
                 "dropped": _add(flow.drops, *(sender.drops(key) for key in _keys(topic))),
             }
             for topic, local, flow in site.sent()
@@ -73,7 +83,7 @@ def status_json(
                 **_rate_cells(rates.rate((received.peer, received.topic))),
                 "dropped": _add(received.flow.drops, received.missed_drops),
             }
-            for received in site.received()
+            for received in islice(site.received(), _MAX_ENTRIES)
         ],
         "served": [
             {
@@ -93,7 +103,7 @@ def status_json(
                 "state": service.state,
                 **_call_cells(service.counts),
             }
-            for service in site.services.calls.services()
+            for service in islice(site.services.calls.services(), _MAX_ENTRIES)
         ],
         "waiting_bytes": sender.waiting_bytes,
         "overflowed": inbox.dropped,
@@ -107,7 +117,7 @@ def status_json(
 def flow_counts(site: Site) -> dict[Hashable, Count]:
     """Return how much of each topic has been sent and received, for the rates in the status."""
     counts: dict[Hashable, Count] = {
-        ("sent", topic.topic): Count(flow.messages, flow.bytes) for topic, _, flow in site.sent()
+        ("", topic.topic): Count(flow.messages, flow.bytes) for topic, _, flow in site.sent()
     }
     for each in site.received():
         counts[each.peer, each.topic] = Count(each.flow.messages, each.flow.bytes)
@@ -152,8 +162,10 @@ def status_lines(status: Mapping[str, Any]) -> Iterator[str]:
         yield f"  no connection yet: {one_line(status['link'])}"
     for site in status["sites"]:
         trip = site["round_trip"]
-        yield f"  {one_line(site['name'])}: {one_line(site['state'])}" + (
-            f", round trip {trip * 1000:.1f} ms" if trip is not None else ""
+        yield (
+            f"  {one_line(site['name'])}: {one_line(site['state'])}"
+            + (f", round trip {trip * 1000:.1f} ms" if trip is not None else "")
+            + (", slower than others: gets packets of its own" if site.get("slow") else "")
         )
     if not status["sites"]:
         yield "  no topics or services that are taken found yet" if dialect else "  no other site found yet"

@@ -25,6 +25,7 @@ from pyros1.bridge.exchange.peer import FORGET_DELAY, State
 from pyros1.bridge.exchange.receiving import MAX_TOPICS
 from pyros1.bridge.exchange.sending import LocalTopic
 from pyros1.bridge.exchange.site import MAX_SITES, Site
+from pyros1.bridge.exchange.slow_sites import FIRST_TIME, OVERLAP
 from pyros1.bridge.names import SharedName
 from pyros1.bridge.protocol import packets
 from pyros1.bridge.protocol.key_expressions import Channel, Key, parse_key, site_key
@@ -371,9 +372,63 @@ def test_what_is_for_some_sites_only_is_sent_to_each_of_them() -> None:
     assert keys("/secret") == {"again/red/base/secret": THEIR, "again/blue/base/secret": 33}
     assert keys("/public") == {"t/base/public": 0}
     assert keys("/red/cmd") == {"again/red/red/cmd": THEIR}
-    assert {name for name, _ in site.probes(1, Priority.LOW)} == {"red", "blue", "green"}
+    assert {name for name, _ in site.probes("", 1, Priority.LOW)} == {"red", "blue", "green"}
     request(liars[2], names[0])
-    assert {name for name, _ in site.probes(1, Priority.LOW)} == {"red", "blue"}
+    assert {name for name, _ in site.probes("", 1, Priority.LOW)} == {"red", "blue"}
+
+
+def told_to_be_separate(site: Site, now: float) -> dict[str, bool]:
+    """Return what the next heartbeats say of the sites for which they are."""
+    sent = only(Send, site.tick(now))
+    heartbeats = [each for each in sent if packets.decode_head(each.head).kind is Kind.HEARTBEAT]
+    return {each.key: packets.decode_heartbeat(each.body).is_separate for each in heartbeats}
+
+
+def test_a_slow_site_gets_packets_of_its_own() -> None:
+    site = Site(rules("{send: [/public], loss: 60}"), OWN, 0.0)
+    liars = [Liar(site, name="red"), Liar(site, epoch=33, name="blue")]
+    for liar in liars:
+        liar.meet()
+    site.set_topics([LocalTopic("/public", "std_msgs/String", STRING._md5sum, "", False, ("/n",))], 0.0, 0.0)
+    for liar in liars:
+        request(liar, SharedName("base", "/public"))
+
+    def keys() -> list[str]:
+        received = ReceivedMessage("/n", STRING._md5sum, False, b"x")
+        return sorted(each.key for each in only(Send, site.on_message("/public", received, False, 0.0)))
+
+    assert site.on_slow("stranger", 0.0) == [] and keys() == ["t/base/public"]
+    (heartbeat,) = only(Send, site.on_slow("blue", 0.0))
+    assert heartbeat.key == "to/blue" and packets.decode_heartbeat(heartbeat.body).is_separate
+    assert site.on_slow("blue", 0.0) == [], "that is known"
+    assert keys() == ["again/blue/base/public", "t/base/public"]
+    assert [each[0] for each in site.probes("", 1, Priority.LOW)] == ["red"]
+    assert {each.name: each.is_slow for each in site.sites()} == {"red": False, "blue": True}
+    assert told_to_be_separate(site, FIRST_TIME - 0.1) == {"to/red": False, "to/blue": True}
+    assert told_to_be_separate(site, FIRST_TIME + 0.1) == {"to/blue": False}, "at once"
+    assert keys() == ["again/blue/base/public", "t/base/public"], "until it listens to what is for all"
+    site.tick(FIRST_TIME + OVERLAP)
+    assert keys() == ["t/base/public"]
+
+
+def test_a_site_that_sends_packets_for_this_one_alone(liar: Liar) -> None:
+    """Then it does not listen to those for all."""
+    liar.meet()
+    names = [SharedName("red", name) for name in ("/a", "/b", "/c")]
+    liar.offer(*map(offered, names))
+    liar.define()
+
+    def listened(is_separate: bool) -> list[Listen]:
+        before = len(liar.actions)
+        liar.heartbeat(is_separate=is_separate)
+        return only(Listen, liar.actions[before:])
+
+    liar.take(liar.site.set_demand(["/red/a", "/red/b"], liar.now))
+    assert listened(False) == []
+    assert listened(True) == [Listen("red", "t/red/a", False), Listen("red", "t/red/b", False)]
+    assert listened(True) == []
+    assert not only(Listen, liar.site.set_demand(["/red/a", "/red/b", "/red/c"], liar.now)), "it comes anyhow"
+    assert [each.key for each in listened(False)] == ["t/red/a", "t/red/b", "t/red/c"]
 
 
 def test_definitions_of_what_is_not_offered(liar: Liar) -> None:
@@ -472,7 +527,7 @@ def test_a_flood_of_probes(liar: Liar) -> None:
         liar.now += 0.0002
         answers += only(Send, liar.send(Kind.PROBE, packets.encode_probe(number + 1)))
     assert 500 <= len(answers) <= 601
-    assert {(answer.key, answer.replaces) for answer in answers} == {("to/red", 0)}, "a later one replaces it"
+    assert {answer.key for answer in answers} == {"to/red"}
 
 
 def test_a_flood_of_questions() -> None:
@@ -504,14 +559,17 @@ def test_probes_are_answered_at_once(liar: Liar) -> None:
 
 def test_probes_go_to_sites_that_want_something(liar: Liar) -> None:
     liar.meet()
-    assert liar.site.probes(1, Priority.LOW) == []
+    assert liar.site.probes("", 1, Priority.LOW) == []
     topic = LocalTopic("/map", "std_msgs/String", STRING._md5sum, "", False, ("/n",))
     liar.take(liar.site.set_topics([topic], 0.0, 0.0))
     for body in packets.encode_pages(1, [Request(SharedName("base", "/map"), 0.0)]):
         liar.send(Kind.REQUEST, body)
-    ((name, probe),) = liar.site.probes(1, Priority.LOW)
+    ((name, probe),) = liar.site.probes("", 1, Priority.LOW)
     assert name == "red" and probe.key == "to/red" and probe.priority is Priority.LOW
     assert packets.decode_head(probe.head).kind is Kind.PROBE
+    ((name, probe),) = liar.site.probes("red", 2, Priority.LOW)
+    assert name == "red" and packets.decode_probe(probe.body) == 2
+    assert liar.site.probes("stranger", 3, Priority.LOW) == []
 
 
 def test_a_flood_of_sites() -> None:

@@ -7,7 +7,7 @@ from itertools import count
 
 import pytest
 
-from pyros1.bridge.transport.pacing import FIRST_WINDOW, IGNORE_TIME, LARGEST_WINDOW, PATIENCE, SMALLEST_WINDOW, Pacing
+from pyros1.bridge.transport.pacing import FIRST_WINDOW, LARGEST_WINDOW, PATIENCE, SLOW_COUNT, SMALLEST_WINDOW, Pacing
 
 
 def transfer(bandwidth: float, delay: float, size: int, duration: float = 30.0) -> tuple[float, float]:
@@ -32,7 +32,7 @@ def transfer(bandwidth: float, delay: float, size: int, duration: float = 30.0) 
                 longest = max(longest, free_at - now)
             number = pacing.on_sent(size, now)
             if number is not None:
-                pacing.on_probe_reply(number, ["base"], now)
+                pacing.on_probe_sent(number, ["base"])
                 heapq.heappush(answers, (free_at + 2 * delay, next(order), number))
         else:
             now += 0.001
@@ -54,7 +54,7 @@ def transfer(bandwidth: float, delay: float, size: int, duration: float = 30.0) 
 def test_a_network_is_used_and_not_filled(bandwidth: float, delay: float, size: int) -> None:
     used, longest = transfer(bandwidth, delay, size)
     assert 0.75 <= used <= 1.1, f"{used:.2f} of the bandwidth is used"
-    assert longest <= 0.3 + 2 * size / bandwidth, f"packets wait for {longest:.2f} s"
+    assert longest <= 0.3 + 3 * delay + 2 * size / bandwidth, f"packets wait for {longest:.2f} s"
 
 
 def test_a_window_of_bytes() -> None:
@@ -63,13 +63,13 @@ def test_a_window_of_bytes() -> None:
     while pacing.may_send(0.0):
         number = pacing.on_sent(8_192, 0.0)
         if number is not None:
-            pacing.on_probe_reply(number, ["base"], 0.0)
+            pacing.on_probe_sent(number, ["base"])
             numbers.append(number)
     assert numbers == [1, 2, 3, 4]
     pacing.on_answer("stranger", 1, 0.01)
     assert not pacing.may_send(0.01)
     pacing.on_answer("base", 1, 0.01)
-    assert pacing.may_send(0.01) and pacing.window == FIRST_WINDOW * 5 / 4
+    assert pacing.may_send(0.01) and pacing.window == FIRST_WINDOW * 9 / 8
     pacing.on_answer("base", 4, 5.0)  # it has taken long
     assert SMALLEST_WINDOW <= pacing.window < FIRST_WINDOW
     pacing.on_answer("base", 2, 5.0)  # overtaken by a later answer
@@ -81,7 +81,7 @@ def test_a_packet_larger_than_the_window() -> None:
     assert pacing.may_send(0.0)
     number = pacing.on_sent(LARGEST_WINDOW * 2, 0.0)
     assert number == 1
-    pacing.on_probe_reply(number, ["base"], 0.0)
+    pacing.on_probe_sent(number, ["base"])
     assert not pacing.may_send(0.1)
     pacing.on_answer("base", number, 0.1)
     assert pacing.may_send(0.1)
@@ -91,37 +91,111 @@ def test_the_slowest_of_several_sites_counts() -> None:
     pacing = Pacing()
     number = pacing.on_sent(FIRST_WINDOW, 0.0)
     assert number is not None
-    pacing.on_probe_reply(number, ["base", "blue"], 0.0)
+    pacing.on_probe_sent(number, ["base", "blue"])
     pacing.on_answer("base", number, 0.1)
     assert not pacing.may_send(0.1)
     pacing.on_answer("blue", number, 0.2)
     assert pacing.may_send(0.2)
 
 
-def test_a_site_that_does_not_answer_slows_nobody_down_for_long() -> None:
+def ask(pacing: Pacing, now: float, answers: dict[str, float | None]) -> float:
+    """Send as much as the window allows, let sites answer after some time, or never, and return when that is over."""
+    number = pacing.on_sent(int(pacing.window) + 1, now)
+    assert number is not None
+    pacing.on_probe_sent(number, answers)
+    for site, took in answers.items():
+        if took is not None:
+            pacing.on_answer(site, number, now + took)
+    end = now + max(PATIENCE + 0.1 if took is None else took for took in answers.values())
+    assert pacing.may_send(end)
+    return end
+
+
+def test_a_site_that_holds_up_others_is_slow() -> None:
+    pacing, now = Pacing(), 0.0
+    now = ask(pacing, now, {"base": 0.02, "blue": 0.02})
+    for _ in range(SLOW_COUNT):
+        assert pacing.pop_slow() == []
+        now = ask(pacing, now, {"base": 0.02, "blue": 1.0})
+        now = ask(pacing, now, {"base": 0.02, "blue": 0.02})  # the smaller window suits it
+    assert pacing.pop_slow() == ["blue"] and pacing.pop_slow() == []
+
+
+def test_a_site_that_does_not_answer_is_slow() -> None:
+    pacing, now = Pacing(), 0.0
+    for _ in range(SLOW_COUNT):
+        assert pacing.pop_slow() == []
+        now = ask(pacing, now, {"base": 0.1, "liar": None})
+    assert pacing.pop_slow() == ["liar"]
+    number = pacing.on_sent(LARGEST_WINDOW, now)
+    assert number is not None
+    pacing.on_probe_sent(number, ["liar"])
+    assert not pacing.may_send(now)
+    pacing.remove("liar")
+    assert pacing.may_send(now)
+
+
+@pytest.mark.parametrize("took", [None, 1.0])
+def test_sites_that_are_slow_together_are_not_slow(took: float | None) -> None:
+    """Their way has a part in common, which would have to carry everything twice."""
+    pacing, now = Pacing(), 0.0
+    for _ in range(10):
+        now = ask(pacing, now, {"base": 0.02, "blue": 0.02})
+        now = ask(pacing, now, {"base": took, "blue": took})
+        assert pacing.pop_slow() == []
+
+
+def test_a_single_site_holds_up_nobody() -> None:
+    pacing, now = Pacing(), 0.0
+    for took in (0.02, 1.0, None, 1.0, None, 1.0):
+        now = ask(pacing, now, {"base": took})
+    assert pacing.pop_slow() == [] and pacing.window == SMALLEST_WINDOW
+
+
+def test_old_delays_do_not_count() -> None:
+    pacing, now = Pacing(), 0.0
+    for _ in range(10):
+        now = ask(pacing, now, {"base": 0.02, "blue": 0.02})
+        now = ask(pacing, now, {"base": 0.02, "blue": 1.0}) + 10.0
+    assert pacing.pop_slow() == []
+
+
+def test_a_packet_that_is_sent_again_is_no_queue() -> None:
     pacing = Pacing()
-    number = pacing.on_sent(FIRST_WINDOW, 0.0)
-    assert number is not None
-    pacing.on_probe_reply(number, ["base", "liar"], 0.0)
-    pacing.on_answer("base", number, 0.1)
-    assert not pacing.may_send(PATIENCE) and pacing.may_send(PATIENCE + 0.1)
-    now = PATIENCE + 0.2
-    number = pacing.on_sent(FIRST_WINDOW, now)
-    assert number is not None
-    pacing.on_probe_reply(number, ["base", "liar"], now)
-    pacing.on_answer("base", number, now + 0.1)
-    assert pacing.may_send(now + 0.1)
-    later = now + IGNORE_TIME
-    number = pacing.on_sent(int(pacing.window) + 1, later)
-    assert number is not None
-    pacing.on_probe_reply(number, ["liar"], later)
-    assert not pacing.may_send(later)
+    now = ask(pacing, 0.0, {"base": 0.3})
+    window = pacing.window
+    ask(pacing, now, {"base": 0.6})
+    assert pacing.window > window
+
+
+def test_one_delay_shrinks_the_window_once() -> None:
+    pacing = Pacing()
+    ask(pacing, 0.0, {"base": 0.01})
+    window = pacing.window
+    numbers = []
+    while pacing.may_send(1.0):
+        if (number := pacing.on_sent(8_192, 1.0)) is not None:
+            pacing.on_probe_sent(number, ["base"])
+            numbers.append(number)
+    assert len(numbers) > 2
+    for number in numbers:
+        pacing.on_answer("base", number, 1.9)
+    assert pacing.window == window / 2
+
+
+def test_a_window_that_is_not_used_does_not_grow() -> None:
+    pacing = Pacing()
+    for step in range(100):
+        if (number := pacing.on_sent(5_000, step)) is not None:
+            pacing.on_probe_sent(number, ["base"])
+            pacing.on_answer("base", number, step + 0.01)
+    assert pacing.window == FIRST_WINDOW
 
 
 def test_probes_for_nobody() -> None:
     pacing = Pacing()
     number = pacing.on_sent(FIRST_WINDOW, 0.0)
     assert number is not None and not pacing.may_send(0.0)
-    pacing.on_probe_reply(number, [], 0.0)
-    pacing.on_probe_reply(77, [], 0.0)
+    pacing.on_probe_sent(number, [])
+    pacing.on_probe_sent(77, [])
     assert pacing.may_send(0.0)

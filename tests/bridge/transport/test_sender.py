@@ -104,7 +104,8 @@ def test_bulky_packets_wait_for_answers_to_probes(link: SlowLink) -> None:
     link.may_send.set()
     asked: queue.Queue[int] = queue.Queue()
 
-    def make_probes(number: int, priority: Priority) -> list[tuple[str, Send]]:
+    def make_probes(receiver: str, number: int, priority: Priority) -> list[tuple[str, Send]]:
+        assert receiver == ""
         asked.put(number)
         return [("base", Send("to/base", b"", b"probe", priority))]
 

@@ -304,10 +304,6 @@ class Calls:
                     actions.append(self._send(peer, slot, call, now))
         return actions
 
-    def busy(self) -> set[str]:
-        """Return the sites that have not seen all calls yet."""
-        return {peer for peer, slots in self._open.items() if any(not call.is_seen for call in slots.values())}
-
 
 def _fail(token: int, text: str) -> list[Action]:
     return [Return(token, Status.REFUSED, encode_error(text))]

@@ -6,11 +6,15 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 from pyros1.bridge.conversions.prefixes import Prefixer
+from pyros1.bridge.exchange.outgoing import Drop
 from pyros1.bridge.exchange.sending import Flow
 from pyros1.bridge.exchange.streams import Stream
 from pyros1.bridge.names import SharedName
 from pyros1.bridge.protocol.packets import Offered
 from pyros1.bridge.rules.rules import Settings
+
+_MAX_PUBLISHERS = 1_000
+"""Maximum number of publishers of a topic whose rates are limited."""
 
 
 class IncomingTopic:
@@ -28,7 +32,6 @@ class IncomingTopic:
         wanted_since: since when, in seconds.
         is_paused: whether it was wanted when its site was lost; then it is requested again after its return, until
             `paused_until`.
-        due: for each publisher, when its next message may be delivered.
     """
 
     def __init__(self, offered: Offered, settings: Settings, stream: Stream, prefixer: Prefixer) -> None:
@@ -40,8 +43,23 @@ class IncomingTopic:
         self.wanted_since = 0.0
         self.is_paused = False
         self.paused_until = float("inf")
-        self.due: dict[int, float] = {}
         self.prefixer = prefixer
+        self._due: dict[int, float] = {}  # publisher -> when its next message may be delivered
+
+    def reason_to_limit(self, publisher: int, now: float) -> str | None:
+        """Return why a message must be dropped because of the topic's rate; None if it is delivered."""
+        if not self.settings.rate:
+            return None
+        period = 1.0 / self.settings.rate
+        if publisher not in self._due and len(self._due) >= _MAX_PUBLISHERS:
+            self._due = {each: due for each, due in self._due.items() if due > now}
+            if len(self._due) >= _MAX_PUBLISHERS:
+                return Drop.PUBLISHERS
+        due = self._due.get(publisher, now)
+        if now < due - 0.1 * period:
+            return Drop.RATE
+        self._due[publisher] = max(due, now - period) + period
+        return None
 
 
 class ReceivedTopic(NamedTuple):

@@ -48,12 +48,18 @@ class State(Enum):
 
 
 class SiteStatus(NamedTuple):
-    """What a site knows of another one, for the status; `nodes` are the names here of its nodes."""
+    """What a site knows of another one, for the status.
+
+    Attributes:
+        nodes: the names here of its nodes.
+        is_slow: whether it gets packets of its own, since it holds up others.
+    """
 
     name: str
     state: State
     round_trip: float | None
     nodes: list[str]
+    is_slow: bool
 
 
 class _Candidate(NamedTuple):
@@ -213,6 +219,7 @@ class Peer:
         tails: Mapping[SharedName, int],
         services: tuple[int, int] = (0, -1),
         nodes: Sequence[str] = (),
+        is_separate: bool = False,
     ) -> tuple[int, Heartbeat]:
         """Return the next heartbeat to the site, after the epoch of the run that it is for.
 
@@ -220,7 +227,7 @@ class Peer:
             now: the current time.
             offer, request: the versions of our lists for it.
             seen: the versions of its lists that we have; -1 for none.
-            tails, nodes: see `Heartbeat`.
+            tails, nodes, is_separate: see `Heartbeat`.
             services: the version of our list of services for it, and of its list that we have.
         """
         number = self._last_number = next(self._numbers)
@@ -233,4 +240,4 @@ class Peer:
         self._heartbeat_sent_at, self.answer_due = now, False
         echo, arrived_at = self._received.get(epoch, (0, now))
         held, versions = now - arrived_at, (offer, request, *seen)
-        return epoch, Heartbeat(number, now, echo, held, *versions, tails, *services, self._period, nodes)
+        return epoch, Heartbeat(number, now, echo, held, *versions, tails, *services, self._period, nodes, is_separate)

@@ -46,8 +46,6 @@ MAX_TOPICS = 2_000
 """Maximum number of topics of a site that are published here: all of them are registered with the master."""
 _MAX_ASKED = 100
 """Maximum number of definitions to ask for at a time."""
-_MAX_PUBLISHERS = 1_000
-"""Maximum number of publishers of a topic whose rates are limited."""
 _PAUSE = 10.0
 """Seconds after the return of a site in which subscribers can come back: nodes need some time to connect again."""
 _EARLY_TOLERANCE = 0.05
@@ -77,6 +75,7 @@ class Receiving:
         self._definitions = Definitions()
         self._outputs = Outputs()
         self._demand: frozenset[str] = frozenset()
+        self._separate: set[str] = set()  # sites that send packets for this one alone
         self._incoming: dict[Feed, IncomingTopic] = {}
         self._refused: dict[Feed, tuple[str, str]] = {}  # -> type and reason
         self._unusable: dict[Feed, str] = {}
@@ -182,7 +181,18 @@ class Receiving:
             del self.streams[feed]
         self.buffered.pop(peer, None)
         self._definitions.forget(peer)
+        self._separate.discard(peer)
         return actions
+
+    def set_separate(self, peer: str, on: bool) -> list[Action]:
+        """Note whether another site sends all messages in packets for this site alone: what is for all sites would
+        come, too, and take up the network.
+        """
+        if on is (peer in self._separate):
+            return []
+        (self._separate.add if on else self._separate.discard)(peer)
+        wanted = [feed for feed, incoming in self._incoming.items() if feed[0] == peer and incoming.is_wanted]
+        return [Listen(peer, topic_key(topic), not on) for _, topic in wanted]
 
     def set_demand(self, demand: Iterable[str], now: float) -> list[Action]:
         """Note to which topics nodes of this site's master subscribe, and return the actions that follow."""
@@ -224,7 +234,8 @@ class Receiving:
                 if not incoming.is_paused or incoming.offered.latched:
                     incoming.stream.restart(now)
                 incoming.is_wanted, incoming.is_paused = True, False
-                actions.append(Listen(feed[0], topic_key(feed[1]), True))
+                if feed[0] not in self._separate:
+                    actions.append(Listen(feed[0], topic_key(feed[1]), True))
             elif incoming.is_wanted and not wants:
                 actions += self._stop(feed, incoming, now)
         return actions
@@ -365,17 +376,7 @@ class Receiving:
         # An earlier run of this site may have delivered what was sent before this one wanted it.
         if not is_latched and (age is None or age > now - incoming.wanted_since + _EARLY_TOLERANCE):
             return Drop.EARLY
-        if settings.rate and not is_latched:
-            period = 1.0 / settings.rate
-            if head.publisher not in incoming.due and len(incoming.due) >= _MAX_PUBLISHERS:
-                incoming.due = {publisher: due for publisher, due in incoming.due.items() if due > now}
-                if len(incoming.due) >= _MAX_PUBLISHERS:
-                    return Drop.PUBLISHERS
-            due = incoming.due.get(head.publisher, now)
-            if now < due - 0.1 * period:
-                return Drop.RATE
-            incoming.due[head.publisher] = max(due, now - period) + period
-        return None
+        return None if is_latched else incoming.reason_to_limit(head.publisher, now)
 
     def on_tails(self, peer: str, tails: Mapping[SharedName, int], now: float) -> None:
         """Note the numbers of the last messages that another site has sent; `tick` asks for missed ones."""

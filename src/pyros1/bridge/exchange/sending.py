@@ -108,6 +108,9 @@ class Sending:
     Args:
         rules: the site's rules.
         epoch: the site's epoch.
+
+    Attributes:
+        separate: the sites that get all messages in packets of their own, since they are slower than others.
     """
 
     def __init__(self, rules: Rules, epoch: int) -> None:
@@ -123,7 +126,7 @@ class Sending:
         self._responding: frozenset[str] = frozenset()
         self._nodes: dict[str, list[str]] = {}  # peer -> see `nodes`
         self._answered_at: dict[tuple[str, SharedName | None], float] = {}
-        self._separate: frozenset[str] = frozenset()
+        self.separate: frozenset[str] = frozenset()
 
     # What there is ----------------------------------------------------------------------------------------------------
 
@@ -297,7 +300,7 @@ class Sending:
         """Return the packets for a message: one for all sites that want it, and those for sites that get their own."""
         sent.flow.count(len(message.body))
         topic, head = sent.topic, message.head
-        separate = sorted(topic.requests if sent.is_private else topic.requests.keys() & self._separate)
+        separate = sorted(topic.requests if sent.is_private else topic.requests.keys() & self.separate)
         heads = {again_key(peer, topic.topic): head._replace(to_epoch=self._peers.get(peer, 0)) for peer in separate}
         if len(separate) < len(topic.requests):
             heads[topic_key(topic.topic)] = head
@@ -402,14 +405,10 @@ class Sending:
     def _head(self, kind: Kind, peer: str) -> bytes:
         return encode_head(kind, self._epoch, self._peers.get(peer, 0))
 
-    def set_separate(self, peers: Iterable[str]) -> None:
-        """Note which sites get all messages in packets of their own, since they are slower than others."""
-        self._separate = frozenset(peers)
-
     def sharing(self) -> list[str]:
         """Return the sites that get messages in packets that are for all."""
         peers = {peer for sent in self._sent.values() if not sent.is_private for peer in sent.topic.requests}
-        return sorted(peers - self._separate)
+        return sorted(peers - self.separate)
 
     def flows(self) -> list[tuple[OutgoingTopic, LocalTopic, Flow]]:
         """Return the outgoing topics, each with its topic here and its flow, for the status."""

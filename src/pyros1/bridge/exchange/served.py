@@ -238,7 +238,3 @@ class Served:
                     slot.repeats += 1
                     actions += self._reply(caller, number, slot, slot.reply, now)
         return actions
-
-    def busy(self) -> set[str]:
-        """Return the sites that wait for replies."""
-        return {peer for peer, caller in self.callers.items() if any(slot.reply for slot in caller.slots.values())}

@@ -67,7 +67,3 @@ class Services:
     def tick(self, now: float) -> list[Action]:
         """Return the actions that follow because time has passed."""
         return self.served.tick(now) + self.calls.tick(now)
-
-    def busy(self) -> set[str]:
-        """Return the sites to which requests or replies are on their way."""
-        return self.served.busy() | self.calls.busy()

@@ -23,8 +23,8 @@ forgotten, goodbye    its topics are withdrawn here; its requests, and sources t
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
+from functools import partial
 from itertools import count
-from typing import Any
 
 from pyros1.bridge.conversions.conversion import Conversion
 from pyros1.bridge.exchange.actions import Action, Log, ProbeReply, Send
@@ -33,13 +33,14 @@ from pyros1.bridge.exchange.incoming import ReceivedTopic
 from pyros1.bridge.exchange.limits import Limits
 from pyros1.bridge.exchange.outgoing import OutgoingTopic, ReceivedMessage
 from pyros1.bridge.exchange.peer import Change, Peer, SiteStatus
-from pyros1.bridge.exchange.peer_lists import PeerLists
+from pyros1.bridge.exchange.peer_lists import LIST_KINDS, PeerLists
 from pyros1.bridge.exchange.receiving import Receiving
 from pyros1.bridge.exchange.sending import Flow, LocalTopic, Sending
 from pyros1.bridge.exchange.served import LocalService
 from pyros1.bridge.exchange.services import Services
+from pyros1.bridge.exchange.slow_sites import SlowSites
 from pyros1.bridge.names import SharedName
-from pyros1.bridge.protocol.calls import decode_call_head, decode_services
+from pyros1.bridge.protocol.calls import decode_call_head
 from pyros1.bridge.protocol.key_expressions import HELLO, Channel, Key, to_key
 from pyros1.bridge.protocol.packet_values import PacketError
 from pyros1.bridge.protocol.packets import (
@@ -52,9 +53,7 @@ from pyros1.bridge.protocol.packets import (
     decode_held,
     decode_message_head,
     decode_missed,
-    decode_offer,
     decode_probe,
-    decode_request,
     encode_head,
     encode_heartbeat,
     encode_probe,
@@ -93,18 +92,11 @@ class Site:
         self.receiving = Receiving(rules, epoch, self._peers)
         self.services = Services(rules, epoch, self._peers)
         self._far_nodes = FarNodes(rules)
+        self._slow_sites = SlowSites()
         self._hello_at = now
         self._has_namesake = False
         self._on_kind: Mapping[Kind, Callable[[str, bytes, float], list[Action]]] = {
-            Kind.OFFER: lambda site, body, now: self._on_list(
-                site, Kind.OFFER, self._lists[site].their_offer.accept(decode_offer(body)), now
-            ),
-            Kind.REQUEST: lambda site, body, now: self._on_list(
-                site, Kind.REQUEST, self._lists[site].their_request.accept(decode_request(body)), now
-            ),
-            Kind.SERVICES: lambda site, body, now: self._on_list(
-                site, Kind.SERVICES, self._lists[site].their_services.accept(decode_services(body)), now
-            ),
+            **{kind: partial(self._on_list, kind) for kind in LIST_KINDS},
             Kind.ASK: lambda peer, body, now: self._sending.on_ask(peer, decode_ask(body), now),
             Kind.DEFINITION: self._on_definition,
             Kind.PROBE: self._on_probe,
@@ -199,6 +191,8 @@ class Site:
                 actions += self._update_lists(now)
             if peer.is_forgotten(now):
                 actions += self._forget(peer, now, "does not respond")
+        if self._slow_sites.tick(now, self._peers):
+            self._sending.separate = self._slow_sites.separate
         actions += self.services.tick(now)
         actions += self._sending.tick(now)
         actions += self.receiving.tick(now)
@@ -219,11 +213,18 @@ class Site:
     def _to(self, name: str, kind: Kind, body: bytes, priority: Priority = Priority.URGENT) -> Send:
         return Send(to_key(name), encode_head(kind, self._epoch, self._peers[name].epoch), body, priority)
 
-    def probes(self, number: int, priority: Priority) -> list[tuple[str, Send]]:
-        """Return a probe for each site that gets messages, see `pyros1.bridge.transport.pacing`."""
-        busy = sorted(self.services.busy() | {*self._sending.sharing()})
-        names = [name for name in busy if name in self._peers and self._peers[name].is_present]
+    def probes(self, receiver: str, number: int, priority: Priority) -> list[tuple[str, Send]]:
+        """Return probes for one site, or for those that get what is for all, see `pyros1.bridge.transport.pacing`."""
+        names = [receiver] if receiver else self._sending.sharing()
+        names = [name for name in names if name in self._peers and self._peers[name].is_present]
         return [(name, self._to(name, Kind.PROBE, encode_probe(number), priority)) for name in names]
+
+    def on_slow(self, site: str, now: float) -> list[Action]:
+        """Note that a site holds up others, and return the actions that follow."""
+        if site in self._peers:
+            self._slow_sites.add(site, now)
+        self._sending.separate = self._slow_sites.separate
+        return self._send_heartbeats(now)
 
     def _hello(self) -> Action:
         return Send(HELLO, encode_head(Kind.HELLO, self._epoch), priority=Priority.URGENT, replaces=0, may_drop=True)
@@ -233,13 +234,14 @@ class Site:
         for peer in self._peers.values():
             lists = self._lists[peer.name]
             nodes = self._sending.nodes(peer.name) if peer.is_present else []
-            if peer.wants_heartbeat(now) or nodes != lists.nodes:
-                lists.nodes = nodes
+            is_separate = self._slow_sites.is_told(peer.name, now)
+            if peer.wants_heartbeat(now) or nodes != lists.nodes or is_separate != lists.is_separate:
+                lists.nodes, lists.is_separate = nodes, is_separate
                 seen = (lists.their_offer.version, lists.their_request.version)
                 tails = self._sending.tails(peer.name)
                 versions = (lists.offer.version, lists.request.version)
                 services = (lists.services.version, lists.their_services.version)
-                epoch, heartbeat = peer.make_heartbeat(now, *versions, seen, tails, services, nodes)
+                epoch, heartbeat = peer.make_heartbeat(now, *versions, seen, tails, services, nodes, is_separate)
                 head = encode_head(Kind.HEARTBEAT, self._epoch, epoch)
                 actions.append(Send(to_key(peer.name), head, encode_heartbeat(heartbeat), Priority.URGENT))
         return actions
@@ -263,15 +265,8 @@ class Site:
         for peer in self._peers.values():
             if not peer.is_present:
                 continue
-            lists = self._lists[peer.name]
-            for kind, sender, seen in (
-                (Kind.OFFER, lists.offer, peer.offer_seen),
-                (Kind.REQUEST, lists.request, peer.request_seen),
-                (Kind.SERVICES, lists.services, peer.services_seen),
-            ):
-                if sender.is_due(seen, now):
-                    head = encode_head(kind, self._epoch, peer.epoch)
-                    actions += [Send(to_key(peer.name), head, page) for page in sender.pages()]
+            for kind, page in self._lists[peer.name].due(peer, now):
+                actions.append(Send(to_key(peer.name), encode_head(kind, self._epoch, peer.epoch), page))
         return actions
 
     # Packets ----------------------------------------------------------------------------------------------------------
@@ -380,6 +375,7 @@ class Site:
             actions.append(Log(f"site {site} responds again"))
         if peer.is_current(epoch, to_epoch):
             actions += self._far_nodes.update(site, heartbeat.nodes)
+            actions += self.receiving.set_separate(site, heartbeat.is_separate)
             self.receiving.on_tails(site, heartbeat.tails, now)
             actions += self.receiving.tick(now)
         # Heartbeats go first: the other site may take this one for present only when it has got one.
@@ -397,7 +393,8 @@ class Site:
         actions += self._update_peers(now)
         return actions + self._update_lists(now)
 
-    def _on_list(self, site: str, kind: Kind, entries: list[Any] | None, now: float) -> list[Action]:
+    def _on_list(self, kind: Kind, site: str, body: bytes, now: float) -> list[Action]:
+        entries = self._lists[site].accept(kind, body)
         if entries is None:
             return []
         self._limits.of(site, self._peers).lists.put(kind, entries)
@@ -419,8 +416,7 @@ class Site:
         number = decode_probe(body)
         if not self._limits.of(site, self._peers).probes.take(now):
             return self._ignore(f"{site}: more probes than are answered")
-        # A probe confirms what was sent before it, too, so the answer to an earlier one is not needed any more.
-        return [self._to(site, Kind.PROBE_REPLY, encode_probe(number))._replace(replaces=0)]
+        return [self._to(site, Kind.PROBE_REPLY, encode_probe(number))]
 
     def _on_definition(self, site: str, body: bytes, now: float) -> list[Action]:
         return self.receiving.on_definition(site, decode_definition(body), now) + self._update_requests(now)
@@ -430,7 +426,13 @@ class Site:
     def sites(self) -> list[SiteStatus]:
         """Return what is known of other sites."""
         return [
-            SiteStatus(peer.name, peer.state, peer.clock.round_trip, self._far_nodes.names(peer.name))
+            SiteStatus(
+                peer.name,
+                peer.state,
+                peer.clock.round_trip,
+                self._far_nodes.names(peer.name),
+                peer.name in self._slow_sites.separate,
+            )
             for peer in self._peers.values()
         ]
 

@@ -85,6 +85,12 @@ def call_key(peer: str, service: SharedName) -> str:
     return f"call/{peer}/{service.site}{service.name}"
 
 
+def receiver_of(key: str) -> str:
+    """Return the site for which packets with a key, below a site's prefix, are; empty if they are for all sites."""
+    channel, _, rest = key.partition("/")
+    return rest.partition("/")[0] if channel in ("to", "again", "call") else ""
+
+
 @lru_cache(4096)
 def parse_key(text: str) -> Key | None:
     """Return a parsed key; None for one that is not valid."""

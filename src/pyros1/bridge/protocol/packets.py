@@ -124,6 +124,7 @@ class Heartbeat(NamedTuple):
         services, services_seen: the same as `offer` and `offer_seen` for the lists of services.
         period: seconds between heartbeats that the sender wants.
         nodes: the names of nodes that publish what the peer wants, and that respond.
+        is_separate: whether the peer gets all messages in packets of its own, and need not listen to those for all.
     """
 
     number: int
@@ -139,6 +140,7 @@ class Heartbeat(NamedTuple):
     services_seen: int = -1
     period: float = 1.0
     nodes: Sequence[str] = ()
+    is_separate: bool = False
 
 
 class Offered(NamedTuple):
@@ -259,7 +261,7 @@ def decode_message_head(data: bytes) -> MessageHead:
 def encode_heartbeat(heartbeat: Heartbeat) -> bytes:
     """Return the body of a heartbeat."""
     tails = [[str(topic), number] for topic, number in heartbeat.tails.items()]
-    return dump([*heartbeat[:8], tails, *heartbeat[9:12], [*heartbeat.nodes]])
+    return dump([*heartbeat[:8], tails, *heartbeat[9:12], [*heartbeat.nodes], heartbeat.is_separate])
 
 
 def encode_pages(version: int, entries: Sequence[tuple[Any, ...]]) -> Iterator[bytes]:
@@ -307,8 +309,9 @@ def decode_probe(body: bytes) -> int:
 
 def decode_heartbeat(body: bytes) -> Heartbeat:
     """Return a heartbeat; this and the following functions raise PacketError if the body is not valid."""
-    number, sent_at, echo, held, offer, request, offer_seen, request_seen, *more = load(body, 13)
-    tails, services, services_seen, period, nodes = more
+    number, sent_at, echo, held, offer, request, offer_seen, request_seen, *more = load(body, 14)
+    tails, services, services_seen, period, nodes, is_separate = more
+    read_bools([is_separate])
     return Heartbeat(
         read_integer(number, 1),
         read_real(sent_at),
@@ -323,6 +326,7 @@ def decode_heartbeat(body: bytes) -> Heartbeat:
         read_integer(services_seen, -1),
         read_real(period),
         read_nodes(nodes, MAX_NODES),
+        is_separate,
     )
 
 

@@ -2,80 +2,108 @@
 
 A slow network queues what it is given, in places that no priority reaches. So some bulky packets are followed by a
 *probe* of the same priority, which the sites that get it answer at once. Not more than a window of bytes is sent beyond
-the last probe that all have answered. The window grows as long as answers come nearly as fast as they ever did, and
-shrinks when they take longer, since then packets queue on the way. All times are in seconds.
+the last probe that all have answered. The window grows as long as it is used and answers come nearly as fast as they
+ever did, and shrinks when they take longer, since then packets queue on the way. All times are in seconds.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections import deque
+from collections.abc import Iterable, Iterator
 from itertools import count
 
 FIRST_WINDOW = 64 << 10
 SMALLEST_WINDOW = 8 << 10
 LARGEST_WINDOW = 16 << 20
 QUEUE_TIME = 0.08
-"""How much longer than at best an answer may take, before the window shrinks."""
+"""How much longer than twice the shortest time an answer may take, before the window shrinks. Twice, since a network
+that loses a packet needs another round trip to send it again: that is no queue."""
 PATIENCE = 2.0
 """Time after which an answer is not waited for any longer."""
-IGNORE_TIME = 30.0
-"""Time for which a site that does not answer is left out: it must not slow down what others get."""
-
-
+SLOW_COUNT = 3
+SLOW_TIME = 20.0
+"""A site is slow if its answers alone made the window shrink so many times within this time."""
+_FIRST_PERIOD = 1.0
+"""Seconds between probes that follow the first packet after a pause."""
+_LONGER_WAY_COUNT = 3
 _CAREFUL_GROWTH = 0.1
 """By which part of what is confirmed the window grows once it has been too large."""
 
 
 class _Probe:
+    """A probe that some sites have not answered.
+
+    Attributes:
+        awaited: the sites that have not answered; None until it is known who gets it.
+        in_time: the sites that have answered in time.
+        late: the sites that have not, each with the time that its answer took; infinite if it was given up.
+    """
+
     def __init__(self, sent_at: float, total: int) -> None:
         self.sent_at = sent_at
         self.total = total
-        self.awaited: set[str] | None = None  # None until it is known who gets it
+        self.awaited: set[str] | None = None
+        self.in_time: set[str] = set()
+        self.late: dict[str, float] = {}
 
 
 class Pacing:
-    """Decides when bulky packets may be sent.
+    """Decides when bulky packets may be sent to one site, or to several that get the same.
+
+    Args:
+        numbers: the numbers of the next probes.
 
     Attributes:
         window: the number of bytes that may be on their way.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, numbers: Iterator[int] | None = None) -> None:
         self.window = float(FIRST_WINDOW)
-        self._numbers = count(1)
+        self._numbers = count(1) if numbers is None else numbers
         self._probes: dict[int, _Probe] = {}
         self._sent = 0  # bytes so far
         self._arrived = 0
         self._probed = 0
-        self._best = float("inf")
+        self._best: dict[str, float] = {}  # site -> the shortest time of an answer
         self._growth = 1.0  # of what is confirmed; so the window doubles with each round trip until it is too large
-        self._ignored_until: dict[str, float] = {}
+        self._probed_at = self._used_at = self._shrunk_at = float("-inf")
+        self._late_alone: dict[str, deque[float]] = {}  # site -> when it alone has made the window shrink
+        self._slow: list[str] = []
+        self._late_at_smallest = 0
+
+    @property
+    def is_idle(self) -> bool:
+        """Whether everything that was sent has been confirmed."""
+        return not self._probes
 
     def may_send(self, now: float) -> bool:
         """Return whether a packet may be sent now; of any size, so that large ones are possible."""
-        for number, probe in list(self._probes.items()):
+        for number, probe in [*self._probes.items()]:
             if now - probe.sent_at <= PATIENCE:
                 break
-            self._ignored_until.update(dict.fromkeys(probe.awaited or (), now + IGNORE_TIME))
-            self.window = max(SMALLEST_WINDOW, self.window / 2)
-            self._finish(number)
+            if number in self._probes:
+                probe.late.update(dict.fromkeys(probe.awaited or (), float("inf")))
+                self._complete(number, probe, now)
         return self._sent - self._arrived < self.window or not self._probes
 
     def on_sent(self, size: int, now: float) -> int | None:
         """Note that a packet is being sent; return the number of the probe to send after it, if there must be one."""
         self._sent += size
-        if self._sent - self._probed < self.window / 4:
+        if self._sent - self._arrived >= self.window / 2:
+            self._used_at = now
+        is_first = not self._probes and now - self._probed_at >= _FIRST_PERIOD  # it meets no queue of ours
+        if self._sent - self._probed < self.window / 4 and not is_first:
             return None
-        self._probed = self._sent
+        self._probed, self._probed_at = self._sent, now
         number = next(self._numbers)
         self._probes[number] = _Probe(now, self._sent)
         return number
 
-    def on_probe_reply(self, number: int, sites: Iterable[str], now: float) -> None:
+    def on_probe_sent(self, number: int, sites: Iterable[str]) -> None:
         """Note to which sites a probe is sent."""
         probe = self._probes.get(number)
         if probe is not None:
-            probe.awaited = {site for site in sites if self._ignored_until.get(site, now) <= now}
+            probe.awaited = {*sites}
             if not probe.awaited:
                 self._finish(number)
 
@@ -84,18 +112,61 @@ class Pacing:
         probe = self._probes.get(number)
         if probe is None or not probe.awaited or site not in probe.awaited:
             return
-        probe.awaited.remove(site)
-        if probe.awaited:
-            return
         took = now - probe.sent_at
-        self._best = min(took, self._best * 1.001)  # the way may have become longer
-        most = self._best + QUEUE_TIME
-        if took <= most:
-            self.window = min(LARGEST_WINDOW, self.window + (probe.total - self._arrived) * self._growth)
+        best = self._best[site] = min(took, self._best.get(site, took))
+        if took > 2 * best + QUEUE_TIME:
+            probe.late[site] = took
         else:
+            probe.in_time.add(site)
+        probe.awaited.remove(site)
+        if not probe.awaited:
+            self._complete(number, probe, now)
+
+    def remove(self, site: str) -> None:
+        """Wait for no answers of a site any more: it gets other packets from now on."""
+        self._late_alone.pop(site, None)
+        for number, probe in [*self._probes.items()]:
+            if probe.awaited is not None and number in self._probes:
+                probe.awaited.discard(site)
+                if not probe.awaited:
+                    self._finish(number)
+        self._growth = 1.0  # the others may be much faster
+
+    def pop_slow(self) -> list[str]:
+        """Return the sites that hold up others; each is returned once."""
+        slow, self._slow = self._slow, []
+        return slow
+
+    def _complete(self, number: int, probe: _Probe, now: float) -> None:
+        """Adjust the window to what the answers to a probe say."""
+        if not probe.late:
+            self._late_at_smallest = 0
+            if self._used_at >= probe.sent_at:  # otherwise nobody knows whether a larger one is possible
+                self.window = min(LARGEST_WINDOW, self.window + (probe.total - self._arrived) * self._growth)
+        elif probe.sent_at >= self._shrunk_at:  # what was sent before has met the same queue
             self._growth = _CAREFUL_GROWTH
-            self.window = max(SMALLEST_WINDOW, self.window * max(0.5, most / took))
+            self._learn_longer_way(probe)
+            part = min((2 * self._best.get(site, 0.0) + QUEUE_TIME) / took for site, took in probe.late.items())
+            self.window = max(SMALLEST_WINDOW, self.window * max(0.5, part))
+            self._shrunk_at = now
+            self._note_late(probe, now)
         self._finish(number)
+
+    def _learn_longer_way(self, probe: _Probe) -> None:
+        """If answers are late although hardly anything is on its way, the way has become longer."""
+        self._late_at_smallest = self._late_at_smallest + 1 if self.window == SMALLEST_WINDOW else 0
+        if self._late_at_smallest >= _LONGER_WAY_COUNT:
+            self._best.update({site: took for site, took in probe.late.items() if took < PATIENCE})
+
+    def _note_late(self, probe: _Probe, now: float) -> None:
+        if not probe.in_time:
+            self._late_alone.clear()  # it is the network of all of them
+        for site in probe.late if probe.in_time else ():
+            times = self._late_alone.setdefault(site, deque(maxlen=SLOW_COUNT))
+            times.append(now)
+            if len(times) == SLOW_COUNT and now - times[0] <= SLOW_TIME:
+                self._slow.append(site)
+                times.clear()
 
     def _finish(self, number: int) -> None:
         """Count everything up to a probe as arrived."""

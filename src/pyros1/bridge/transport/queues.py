@@ -77,11 +77,23 @@ class Outbox:
             numbers.append(self._append(queue, packet, now))
         else:
             self._append(queue, packet, now)
-        while self._count > 1 and (self.waiting_bytes > self._max_bytes or self._count > self._max_packets):
-            lowest = next(waiting for waiting in reversed(self._queues.values()) if waiting)
-            number = next(iter(lowest))
-            self._forget_number(lowest[number].packet, number)
-            self._drop(lowest, number, Drop.QUEUE)
+        while self.waiting_bytes > self._max_bytes or self._count > self._max_packets:
+            if not self.drop_one():
+                break
+
+    def drop_one(self) -> bool:
+        """Drop the oldest packet of the lowest priority, and return True, unless it is the only one."""
+        if self._count <= 1:
+            return False
+        lowest = next(waiting for waiting in reversed(self._queues.values()) if waiting)
+        number = next(iter(lowest))
+        self._forget_number(lowest[number].packet, number)
+        self._drop(lowest, number, Drop.QUEUE)
+        return True
+
+    def first_priority(self) -> Priority:
+        """Return the priority of the packet to send next; the lowest one if none waits."""
+        return next((priority for priority, queue in self._queues.items() if queue), Priority.BACKGROUND)
 
     def _append(self, queue: dict[int, _Waiting], packet: Send, now: float) -> int:
         number = next(self._numbers)

@@ -12,11 +12,10 @@ from time import monotonic
 
 from pyros1.bridge.exchange.actions import Send
 from pyros1.bridge.rules.rules import Priority
+from pyros1.bridge.transport.lanes import Lanes
 from pyros1.bridge.transport.link import Link
-from pyros1.bridge.transport.pacing import Pacing
-from pyros1.bridge.transport.queues import Outbox
 
-MakeProbes = Callable[[int, Priority], list[tuple[str, Send]]]
+MakeProbes = Callable[[str, int, Priority], list[tuple[str, Send]]]
 _PACING_PERIOD = 0.1
 """Seconds between looks at answers that do not come."""
 FLUSH_TIME = 0.5
@@ -31,8 +30,10 @@ class SendingThread:
         link: where to send them.
         clock: returns the site's time in seconds.
         on_error: called with an exception that sending has raised.
-        make_probes: returns the probes to send, each with its site, see `pyros1.bridge.transport.pacing`; None for a
-            thread that sends everything at once.
+        make_probes: returns the probes to send after a packet, each with its site: it is given the site that has got
+            the packet, or an empty text for all, and the probe's number and priority, see
+            `pyros1.bridge.transport.pacing`. None for a thread that sends everything at once.
+        on_slow: called with a site that holds up others.
     """
 
     def __init__(
@@ -42,10 +43,11 @@ class SendingThread:
         clock: Callable[[], float],
         on_error: Callable[[Exception], object],
         make_probes: MakeProbes | None = None,
+        on_slow: Callable[[str], object] = lambda _: None,
     ) -> None:
-        self.outbox = Outbox()
-        self._pacing = Pacing()
+        self.lanes = Lanes(is_paced=make_probes is not None)
         self._make_probes = make_probes
+        self._on_slow = on_slow
         self._tasks: deque[Callable[[], object]] = deque()
         self._link = link
         self._clock = clock
@@ -61,7 +63,7 @@ class SendingThread:
         """Send a packet later, in the thread's thread."""
         with self._changed:
             if not self._is_closing:
-                self.outbox.put(packet, self._clock())
+                self.lanes.put(packet, self._clock())
                 self._changed.notify()
 
     def do(self, task: Callable[[], object]) -> None:
@@ -86,33 +88,33 @@ class SendingThread:
                 self._changed.notify_all()
             while not self._is_closing:
                 task = self._tasks.popleft() if self._tasks else None
-                now = self._clock()
-                may_send = self._make_probes is None or self._pacing.may_send(now)
-                if task is None and may_send and (packet := self.outbox.pop(now)) is not None:
-                    task = partial(self._send, packet)
+                if task is None and (popped := self.lanes.pop(self._clock())) is not None:
+                    task = partial(self._send, *popped)
+                for site in self.lanes.pop_slow():
+                    self._tasks.append(partial(self._on_slow, site))
                 if task is not None:
                     self._is_sending = True
                     return task
-                self._changed.wait(None if may_send else _PACING_PERIOD)
+                if not self._tasks:
+                    self._changed.wait(_PACING_PERIOD if len(self.lanes) else None)
         return None
 
-    def _send(self, packet: Send) -> None:
+    def _send(self, lane: str, packet: Send) -> None:
         self._link.send(packet)
-        if self._make_probes is None:
-            return
         with self._changed:
-            number = self._pacing.on_sent(len(packet.body), self._clock())
-        if number is not None:
-            probes = self._make_probes(number, packet.priority)
-            with self._changed:
-                self._pacing.on_probe_reply(number, [site for site, _ in probes], self._clock())
-            for _, probe in probes:
-                self._link.send(probe)
+            probe = self.lanes.on_sent(lane, packet, self._clock())
+        if probe is None or self._make_probes is None:
+            return
+        probes = self._make_probes(lane, probe.number, packet.priority)
+        with self._changed:
+            self.lanes.on_probe_sent(probe, [site for site, _ in probes])
+        for _, each in probes:
+            self._link.send(each)
 
     def on_probe_reply(self, site: str, number: int) -> None:
         """Note that a site has answered a probe."""
         with self._changed:
-            self._pacing.on_answer(site, number, self._clock())
+            self.lanes.on_answer(site, number, self._clock())
             self._changed.notify()
 
     def close(self) -> None:
@@ -120,7 +122,7 @@ class SendingThread:
         deadline = monotonic() + FLUSH_TIME
         with self._changed:
             self._is_flushing = True
-            while (len(self.outbox) or self._is_sending) and (left := deadline - monotonic()) > 0:
+            while (len(self.lanes) or self._is_sending) and (left := deadline - monotonic()) > 0:
                 self._changed.wait(left)
             self._is_closing = True
             self._changed.notify_all()
@@ -131,7 +133,7 @@ class Sender:
     """Sends packets in two threads, so that bulky ones that wait for the network do not delay heartbeats and commands.
 
     Args:
-        link, clock, on_error, make_probes: see `SendingThread`.
+        link, clock, on_error, make_probes, on_slow: see `SendingThread`.
     """
 
     def __init__(
@@ -140,10 +142,11 @@ class Sender:
         clock: Callable[[], float],
         on_error: Callable[[Exception], object],
         make_probes: MakeProbes = lambda *_: [],
+        on_slow: Callable[[str], object] = lambda _: None,
     ) -> None:
         self._link = link
         self._urgent = SendingThread("bridge: urgent packets", link, clock, on_error)
-        self._bulk = SendingThread("bridge: other packets", link, clock, on_error, make_probes)
+        self._bulk = SendingThread("bridge: other packets", link, clock, on_error, make_probes, on_slow)
 
     def put(self, packet: Send) -> None:
         """Send a packet, in the thread for its priority."""
@@ -161,14 +164,14 @@ class Sender:
         """Return how many packets with a key were dropped for each reason."""
         found: dict[str, int] = {}
         for thread in (self._urgent, self._bulk):
-            for reason, number in dict(thread.outbox.drops.get(key, {})).items():  # threads' threads change it
+            for reason, number in thread.lanes.drops(key).items():
                 found[reason] = found.get(reason, 0) + number
         return found
 
     @property
     def waiting_bytes(self) -> int:
         """Total size of the packets that wait to be sent."""
-        return self._urgent.outbox.waiting_bytes + self._bulk.outbox.waiting_bytes
+        return self._urgent.lanes.waiting_bytes + self._bulk.lanes.waiting_bytes
 
     def close(self) -> None:
         """Send what waits, for a short time, and end the threads."""

@@ -1,0 +1,60 @@
+"""Which other sites get all messages in packets of their own, since they hold up those that get the same. No I/O.
+
+Such a site is told so in heartbeats, and no longer listens to what is for all. After some time, it shares packets with
+the others again, since its network may have become better; whenever it turns out to be slow again, that time doubles.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Container
+
+FIRST_TIME = 30.0
+LONGEST_TIME = 900.0
+"""Seconds for which a site gets packets of its own."""
+OVERLAP = 2.0
+"""Seconds for which it still gets them after it was told to listen to what is for all: that takes it some time."""
+
+
+class _SlowSite:
+    def __init__(self) -> None:
+        self.duration = FIRST_TIME / 2
+        self.until = 0.0
+
+
+class SlowSites:
+    """The slow sites, as the sender has found them."""
+
+    def __init__(self) -> None:
+        self._sites: dict[str, _SlowSite] = {}
+        self._separate: dict[str, _SlowSite] = {}
+
+    @property
+    def separate(self) -> frozenset[str]:
+        """The sites that get packets of their own."""
+        return frozenset(self._separate)
+
+    def is_told(self, site: str, now: float) -> bool:
+        """Return whether a site is told that it gets packets of its own."""
+        found = self._separate.get(site)
+        return found is not None and now < found.until
+
+    def add(self, site: str, now: float) -> None:
+        """Note that a site is slow; nothing changes if that is known."""
+        found = self._sites.setdefault(site, _SlowSite())
+        if not self.is_told(site, now):
+            found.duration = min(LONGEST_TIME, 2 * found.duration)
+            found.until = now + found.duration
+            self._separate[site] = found
+
+    def tick(self, now: float, known: Container[str]) -> bool:
+        """Note that time has passed, and which sites are known.
+
+        Returns:
+            Whether sites share packets with others again.
+        """
+        self._sites = {name: site for name, site in self._sites.items() if name in known}
+        before = len(self._separate)
+        self._separate = {
+            name: site for name, site in self._separate.items() if name in known and now < site.until + OVERLAP
+        }
+        return len(self._separate) < before

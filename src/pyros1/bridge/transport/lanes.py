@@ -1,0 +1,124 @@
+"""Bulky packets that wait for the network, in lanes: one for packets that are for all sites, and one for each site that
+gets packets of its own. So a slow site, or one that does not answer, holds up nobody else. No I/O.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import count
+from typing import NamedTuple
+
+from pyros1.bridge.exchange.actions import Send
+from pyros1.bridge.protocol.key_expressions import receiver_of
+from pyros1.bridge.transport.pacing import Pacing
+from pyros1.bridge.transport.queues import OUTBOX_BYTES, OUTBOX_PACKETS, Outbox
+
+COMMON = ""
+"""The lane for packets that are for all sites."""
+_MAX_LANES = 300
+
+
+class ProbeDue(NamedTuple):
+    """A probe must follow a packet: its number, and the lane whose sites get it."""
+
+    lane: str
+    number: int
+
+
+class _Lane:
+    def __init__(self, numbers: Iterator[int]) -> None:
+        self.outbox = Outbox()
+        self.pacing = Pacing(numbers)
+
+    @property
+    def is_idle(self) -> bool:
+        return not len(self.outbox) and self.pacing.is_idle
+
+
+class Lanes:
+    """Packets that wait, each in the lane of its receiver.
+
+    Args:
+        is_paced: whether packets wait for answers to probes; otherwise there is one lane, and nothing waits in it for
+            anything but the thread that sends.
+        max_bytes: maximum total size in bytes of the packets that wait; at least one of each lane may.
+        max_packets: maximum number of packets that wait.
+    """
+
+    def __init__(self, is_paced: bool, max_bytes: int = OUTBOX_BYTES, max_packets: int = OUTBOX_PACKETS) -> None:
+        self._is_paced = is_paced
+        self._max_bytes = max_bytes
+        self._max_packets = max_packets
+        self._numbers = count(1)  # of probes: a site does not say to which lane it answers
+        self._lanes = {COMMON: _Lane(self._numbers)}
+        self._last = COMMON  # whose packet was sent last
+
+    def __len__(self) -> int:
+        return sum(len(lane.outbox) for lane in self._lanes.values())
+
+    @property
+    def waiting_bytes(self) -> int:
+        """Total size of the packets that wait."""
+        return sum(lane.outbox.waiting_bytes for lane in [*self._lanes.values()])
+
+    def _name(self, key: str) -> str:
+        return receiver_of(key) if self._is_paced else COMMON
+
+    def put(self, packet: Send, now: float) -> None:
+        """Add a packet. If too much waits, the oldest packets of the fullest lane are dropped."""
+        name = self._name(packet.key)
+        lane = self._lanes.get(name)
+        if lane is None:
+            if len(self._lanes) >= _MAX_LANES:
+                self._lanes = {key: each for key, each in self._lanes.items() if key == COMMON or not each.is_idle}
+            lane = self._lanes[name] = _Lane(self._numbers)
+        lane.outbox.put(packet, now)
+        while self.waiting_bytes > self._max_bytes or len(self) > self._max_packets:
+            fullest = max(self._lanes.values(), key=lambda each: each.outbox.waiting_bytes)
+            if not fullest.outbox.drop_one():
+                break
+
+    def pop(self, now: float) -> tuple[str, Send] | None:
+        """Return the packet to send next, and its lane; None if none may be sent now. It is of the most urgent ones,
+        and lanes take turns.
+        """
+        names = [*self._lanes]
+        start = names.index(self._last) + 1 if self._last in self._lanes else 0
+        ready = [name for name in (*names[start:], *names[:start]) if len(self._lanes[name].outbox)]
+        if self._is_paced:
+            ready = [name for name in ready if self._lanes[name].pacing.may_send(now)]
+        for name in sorted(ready, key=lambda name: self._lanes[name].outbox.first_priority()):
+            if (packet := self._lanes[name].outbox.pop(now)) is not None:
+                self._last = name
+                return name, packet
+        return None
+
+    def on_sent(self, lane: str, packet: Send, now: float) -> ProbeDue | None:
+        """Note that a packet is being sent; return the probe to send after it, if there must be one."""
+        if not self._is_paced or lane not in self._lanes:
+            return None
+        number = self._lanes[lane].pacing.on_sent(len(packet.body), now)
+        return None if number is None else ProbeDue(lane, number)
+
+    def on_probe_sent(self, probe: ProbeDue, sites: list[str]) -> None:
+        """Note to which sites a probe is sent."""
+        self._lanes[probe.lane].pacing.on_probe_sent(probe.number, sites)
+
+    def on_answer(self, site: str, number: int, now: float) -> None:
+        """Note that a site has answered a probe."""
+        for name in (COMMON, site):
+            if name in self._lanes:
+                self._lanes[name].pacing.on_answer(site, number, now)
+
+    def pop_slow(self) -> list[str]:
+        """Return the sites that hold up others in the common lane; each is returned once."""
+        common = self._lanes[COMMON].pacing
+        slow = common.pop_slow()
+        for site in slow:
+            common.remove(site)
+        return slow
+
+    def drops(self, key: str) -> dict[str, int]:
+        """Return how many packets with a key were dropped for each reason."""
+        lane = self._lanes.get(self._name(key))
+        return {} if lane is None else dict(lane.outbox.drops.get(key, {}))
