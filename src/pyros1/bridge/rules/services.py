@@ -13,7 +13,9 @@ from pyros1.bridge.rules.rules import Outgoing, Rule, Rules, name_there
 from pyros1.bridge.rules.site_access import may_serve
 
 PARAMETERS = "/pyros1_bridge/parameters"
-"""The name under which sites ask for each other's parameters; no service of that name can be served."""
+"""The name under which sites ask for each other's parameters, also in what `sites` of a file allows; no service of that
+name can be served.
+"""
 DEFAULT_TIMEOUT = 60.0
 """Maximum number of seconds that a call may take, if no rule says otherwise."""
 
