@@ -95,8 +95,12 @@ def test_what_sites_may_do() -> None:
         "a router for red, blue, base, hub, green",
         "  red may send /odom, /scan",
         "  red may take /cmd_vel",
+        "  red may serve nothing",
+        "  red may call nothing",
         "  blue may send /odom",
         "  blue may take *:/odom, base:/map",
+        "  blue may serve /dock",
+        "  blue may call base:/plan",
         "  hub forwards what is sent and taken by green",
     ]
 

@@ -51,6 +51,21 @@ def test_nothing_is_provided_before_it_is_known_what_there_is() -> None:
     assert calls.set_offers("red", []) == [Unprovide("/red/add")]
 
 
+def test_what_a_site_may_not_serve_is_not_provided() -> None:
+    calls = make("call: ['*:**']\nsites: {red: {serve: [/add]}}")
+    calls.set_taken({})
+    assert calls.set_offers("red", [offered(), offered("/other"), offered(PARAMETERS)]) == [provide("/red/add")]
+    assert {str(each.offered.service): each.state for each in calls.services()} == {
+        "red:/add": "",
+        "red:/other": "red may not serve it",
+    }
+    (refused,) = ended(calls.ask_parameters(1, "red", b"?", 9.0, 0.0))
+    assert b"`sites` here does not allow red:/pyros1_bridge/parameters" in refused.body
+    calls = make(f"sites: {{red: {{serve: ['{PARAMETERS}']}}}}")
+    calls.set_offers("red", [offered(PARAMETERS)])
+    assert isinstance(calls.ask_parameters(1, "red", b"?", 9.0, 0.0)[0], Send)
+
+
 def test_another_type_is_provided_anew(calls: Calls) -> None:
     changed = offered(md5sum="b" * 32)
     assert calls.set_offers("red", [changed]) == [

@@ -47,6 +47,19 @@ def test_what_is_offered() -> None:
     assert make("sites: [base]\nserve: [/add]").offers("blue") == []
 
 
+def test_a_site_that_may_not_call_is_offered_nothing_and_refused() -> None:
+    text = "serve: ['/**']\nparams: [/x]\nsites: {base: {call: ['red:/add']}, blue: {send: ['/**']}, green: }"
+    served = make(text, "base", "blue", "green")
+    offers = {site: [each.service.name for each in served.offers(site)] for site in ("base", "blue", "green")}
+    assert offers == {"base": ["/add"], "blue": [], "green": [PARAMETERS, "/add", "/other"]}
+    assert running(served.on_call("base", ADD, call_head(), b"", 0.0))
+    refused = [("base", "/other"), ("base", PARAMETERS), ("blue", "/add"), ("blue", PARAMETERS)]
+    for slot, (peer, name) in enumerate(refused, 1):
+        actions = served.on_call(peer, SharedName("red", name), call_head(slot), b"", 0.0)
+        assert not running(actions) and [status for status, _ in replies(actions)] == [Status.REFUSED]
+    assert running(served.on_call("green", SharedName("red", PARAMETERS), call_head(), b"", 0.0))
+
+
 def test_a_call_and_its_reply(served: Served) -> None:
     actions = served.on_call("base", ADD, call_head(left=50.0), b"request", 1.0)
     call = CallId("base", THEIR, 0, 1)

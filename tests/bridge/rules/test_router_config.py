@@ -12,7 +12,9 @@ listen: tls/[::]:7447
 to: [tls/hub.example:7447]
 keys: router
 sites:
-  red: {send: [/odom, /scan], take: [/cmd_vel], deny_send: [/scan/raw]}
+  red:
+    {send: [/odom, /scan], take: [/cmd_vel], deny_send: [/scan/raw],
+     serve: [/set_map], call: [base:/plan, '*:/ping'], deny_call: [far:/ping]}
   blue-2:
   dumb: {send: []}
   hub: {forwards: [far, farther], deny_take: [far:/secret]}
@@ -29,9 +31,13 @@ def test_a_file() -> None:
         "  proves its name with the keys in router, and requires certificates from others",
         "  red may send /odom, /scan, but not /scan/raw",
         "  red may take /cmd_vel",
+        "  red may serve /set_map",
+        "  red may call base:/plan, *:/ping, but not far:/ping",
         "  lets only those keys of blue in that are named blue-2",
         "  dumb may send nothing",
         "  dumb may take nothing",
+        "  dumb may serve nothing",
+        "  dumb may call nothing",
         "  hub may take everything, but not far:/secret",
         "  hub forwards what is sent and taken by far, farther",
     ]

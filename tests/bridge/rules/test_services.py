@@ -41,6 +41,10 @@ def test_served(text: str, local: str, shared: str | None) -> None:
         ("call: [{service: 'base:**', sites: [blue]}]", "no rule calls it"),
         ("call: ['base:**']\ndeny_call: ['*:/add']", "denied by a rule"),
         ("take: ['base:**']", "no rule calls it"),
+        ("call: ['base:**']\nsites: {base: {serve: [/add]}}", True),
+        ("call: ['base:**']\nsites: {base: {serve: ['/**'], deny_serve: [/add]}}", "base may not serve it"),
+        ("call: ['base:**']\nsites: {base: {send: ['/**'], take: ['/**']}}", "base may not serve it"),
+        ("call: ['base:**']\nsites: {base: }", True),
     ],
 )
 def test_called(text: str, found: str | bool) -> None:

@@ -10,6 +10,9 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
+import pytest
+
+from pyros1.bridge.rules.router_config import parse_router_config
 from pyros1.bridge.rules.site_access import SiteAccess
 from pyros1.bridge.transport.access_control import security_settings
 from pyros1.bridge.transport.certificates import load_keys
@@ -18,7 +21,8 @@ from pyros1.bridge.transport.zenoh_link import make_config
 from ..conftest import PATIENCE
 
 ROOT = "pyros1/1/"
-SUBSCRIPTIONS = ("**", "pyros1/1/**", "pyros1/1/*/t/**", "pyros1/1/*/to/*", "pyros1/1/*/again/**")
+SUBSCRIPTIONS = ("**", "pyros1/1/**", "pyros1/1/*/t/**", "pyros1/1/*/to/*", "pyros1/1/*/again/**", "pyros1/1/*/call/**")
+MODES = pytest.mark.parametrize("mode", ["client", "peer", "router"])
 
 
 class Station:
@@ -95,3 +99,13 @@ class Station:
     def close(self) -> None:
         """End the session."""
         self.session.close()
+
+
+def access_of(sites: str) -> tuple[SiteAccess, ...]:
+    """Return what sites may do, from the text of a file's setting."""
+    return parse_router_config(f"sites: {sites}", "f").access
+
+
+def put_all(station: Station, *keys: str) -> Callable[[bytes], None]:
+    """Return a question for `Station.heard`: it puts a sample on each key."""
+    return lambda body: [station.put(key, body) for key in keys] and None

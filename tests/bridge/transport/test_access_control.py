@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import queue
-import socket
 from collections.abc import Callable, Iterator
 from datetime import datetime, timezone
 from pathlib import Path
@@ -15,14 +14,13 @@ import pytest
 from pyros1.bridge.exchange.actions import Send
 from pyros1.bridge.names import SharedName
 from pyros1.bridge.protocol.key_expressions import Key, again_key, call_key, to_key, topic_key
-from pyros1.bridge.rules.router_config import parse_router_config
 from pyros1.bridge.rules.site_access import SiteAccess
 from pyros1.bridge.transport.access_control import security_settings
 from pyros1.bridge.transport.certificates import SiteKeys, load_keys, make_keys
 from pyros1.bridge.transport.zenoh_link import ZenohLink, make_config
 
 from ..conftest import PATIENCE, wait_until
-from .stations import Station
+from .stations import MODES, Station, access_of, put_all
 
 pytest.importorskip("zenoh")
 pytest.importorskip("cryptography")
@@ -58,21 +56,6 @@ class Site:
             except queue.Empty:
                 pass
         raise AssertionError(f"{body!r} did not come, but {bodies}")
-
-
-@pytest.fixture
-def port() -> int:
-    with socket.socket() as unused:
-        unused.bind(("127.0.0.1", 0))
-        return int(unused.getsockname()[1])
-
-
-@pytest.fixture
-def keys(tmp_path: Path) -> Path:
-    folder = tmp_path / "keys"
-    hosts = ["127.0.0.1"]
-    make_keys(folder, {"red": [], "red-2": [], "green": [], "stranger": [], "base": hosts, "hub": hosts})
-    return folder
 
 
 @pytest.fixture
@@ -193,32 +176,6 @@ def test_a_base_at_another_address_is_not_trusted(keys: Path, port: int, make_si
 
 
 # What each site may do ------------------------------------------------------------------------------------------------
-
-
-@pytest.fixture
-def make_station(keys: Path) -> Iterator[Callable[..., Station]]:
-    """Return a function that makes stations with keys; those that were made last are closed first."""
-    stations: list[Station] = []
-
-    def make(name: str, *args: Any, **options: Any) -> Station:
-        stations.append(Station(keys / name, *args, **options))
-        return stations[-1]
-
-    yield make
-    for station in reversed(stations):
-        station.close()
-
-
-def access_of(sites: str) -> tuple[SiteAccess, ...]:
-    return parse_router_config(f"sites: {sites}", "f").access
-
-
-def put_all(station: Station, *keys: str) -> Callable[[bytes], None]:
-    """Return a question for `Station.heard`: it puts a sample on each key."""
-    return lambda body: [station.put(key, body) for key in keys] and None
-
-
-MODES = pytest.mark.parametrize("mode", ["client", "peer", "router"])
 
 
 @MODES

@@ -18,6 +18,7 @@ from pyros1.bridge.protocol.calls import MAX_CALL_SIZE, MAX_SLOTS, CallHead, Off
 from pyros1.bridge.protocol.packets import Kind
 from pyros1.bridge.rules.rules import Rule, Rules
 from pyros1.bridge.rules.services import DEFAULT_TIMEOUT, PARAMETERS, called
+from pyros1.bridge.rules.site_access import may_serve
 
 MAX_SERVICES = 1_000
 """Maximum number of services of a site that are provided here: all of them are registered with the master."""
@@ -204,9 +205,16 @@ class Calls:
             timeout: maximum number of seconds.
             now: the current time.
         """
+        service = SharedName(peer, PARAMETERS)
+        if not may_serve(self._rules.access, peer, service):
+            return _fail(token, f"site {peer} may not serve its parameters: `sites` here does not allow {service}")
         if peer in self._peers and self._peers[peer].is_present and peer not in self._readable:
-            return _fail(token, f"site {peer} lets nobody here read its parameters; allow it there with --params")
-        return self._begin(token, peer, SharedName(peer, PARAMETERS), question, timeout, None, now)
+            return _fail(
+                token,
+                f"site {peer} lets nobody here read its parameters; allow it there with --params, and if `sites` there "
+                f"limits {self._rules.site}, let it call {service}",
+            )
+        return self._begin(token, peer, service, question, timeout, None, now)
 
     def _begin(
         self,

@@ -18,6 +18,7 @@ from pyros1.bridge.protocol.calls import MAX_CALL_SIZE, MAX_SLOTS, CallHead, Cal
 from pyros1.bridge.protocol.packets import Kind
 from pyros1.bridge.rules.rules import Rule, Rules
 from pyros1.bridge.rules.services import PARAMETERS, served
+from pyros1.bridge.rules.site_access import may_call
 
 MAX_RUNNING = 64
 """Maximum number of calls of all other sites that run at a time."""
@@ -124,7 +125,11 @@ class Served:
         return [service.offered for service in self._served.values() if self._is_for(service, peer)]
 
     def _is_for(self, service: ServedService, peer: str) -> bool:
-        return self._rules.talks_to(peer) and (service.rule is None or service.rule.concerns(peer))
+        return (
+            self._rules.talks_to(peer)
+            and (service.rule is None or service.rule.concerns(peer))
+            and may_call(self._rules.access, peer, service.offered.service)
+        )
 
     def services(self) -> list[ServedService]:
         """Return the services that are served, for the status."""

@@ -44,7 +44,12 @@ def explain_access(access: Iterable[SiteAccess]) -> Iterator[str]:
     for each in access:
         if each.keys != each.site:
             yield f"  lets only those keys of {each.site} in that are named {each.keys}"
-        for verb, allowed, denied in (("send", each.send, each.deny_send), ("take", each.take, each.deny_take)):
+        for verb, allowed, denied in (
+            ("send", each.send, each.deny_send),
+            ("take", each.take, each.deny_take),
+            ("serve", each.serve, each.deny_serve),
+            ("call", each.call, each.deny_call),
+        ):
             if allowed is not None or denied:
                 what = "everything" if allowed is None else _texts(allowed) or "nothing"
                 yield f"  {each.site} may {verb} {what}" + f", but not {_texts(denied)}" * bool(denied)

@@ -10,9 +10,12 @@ from collections.abc import Iterable, Iterator
 
 from pyros1.bridge.names import Pattern, SharedName, is_topic_name
 from pyros1.bridge.rules.rules import Outgoing, Rule, Rules, name_there
+from pyros1.bridge.rules.site_access import may_serve
 
 PARAMETERS = "/pyros1_bridge/parameters"
-"""The name under which sites ask for each other's parameters; no service of that name can be served."""
+"""The name under which sites ask for each other's parameters, also in what `sites` of a file allows; no service of that
+name can be served.
+"""
 DEFAULT_TIMEOUT = 60.0
 """Maximum number of seconds that a call may take, if no rule says otherwise."""
 
@@ -46,6 +49,8 @@ def called(rules: Rules, service: SharedName, peer: str) -> Rule | str:
         return f"{peer} serves a service of another site"
     if any(pattern.matches(service, rules.site) for pattern in rules.services.deny_call):
         return "denied by a rule"
+    if not may_serve(rules.access, peer, service):
+        return f"{peer} may not serve it"
     for rule in rules.services.call:
         if rule.pattern.matches(service, rules.site) and rule.concerns(peer):
             return rule

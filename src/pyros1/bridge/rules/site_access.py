@@ -16,16 +16,29 @@ class SiteAccess:
         keys: the name in their certificate: the site's name, or a later one such as ``red-2``.
         send, take: the topics that the site may send, and take from others; None for all. In these patterns, names
             without a site are those of this site.
-        deny_send, deny_take: topics that it may not, although the patterns above allow them.
+        serve, call: the services of this site that others may call through it, and those of others that it may call;
+            None for all. Questions for a site's parameters are calls of `pyros1.bridge.rules.services.PARAMETERS`.
+        deny_send, deny_take, deny_serve, deny_call: what it may not, although the patterns above allow it.
         forwards: other sites whose packets come through this one, since they connect to it and not here.
+
+    Raises:
+        ValueError: only some of `send`, `take`, `serve` and `call` are None: who is limited is limited in all of them.
     """
 
     keys: str
     send: tuple[Pattern, ...] | None = None
     take: tuple[Pattern, ...] | None = None
+    serve: tuple[Pattern, ...] | None = None
+    call: tuple[Pattern, ...] | None = None
     deny_send: tuple[Pattern, ...] = ()
     deny_take: tuple[Pattern, ...] = ()
+    deny_serve: tuple[Pattern, ...] = ()
+    deny_call: tuple[Pattern, ...] = ()
     forwards: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        if len({allowed is None for allowed in (self.send, self.take, self.serve, self.call)}) > 1:
+            raise ValueError(f"{self.keys} is limited in some of send, take, serve and call, but not in all")
 
     @property
     def site(self) -> str:
@@ -34,8 +47,8 @@ class SiteAccess:
 
     @property
     def is_limited(self) -> bool:
-        """Whether the site may not send or take everything."""
-        return self.send is not None or self.take is not None or bool(self.deny_send or self.deny_take)
+        """Whether the site may not do everything."""
+        return self.send is not None or any((self.deny_send, self.deny_take, self.deny_serve, self.deny_call))
 
     def may_send(self, topic: SharedName) -> bool:
         """Return whether the site may send a topic, which may be another site's."""
@@ -45,9 +58,17 @@ class SiteAccess:
         """Return whether the site may take a topic, which is its own or the sender's."""
         return topic.site in (self.site, sender) and self._matches(self.take, self.deny_take, topic)
 
-    def _matches(self, allowed: Iterable[Pattern] | None, denied: Iterable[Pattern], topic: SharedName) -> bool:
-        return (allowed is None or any(pattern.matches(topic, self.site) for pattern in allowed)) and not any(
-            pattern.matches(topic, self.site) for pattern in denied
+    def may_serve(self, service: SharedName) -> bool:
+        """Return whether the site may let others call a service, which must be its own."""
+        return service.site == self.site and self._matches(self.serve, self.deny_serve, service)
+
+    def may_call(self, service: SharedName) -> bool:
+        """Return whether the site may call a service, which must be another site's."""
+        return service.site != self.site and self._matches(self.call, self.deny_call, service)
+
+    def _matches(self, allowed: Iterable[Pattern] | None, denied: Iterable[Pattern], shared: SharedName) -> bool:
+        return (allowed is None or any(pattern.matches(shared, self.site) for pattern in allowed)) and not any(
+            pattern.matches(shared, self.site) for pattern in denied
         )
 
 
@@ -66,6 +87,18 @@ def may_take(access: Collection[SiteAccess], site: str, topic: SharedName, sende
     """Return whether a site may take a topic from another one, with any of its keys."""
     found = [each for each in access if each.site == site]
     return not found or any(each.may_take(topic, sender) for each in found)
+
+
+def may_serve(access: Collection[SiteAccess], site: str, service: SharedName) -> bool:
+    """Return whether a site may let others call a service of its own, with any of its keys."""
+    found = [each for each in access if each.site == site]
+    return not found or any(each.may_serve(service) for each in found)
+
+
+def may_call(access: Collection[SiteAccess], site: str, service: SharedName) -> bool:
+    """Return whether a site may call a service of another one, with any of its keys."""
+    found = [each for each in access if each.site == site]
+    return not found or any(each.may_call(service) for each in found)
 
 
 def add_names(access: tuple[SiteAccess, ...], names: Iterable[str]) -> tuple[SiteAccess, ...]:

@@ -7,9 +7,11 @@ from typing import Any
 
 from pyros1.bridge.names import Pattern, check_site_name, site_of_keys
 from pyros1.bridge.rules.file_reader import FileReader, Path, RulesError
+from pyros1.bridge.rules.service_parsing import service_pattern
 from pyros1.bridge.rules.site_access import SiteAccess, add_names
 
-_KEYS = ("send", "take", "deny_send", "deny_take", "forwards")
+_VERBS = ("send", "take", "serve", "call")
+_KEYS = (*_VERBS, *(f"deny_{verb}" for verb in _VERBS), "forwards")
 
 
 class SitesReader(FileReader):
@@ -17,7 +19,7 @@ class SitesReader(FileReader):
 
     def _access(self, file: Mapping[str, Any]) -> tuple[SiteAccess, ...]:
         """Return what each site may do. All in a list may do everything, and so may those in a mapping of whom it says
-        nothing; but a site that may send something or take something may do nothing else.
+        nothing; but a site of which it says what it may send, take, serve or call may do nothing else.
         """
         value, path = file.get("sites"), ("sites",)
         if value is None:
@@ -34,31 +36,50 @@ class SitesReader(FileReader):
         return tuple(self._site_access(name, fields, (*path, name)) for name, fields in value.items())
 
     def _site_access(self, name: Any, value: Any, path: Path) -> SiteAccess:
-        self._checked(path, site_of_keys, self._text(name, path))
+        site = self._checked(path, site_of_keys, self._text(name, path))
         fields = self._mapping({} if value is None else value, path, _KEYS)
-        is_limited = "send" in fields or "take" in fields
+        allowed = {verb: self._patterns(fields, verb, path, site) for verb in _VERBS}
+        denied = {f"deny_{verb}": self._patterns(fields, f"deny_{verb}", path, site) for verb in _VERBS}
         return SiteAccess(
             name,
-            self._patterns(fields, "send", path) if is_limited else None,
-            self._patterns(fields, "take", path) if is_limited else None,
-            self._patterns(fields, "deny_send", path),
-            self._patterns(fields, "deny_take", path),
-            tuple(
+            **(allowed if any(verb in fields for verb in _VERBS) else {}),
+            **denied,
+            forwards=tuple(
                 self._checked(item_path, check_site_name, self._text(item, item_path))
                 for item, item_path in self._items(fields, "forwards", path)
             ),
         )
 
-    def _patterns(self, fields: Mapping[str, Any], key: str, path: Path) -> tuple[Pattern, ...]:
+    def _patterns(self, fields: Mapping[str, Any], key: str, path: Path, site: str) -> tuple[Pattern, ...]:
+        verb = key.removeprefix("deny_")
         return tuple(
-            self._checked(item_path, _access_pattern, self._text(item, item_path))
+            self._checked(item_path, lambda text: _access_pattern(text, verb, site), self._text(item, item_path))
             for item, item_path in self._items(fields, key, path)
         )
 
 
-def _access_pattern(text: str) -> Pattern:
+def _access_pattern(text: str, verb: str, site: str) -> Pattern:
+    """Return the pattern of what a site may do, or may not.
+
+    Args:
+        text: the pattern.
+        verb: what it may do: ``send``, ``take``, ``serve`` or ``call``.
+        site: the site.
+    """
     if text.startswith("!"):
-        raise RulesError("write topics that a site may not send or take under deny_send or deny_take, without !")
-    if "@" in text:
-        raise RulesError(f"{text!r:.80} has a rate, which only the rules of the sites that send and take it can have")
-    return Pattern(text)
+        raise RulesError(f"write what a site may not {verb} under deny_{verb}, without !")
+    if verb in ("send", "take"):
+        if "@" in text:
+            raise RulesError(
+                f"{text!r:.80} has a rate, which only the rules of the sites that send and take it can have"
+            )
+        return Pattern(text)
+    pattern = service_pattern(text)
+    is_own = pattern.site in ("", site)
+    if verb == "serve" and not is_own:
+        raise RulesError(f"{text!r:.80} is another site's, but {site} can serve only its own services: write /name")
+    if verb == "call" and is_own:
+        raise RulesError(
+            f"{text!r:.80} is {site}'s own service; write whose services it may call: base:/name, base:** or *:/name"
+        )
+    return pattern

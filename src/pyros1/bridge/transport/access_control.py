@@ -3,6 +3,9 @@
 zenoh knows by its certificate who has sent what arrives (*ingress*), and to whom it sends (*egress*), and allows or
 denies each packet by its key. So the names in certificates, and not what sites say of themselves, decide. For a
 connection to a site that forwards the packets of others, its own name and theirs count.
+
+A key with wildcards is allowed only if all that it stands for is, but denied only if all of that is denied: bridges
+ignore packets with such keys.
 """
 
 from __future__ import annotations
@@ -54,9 +57,9 @@ def _access_control(access: Collection[SiteAccess], own_site: str) -> dict[str, 
     for each in everybody:
         for name, permission, flow, keys in (
             (f"{each.keys} sends", "allow", "ingress", _sent(each, sites)),
-            (f"{each.keys} does not send", "deny", "ingress", _sent_topics(each, each.deny_send, sites)),
+            (f"{each.keys} does not send", "deny", "ingress", _never_sent(each, sites)),
             (f"{each.keys} takes", "allow", "egress", _taken(each, sites)),
-            (f"{each.keys} does not take", "deny", "egress", _taken_topics(each, each.deny_take, sites)),
+            (f"{each.keys} does not take", "deny", "egress", _never_taken(each, sites)),
         ):
             if found := [*dict.fromkeys(keys)]:
                 rules.append(_rule(name, permission, "put", (flow,), found))
@@ -82,11 +85,18 @@ def _access_control(access: Collection[SiteAccess], own_site: str) -> dict[str, 
 def _sent(access: SiteAccess, sites: Collection[str]) -> Iterator[str]:
     """Yield the keys that a site may write."""
     site = access.site
-    if access.send is None:
+    if access.send is None or access.serve is None or access.call is None:  # none of them, or all
         yield site_key(site, "**")
         return
     yield from (site_key(site, "hello"), site_key(site, "to/*"))
     yield from _sent_topics(access, access.send, sites)
+    yield from _sent_calls(access, access.serve, access.call, sites)
+
+
+def _never_sent(access: SiteAccess, sites: Collection[str]) -> Iterator[str]:
+    """Yield the keys that a site may not write, whatever else it may."""
+    yield from _sent_topics(access, access.deny_send, sites)
+    yield from _sent_calls(access, access.deny_serve, access.deny_call, sites)
 
 
 def _sent_topics(access: SiteAccess, patterns: Iterable[Pattern], sites: Collection[str]) -> Iterator[str]:
@@ -100,13 +110,20 @@ def _taken(access: SiteAccess, sites: Collection[str]) -> Iterator[str]:
     """Yield the keys that a site may read."""
     site = access.site
     yield site_key("*", "hello")
-    if access.take is not None:
-        yield site_key("*", f"to/{site}")
-        yield from _taken_topics(access, access.take, sites)
+    if access.take is None or access.serve is None or access.call is None:  # none of them, or all
+        yield site_key("*", f"*/{site}/**")  # what is for this site alone, or goes into its names
+        # Not all topics: what a site sends into the names of another one is only for that one.
+        yield from (site_key(owner, f"t/{owner}/**") for owner in sites if owner != site)
         return
-    yield site_key("*", f"*/{site}/**")  # what is for this site alone, or goes into its names
-    # Not all topics: what a site sends into the names of another one is only for that one.
-    yield from (site_key(owner, f"t/{owner}/**") for owner in sites if owner != site)
+    yield site_key("*", f"to/{site}")
+    yield from _taken_topics(access, access.take, sites)
+    yield from _taken_calls(access, access.serve, access.call, sites)
+
+
+def _never_taken(access: SiteAccess, sites: Collection[str]) -> Iterator[str]:
+    """Yield the keys that a site may not read, whatever else it may."""
+    yield from _taken_topics(access, access.deny_take, sites)
+    yield from _taken_calls(access, access.deny_serve, access.deny_call, sites)
 
 
 def _taken_topics(access: SiteAccess, patterns: Iterable[Pattern], sites: Collection[str]) -> Iterator[str]:
@@ -117,8 +134,26 @@ def _taken_topics(access: SiteAccess, patterns: Iterable[Pattern], sites: Collec
         yield site_key(sender, f"again/{site}/{owner}{path}")
 
 
+def _sent_calls(
+    access: SiteAccess, serve: Iterable[Pattern], call: Iterable[Pattern], sites: Collection[str]
+) -> Iterator[str]:
+    """Yield the keys of the replies of services of a site, and of its calls of others'."""
+    site = access.site
+    yield from (site_key(site, f"call/*/{site}{path}") for _, path in _names(site, serve, sites))
+    yield from (site_key(site, f"call/{owner}/{owner}{path}") for owner, path in _names(site, call, sites))
+
+
+def _taken_calls(
+    access: SiteAccess, serve: Iterable[Pattern], call: Iterable[Pattern], sites: Collection[str]
+) -> Iterator[str]:
+    """Yield the keys of the calls of services of a site, and of the replies to its calls of others'."""
+    site = access.site
+    yield from (site_key("*", f"call/{site}/{site}{path}") for _, path in _names(site, serve, sites))
+    yield from (site_key(owner, f"call/{site}/{owner}{path}") for owner, path in _names(site, call, sites))
+
+
 def _names(site: str, patterns: Iterable[Pattern], sites: Collection[str]) -> Iterator[tuple[str, str]]:
-    """Yield the sites whose topics patterns match, each with the key expression of the topics' names."""
+    """Yield the sites whose topics or services patterns match, each with the key expression of their names."""
     for pattern in patterns:
         owners = [each for each in sites if each != site] if pattern.site == "*" else [pattern.site or site]
         for owner in owners:

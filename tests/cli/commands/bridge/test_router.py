@@ -39,6 +39,8 @@ def test_check_explains(run: Run, tmp_path: Path) -> None:
         f"  proves its name with the keys in {tmp_path}/keys/router, and requires certificates from others",
         "  red may send /odom",  # the file still counts
         "  red may take nothing",
+        "  red may serve nothing",
+        "  red may call nothing",
     ]
 
 
