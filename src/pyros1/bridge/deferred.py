@@ -1,8 +1,8 @@
 """What waits for the thread that talks to the master, which may take long, and the messages that wait behind it.
 
-For each topic, only what still matters is kept: whether to end what there is, and what to begin; nothing of one that has
-never begun and is not wanted any more. So however often another site changes its mind, and whatever names it makes up,
-no more than that waits. Messages for a topic that is about to be published wait until it is.
+For each topic, only what still matters is kept: whether to end what there is, and what to begin; nothing of one that
+has never begun and is not wanted any more. So however often another site changes its mind, and whatever names it makes
+up, no more than that waits. Messages for a topic that is about to be published wait until it is.
 """
 
 from __future__ import annotations
