@@ -128,7 +128,7 @@ class ZenohSession:
         """End what waits for the session. Called with the lock."""
 
     def _open(self, config: Any) -> None:
-        session = self.zenoh.open(config)
+        session: Any = self.zenoh.open(config)
         try:
             with self.lock:
                 if not self.is_closing:
