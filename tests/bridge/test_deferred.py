@@ -158,6 +158,15 @@ def test_what_failed_is_tried_again_unless_something_else_is_wanted() -> None:
     assert deferred.pop() == [Subscribe("/s", False), Subscribe("/s", True)]
 
 
+def test_what_an_unexpected_exception_has_kept_from_being_done_is_tried_again() -> None:
+    deferred = Deferred()
+    deferred.put(advertise())
+    assert deferred.pop() == [advertise()] and deferred.hold(message())
+    assert deferred.pop() == [] and deferred.hold(message())
+    deferred.retry()
+    assert deferred.pop() == [advertise()] and deferred.done() == [message(), message()]
+
+
 def test_what_waits_is_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(module, "MAX_MESSAGES", 3)
     monkeypatch.setattr(module, "MAX_BYTES", 10)

@@ -49,7 +49,7 @@ class Deferred:
         self._pending: dict[_Key, _Pending] = {}
         self._failed: dict[_Key, _Pending] = {}
         self._busy: _Key | None = None
-        self._only_ends = False  # whether what was popped last ends without a new beginning
+        self._popped = _Pending()  # what was popped last
         self._begun: set[_Key] = set()  # what there is at the master, or may be
         self._held: dict[str, dict[_Source, list[tuple[int, Publish]]]] = {}  # by topic, with their order
         self._held_number = self._held_count = self._held_bytes = 0
@@ -108,12 +108,14 @@ class Deferred:
 
     def pop(self, timeout: float = 0.0) -> list[Change]:
         """Wait for something to do, and return it: what is to be done about one topic, in order. Afterwards, `done` or
-        `fail` must be called.
+        `fail` must be called; if neither was, a mistake of ours has kept it from being done, and it counts as failed.
 
         Args:
             timeout: maximum seconds to wait; after that, the list may be empty.
         """
         with self._changed:
+            if self._busy is not None:
+                self._fail(self._popped.actions())
             if not self._pending and timeout and not self._is_woken:
                 self._changed.wait(timeout)
             self._is_woken = False
@@ -121,15 +123,14 @@ class Deferred:
                 return []
             self._busy = next(iter(self._pending))
             self._begun.add(self._busy)
-            pending = self._pending.pop(self._busy)
-            self._only_ends = pending.end is not None and pending.begin is None
-            return pending.actions()
+            self._popped = self._pending.pop(self._busy)
+            return self._popped.actions()
 
     def done(self) -> list[Publish]:
         """Note that what was popped has been done, and return what waited for it, in order."""
         with self._changed:
             key, self._busy = self._busy, None
-            if key is not None and self._only_ends:
+            if key is not None and self._popped.end is not None and self._popped.begin is None:
                 self._begun.discard(key)
             if key is None or key[0] or key in self._pending:
                 return []
@@ -140,20 +141,23 @@ class Deferred:
         is wanted by then.
         """
         with self._changed:
-            key, self._busy = self._busy, None
-            if key is None:
-                return
-            newer = self._pending.get(key)
-            pending = newer or self._failed.setdefault(key, _Pending())
-            is_superseded = pending.end is not None or pending.begin is not None
-            for action in actions:
-                if isinstance(action, SetOrigins):
-                    if not is_superseded:
-                        pending.change = pending.change or action
-                elif not _begins(action):
-                    pending.end = pending.end or action
-                elif not is_superseded:
-                    pending.begin = action
+            self._fail(actions)
+
+    def _fail(self, actions: list[Change]) -> None:
+        key, self._busy = self._busy, None
+        if key is None:
+            return
+        newer = self._pending.get(key)
+        pending = newer or self._failed.setdefault(key, _Pending())
+        is_superseded = pending.end is not None or pending.begin is not None
+        for action in actions:
+            if isinstance(action, SetOrigins):
+                if not is_superseded:
+                    pending.change = pending.change or action
+            elif not _begins(action):
+                pending.end = pending.end or action
+            elif not is_superseded:
+                pending.begin = action
 
     def retry(self) -> None:
         """Let what has failed be tried again."""
