@@ -15,6 +15,7 @@ from pyros1.bridge.rules.parsing import parse_config
 from pyros1.bridge.transport.link import Link, Receive
 from pyros1.master.server import Master
 from pyros1.node import Node
+from pyros1.node.publishing.publisher import Publisher
 
 PATIENCE = 20.0
 
@@ -26,6 +27,18 @@ def wait_until(holds: Callable[[], object], what: str) -> None:
     while not holds():
         assert time.monotonic() < deadline, f"never: {what}"
         pause.wait(0.02)
+
+
+def subscriptions(publisher: Publisher[Any]) -> int:
+    """Return the number of subscribers in the test's process. A bridge's question for a topic's type does not count:
+    it is another connection, which its publisher may take for a subscriber until it notices that it was closed.
+    """
+    return sum(link.transport == "INTRAPROCESS" for link in publisher.links)
+
+
+def wait_for_subscribers(publisher: Publisher[Any], count: int = 1) -> None:
+    """Wait until there are so many subscribers, see `subscriptions`."""
+    wait_until(lambda: subscriptions(publisher) >= count, f"{count} subscribe to {publisher.name}")
 
 
 class QueuedSubscriber:

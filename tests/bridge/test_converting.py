@@ -13,7 +13,7 @@ from tests.bodies import decode, encode
 from pyros1.bridge.conversions.conversion import Conversion
 from pyros1.bridge.converting import Converting, Pending, Source
 from pyros1.bridge.exchange.outgoing import Drop, ReceivedMessage
-from pyros1.msgs.sensor_msgs.msg import LaserScan
+from pyros1.msgs.sensor_msgs.msg import LaserScan, PointCloud2
 
 from .conftest import PATIENCE
 
@@ -73,6 +73,21 @@ def converting(outlet: Outlet) -> Iterator[Converting]:
 def test_a_message(converting: Converting, outlet: Outlet) -> None:
     converting.put(SCAN, pending(5))
     assert outlet.next() == ("sent", "/scan", "/laser", 5.0, (1.0, 3.0), 5.0)
+
+
+def test_a_topic_whose_type_changes(converting: Converting, outlet: Outlet) -> None:
+    cloud = ReceivedMessage("/cloud", PointCloud2._md5sum, False, encode(PointCloud2()))
+    outlet.gate.clear()
+    outlet.answer = False  # its converter is made, but nothing is sent
+    converting.put(SCAN, Pending(cloud, "sensor_msgs/PointCloud2", False, 1.0))
+    assert outlet.asked.get(timeout=PATIENCE) == 1.0
+    outlet.gate.set()
+    converting.put(SCAN, pending(4))
+    assert outlet.asked.get(timeout=PATIENCE) == 4.0  # now it has dealt with the cloud
+    outlet.answer = True
+    converting.put(SCAN, pending(5))
+    while (event := outlet.next()) != ("sent", "/scan", "/laser", 5.0, (1.0, 3.0), 5.0):
+        assert event == ("sent", "/scan", "/laser", 4.0, (1.0, 3.0), 4.0)
 
 
 def test_only_the_newest_of_each_publisher_waits(converting: Converting, outlet: Outlet) -> None:

@@ -7,7 +7,7 @@ import threading
 import pytest
 
 from pyros1.bridge import deferred as module
-from pyros1.bridge.deferred import Deferred
+from pyros1.bridge.deferred import Change, Deferred
 from pyros1.bridge.exchange.actions import Advertise, Forget, Publish, SetOrigins, Subscribe, Withdraw
 
 
@@ -17,6 +17,15 @@ def advertise(local: str = "/t", md5sum: str = "1") -> Advertise:
 
 def message(body: bytes = b"x", local: str = "/t", publisher: int = 1) -> Publish:
     return Publish(local, ("red", publisher), body, True)
+
+
+def after(*changes: Change) -> Deferred:
+    """Return one that has done some changes."""
+    deferred = Deferred()
+    for change in changes:
+        deferred.put(change)
+        assert deferred.pop() == [change] and deferred.done() == []
+    return deferred
 
 
 def test_messages_wait_until_their_topic_is_published() -> None:
@@ -31,7 +40,7 @@ def test_messages_wait_until_their_topic_is_published() -> None:
 
 
 def test_however_often_a_topic_comes_and_goes_no_more_waits() -> None:
-    deferred = Deferred()
+    deferred = after(advertise(), Subscribe("/s", True))
     for number in range(1000):
         deferred.put(Withdraw("/t"))
         deferred.put(advertise(md5sum=str(number)))
@@ -42,6 +51,22 @@ def test_however_often_a_topic_comes_and_goes_no_more_waits() -> None:
     deferred.put(advertise())
     deferred.put(Withdraw("/t"))
     assert deferred.pop() == [Withdraw("/t")] and deferred.done() == [] and deferred.pop() == []
+
+
+def test_what_never_began_need_not_end() -> None:
+    """A site may make up names faster than the master can be told, or while it is away."""
+    deferred = after(advertise("/old"), Subscribe("/old", True), Withdraw("/old"), Subscribe("/old", False))
+    for number in range(1000):
+        for change in (advertise(f"/t{number}"), Subscribe(f"/t{number}", True)):
+            deferred.put(change)
+        deferred.hold(message(local=f"/t{number}"))
+        for change in (Withdraw(f"/t{number}"), Subscribe(f"/t{number}", False), Withdraw("/old")):
+            deferred.put(change)
+    assert deferred.pop() == [] and deferred.dropped == 1000
+    deferred.put(advertise())
+    assert deferred.pop() == [advertise()]
+    deferred.put(Withdraw("/t"))  # meanwhile
+    assert deferred.done() == [] and deferred.pop() == [Withdraw("/t")]
 
 
 def test_messages_of_a_topic_that_is_withdrawn_are_not_published_later() -> None:
@@ -61,24 +86,33 @@ def test_what_is_forgotten_does_not_wait() -> None:
     deferred = Deferred()
     assert not deferred.hold(Forget("/t", ("red", 1)))
     deferred.put(advertise())
-    for publisher in (1, 2):
-        deferred.hold(message(publisher=publisher))
-    assert deferred.hold(Forget("/t", ("red", 1)))
+    messages = [message(str(number).encode(), publisher=number % 3) for number in range(9)]
+    for each in messages:
+        deferred.hold(each)
+    assert not deferred.hold(Forget("/t", ("red", 1))), "an earlier message may have been published"
     deferred.pop()
-    assert deferred.done() == [message(publisher=2), Forget("/t", ("red", 1))]
+    assert deferred.done() == [each for each in messages if each.source != ("red", 1)]
+
+
+def test_notes_of_publishers_that_are_gone_do_not_pile_up(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(module, "MAX_MESSAGES", 1)
+    deferred = Deferred()
+    deferred.put(advertise())
+    for number in range(100):
+        deferred.hold(message(publisher=number))
+        deferred.hold(Forget("/t", ("red", number)))
+    assert deferred.dropped == 0 and deferred.pop() and deferred.done() == []
 
 
 def test_a_change_of_a_topic_that_is_published() -> None:
-    """What is forgotten meanwhile is forgotten afterwards, since the topic keeps its latched messages."""
-    deferred = Deferred()
+    deferred = after(advertise())
     first, second = (SetOrigins("/t", (f"red:/{name}",)) for name in "ab")
     deferred.put(first)
-    assert deferred.hold(Forget("/t", ("red", 1)))
     deferred.put(second)
     assert deferred.pop() == [second]
     deferred.fail([second])
     deferred.put(first)
-    assert deferred.pop() == [first] and deferred.done() == [Forget("/t", ("red", 1))]
+    assert deferred.pop() == [first] and deferred.done() == []
 
     deferred.put(advertise())
     failed = deferred.pop()
@@ -92,7 +126,7 @@ def test_a_change_of_a_topic_that_is_published() -> None:
 
 
 def test_what_failed_is_tried_again_unless_something_else_is_wanted() -> None:
-    deferred = Deferred()
+    deferred = after(advertise(), Subscribe("/s", True))
     deferred.put(Withdraw("/t"))
     deferred.put(advertise())
     deferred.hold(message())
@@ -122,6 +156,15 @@ def test_what_failed_is_tried_again_unless_something_else_is_wanted() -> None:
     deferred.fail(deferred.pop())
     deferred.put(Subscribe("/s", True))
     assert deferred.pop() == [Subscribe("/s", False), Subscribe("/s", True)]
+
+
+def test_what_an_unexpected_exception_has_kept_from_being_done_is_tried_again() -> None:
+    deferred = Deferred()
+    deferred.put(advertise())
+    assert deferred.pop() == [advertise()] and deferred.hold(message())
+    assert deferred.pop() == [] and deferred.hold(message())
+    deferred.retry()
+    assert deferred.pop() == [advertise()] and deferred.done() == [message(), message()]
 
 
 def test_what_waits_is_bounded(monkeypatch: pytest.MonkeyPatch) -> None:

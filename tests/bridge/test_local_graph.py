@@ -103,6 +103,25 @@ def test_many_publishers_are_asked_a_few_at_a_time(
     assert len(graph.topics()) == 40 and not graph.is_behind and len(asked) == 40
 
 
+def test_publishers_that_never_answer_do_not_keep_others_waiting(
+    make_node: Callable[..., Node], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """All topics of a machine that is gone, and that have to be asked for again as soon as all have been asked for."""
+    monkeypatch.setattr("pyros1.bridge.local_graph._RETRY_PERIOD", 0.0)
+    node = make_node("bridge")
+    for number in range(40):
+        node.advertise(f"/dead{number}", String)
+    node.advertise("/text", String)
+    failure = ReportedType(failure=Failure("timeout", "no"))
+    graph = LocalGraph(
+        Graph(node.master),
+        lambda topic: not topic.startswith("/ros"),
+        lambda _, __, topic: ReportedType("a/B", "1" * 32) if topic == "/text" else failure,
+    )
+    assert not graph.topics()
+    assert [topic.name for topic in graph.topics()] == ["/text"]
+
+
 def test_a_publisher_that_has_started_again_with_another_type(make_node: Callable[..., Node]) -> None:
     node = make_node("bridge")
     node.advertise("/text", String)

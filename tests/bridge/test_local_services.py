@@ -76,3 +76,16 @@ def test_providers_that_do_not_say_their_type(
     monkeypatch.setattr(local_services, "RETRY_PERIOD", 0.0)
     (found,) = services.services(graph.state(), ())
     assert found.request == "std_srvs/TriggerRequest" and not services.problems
+
+
+def test_providers_that_never_answer_do_not_keep_others_waiting(graph: Graph, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(local_services, "RETRY_PERIOD", 0.0)
+    monkeypatch.setattr(graph, "service_uri", lambda service: service)
+
+    def probe(name: str, *_: object) -> dict[str, str]:
+        return {"type": "a/B", "md5sum": "1" * 32} if name == "/text" else {}
+
+    services = LocalServices(graph, lambda _: True, probe)
+    state = SystemState({}, {}, {name: ["/robot"] for name in (*(f"/dead{number}" for number in range(40)), "/text")})
+    assert not services.services(state, ())
+    assert [service.name for service in services.services(state, ())] == ["/text"]

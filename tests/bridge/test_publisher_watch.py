@@ -76,6 +76,35 @@ def test_a_node_that_was_never_found_is_not_lost(watch: PublisherWatch) -> None:
     assert (watch.responding, watch.lost) == (set(), set())
 
 
+def test_a_node_that_is_lost_just_when_it_is_watched_no_longer(
+    make_node: MakeNode, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """If it counted as lost for good, its topics would be left out for good, when a node of that name starts."""
+    node = make_node("bridge")
+    callbacks: list[Callable[[Any], object]] = []
+
+    class Fake:
+        def __init__(self, _: str, callback: Callable[[Any], object], *__: object, **___: object) -> None:
+            callbacks.append(callback)
+
+        def close(self) -> None:
+            pass
+
+    class Lost:
+        name = "/talker"
+
+        @property
+        def alive(self) -> bool:
+            watch.update((), ())
+            return False
+
+    monkeypatch.setattr(node, "watch", Fake)
+    watch = PublisherWatch(node, 1.0, lambda: None)
+    watch.update(["/talker"], ["/talker"])
+    callbacks[0](Lost())
+    assert (watch.responding, watch.lost) == (set(), set())
+
+
 def test_there_are_not_too_many(watch: PublisherWatch, make_node: MakeNode, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("pyros1.bridge.publisher_watch.MAX_WATCHED", 1)
     names = ["/left", "/right"]

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable, Iterator
+from typing import Any
 
 import pytest
 
@@ -110,3 +112,22 @@ def test_not_all_start_at_once(stand_ins: StandIns, bridge: Node, monkeypatch: p
         stand_ins.update()
         counts.append(len(find_bridges(Graph(bridge.master).state())))
     assert counts == [2, 4, 5]
+
+
+def test_a_node_that_starts_while_all_end(stand_ins: StandIns, bridge: Node, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The thread that starts nodes may wait for a slow master meanwhile."""
+    stand_ins.note(TALKER)
+    stand_ins.update()
+    advertise_service = Node.advertise_service
+
+    def close_first(node: Node, *arguments: Any) -> Any:
+        closing = threading.Thread(target=stand_ins.close)
+        closing.start()
+        closing.join()
+        return advertise_service(node, *arguments)
+
+    monkeypatch.setattr(Node, "advertise_service", close_first)
+    for name in ("listener", "other"):
+        stand_ins.note(Represent(f"/red/{name}", "red", f"/{name}"))
+    stand_ins.update()
+    assert find_bridges(Graph(bridge.master).state()) == frozenset()

@@ -3,8 +3,18 @@
 from __future__ import annotations
 
 import json
+from collections import Counter
+from random import Random
 
-from pyros1.bridge.status import status_lines
+import pytest
+
+from pyros1.bridge.rates import Rates
+from pyros1.bridge.status import listed, status_json, status_lines
+from pyros1.bridge.transport.inbox import Inbox
+from pyros1.bridge.transport.memory_link import MemoryNetwork
+from pyros1.bridge.transport.sender import Sender
+
+from .pair import Pair, rules
 
 STATUS = {
     "site": "base",
@@ -104,3 +114,37 @@ def test_a_site_alone() -> None:
         "  no connection yet: cannot reach it",
         "  no other site found yet",
     ]
+
+
+def test_a_site_that_offers_too_much(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The status would be too large to be read."""
+    monkeypatch.setattr("pyros1.bridge.status.LISTED_BYTES", 100_000)
+    pair = Pair(rules("take: ['*:/t/**']", "base"), rules("send: ['/**']", "arm"))
+    pair.wait()
+    pair.publish("arm", *(f"/{'tx'[number % 2]}/n{number}" for number in range(3000)))
+    link = MemoryNetwork(Random(1)).connect("base", lambda *_: None)
+    sender = Sender(link, lambda: 0.0, lambda _: None)
+    try:
+        text = status_json(pair.sites["base"], link, sender, Inbox(), Rates(), {}, {})
+    finally:
+        sender.close()
+    status = json.loads(text)
+    more = status["not_listed"]["arm"]
+    assert len(text) < 200_000 and len(status["received"]) + more == 3000
+    assert f"  {more} more topics and services of arm are not listed" in [*status_lines(status)]
+
+
+@pytest.mark.parametrize(
+    ("sizes", "kept"),
+    [
+        ({"red": 50, "blue": 50}, {"red": 50, "blue": 50}),
+        ({"red": 10, "liar": 1000}, {"red": 10, "liar": 90}),
+        ({"liar": 1000, "red": 10, "other": 900}, {"red": 10, "liar": 45, "other": 45}),
+        ({}, {}),
+    ],
+)
+def test_no_site_hides_others(sizes: dict[str, int], kept: dict[str, int], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("pyros1.bridge.status.LISTED_BYTES", 100)
+    entries = [site for site, size in sizes.items() for _ in range(size)]
+    found, more = listed(entries, str, lambda _: 1)
+    assert Counter(found) == kept and Counter(more) == Counter(sizes) - Counter(kept)

@@ -63,6 +63,7 @@ class _Work:
     def __init__(self) -> None:
         self.pending: dict[str, Pending] = {}  # publisher -> its newest message
         self.converter: Converter | None = None
+        self.type = ""  # what the converter takes
         self.is_queued = False
         self.must_restart = False
 
@@ -161,8 +162,8 @@ class Converting:
             if new_type is None:
                 self._outlet.drop(source, Drop.TYPE)
                 return
-            if work.converter is None:
-                work.converter = Converter(conversion, pending.type)
+            if work.converter is None or work.type != pending.type:
+                work.converter, work.type = Converter(conversion, pending.type), pending.type
             if must_restart:
                 work.converter.restart()
             if not self._outlet.wants(source, pending):

@@ -1,13 +1,15 @@
 """What waits for the thread that talks to the master, which may take long, and the messages that wait behind it.
 
-For each topic, only what still matters is kept: whether to end what there is, and what to begin. So however often
-another site changes its mind, no more than that waits. Messages for a topic that is about to be published wait until it
-is.
+For each topic, only what still matters is kept: whether to end what there is, and what to begin; nothing of one that
+has never begun and is not wanted any more. So however often another site changes its mind, and whatever names it makes
+up, no more than that waits. Messages for a topic that is about to be published wait until it is.
 """
 
 from __future__ import annotations
 
 import threading
+from itertools import chain
+from operator import itemgetter
 
 from pyros1.bridge.conversions.conversion import Conversion
 from pyros1.bridge.exchange.actions import Advertise, Forget, Publish, SetOrigins, Subscribe, Withdraw
@@ -18,6 +20,7 @@ MAX_MESSAGES = 5_000
 """Maximum number of messages that wait for their topics."""
 MAX_BYTES = 64 << 20
 """Maximum total size in bytes of these messages; at least one may wait."""
+_Source = tuple[str, int]  # site and number of an original publisher
 _Key = tuple[bool, str, Conversion | None]  # whether it is about a subscription, the topic, and how it is converted
 
 
@@ -46,8 +49,10 @@ class Deferred:
         self._pending: dict[_Key, _Pending] = {}
         self._failed: dict[_Key, _Pending] = {}
         self._busy: _Key | None = None
-        self._held: dict[str, list[Publish | Forget]] = {}
-        self._held_count = self._held_bytes = 0
+        self._popped = _Pending()  # what was popped last
+        self._begun: set[_Key] = set()  # what there is at the master, or may be
+        self._held: dict[str, dict[_Source, list[tuple[int, Publish]]]] = {}  # by topic, with their order
+        self._held_number = self._held_count = self._held_bytes = 0
         self._is_woken = False
 
     def put(self, action: Change) -> None:
@@ -63,62 +68,70 @@ class Deferred:
             else:
                 pending.end, pending.begin, pending.change = action, None, None
                 if isinstance(action, Withdraw):
-                    self.dropped += sum(isinstance(each, Publish) for each in self._take_held(action.local))
+                    self.dropped += len(self._take_held(action.local))
+                if key not in self._begun:
+                    del self._pending[key]  # it has never begun, and need not any more
             self._changed.notify()
 
     def hold(self, action: Publish | Forget) -> bool:
         """Return whether a topic is about to be published, changed or withdrawn. Then a message waits until that is
-        done, unless its publisher is gone by then.
+        done. If its publisher is gone, it does not wait any longer; then what is published is to be forgotten at once.
         """
         key, local = (False, action.local, None), action.local
         with self._changed:
             if key not in self._pending and key not in self._failed and key != self._busy:
                 return False
             if isinstance(action, Forget):
-                remaining = [each for each in self._take_held(local) if each.source != action.source]
-                for each in [*remaining, action]:
-                    self._hold(each)
-            elif self._held_count and (
+                gone = self._held.get(local, {}).pop(action.source, [])
+                self._count_held(-1, [message for _, message in gone])
+                return False
+            if self._held_count and (
                 self._held_count >= MAX_MESSAGES or self._held_bytes + len(action.body) > MAX_BYTES
             ):
                 self.dropped += 1
             else:
-                self._hold(action)
+                self._held_number += 1
+                messages = self._held.setdefault(local, {}).setdefault(action.source, [])
+                messages.append((self._held_number, action))
+                self._count_held(1, [action])
             return True
 
-    def _hold(self, action: Publish | Forget) -> None:
-        self._held.setdefault(action.local, []).append(action)
-        if isinstance(action, Publish):
-            self._held_count += 1
-            self._held_bytes += len(action.body)
+    def _count_held(self, sign: int, messages: list[Publish]) -> None:
+        self._held_count += sign * len(messages)
+        self._held_bytes += sign * sum(len(message.body) for message in messages)
 
-    def _take_held(self, local: str) -> list[Publish | Forget]:
-        held = self._held.pop(local, [])
-        messages = [each for each in held if isinstance(each, Publish)]
-        self._held_count -= len(messages)
-        self._held_bytes -= sum(len(message.body) for message in messages)
-        return held
+    def _take_held(self, local: str) -> list[Publish]:
+        held = sorted(chain.from_iterable(self._held.pop(local, {}).values()), key=itemgetter(0))
+        messages = [message for _, message in held]
+        self._count_held(-1, messages)
+        return messages
 
     def pop(self, timeout: float = 0.0) -> list[Change]:
         """Wait for something to do, and return it: what is to be done about one topic, in order. Afterwards, `done` or
-        `fail` must be called.
+        `fail` must be called; if neither was, a mistake of ours has kept it from being done, and it counts as failed.
 
         Args:
             timeout: maximum seconds to wait; after that, the list may be empty.
         """
         with self._changed:
+            if self._busy is not None:
+                self._fail(self._popped.actions())
             if not self._pending and timeout and not self._is_woken:
                 self._changed.wait(timeout)
             self._is_woken = False
             if not self._pending:
                 return []
             self._busy = next(iter(self._pending))
-            return self._pending.pop(self._busy).actions()
+            self._begun.add(self._busy)
+            self._popped = self._pending.pop(self._busy)
+            return self._popped.actions()
 
-    def done(self) -> list[Publish | Forget]:
+    def done(self) -> list[Publish]:
         """Note that what was popped has been done, and return what waited for it, in order."""
         with self._changed:
             key, self._busy = self._busy, None
+            if key is not None and self._popped.end is not None and self._popped.begin is None:
+                self._begun.discard(key)
             if key is None or key[0] or key in self._pending:
                 return []
             return self._take_held(key[1])
@@ -128,20 +141,23 @@ class Deferred:
         is wanted by then.
         """
         with self._changed:
-            key, self._busy = self._busy, None
-            if key is None:
-                return
-            newer = self._pending.get(key)
-            pending = newer or self._failed.setdefault(key, _Pending())
-            is_superseded = pending.end is not None or pending.begin is not None
-            for action in actions:
-                if isinstance(action, SetOrigins):
-                    if not is_superseded:
-                        pending.change = pending.change or action
-                elif not _begins(action):
-                    pending.end = pending.end or action
-                elif not is_superseded:
-                    pending.begin = action
+            self._fail(actions)
+
+    def _fail(self, actions: list[Change]) -> None:
+        key, self._busy = self._busy, None
+        if key is None:
+            return
+        newer = self._pending.get(key)
+        pending = newer or self._failed.setdefault(key, _Pending())
+        is_superseded = pending.end is not None or pending.begin is not None
+        for action in actions:
+            if isinstance(action, SetOrigins):
+                if not is_superseded:
+                    pending.change = pending.change or action
+            elif not _begins(action):
+                pending.end = pending.end or action
+            elif not is_superseded:
+                pending.begin = action
 
     def retry(self) -> None:
         """Let what has failed be tried again."""

@@ -116,11 +116,16 @@ class LocalGraph:
             if (answer := self._answers.get(asked)) is None
             or (answer.type is None and now - answer.asked_at >= _RETRY_PERIOD)
         ]
+        due.sort(key=self._asked_at)  # those that never answer must not keep others waiting
         self.is_behind = len(due) > _MAX_QUERIES
         queries = {asked: partial(self._ask_publisher, *asked) for asked in islice(due, _MAX_QUERIES)}
         for asked, reply in run_concurrently(queries, _QUERY_TIME).items():
             is_usable = isinstance(reply, ReportedType) and reply.failure is None and "*" not in reply[:2]
             self._answers[asked] = _Answer(reply if is_usable and isinstance(reply, ReportedType) else None, now)
+
+    def _asked_at(self, asked: _Asked) -> float:
+        answer = self._answers.get(asked)
+        return float("-inf") if answer is None else answer.asked_at
 
     def _ask_publisher(self, node: str, topic: str) -> ReportedType:
         uri = self._graph.node_uri(node)

@@ -74,6 +74,7 @@ class LocalServices:
         now = monotonic()
         self._answers = {asked: answer for asked, answer in self._answers.items() if asked in current}
         due = [asked for asked in sorted(current) if asked[0] in outdated or self._is_due(asked, now)]
+        due.sort(key=self._asked_at)  # those that never answer must not keep others waiting
         queries = {asked: partial(self._ask, *asked) for asked in islice(due, _MAX_QUERIES)}
         for asked, reply in run_concurrently(queries, _QUERY_TIME).items():
             if isinstance(reply, LocalService):
@@ -86,6 +87,10 @@ class LocalServices:
     def _is_due(self, asked: _Asked, now: float) -> bool:
         answer = self._answers.get(asked)
         return answer is None or (answer.service is None and now - answer.asked_at >= RETRY_PERIOD)
+
+    def _asked_at(self, asked: _Asked) -> float:
+        answer = self._answers.get(asked)
+        return float("-inf") if answer is None else answer.asked_at
 
     def _ask(self, service: str, node: str) -> LocalService:
         uri = self._graph.service_uri(service)

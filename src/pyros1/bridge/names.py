@@ -38,6 +38,11 @@ class SharedName(NamedTuple):
         return f"{self.site}:{self.name}"
 
 
+def is_site_name(name: str) -> bool:
+    """Return whether a site can have this name: a letter followed by at most 39 letters, digits and underscores."""
+    return _SITE.match(name) is not None
+
+
 def check_site_name(name: str) -> str:
     """Return the name of a site.
 

@@ -56,25 +56,30 @@ class PublisherWatch:
                 among these, since otherwise one that was lost would count as found.
         """
         for name in [name for name in self._watches if name not in registered]:
-            self._names.discard(name)
-            self._watches.pop(name).close()
-            self._note(name, None)
+            self._watches.pop(name).close()  # a callback may be running
+            with self._lock:
+                self._names.discard(name)
+                self._note(name, None)
         new = [name for name in wanted if name not in self._watches]
         for name in islice(new, max(0, MAX_WATCHED - len(self._watches))):
-            self._names.add(name)
+            with self._lock:
+                self._names.add(name)
             self._watches[name] = self._node.watch(
                 name, self._on_sighting, self._on_sighting, period=self._period, limit=self._limit
             )
 
     def _on_sighting(self, sighting: Sighting) -> None:
-        if sighting.name in self._names:
-            self._note(sighting.name, sighting.alive)
-            self._on_change()
+        name, responds = sighting.name, sighting.alive
+        with self._lock:
+            if name not in self._names:
+                return
+            self._note(name, responds)
+        self._on_change()
 
     def _note(self, name: str, responds: bool | None) -> None:
-        with self._lock:
-            self._responding = self._responding | {name} if responds else self._responding - {name}
-            self._lost = self._lost | {name} if responds is False else self._lost - {name}
+        """Note whether a node responds; None if it is not watched any more. Called with the lock."""
+        self._responding = self._responding | {name} if responds else self._responding - {name}
+        self._lost = self._lost | {name} if responds is False else self._lost - {name}
 
     def close(self) -> None:
         """Watch nothing any longer."""

@@ -13,6 +13,7 @@ from pyros1.bridge.exchange.actions import Advertise, Forget, Publish
 from pyros1.ground.names import FullName
 from pyros1.msgs import AnyMsg
 from pyros1.node import Node
+from pyros1.node.log.levels import WARN
 from pyros1.node.publishing.publisher import Publisher
 from pyros1.wire.handshake import TopicType
 
@@ -24,13 +25,16 @@ ORIGIN_FIELD = "origin"
 them over one connection.
 """
 _QUEUE_SIZE = 100
+LATCHED_BYTES = 256 << 20
+"""Maximum total size in bytes of the latched messages of another site; at least one is kept."""
+_Source = tuple[str, int]  # site and number of an original publisher
 
 
 class _Topic:
     def __init__(self, action: Advertise, publisher: Publisher[AnyMsg]) -> None:
         self.action = action
         self.publisher = publisher
-        self.latched: dict[tuple[str, int], Publisher[AnyMsg]] = {}
+        self.latched: dict[_Source, Publisher[AnyMsg]] = {}
         self.origins = action.origins
         self.keeps_messages = action.latched  # a node's topic that was latched stays so
 
@@ -41,12 +45,19 @@ class Publishing:
     Args:
         node: the bridge's node.
         site: the site's name.
+
+    Attributes:
+        forgotten: how many latched messages are not kept, since those of their site are too large together.
     """
 
     def __init__(self, node: Node, site: str) -> None:
+        self.forgotten = 0
         self._node = node
         self._headers: Mapping[str, str] = {BRIDGE_FIELD: site}
         self._topics: dict[str, _Topic] = {}
+        # site -> topic and source -> size of the latched message; the one that came last at the end
+        self._sizes: dict[str, dict[tuple[str, _Source], int]] = {}
+        self._totals: dict[str, int] = {}
         self._lock = threading.Lock()  # topics come and go in another thread than messages
 
     def advertise(self, action: Advertise) -> None:
@@ -91,6 +102,8 @@ class Publishing:
         """Publish a topic no longer. This waits for the master."""
         with self._lock:
             topic = self._topics.pop(local, None)
+            for source in topic.latched if topic is not None else ():
+                self._note_size(local, source, None)
         if topic is not None:
             for publisher in (*topic.latched.values(), topic.publisher):
                 publisher.unregister()
@@ -107,6 +120,8 @@ class Publishing:
                     # The topic is published already, so this does not wait for the master.
                     topic.latched[action.source] = self._make_publisher(topic.action, topic.origins)
                 publisher = topic.latched[action.source]
+                self._note_size(action.local, action.source, len(action.body))
+                self._forget_oldest(action.source[0])
             elif topic.keeps_messages:
                 # Of this publisher, nothing is kept: what it has published is forgotten with it.
                 with self._make_publisher(topic.action, topic.origins) as passing:
@@ -120,8 +135,29 @@ class Publishing:
         with self._lock:
             topic = self._topics.get(action.local)
             publisher = topic.latched.pop(action.source, None) if topic is not None else None
+            self._note_size(action.local, action.source, None)
         if publisher is not None:
             publisher.unregister()
+
+    def _note_size(self, local: str, source: _Source, size: int | None) -> None:
+        """Note the size of a latched message; None if there is none any more. Called with the lock."""
+        sizes = self._sizes.setdefault(source[0], {})
+        self._totals[source[0]] = self._totals.get(source[0], 0) + (size or 0) - sizes.pop((local, source), 0)
+        if size is not None:
+            sizes[local, source] = size
+        if not sizes:
+            del self._sizes[source[0]], self._totals[source[0]]
+
+    def _forget_oldest(self, site: str) -> None:
+        """Forget latched messages of a site if they are too large together. Called with the lock."""
+        while len(self._sizes[site]) > 1 and self._totals[site] > LATCHED_BYTES:
+            local, source = next(iter(self._sizes[site]))
+            self.forgotten += 1
+            text = "not all latched messages of site %s are kept for later subscribers: they have more than %s MB"
+            self._node.log.peer_event(WARN, text, site, LATCHED_BYTES >> 20)
+            self._note_size(local, source, None)
+            # The topic has another publisher, so this does not wait for the master.
+            self._topics[local].latched.pop(source).unregister()
 
     def demand(self, bridges: Collection[str]) -> frozenset[str]:
         """Return the topics to which nodes other than bridges subscribe."""

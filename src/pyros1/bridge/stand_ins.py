@@ -49,6 +49,7 @@ class StandIns:
         self._running: dict[str, _Running] = {}
         self._retry_at: dict[str, float] = {}
         self._serial = 0
+        self._is_closing = False
 
     def note(self, action: Represent) -> None:
         """Note what `update` shall do. Called in any thread."""
@@ -60,14 +61,15 @@ class StandIns:
                 self._wanted.pop(action.local, None)
 
     def update(self) -> None:
-        """Start and end nodes. This waits for the master."""
+        """Start and end nodes, unless they have been closed. This waits for the master."""
+        if self._is_closing:
+            return
         with self._lock:
             wanted = dict(self._wanted)
         for local, (node, serial) in [*self._running.items()]:
             # One that was lost and found meanwhile is another process there.
             if local not in wanted or wanted[local].serial != serial or not node.ok():
-                del self._running[local]
-                node.shutdown("its node is gone")
+                self._end(local)
         self._retry_at = {local: at for local, at in self._retry_at.items() if local in wanted}
         now = monotonic()
         due = [local for local in wanted if local not in self._running and now >= self._retry_at.get(local, now)]
@@ -76,6 +78,14 @@ class StandIns:
             node_or_none = self._start(wanted[local].action)
             if node_or_none is not None:
                 self._running[local] = _Running(node_or_none, wanted[local].serial)
+            if self._is_closing:  # in another thread, perhaps before it was among those that run
+                self._end(local)
+                return
+
+    def _end(self, local: str) -> None:
+        running = self._running.pop(local, None)
+        if running is not None:
+            running.node.shutdown("its node is gone")
 
     def _start(self, action: Represent) -> Node | None:
         local, site, name = action
@@ -128,7 +138,7 @@ class StandIns:
         return False
 
     def close(self) -> None:
-        """End all nodes."""
-        with self._lock:
-            self._wanted.clear()
-        self.update()
+        """End all nodes. `update` may still wait for the master in another thread; then it starts no more."""
+        self._is_closing = True
+        for local in [*self._running]:
+            self._end(local)

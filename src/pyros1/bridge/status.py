@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import json
 from collections import Counter
-from collections.abc import Hashable, Iterable, Iterator, Mapping
-from itertools import islice
-from typing import Any
+from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping
+from typing import Any, TypeVar
 
 from pyros1 import __version__
 from pyros1.bridge.exchange.call_packets import CallCounts
+from pyros1.bridge.exchange.calls import OtherService
+from pyros1.bridge.exchange.incoming import ReceivedTopic
 from pyros1.bridge.exchange.outgoing import OutgoingTopic
 from pyros1.bridge.exchange.site import Site
 from pyros1.bridge.protocol.key_expressions import again_key, topic_key
@@ -20,8 +21,10 @@ from pyros1.bridge.transport.link import Link
 from pyros1.bridge.transport.sender import Sender
 from pyros1.ground.terminal_text import one_line
 
-_MAX_ENTRIES = 5_000
-"""Maximum number of topics, and of services, of other sites that the status lists."""
+LISTED_BYTES = 3 << 20
+"""Maximum size of the topics of other sites that are listed, and of their services, about: more than some megabytes are
+not read."""
+_Entry = TypeVar("_Entry")
 
 
 def status_json(
@@ -40,6 +43,8 @@ def status_json(
         problems: topic -> why it cannot be sent.
         trouble: what went wrong, and how often.
     """
+    received, more_topics = listed(site.received(), lambda each: each.peer, _received_size)
+    called, more_services = listed(site.services.calls.services(), lambda each: each.peer, _called_size)
     status = {
         "site": site.name,
         "version": __version__,
@@ -71,19 +76,19 @@ def status_json(
         ],
         "received": [
             {
-                "topic": str(received.topic),
-                "from": received.peer,
-                "local": received.local,
-                "usual": site.usual_name(received.topic),
-                "type": received.type,
-                "publishers": [*received.publishers],
-                "state": received.state,
-                "messages": received.flow.messages,
-                "bytes": received.flow.bytes,
-                **_rate_cells(rates.rate((received.peer, received.topic))),
-                "dropped": _add(received.flow.drops, received.missed_drops),
+                "topic": str(topic.topic),
+                "from": topic.peer,
+                "local": topic.local,
+                "usual": site.usual_name(topic.topic),
+                "type": topic.type,
+                "publishers": [*topic.publishers],
+                "state": topic.state,
+                "messages": topic.flow.messages,
+                "bytes": topic.flow.bytes,
+                **_rate_cells(rates.rate((topic.peer, topic.topic))),
+                "dropped": _add(topic.flow.drops, topic.missed_drops),
             }
-            for received in islice(site.received(), _MAX_ENTRIES)
+            for topic in received
         ],
         "served": [
             {
@@ -103,8 +108,9 @@ def status_json(
                 "state": service.state,
                 **_call_cells(service.counts),
             }
-            for service in islice(site.services.calls.services(), _MAX_ENTRIES)
+            for service in called
         ],
+        "not_listed": _add(more_topics, more_services),
         "waiting_bytes": sender.waiting_bytes,
         "overflowed": inbox.dropped,
         "ignored": site.ignored,
@@ -112,6 +118,50 @@ def status_json(
         "trouble": dict(trouble),
     }
     return json.dumps(status)
+
+
+def listed(
+    entries: Iterable[_Entry], site_of: Callable[[_Entry], str], size_of: Callable[[_Entry], int]
+) -> tuple[list[_Entry], dict[str, int]]:
+    """Return what to list of other sites, and how many more entries each of them has. Where it is more than
+    `LISTED_BYTES` together, those that have most are cut, so that none hides others.
+
+    Args:
+        entries: what there is.
+        site_of: returns an entry's site.
+        size_of: returns its size in bytes, about.
+    """
+    sizes: Counter[str] = Counter()
+    for entry in (all_entries := [*entries]):
+        sizes[site_of(entry)] += size_of(entry)
+    left, share = LISTED_BYTES, 0
+    for place, size in enumerate(sorted(sizes.values())):
+        share = left // (len(sizes) - place)
+        if size > share:
+            break
+        left -= size
+    else:
+        return all_entries, {}
+    used: Counter[str] = Counter()
+    more: Counter[str] = Counter()
+    found = []
+    for entry in all_entries:
+        site = site_of(entry)
+        used[site] += size_of(entry)
+        if used[site] <= share:
+            found.append(entry)
+        else:
+            more[site] += 1
+    return found, dict(more)
+
+
+def _received_size(topic: ReceivedTopic) -> int:
+    names = (*topic.topic, *topic.topic, topic.type, topic.local, topic.state, *topic.publishers)
+    return 300 + sum(map(len, names))
+
+
+def _called_size(service: OtherService) -> int:
+    return 200 + sum(map(len, (*service.offered.service, service.offered.type, service.local, service.state)))
 
 
 def flow_counts(site: Site) -> dict[Hashable, Count]:
@@ -174,6 +224,7 @@ def status_lines(status: Mapping[str, Any]) -> Iterator[str]:
     refused = [entry for entry in status["received"] if not entry["local"]]
     for entry in refused:
         yield f"  not taken: {one_line(entry['topic'])} from {one_line(entry['from'])}: {one_line(entry['state'])}"
+    yield from _not_listed(status)
     called = status.get("called", ())
     yield from _service_lines("lets others call", [(each, "") for each in status.get("served", ())])
     yield from _service_lines(
@@ -191,6 +242,11 @@ def status_lines(status: Mapping[str, Any]) -> Iterator[str]:
     for label, counts in (("ignored", status["ignored"]), ("problem", status["trouble"])):
         for reason, number in counts.items():
             yield f"  {label}: {one_line(reason)} ({number} times)"
+
+
+def _not_listed(status: Mapping[str, Any]) -> Iterator[str]:
+    for name, number in status.get("not_listed", {}).items():  # an older bridge does not say it
+        yield f"  {number} more topics and services of {one_line(name)} are not listed"
 
 
 def _sent_cells(entry: Mapping[str, Any]) -> list[str]:

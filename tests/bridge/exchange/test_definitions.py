@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import pytest
+
+from pyros1.bridge.exchange import definitions as module
 from pyros1.bridge.exchange.definitions import Definitions, checked_text
 from pyros1.bridge.protocol.packets import Definition
 from pyros1.msgs import from_definition
@@ -66,3 +69,42 @@ def test_a_text_that_does_not_belong_to_its_sum_is_not_used() -> None:
     assert checked_text(Definition("far_msgs/Thing", MD5, "")) == ""
     assert checked_text(Definition("far_msgs/Thing", MD5, TEXT + "# \ud800\n")) == ""
     assert checked_text(Definition("far_msgs/Thing", MD5, "far_msgs/Thing x\n")) == ""
+
+
+def thing(number: int) -> Definition:
+    text = f"float64 x{number}\n"
+    return Definition("far_msgs/Thing", from_definition("far_msgs/Thing", text)._md5sum, text)
+
+
+def send(definitions: Definitions, site: str, *numbers: int) -> list[bool]:
+    """Let a site be asked for definitions, and send them; return which of them are of use."""
+    for number in numbers:
+        definitions.to_ask(site, [thing(number).md5sum], 0.0, 9)
+    return [definitions.add(site, thing(number)) for number in numbers]
+
+
+def test_a_site_with_too_many_types_takes_no_room_from_others(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(module, "SITE_DEFINITIONS", 3)
+    definitions = Definitions()
+    assert send(definitions, "liar", 0, 1, 2, 3, 4) == [True, True, True, False, False]
+    assert send(definitions, "red", 5, 6, 7) == [True, True, True]
+    assert definitions.text("far_msgs/Thing", thing(2).md5sum) and definitions.text("far_msgs/Thing", thing(7).md5sum)
+
+
+def test_the_texts_of_a_site_are_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(module, "SITE_CHARACTERS", 25)
+    definitions = Definitions()
+    assert len(thing(0).text) == 11 and send(definitions, "liar", 0, 1, 2) == [True, True, False]
+    monkeypatch.setattr(module, "SITE_CHARACTERS", 1)
+    assert send(definitions, "red", 3, 4) == [True, False]
+
+
+def test_what_came_from_runs_that_have_ended_is_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(module, "SITE_DEFINITIONS", 3)
+    definitions = Definitions()
+    for number in range(0, 30, 3):
+        assert send(definitions, "liar", number, number + 1, number + 2) == [True, True, True]
+        assert definitions.text("far_msgs/Thing", thing(0).md5sum) == thing(0).text, "a topic of another site uses it"
+        definitions.forget("liar")
+    kept = [number for number in range(30) if definitions.text("far_msgs/Thing", thing(number).md5sum)]
+    assert kept == [0, 28, 29], "those that were used last"

@@ -26,6 +26,7 @@ from pyros1.bridge.exchange.receiving import MAX_TOPICS
 from pyros1.bridge.exchange.sending import LocalTopic
 from pyros1.bridge.exchange.site import MAX_SITES, Site
 from pyros1.bridge.exchange.slow_sites import FIRST_TIME, OVERLAP
+from pyros1.bridge.exchange.streams import MESSAGE_COST
 from pyros1.bridge.names import SharedName
 from pyros1.bridge.protocol import packets
 from pyros1.bridge.protocol.key_expressions import Channel, Key, parse_key, site_key
@@ -506,13 +507,13 @@ def test_nothing_is_kept_back_of_topics_that_are_not_wanted_any_more(liar: Liar)
     liar.message(1)
     liar.message(3, bytes(100))
     buffered = liar.site.receiving.buffered
-    assert buffered["red"].total == 100
+    assert buffered["red"].total == MESSAGE_COST + 100
     liar.take(liar.site.set_demand([], liar.now))
     assert buffered["red"].total == 0
     wanted(liar, offered(reliable=True))
     liar.message(5)
     liar.message(7, bytes(100))
-    assert buffered["red"].total == 100 and liar.site.received()[0].flow.messages == 2
+    assert buffered["red"].total == MESSAGE_COST + 100 and liar.site.received()[0].flow.messages == 2
     liar.now += 2
     liar.offer(offered())
     assert buffered["red"].total == 0 and liar.site.received()[0].flow.messages == 2

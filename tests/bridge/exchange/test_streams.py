@@ -9,6 +9,7 @@ import pytest
 
 from pyros1.bridge.exchange.outgoing import Drop
 from pyros1.bridge.exchange.streams import (
+    MESSAGE_COST,
     BufferedBytes,
     Delivery,
     LatchedStream,
@@ -211,6 +212,7 @@ def test_kinds_of_streams() -> None:
 
 def test_what_a_site_has_kept_back_is_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("pyros1.bridge.exchange.streams.SITE_BUFFER_BYTES", 100)
+    monkeypatch.setattr("pyros1.bridge.exchange.streams.MESSAGE_COST", 0)
     site = BufferedBytes()
     streams = [ReliableStream(2.0, 0, site) for _ in range(3)]
     for stream in streams:
@@ -225,3 +227,12 @@ def test_what_a_site_has_kept_back_is_bounded(monkeypatch: pytest.MonkeyPatch) -
     assert len(streams[1].tick(9.0)) == 1 and site.total == 40
     streams[1].accept(head(9), bytes(40), 9.0)
     assert len(streams[1].on_gone(Gone(TOPIC, 10), 9.0)) == 2 and site.total == 0
+
+
+def test_empty_messages_count_too(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("pyros1.bridge.exchange.streams.SITE_BUFFER_BYTES", 10 * MESSAGE_COST)
+    site = BufferedBytes()
+    streams = [ReliableStream(2.0, 0, site) for _ in range(20)]
+    for stream in streams:
+        stream.accept(head(1), b"", 0.0)
+    assert [len(stream.accept(head(3), b"", 0.0)) for stream in streams] == [0] * 10 + [1] * 10

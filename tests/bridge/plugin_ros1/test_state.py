@@ -131,3 +131,15 @@ def test_old_keys() -> None:
     old.on_beacon(BEACON, 1.0)
     assert old.key(resource) == f"7374645f6d7367732f537472696e67/{MD5}/chatter"
     assert old.on_sample(old.key(resource), b"text", 1.0) is not None
+
+
+def test_not_each_of_many_beacons_makes_a_plan() -> None:
+    """It would take minutes for thousands of them."""
+    bridge = state(take="/**")
+    plans = set()
+    for number in range(200):
+        bridge.on_beacon(BEACON.replace("chatter", f"chatter{number}"), 1.0)
+        plans.add(id(bridge.plan))
+    assert len(plans) < 50 and len(bridge.plan.takes) < 200
+    bridge.tick(1.5)
+    assert len(bridge.plan.takes) == 200

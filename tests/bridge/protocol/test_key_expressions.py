@@ -41,6 +41,8 @@ def test_keys(key: str, text: str, parsed: Key) -> None:
 @pytest.mark.parametrize(
     "text",
     [
+        *("pyros1/1/*/hello", "pyros1/1/**/to/base", "pyros1/1/a b/hello", "pyros1/1/r\u00e9d/hello"),
+        *("pyros1/1/red/t/*/odom", "pyros1/1/red/again/base/**/odom", f"pyros1/1/{'r' * 41}/hello"),
         *("", "pyros1/1", "pyros1/1/red", "pyros1/2/red/hello", "pyros1/1/red/hello/x", "pyros1/1/red/to"),
         *("pyros1/1/red/to/a/b", "pyros1/1/red/t", "pyros1/1/red/t/red", "pyros1/1/red/t/red//a", "pyros1/1/red/x/a/b"),
         *("pyros1/1/red/again/blue/red", "pyros1/1/red/t/red/a-b", "pyros1/1/red/t/red/" + "a" * 500),

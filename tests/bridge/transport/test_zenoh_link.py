@@ -269,3 +269,26 @@ def test_a_router_in_another_process_ends(make_station: Any, endpoint: str, kill
             program.wait()
             program.stdout.close()
             program.stdin.close()
+
+
+def test_a_connection_that_is_made_after_the_end_is_closed(monkeypatch: pytest.MonkeyPatch) -> None:
+    """An attempt to connect cannot be interrupted, and may take longer than the end waits for it."""
+    import zenoh
+
+    may_go_on, was_closed = threading.Event(), threading.Event()
+
+    class Session:
+        def close(self) -> None:
+            was_closed.set()
+
+    def open_late(_: object) -> Session:
+        assert may_go_on.wait(PATIENCE)
+        return Session()
+
+    monkeypatch.setattr("pyros1.bridge.transport.zenoh_link.CLOSE_TIME", 0.1)
+    monkeypatch.setattr(zenoh, "open", open_late)
+    link = ZenohLink("red", lambda *_: None, ("tcp/127.0.0.1:1",))
+    link.close()
+    assert not was_closed.is_set()
+    may_go_on.set()
+    assert was_closed.wait(PATIENCE)

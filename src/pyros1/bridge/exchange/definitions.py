@@ -14,19 +14,55 @@ _RETRY_PERIOD = 2.0
 """Seconds after which a site is asked again."""
 _MAX_ASKED = 5_000
 """Maximum number of definitions for which it is remembered that a site was asked."""
-_MAX_DEFINITIONS = 5_000
+SITE_DEFINITIONS = 2_500
+"""Maximum number of definitions from a run of a site: more than it may have topics here."""
+SITE_CHARACTERS = 16 << 20
+"""Maximum total length of their texts; at least one is kept."""
+_Id = tuple[str, str]  # type and md5 sum
+
+
+class _Owned:
+    """The definitions that came from a site."""
+
+    def __init__(self) -> None:
+        self.count = 0
+        self.characters = 0
+
+    def add(self, text: str) -> None:
+        self.count += 1
+        self.characters += len(text)
+
+    def remove(self, text: str) -> None:
+        self.count -= 1
+        self.characters -= len(text)
+
+    def has_room(self, text: str) -> bool:
+        return not self.count or (self.count < SITE_DEFINITIONS and self.characters + len(text) <= SITE_CHARACTERS)
+
+    @property
+    def is_too_large(self) -> bool:
+        return self.count > 1 and (self.count > SITE_DEFINITIONS or self.characters > SITE_CHARACTERS)
 
 
 class Definitions:
-    """The definitions that other sites have sent."""
+    """The definitions that other sites have sent. Each counts for the site that it came from, so a site that sends too
+    many has no more of its own topics, but others do. Those of runs that have ended stay, as far as they are not too
+    many, since topics of other sites may use them.
+    """
 
     def __init__(self) -> None:
-        self._texts: dict[tuple[str, str], str] = {}  # (type, md5 sum) -> text
+        self._texts: dict[_Id, str] = {}  # the one that was used last at the end
+        self._owners: dict[_Id, _Owned] = {}
+        self._owned: dict[str, _Owned] = {}
+        self._left = _Owned()  # those from runs that have ended
         self._asked_at: dict[str, dict[str, float]] = {}  # site -> md5 sum -> when it was asked
 
     def text(self, type_name: str, md5sum: str) -> str | None:
         """Return the definition of a type; empty if it cannot be used, None if it has not come yet."""
-        return self._texts.get((type_name, md5sum))
+        text = self._texts.pop((type_name, md5sum), None)
+        if text is not None:
+            self._texts[type_name, md5sum] = text
+        return text
 
     def is_missing(self, site: str, type_name: str, md5sum: str) -> bool:
         """Return whether a site that uses a type is to be asked for its definition. If another site has sent one that
@@ -51,6 +87,21 @@ class Definitions:
     def forget(self, site: str) -> None:
         """Forget what a site was asked for, since it is gone or has started again."""
         self._asked_at.pop(site, None)
+        owned = self._owned.pop(site, None)
+        if owned is None:
+            return
+        for key, text in [*self._texts.items()]:
+            if self._owners[key] is owned:
+                self._owners[key] = self._left
+                self._left.add(text)
+        for key in [*self._texts]:
+            if not self._left.is_too_large:
+                break
+            if self._owners[key] is self._left:
+                self._remove(key)
+
+    def _remove(self, key: _Id) -> None:
+        self._owners.pop(key).remove(self._texts.pop(key))
 
     def add(self, site: str, definition: Definition) -> bool:
         """Note a definition that a site has sent; return whether it was asked for, and is of use. One that can be used
@@ -61,9 +112,13 @@ class Definitions:
         if definition.md5sum not in self._asked_at.get(site, ()) or known:
             return False
         text = checked_text(definition)
-        if text == known or (known is None and len(self._texts) >= _MAX_DEFINITIONS):
+        owned = self._owned.setdefault(site, _Owned())
+        if text == known or not owned.has_room(text):
             return False
-        self._texts[key] = text
+        if known is not None:
+            self._remove(key)
+        owned.add(text)
+        self._texts[key], self._owners[key] = text, owned
         return True
 
 

@@ -30,6 +30,8 @@ _BUFFER_BYTES = 8 << 20
 """Maximum total size in bytes of the messages that are kept back while earlier ones are missed."""
 SITE_BUFFER_BYTES = 64 << 20
 """The same for all topics of a site."""
+MESSAGE_COST = 500
+"""Bytes that a message which is kept back takes besides its body, about: it may be empty."""
 _FIRST_WAIT = 2.0
 """Seconds to wait for missed messages if they may be of any age."""
 
@@ -208,7 +210,7 @@ class ReliableStream(_Counting):
         if number <= self._last or number in self._waiting:
             return self.count(Drop.REPEATED)
         self._waiting[number] = Delivery(head, body)
-        self._buffer(len(body))
+        self._buffer(MESSAGE_COST + len(body))
         self._tail = max(self._tail, number)
         self.highest = max(self.highest, number)
         deliveries = self._take_ready(now)
@@ -226,7 +228,7 @@ class ReliableStream(_Counting):
         while (delivery := self._waiting.pop(self._last + 1, None)) is not None:
             self._last += 1
             self._questions.on_progress()
-            self._buffer(-len(delivery.body or b""))
+            self._buffer(-_cost(delivery))
             ready.append(delivery)
         if self._tail <= self._last:
             self._gap_since = None
@@ -240,7 +242,7 @@ class ReliableStream(_Counting):
         skipped = sum(number < next_number for number in self._waiting)
         self.count(Drop.MISSED, max(0, next_number - 1 - self._last - skipped))
         before = [self._waiting.pop(number) for number in sorted(self._waiting) if number < next_number]
-        self._buffer(-sum(len(delivery.body or b"") for delivery in before))
+        self._buffer(-sum(map(_cost, before)))
         self._last = max(self._last, next_number - 1)
         self._gap_since = None
         return before + self._take_ready(now)
@@ -275,6 +277,10 @@ class ReliableStream(_Counting):
     def on_held(self, held: Held) -> list[Delivery]:
         """Return nothing: no message is latched."""
         return []
+
+
+def _cost(delivery: Delivery) -> int:
+    return MESSAGE_COST + len(delivery.body or b"")
 
 
 class LatchedStream(_Counting):

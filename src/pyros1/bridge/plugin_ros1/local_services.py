@@ -72,9 +72,14 @@ class LocalServices:
             if (answer := self._answers.get(asked)) is None
             or (answer.service is None and now - answer.asked_at >= _RETRY_PERIOD)
         ]
+        due.sort(key=self._asked_at)  # those that never answer must not keep others waiting
         queries = {asked: partial(self._probe, asked[0]) for asked in islice(due, _MAX_QUERIES)}
         for asked, reply in run_concurrently(queries, _QUERY_TIME).items():
             self._answers[asked] = _Answer(reply if isinstance(reply, LocalService) else None, now)
+
+    def _asked_at(self, asked: tuple[str, str]) -> float:
+        answer = self._answers.get(asked)
+        return float("-inf") if answer is None else answer.asked_at
 
     def _probe(self, name: str) -> LocalService | None:
         uri = self._graph.service_uri(name)

@@ -5,7 +5,7 @@ zenoh's callbacks run on its own threads, so what they call must return at once.
 
 from __future__ import annotations
 
-import queue
+import threading
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -27,6 +27,30 @@ _MAX_ERROR = 1000
 
 class DeclarationError(Error):
     """zenoh refuses a key."""
+
+
+class FirstReply:
+    """The first reply to a call. Others are not kept: they come as long as the call may take, and nobody needs them."""
+
+    def __init__(self) -> None:
+        self._reply: Any = None
+        self._ended = threading.Event()
+        self._lock = threading.Lock()
+
+    def put(self, reply: Any) -> None:
+        """Note a reply; None if there are no more."""
+        with self._lock:
+            if not self._ended.is_set():
+                self._reply = reply
+                self._ended.set()
+
+    def get(self, timeout: float) -> Any:
+        """Wait for a reply, and return it; None if there is none within `timeout` seconds."""
+        self._ended.wait(timeout)
+        with self._lock:
+            self._ended.set()
+            reply, self._reply = self._reply, None
+        return reply
 
 
 class PluginSession(ZenohSession):
@@ -60,7 +84,7 @@ class PluginSession(ZenohSession):
         self._publishers: dict[str, Any] = {}
         self._subscribers: dict[str, Any] = {}
         self._services: dict[str, Any] = {}
-        self._calls: set[queue.SimpleQueue[Any]] = set()
+        self._calls: set[FirstReply] = set()
         self._fixed: list[Any] = []
         super().__init__("zenoh-bridge-ros1", connect, listen, settings)
 
@@ -155,7 +179,7 @@ class PluginSession(ZenohSession):
         Raises:
             ServiceRefusal: there was no response, or an error.
         """
-        replies: queue.SimpleQueue[Any] = queue.SimpleQueue()
+        replies = FirstReply()
         with self.lock:
             if self.session is None or self.is_closing:
                 raise ServiceRefusal("the bridge has no connection")
@@ -170,9 +194,7 @@ class PluginSession(ZenohSession):
                 consolidation=self.zenoh.ConsolidationMode.NONE,  # the first reply counts, as for the plugin
                 allowed_destination=self.zenoh.Locality.REMOTE,
             )
-            reply = replies.get(timeout=CALL_TIME + 1)
-        except queue.Empty:
-            reply = None
+            reply = replies.get(CALL_TIME + 1)
         except self.zenoh.ZError as error:
             raise ServiceRefusal(f"the bridge cannot call it: {one_line(error, 200)}") from error
         finally:

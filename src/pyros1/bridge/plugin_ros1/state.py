@@ -6,6 +6,7 @@ from collections.abc import Callable, Collection, Sequence
 from zlib import crc32
 
 from pyros1.bridge.exchange.actions import Publish, Send
+from pyros1.bridge.exchange.allowance import Allowance
 from pyros1.bridge.exchange.outgoing import Drop, ReceivedMessage
 from pyros1.bridge.exchange.sending import Flow, LocalTopic
 from pyros1.bridge.plugin_ros1.beacons import PERIOD, HeardBeacons, OwnBeacons
@@ -16,6 +17,9 @@ from pyros1.bridge.rules.rules import Priority
 
 _MAX_PUBLISHERS = 10_000
 """Maximum number of publishers whose messages are counted against a rate; those of more share one count."""
+_PLAN_RATE = 4.0
+_PLAN_BURST = 20
+"""Plans that are made per second, and at once, since beacons come or go: with thousands of topics each takes 50 ms."""
 UNKNOWN = "messages of topics that are not taken"
 
 
@@ -38,6 +42,8 @@ class PluginState:
 
     def __init__(self, rules: PluginRules, random: Callable[[], float]) -> None:
         self.plan = Plan()
+        self._plans = Allowance(_PLAN_RATE, _PLAN_BURST)
+        self._is_outdated = False  # the plan
         self.heard = HeardBeacons(lambda resource: not isinstance(rules.incoming(resource), str))
         self.wanted: frozenset[Resource] = frozenset()
         self.demand: frozenset[str] = frozenset()
@@ -73,7 +79,8 @@ class PluginState:
         """Note another bridge's beacon."""
         self._own.on_beacon(key)
         if self.heard.on_beacon(key, now):
-            self._make_plan(now)
+            self._is_outdated = True
+            self._renew_plan(now)
 
     def tick(self, now: float) -> list[Send]:
         """Forget what is not announced any more, and return the beacons to send.
@@ -81,11 +88,16 @@ class PluginState:
         The plugin sends them with the lowest priority. Here they have a high one: they are few, and where they do not
         come through, what they announce would be lost just when there is much of it.
         """
-        if self.heard.expire(now):
-            self._make_plan(now)
+        self._is_outdated |= self.heard.expire(now)
+        self._renew_plan(now)
         return [Send(key, b"", b"", Priority.HIGH, 0, expires=now + PERIOD) for key in self._own.tick(now)]
 
+    def _renew_plan(self, now: float) -> None:
+        if self._is_outdated and self._plans.take(now):
+            self._make_plan(now)
+
     def _make_plan(self, now: float) -> None:
+        self._is_outdated = False
         self.plan = plan = make_plan(self.rules, self._topics, self._services, self.heard.used)
         self._local_by_key = {
             self.key(source): (local, taken) for local, taken in plan.takes.items() for source in taken.sources

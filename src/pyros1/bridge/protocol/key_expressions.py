@@ -19,7 +19,7 @@ from enum import Enum
 from functools import lru_cache
 from typing import NamedTuple
 
-from pyros1.bridge.names import SharedName, is_topic_name
+from pyros1.bridge.names import SharedName, is_site_name, is_topic_name
 
 ROOT = "pyros1/1"
 HELLO = "hello"
@@ -94,9 +94,10 @@ def receiver_of(key: str) -> str:
 @lru_cache(4096)
 def parse_key(text: str) -> Key | None:
     """Return a parsed key; None for one that is not valid."""
-    if not text.startswith(ROOT + "/") or len(text) > 500:
-        return None
     site, _, rest = text[len(ROOT) + 1 :].partition("/")
+    # In zenoh, a key may also have wildcards.
+    if not text.startswith(ROOT + "/") or len(text) > 500 or not is_site_name(site):
+        return None
     channel, _, rest = rest.partition("/")
     if channel == HELLO and not rest:
         return Key(site, Channel.HELLO)
@@ -108,6 +109,6 @@ def parse_key(text: str) -> Key | None:
     elif channel != "t":
         return None
     owner, slash, name = rest.partition("/")
-    if not ((receiver or channel == "t") and owner and is_topic_name(slash + name)):
+    if not ((receiver or channel == "t") and is_site_name(owner) and is_topic_name(slash + name)):
         return None
     return Key(site, Channel(channel), receiver, SharedName(owner, slash + name))

@@ -128,12 +128,18 @@ class ZenohSession:
         """End what waits for the session. Called with the lock."""
 
     def _open(self, config: Any) -> None:
-        session = self.zenoh.open(config)
-        with self.lock:
-            self.session = session
-            if self.is_closing:
-                return
-            self.on_open()
+        session: Any = self.zenoh.open(config)
+        try:
+            with self.lock:
+                if not self.is_closing:
+                    self.session = session
+                    self.on_open()
+        except BaseException:
+            self.session = None
+            raise
+        finally:
+            if self.session is None:  # nobody else closes it
+                session.close()
         self.problem = ""
 
     def _open_client(self, config: Any) -> None:
