@@ -83,7 +83,7 @@ def test_lines() -> None:
         "  /x: its publishers have not said its type",
         "  3 packets dropped, since they came faster than they could be dealt with",
         "  ignored: red: not a packet's head (2 times)",
-        "  problem: packets that could not be sent (1 times)",
+        "  problem: packets that could not be sent (1 time)",
     ]
 
 
@@ -103,4 +103,16 @@ def test_a_site_alone() -> None:
         "site base",
         "  no connection yet: cannot reach it",
         "  no other site found yet",
+    ]
+
+
+def test_services_are_listed_in_columns() -> None:
+    calls = {"from": "red", "state": "", "calls": 1, "errors": 0, "last_error": ""}
+    failed = {"from": "blue", "state": "", "calls": 2, "errors": 1, "last_error": "no"}
+    called = [{**calls, "local": "/red/set_map"}, {**failed, "local": "/blue/set"}]
+    lines = [*status_lines({**STATUS, "called": called})]
+    start = lines.index("provides services of others:")
+    assert lines[start + 1 : start + 3] == [
+        "  /red/set_map  from red   1 call",
+        "  /blue/set     from blue  2 calls, 1 error, the last: no",
     ]
