@@ -93,7 +93,7 @@ def test_lines() -> None:
         "  /x: its publishers have not said its type",
         "  3 packets dropped, since they came faster than they could be dealt with",
         "  ignored: red: not a packet's head (2 times)",
-        "  problem: packets that could not be sent (1 times)",
+        "  problem: packets that could not be sent (1 time)",
     ]
 
 
@@ -148,3 +148,15 @@ def test_no_site_hides_others(sizes: dict[str, int], kept: dict[str, int], monke
     entries = [site for site, size in sizes.items() for _ in range(size)]
     found, more = listed(entries, str, lambda _: 1)
     assert Counter(found) == kept and Counter(more) == Counter(sizes) - Counter(kept)
+
+
+def test_services_are_listed_in_columns() -> None:
+    calls = {"from": "red", "state": "", "calls": 1, "errors": 0, "last_error": ""}
+    failed = {"from": "blue", "state": "", "calls": 2, "errors": 1, "last_error": "no"}
+    called = [{**calls, "local": "/red/set_map"}, {**failed, "local": "/blue/set"}]
+    lines = [*status_lines({**STATUS, "called": called})]
+    start = lines.index("provides services of others:")
+    assert lines[start + 1 : start + 3] == [
+        "  /red/set_map  from red   1 call",
+        "  /blue/set     from blue  2 calls, 1 error, the last: no",
+    ]

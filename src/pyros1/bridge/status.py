@@ -241,7 +241,7 @@ def status_lines(status: Mapping[str, Any]) -> Iterator[str]:
         yield f"  {status['overflowed']} packets dropped, since they came faster than they could be dealt with"
     for label, counts in (("ignored", status["ignored"]), ("problem", status["trouble"])):
         for reason, number in counts.items():
-            yield f"  {label}: {one_line(reason)} ({number} times)"
+            yield f"  {label}: {one_line(reason)} ({number} time{'s' * (number != 1)})"
 
 
 def _not_listed(status: Mapping[str, Any]) -> Iterator[str]:
@@ -263,10 +263,11 @@ def _received_cells(entry: Mapping[str, Any]) -> list[str]:
 def _service_lines(title: str, entries: list[tuple[Any, str]]) -> Iterator[str]:
     if entries:
         yield f"{title}:"
-    for entry, origin in entries:
+    names = ["parameters" if entry["local"] == PARAMETERS else one_line(entry["local"]) for entry, _ in entries]
+    widths = [max(map(len, column), default=0) for column in (names, [origin for _, origin in entries])]
+    for name, (entry, origin) in zip(names, entries, strict=True):
         calls, errors = entry["calls"], entry["errors"]
-        name = "parameters" if entry["local"] == PARAMETERS else one_line(entry["local"])
-        text = f"  {name}  {origin}{'  ' * bool(origin)}{calls} call{'s' * (calls != 1)}"
+        text = f"  {name:{widths[0]}}  {origin:{widths[1]}}{'  ' * bool(origin)}{calls} call{'s' * (calls != 1)}"
         if errors:
             text += f", {errors} error{'s' * (errors != 1)}, the last: {one_line(entry['last_error'])}"
         yield text

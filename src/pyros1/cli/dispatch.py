@@ -14,8 +14,8 @@ from pyros1.ground.errors import Error
 
 _COMMANDS_WITH_OWN_HINTS = frozenset({"run", "launch"})
 """Commands that print their own hints about misspelt arguments."""
-_VERBS_WITH_VALUES = frozenset({"pub", "call", "set", "publish"})
-"""Verbs whose arguments are YAML values, in which ``a:1`` and ``a=1`` are valid."""
+_VERBS_WITH_VALUES = frozenset({"pub", "call", "set", "publish", "keys"})
+"""Verbs whose arguments are YAML values, in which ``a:1`` and ``a=1`` are valid, or sites with host names (``a=b``)."""
 
 
 _MAX_VERBS = 12

@@ -101,8 +101,11 @@ def test_a_command_line_adds_to_a_file() -> None:
         ("site: red\nsand: []", "f.yaml:2: there is no setting 'sand' (did you mean 'send'?)"),
         ("site: red\ntake:\n- topic: /a\n  prefix_frames: a b", "f.yaml:4: 'a b' is not the name of a frame"),
         ("site: red\ntake:\n- topic: /a\n  keep_frames: [map]", "f.yaml:4: keep_frames is only for rules with"),
-        ("site: red\nsend:\n- topic: /a\n  prefix_frames: red", "f.yaml:4: there is no setting 'prefix_frames'"),
-        ("site: red\ntake:\n- topic: /a\n  convert: jpeg", "f.yaml:4: there is no setting 'convert'"),
+        (
+            "site: red\nsend:\n- topic: /a\n  prefix_frames: red",
+            "f.yaml:4: the site that takes the topic decides about",
+        ),
+        ("site: red\ntake:\n- topic: /a\n  convert: jpeg", "f.yaml:4: the site that sends the topic decides about"),
         (
             "site: red\nsend:\n- topic: /a\n  convert: jpg",
             "f.yaml:4: there is no conversion 'jpg' (did you mean 'jpeg'?",
@@ -110,7 +113,7 @@ def test_a_command_line_adds_to_a_file() -> None:
         ("site: red\nsend:\n- topic: /a\n  convert: jpeg\n  quality: 0", "f.yaml:5: quality must be a whole number"),
         ("site: red\nsend:\n- topic: /a\n  convert: png\n  quality: 9", "f.yaml:5: quality is only for convert: jpeg"),
         ("site: red\nsend:\n- topic: /a\n  convert: voxel", "f.yaml:4: convert: voxel needs voxel (edge of a cube"),
-        ("to: x", "f.yaml:1: the file does not say which site it is for"),
+        ("to: tcp/x:1", "f.yaml:1: the file does not say which site it is for"),
         ("site: 7", "f.yaml:1: expected a string"),
         ("site: r-d", "f.yaml:1: 'r-d' cannot be a site's name"),
         ("site: red\nsend:\n- topic: /a\n  rate: fast", "f.yaml:4: rate must be a number above 0"),
@@ -124,10 +127,11 @@ def test_a_command_line_adds_to_a_file() -> None:
             "f.yaml:4: there is no priority 'hihg' (did you mean 'high'?)",
         ),
         ("site: red\nsend:\n- topic: /a\n  delivery: fast", "f.yaml:4: delivery must be reliable"),
-        ("site: red\ntake:\n- topic: /a\n  delivery: newest", "f.yaml:4: there is no setting 'delivery'"),
+        ("site: red\ntake:\n- topic: /a\n  delivery: newest", "f.yaml:4: the site that sends the topic decides about"),
         ("site: red\nsend:\n- rate: 5", "f.yaml:3: a rule needs a topic"),
         ("site: red\nsend:\n- '!/a'", "f.yaml:3: write topics that are not allowed under deny_send"),
-        ("site: red\nsend:\n- 5", "f.yaml:3: expected a mapping"),
+        ("site: red\nsend:\n- 5", "f.yaml:3: expected a topic, such as /odom, or a rule"),
+        ("site: red\nsend:\n- /a\n-", "f.yaml:4: expected a topic, such as /odom, or a rule"),
         ("site: red\ntake:\n- topic: base:/a\n  here: b", "f.yaml:4: 'b' is not the full name of a topic"),
         ("site: red\ntake:\n- topic: base:/a/**\n  here: /b", "f.yaml:4: `here` must end in /** if the pattern does"),
         ("site: red\ntake:\n- topic: base:/*\n  here: /b/**", "f.yaml:4: `here` must end in /** if the pattern does"),
@@ -137,6 +141,10 @@ def test_a_command_line_adds_to_a_file() -> None:
         ("site: red\nprefix: /a", "f.yaml:2: expected a mapping"),
         ("site: red\nprefix:\n  base: a", "f.yaml:3: 'a' is not a full name"),
         ("site: red\nprefix:\n  b-b: /a", "f.yaml:3: 'b-b' cannot be a site's name"),
+        ("site: red\nto: x", "f.yaml:2: 'x' is not an endpoint"),
+        ("site: red\nlisten: [tcp/x:1,\n tls/x]", "f.yaml:3: 'tls/x' is not an endpoint"),
+        ("site: red\ndeny_send: [/a]\ndeny_send: [/b]", "f.yaml:3: 'deny_send' was already set in line 2"),
+        ("site: red\nsend:\n- topic: /a\n  topic: /b", "f.yaml:4: 'topic' was already set in line 3"),
         ("site: red\nsites: [b-b]", "f.yaml:2: 'b-b' cannot be a site's name"),
     ],
 )
@@ -144,3 +152,9 @@ def test_errors_say_where(text: str, complaint: str) -> None:
     with pytest.raises(Error) as caught:
         parse_config(text, "f.yaml")
     assert str(caught.value).startswith(complaint)
+
+
+@pytest.mark.parametrize("text", ["take: [*:/odom]", "take:\n- *:/odom", "send: [/a, !/b]", "deny_send:\n- !/b"])
+def test_names_that_yaml_wants_in_quotation_marks(text: str) -> None:
+    with pytest.raises(Error, match=r"^f\.yaml:\d: .*; quote names that begin with \* or !"):
+        parse_config(text, "f.yaml", "red")

@@ -51,6 +51,7 @@ def test_a_file() -> None:
         ("site: red", "f.yaml:1: there is no setting 'site'"),
         ("send: [/odom]", "f.yaml:1: there is no setting 'send'"),
         ("listen: 7447", "f.yaml:1: expected a string"),
+        ("to:\n- tls/hub", "f.yaml:2: 'tls/hub' is not an endpoint"),
         ("keys: []", "f.yaml:1: expected a string"),
         ("- a", "f.yaml:1: expected a mapping"),
     ],

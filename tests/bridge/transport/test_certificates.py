@@ -231,3 +231,16 @@ def test_a_folder_that_cannot_be_written(tmp_path: Path) -> None:
 def test_names_of_the_longest_length(tmp_path: Path) -> None:
     make_keys(tmp_path, {"a" * 40: ["b" * 63 + ".example"]})
     assert load_keys(tmp_path / ("a" * 40)).site == "a" * 40
+
+
+def test_new_keys_need_the_authority_of_the_old_ones(keys: Path) -> None:
+    (keys / "ca").rename(keys.parent / "kept")
+    with pytest.raises(KeysError, match="copy ca back into it, or name a new folder"):
+        make_keys(keys, {"green": []})
+    (keys.parent / "kept").rename(keys / "ca")
+    make_keys(keys, {"green": []})
+
+
+def test_the_folder_of_all_keys_is_not_that_of_a_site(keys: Path) -> None:
+    with pytest.raises(KeysError, match=f"give the folder of this one, such as {keys}/base$"):
+        load_keys(keys)

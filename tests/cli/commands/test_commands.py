@@ -146,6 +146,8 @@ def test_words_that_look_like_options_and_remappings_get_a_hint(run: Any) -> Non
     assert code == 1 and err.endswith("begins with a typographic dash, not with '-': write -r\n")
     assert "a:=b" not in err, "it is a message"
     assert "write" not in run("service", "call", "/nope", "a: 5")[2]
+    code, _, err = run("bridge", "keys", "keys", "ca", "base=base.example")
+    assert code == 1 and "write" not in err, "it is a site with its host name"
 
 
 @pytest.mark.parametrize("uri", ["localhost:11311", "http://127.0.0.1:99999", "https://localhost:11311"])

@@ -12,7 +12,7 @@ from pyros1.bridge.plugin_ros1.rules import PluginRules
 from pyros1.bridge.rules.file_reader import Path, RulesError
 from pyros1.bridge.rules.parsing import SiteFileReader, parse_topic
 from pyros1.bridge.rules.rules import Rule, Rules
-from pyros1.values.reading import load_yaml
+from pyros1.values.reading import YamlError, load_yaml
 
 _KEYS = (
     *("dialect", "namespace", "to", "listen", "keys", "prefix", "send", "take", "serve", "call"),
@@ -51,12 +51,11 @@ def check_dialect(name: str) -> str:
 
 
 def names_dialect(text: str, where: str) -> bool:
-    """Return whether a file is for a bridge of a dialect, since it names one.
-
-    Raises:
-        YamlError: it is not valid YAML.
-    """
-    value = load_yaml(text, where)
+    """Return whether a file is for a bridge of a dialect, since it names one; False if it is not valid YAML."""
+    try:
+        value = load_yaml(text, where)
+    except YamlError:
+        return False  # who reads all of it says what is wrong
     return isinstance(value, dict) and "dialect" in value
 
 

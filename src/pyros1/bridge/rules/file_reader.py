@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping
 from typing import Any, NoReturn, TypeVar
 
 from pyros1.bridge.names import SiteNameError
+from pyros1.bridge.transport.endpoints import EndpointError, check_endpoint
 from pyros1.ground.errors import Error
 from pyros1.ground.suggest import did_you_mean
-from pyros1.values.reading import load_yaml
+from pyros1.values.reading import YamlError, load_yaml
 
 Path = tuple[str | int, ...]
 """Where a value is in a file: the keys and numbers of items that lead to it."""
 _T = TypeVar("_T")
+_UNQUOTED = re.compile(r"[-\[,:]\s*[*!]\w*[:/]")
+"""A name such as ``*:/odom`` or ``!/odom``, which YAML takes for an alias or a tag."""
 
 
 class RulesError(Error, ValueError):
@@ -28,13 +32,22 @@ class FileReader:
 
     Raises:
         YamlError: the text is not valid YAML.
+        RulesError: it is not valid YAML for want of quotation marks, or says something twice.
     """
 
     def __init__(self, text: str, where: str) -> None:
-        value = load_yaml(text, where)
+        try:
+            value = load_yaml(text, where)
+        except YamlError as error:
+            if _UNQUOTED.search(text):
+                raise RulesError(f"{error}; quote names that begin with * or !, such as '*:/odom'") from error
+            raise
         self._value = {} if value is None else value
         self._where = where
-        self._lines = _line_numbers(text)
+        self._lines, repeated = _line_numbers(text)
+        if repeated is not None:
+            path, line = repeated
+            self._fail(path, f"{path[-1]!r:.40} was already set in line {line}: put both together")
 
     def _items(self, fields: Mapping[str, Any], key: str, path: Path = ()) -> list[tuple[Any, Path]]:
         """Return the items of a list with their paths; a single value stands for a list of one."""
@@ -59,10 +72,16 @@ class FileReader:
             self._fail(path, f"expected a string, not {value!r:.40}")
         return value
 
+    def _endpoints(self, fields: Mapping[str, Any], key: str) -> tuple[str, ...]:
+        """Return the endpoints in a list, or a single one."""
+        return tuple(
+            self._checked(path, check_endpoint, self._text(item, path)) for item, path in self._items(fields, key)
+        )
+
     def _checked(self, path: Path, function: Callable[[Any], _T], value: Any) -> _T:
         try:
             return function(value)
-        except (SiteNameError, RulesError) as error:
+        except (SiteNameError, RulesError, EndpointError) as error:
             self._fail(path, str(error))
 
     def _fail(self, path: Path, problem: str) -> NoReturn:
@@ -72,18 +91,25 @@ class FileReader:
         raise RulesError(f"{self._where}:{line}: {problem}" if line else f"{self._where}: {problem}")
 
 
-def _line_numbers(text: str) -> dict[Path, int]:
-    """Return the line of each value and key of a YAML text that `load_yaml` has accepted, by path."""
+def _line_numbers(text: str) -> tuple[dict[Path, int], tuple[Path, int] | None]:
+    """Return the line of each value and key of a YAML text that `load_yaml` has accepted, by path, and the first key
+    that is there twice, with the line of its first value: of these, YAML would silently drop the first.
+    """
     import yaml  # noqa: PLC0415 - slow to import
 
     found: dict[Path, int] = {}
+    repeated: list[tuple[Path, int]] = []
 
     def walk(node: Any, path: Path) -> None:
         found.setdefault(path, node.start_mark.line + 1)
         if node.id == "mapping":
+            keys: set[str] = set()
             for key, value in node.value:
                 if key.id == "scalar":
                     key_path = (*path, key.value)
+                    if key.value in keys:
+                        repeated.append((key_path, found[key_path]))
+                    keys.add(key.value)
                     found[key_path] = key.start_mark.line + 1
                     walk(value, key_path)
         elif node.id == "sequence":
@@ -93,4 +119,4 @@ def _line_numbers(text: str) -> dict[Path, int]:
     root = yaml.compose(text, yaml.SafeLoader)
     if root is not None:
         walk(root, ())
-    return found
+    return found, repeated[0] if repeated else None

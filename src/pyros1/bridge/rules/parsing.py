@@ -155,8 +155,7 @@ class SiteFileReader(SitesReader, ServiceReader):
             self.read_services(file),
             self._checked(("loss",), check_loss, file["loss"]) if "loss" in file else LOSS_DELAY,
         )
-        connect = tuple(self._text(item, path) for item, path in self._items(file, "to"))
-        listen = tuple(self._text(item, path) for item, path in self._items(file, "listen"))
+        connect, listen = self._endpoints(file, "to"), self._endpoints(file, "listen")
         return SiteConfig(rules, connect, listen, self._text(file.get("keys", ""), ("keys",)))
 
     def _rule(self, value: Any, path: Path, keys: tuple[str, ...]) -> Rule:
@@ -165,6 +164,16 @@ class SiteFileReader(SitesReader, ServiceReader):
             if not allows:
                 self._fail(path, "write topics that are not allowed under deny_send or deny_take, without !")
             return rule
+        if not isinstance(value, dict):
+            self._fail(path, f"expected a topic, such as /odom, or a rule with topic: /odom, not {value!r:.40}")
+        verb, others = (
+            ("send", _SEND_KEYS) if keys is _TAKE_KEYS else ("take", _TAKE_KEYS if keys is _SEND_KEYS else ())
+        )
+        for key in value:
+            if key in others and key not in keys:
+                self._fail(
+                    (*path, key), f"the site that {verb}s the topic decides about {key}: write it there, in {verb}"
+                )
         fields = self._mapping(value, path, keys)
         if "topic" not in fields:
             self._fail(path, "a rule needs a topic, for example topic: /odom")
@@ -243,8 +252,9 @@ class SiteFileReader(SitesReader, ServiceReader):
         value = fields.get(key)
         if value is None:
             return None
-        number = math.nan if isinstance(value, bool) or not isinstance(value, (int, float)) else value
-        return self._checked((*path, key), lambda given: _check_number(given, key, maximum), number)
+        if isinstance(value, bool) or not isinstance(value, (int, float)) or not 0 < value <= maximum:
+            self._fail((*path, key), f"{key} must be a number above 0, at most {maximum:g}, not {value!r:.40}")
+        return float(value)
 
     def _size(self, value: Any, path: Path) -> int | None:
         if value is None:

@@ -47,9 +47,7 @@ class _RouterReader(SitesReader):
     def read(self) -> RouterConfig:
         """Return the router's configuration."""
         file = self._mapping(self._value, (), ("listen", "to", "keys", "sites"))
-        listen, connect = (
-            tuple(self._text(item, path) for item, path in self._items(file, key)) for key in ("listen", "to")
-        )
+        listen, connect = self._endpoints(file, "listen"), self._endpoints(file, "to")
         return RouterConfig(listen, connect, self._text(file.get("keys", ""), ("keys",)), self._access(file))
 
 

@@ -99,9 +99,14 @@ def make_keys(folder: Path, hosts: Mapping[str, Sequence[str]], days: int = DEFA
             )
         for name in names:
             _alternative_name(name)
+    authority = folder / AUTHORITY
+    if not authority.exists() and any(folder.glob(f"*/{SITE_CERTIFICATE}")):
+        raise KeysError(
+            f"{one_line(str(folder))} has keys of sites, but not {AUTHORITY}, which has issued them, so these sites "
+            f"would refuse new ones: copy {AUTHORITY} back into it, or name a new folder and make the keys of all sites"
+        )
     try:
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-        authority = folder / AUTHORITY
         if not authority.exists():
             _make_authority(authority)
         certificate, key = _load_authority(authority)
@@ -132,6 +137,11 @@ def load_keys(folder: Path, now: datetime | None = None) -> SiteKeys:
             not yet valid, does not belong to the key, or was not issued by this authority.
     """
     paths = [folder / name for name in (CA_CERTIFICATE, SITE_CERTIFICATE, SITE_KEY)]
+    if not paths[1].exists() and (sites := sorted(path.parent.name for path in folder.glob(f"*/{SITE_CERTIFICATE}"))):
+        raise KeysError(
+            f"{one_line(str(folder))} has the keys of several sites: give the folder of this one, such as "
+            f"{one_line(str(folder / sites[0]))}"
+        )
     ca_path, certificate_path, key_path = paths
     authority, certificate = (_load_certificate(path) for path in (ca_path, certificate_path))
     key = _load_key(key_path)

@@ -31,7 +31,9 @@ def check_endpoint(text: str) -> str:
     if protocol == "unixsock-stream":
         if not address or not re.fullmatch(r"[\w/.-]+", address):
             raise EndpointError(f"{text!r:.80} is not an endpoint: write unixsock-stream/PATH")
-    elif match is None or int(match[2]) > 65535:
+    elif match is not None and int(match[2]) > 65535:
+        raise EndpointError(f"{text!r:.80} is not an endpoint: ports are at most 65535")
+    elif match is None:
         raise EndpointError(f"{text!r:.80} is not an endpoint: write {protocol}/HOST:PORT")
     return text
 

@@ -8,7 +8,8 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from pyros1.bridge.transport.connections import Connection
-from pyros1.bridge.transport.zenoh_link import CLOSE_TIME, LinkError, check_installed, first_sentence, make_config
+from pyros1.bridge.transport.failures import explain_listening
+from pyros1.bridge.transport.zenoh_link import CLOSE_TIME, LinkError, check_installed, make_config
 
 
 class Router:
@@ -30,7 +31,7 @@ class Router:
         try:
             self._session: Any = zenoh.open(make_config(zenoh, "router", connect, listen, settings))
         except zenoh.ZError as error:
-            raise LinkError(f"cannot start the router: {first_sentence(error)}") from error
+            raise LinkError(f"cannot start the router: {explain_listening(error, listen)}") from error
 
     def connections(self) -> list[Connection]:
         """Return the connections that there are; none if this version of zenoh cannot tell."""

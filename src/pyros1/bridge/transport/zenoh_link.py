@@ -26,6 +26,7 @@ from typing import TYPE_CHECKING, Any
 from pyros1.bridge.exchange.actions import Send
 from pyros1.bridge.protocol.key_expressions import ROOT, parse_key, site_key
 from pyros1.bridge.rules.rules import Priority
+from pyros1.bridge.transport.failures import explain_dialling, explain_listening
 from pyros1.bridge.transport.link import Receive
 from pyros1.ground.errors import Error
 
@@ -110,10 +111,12 @@ class ZenohSession:
             try:
                 self._open(config)
             except zenoh.ZError as error:
-                raise LinkError(f"cannot start the bridge's network: {first_sentence(error)}") from error
+                raise LinkError(f"cannot start the bridge's network: {explain_listening(error, listen)}") from error
         else:
             # A client's session can be opened only while its router can be reached.
-            self._opener = threading.Thread(target=self._open_client, args=(config,), name="bridge: dial", daemon=True)
+            self._opener = threading.Thread(
+                target=self._open_client, args=(config, connect[0]), name="bridge: dial", daemon=True
+            )
             self._opener.start()
 
     @property
@@ -142,12 +145,12 @@ class ZenohSession:
                 session.close()
         self.problem = ""
 
-    def _open_client(self, config: Any) -> None:
+    def _open_client(self, config: Any, endpoint: str) -> None:
         while not self.is_closing:
             try:
                 self._open(config)
             except self.zenoh.ZError as error:
-                self.problem = first_sentence(error)
+                self.problem = explain_dialling(error, endpoint)
                 self._closing.wait(_DIAL_PERIOD)
             else:
                 return
@@ -274,8 +277,3 @@ def make_config(
     for path, text in settings.items():
         config.insert_json5(path, text)
     return config
-
-
-def first_sentence(error: Exception) -> str:
-    """Return the beginning of one of zenoh's errors, which end in the source lines that they passed."""
-    return str(error).partition(" at ")[0].strip()[:300] or type(error).__name__

@@ -175,3 +175,10 @@ def test_a_bridge_runs_until_it_is_interrupted(
             assert program.wait(20) in (0, 130, -signal.SIGINT)
         finally:
             program.kill()
+
+
+def test_a_file_that_is_no_text(run: Run, tmp_path: Path) -> None:
+    file = tmp_path / "red.yaml"
+    file.write_bytes(b"site: red\nto: \xff\n")
+    error = f"ERROR: {file}:2: this is not UTF-8 text; save the file as UTF-8\n"
+    assert run("--config", file, "--check") == (2, "", error)

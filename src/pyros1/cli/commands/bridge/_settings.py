@@ -51,14 +51,18 @@ def read_file(name: str) -> str:
     """Return the text of a file.
 
     Raises:
-        CommandError: it is too long.
-        OSError, ValueError: it cannot be read.
+        CommandError: it is too long, or not text.
+        OSError: it cannot be read.
     """
     with open(name, "rb") as file:
         text = file.read(_MAX_FILE_SIZE + 1)
     if len(text) > _MAX_FILE_SIZE:
         raise CommandError(f"{one_line(name)} has more than {_MAX_FILE_SIZE >> 20} MB", 2)
-    return text.decode()
+    try:
+        return text.decode()
+    except UnicodeDecodeError as error:
+        line = text.count(b"\n", 0, error.start) + 1
+        raise CommandError(f"{one_line(name)}:{line}: this is not UTF-8 text; save the file as UTF-8", 2) from None
 
 
 def beside(name: str, file: str) -> str:
