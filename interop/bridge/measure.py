@@ -30,7 +30,7 @@ from wires import Wires  # noqa: E402
 ENDS = str(ROOT / "ends.py")
 RATE, IMAGE_RATE, IMAGE_SIZE = 50, 10, 20_000
 SECONDS = 12.0
-WARM_UP = 3.0
+WARM_UP = 15.0
 OUTAGE = 10.0
 FRESH = 0.5
 """Seconds after which a command is stale."""

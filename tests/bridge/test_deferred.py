@@ -8,7 +8,10 @@ import pytest
 
 from pyros1.bridge import deferred as module
 from pyros1.bridge.deferred import Change, Deferred
-from pyros1.bridge.exchange.actions import Advertise, Forget, Publish, SetOrigins, Subscribe, Withdraw
+from pyros1.bridge.exchange.actions import Advertise, Forget, Publish, SetOrigins, Source, Subscribe, Withdraw
+from pyros1.bridge.names import SharedName
+
+RED = ("red", SharedName("red", "/t"))
 
 
 def advertise(local: str = "/t", md5sum: str = "1") -> Advertise:
@@ -16,7 +19,7 @@ def advertise(local: str = "/t", md5sum: str = "1") -> Advertise:
 
 
 def message(body: bytes = b"x", local: str = "/t", publisher: int = 1) -> Publish:
-    return Publish(local, ("red", publisher), body, True)
+    return Publish(local, Source(*RED, publisher), body, True)
 
 
 def after(*changes: Change) -> Deferred:
@@ -84,14 +87,14 @@ def test_messages_of_a_topic_that_is_withdrawn_are_not_published_later() -> None
 
 def test_what_is_forgotten_does_not_wait() -> None:
     deferred = Deferred()
-    assert not deferred.hold(Forget("/t", ("red", 1)))
+    assert not deferred.hold(Forget("/t", Source(*RED, 1)))
     deferred.put(advertise())
     messages = [message(str(number).encode(), publisher=number % 3) for number in range(9)]
     for each in messages:
         deferred.hold(each)
-    assert not deferred.hold(Forget("/t", ("red", 1))), "an earlier message may have been published"
+    assert not deferred.hold(Forget("/t", Source(*RED, 1))), "an earlier message may have been published"
     deferred.pop()
-    assert deferred.done() == [each for each in messages if each.source != ("red", 1)]
+    assert deferred.done() == [each for each in messages if each.source != Source(*RED, 1)]
 
 
 def test_notes_of_publishers_that_are_gone_do_not_pile_up(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -100,7 +103,7 @@ def test_notes_of_publishers_that_are_gone_do_not_pile_up(monkeypatch: pytest.Mo
     deferred.put(advertise())
     for number in range(100):
         deferred.hold(message(publisher=number))
-        deferred.hold(Forget("/t", ("red", number)))
+        deferred.hold(Forget("/t", Source(*RED, number)))
     assert deferred.dropped == 0 and deferred.pop() and deferred.done() == []
 
 

@@ -107,7 +107,7 @@ def test_publishers_that_never_answer_do_not_keep_others_waiting(
     make_node: Callable[..., Node], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """All topics of a machine that is gone, and that have to be asked for again as soon as all have been asked for."""
-    monkeypatch.setattr("pyros1.bridge.local_graph._RETRY_PERIOD", 0.0)
+    monkeypatch.setattr("pyros1.bridge.local_graph.RETRY_PERIOD", 0.0)
     node = make_node("bridge")
     for number in range(40):
         node.advertise(f"/dead{number}", String)

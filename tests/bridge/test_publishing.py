@@ -9,11 +9,13 @@ from typing import Any
 import pytest
 
 from pyros1.bridge import publishing as module
-from pyros1.bridge.exchange.actions import Advertise, Forget, Publish
+from pyros1.bridge.exchange.actions import Advertise, Forget, Publish, Source
+from pyros1.bridge.names import SharedName
 from pyros1.bridge.publishing import Publishing
 from pyros1.node import Node
 
 MakeNode = Callable[..., Node]
+TOPIC = SharedName("red", "/a")
 MD5 = "992ce8a1687cec8c8bd883ec73ca41d1"
 
 
@@ -22,7 +24,7 @@ def advertise(local: str) -> Advertise:
 
 
 def text(local: str, data: str, number: int = 1, site: str = "red") -> Publish:
-    return Publish(local, (site, number), len(data).to_bytes(4, "little") + data.encode(), True)
+    return Publish(local, Source(site, TOPIC, number), len(data).to_bytes(4, "little") + data.encode(), True)
 
 
 def kept(node: Node, local: str, count: int) -> list[str]:
@@ -46,7 +48,7 @@ def test_the_latched_messages_of_a_site_are_bounded(make_node: MakeNode, monkeyp
     assert publishing.forgotten == 95, "7 bytes each"
     assert kept(node, "/red/a", 5) == ["a95", "a96", "a97", "a98", "a99"]
     assert kept(node, "/blue/a", 1) == ["old"], "another site has room of its own"
-    publishing.forget(Forget("/red/a", ("red", 97)))
+    publishing.forget(Forget("/red/a", Source("red", TOPIC, 97)))
     publishing.publish(text("/red/a", "new", 95))
     publishing.publish(text("/red/b", "b00"))
     assert publishing.forgotten == 95 and kept(node, "/red/a", 4) == ["a96", "a98", "a99", "new"]

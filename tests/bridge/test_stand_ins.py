@@ -48,6 +48,8 @@ def test_a_node_comes_and_goes(stand_ins: StandIns, bridge: Node) -> None:
     state = Graph(bridge.master).state()
     assert find_bridges(state) == {"/red/talker"}, "bridges send nothing of it"
     assert not any("/red/talker" in nodes for nodes in state.publishers.values())
+    provided = {service for service, nodes in state.services.items() if "/red/talker" in nodes}
+    assert provided == {"/red/talker/bridged_node"}, "the others are the real node's"
     stand_ins.note(GONE)
     stand_ins.update()
     assert uri(bridge) is None

@@ -12,7 +12,7 @@ from itertools import chain
 from operator import itemgetter
 
 from pyros1.bridge.conversions.conversion import Conversion
-from pyros1.bridge.exchange.actions import Advertise, Forget, Publish, SetOrigins, Subscribe, Withdraw
+from pyros1.bridge.exchange.actions import Advertise, Forget, Publish, SetOrigins, Source, Subscribe, Withdraw
 
 Change = Subscribe | Advertise | SetOrigins | Withdraw
 """What the master has to be told."""
@@ -20,7 +20,6 @@ MAX_MESSAGES = 5_000
 """Maximum number of messages that wait for their topics."""
 MAX_BYTES = 64 << 20
 """Maximum total size in bytes of these messages; at least one may wait."""
-_Source = tuple[str, int]  # site and number of an original publisher
 _Key = tuple[bool, str, Conversion | None]  # whether it is about a subscription, the topic, and how it is converted
 
 
@@ -51,7 +50,7 @@ class Deferred:
         self._busy: _Key | None = None
         self._popped = _Pending()  # what was popped last
         self._begun: set[_Key] = set()  # what there is at the master, or may be
-        self._held: dict[str, dict[_Source, list[tuple[int, Publish]]]] = {}  # by topic, with their order
+        self._held: dict[str, dict[Source, list[tuple[int, Publish]]]] = {}  # by topic, with their order
         self._held_number = self._held_count = self._held_bytes = 0
         self._is_woken = False
 

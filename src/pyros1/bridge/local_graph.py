@@ -23,7 +23,7 @@ _QUERY_TIME = 1.0
 """Seconds for the answers of publishers."""
 _MAX_QUERIES = 32
 """Maximum number of publishers that are asked at a time."""
-_RETRY_PERIOD = 10.0
+RETRY_PERIOD = 10.0
 """Seconds after which a publisher that did not answer is asked again."""
 _Asked = tuple[str, str]  # publisher and topic
 
@@ -114,7 +114,7 @@ class LocalGraph:
             asked
             for asked in sorted(current)
             if (answer := self._answers.get(asked)) is None
-            or (answer.type is None and now - answer.asked_at >= _RETRY_PERIOD)
+            or (answer.type is None and now - answer.asked_at >= RETRY_PERIOD)
         ]
         due.sort(key=self._asked_at)  # those that never answer must not keep others waiting
         self.is_behind = len(due) > _MAX_QUERIES

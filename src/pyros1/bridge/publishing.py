@@ -9,7 +9,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Collection, Mapping
 
-from pyros1.bridge.exchange.actions import Advertise, Forget, Publish
+from pyros1.bridge.exchange.actions import Advertise, Forget, Publish, Source
 from pyros1.ground.names import FullName
 from pyros1.msgs import AnyMsg
 from pyros1.node import Node
@@ -27,14 +27,13 @@ them over one connection.
 _QUEUE_SIZE = 100
 LATCHED_BYTES = 256 << 20
 """Maximum total size in bytes of the latched messages of another site; at least one is kept."""
-_Source = tuple[str, int]  # site and number of an original publisher
 
 
 class _Topic:
     def __init__(self, action: Advertise, publisher: Publisher[AnyMsg]) -> None:
         self.action = action
         self.publisher = publisher
-        self.latched: dict[_Source, Publisher[AnyMsg]] = {}
+        self.latched: dict[Source, Publisher[AnyMsg]] = {}
         self.origins = action.origins
         self.keeps_messages = action.latched  # a node's topic that was latched stays so
 
@@ -56,7 +55,7 @@ class Publishing:
         self._headers: Mapping[str, str] = {BRIDGE_FIELD: site}
         self._topics: dict[str, _Topic] = {}
         # site -> topic and source -> size of the latched message; the one that came last at the end
-        self._sizes: dict[str, dict[tuple[str, _Source], int]] = {}
+        self._sizes: dict[str, dict[tuple[str, Source], int]] = {}
         self._totals: dict[str, int] = {}
         self._lock = threading.Lock()  # topics come and go in another thread than messages
 
@@ -139,7 +138,7 @@ class Publishing:
         if publisher is not None:
             publisher.unregister()
 
-    def _note_size(self, local: str, source: _Source, size: int | None) -> None:
+    def _note_size(self, local: str, source: Source, size: int | None) -> None:
         """Note the size of a latched message; None if there is none any more. Called with the lock."""
         sizes = self._sizes.setdefault(source[0], {})
         self._totals[source[0]] = self._totals.get(source[0], 0) + (size or 0) - sizes.pop((local, source), 0)

@@ -18,7 +18,7 @@ import os
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Collection, Iterable
 from functools import partial
 
 from pyros1.bridge.conversions.conversion import Conversion
@@ -32,6 +32,7 @@ from pyros1.bridge.exchange.actions import (
     Forget,
     Listen,
     Log,
+    Probe,
     ProbeReply,
     Provide,
     Publish,
@@ -44,8 +45,10 @@ from pyros1.bridge.exchange.actions import (
     Unprovide,
     Withdraw,
 )
+from pyros1.bridge.exchange.allowance import Allowance
 from pyros1.bridge.exchange.outgoing import ReceivedMessage
 from pyros1.bridge.exchange.site import Site
+from pyros1.bridge.link_report import LinkReport
 from pyros1.bridge.local_graph import LocalGraph
 from pyros1.bridge.protocol.key_expressions import Key
 from pyros1.bridge.publisher_watch import PublisherWatch
@@ -77,6 +80,9 @@ _DEMAND_PERIOD = 0.2
 _QUEUE_SIZE = 1000
 """Messages of a publisher that wait for the bridge: it only queues them, so they hardly ever do."""
 _JOIN_TIME = 3.0
+_LOG_RATE = 0.5
+_LOG_BURST = 50
+"""Texts about other sites that are logged per second, and at once, even if they repeat earlier ones."""
 MakeLink = Callable[[Receive], Link]
 
 
@@ -98,13 +104,14 @@ class Bridge:
         node: the bridge's node; it must run callbacks inline.
         rules: the site's rules.
         make_link: returns the link, given the function that takes its packets.
+        allowed: the names in certificates of those who may connect and do something; empty for all.
 
     Raises:
         LinkError: the link cannot start.
         NodeError: the node cannot provide the bridge's service.
     """
 
-    def __init__(self, node: Node, rules: Rules, make_link: MakeLink) -> None:
+    def __init__(self, node: Node, rules: Rules, make_link: MakeLink, allowed: Collection[str] = ()) -> None:
         self._node = node
         self._rules = rules
         self._lock = threading.Lock()
@@ -128,6 +135,8 @@ class Bridge:
         self._close_lock = threading.Lock()
         self._is_closed = False
         self._link = make_link(self._receive)
+        self._link_report = LinkReport(self._link, allowed)
+        self._log_allowance = Allowance(_LOG_RATE, _LOG_BURST)
         self._sender = Sender(self._link, steady_now, self._on_link_error, self._make_probes, self._on_slow)
         self._worker = threading.Thread(target=self._work, name="bridge: packets", daemon=True)
         self._master_thread = threading.Thread(target=self._run_master_thread, name="bridge: master", daemon=True)
@@ -197,12 +206,21 @@ class Bridge:
                     self._sender.on_probe_reply(site, number)
                 case Provide() | Unprovide() | CallService() | Return():
                     self._act(self._services.act(action, steady_now()))
-                case Log(text, is_warning):
-                    self._node.log.peer_event(WARN if is_warning else INFO, "%s", one_line(text))
+                case Log():
+                    self._log(action)
                 case StartAnew():
                     self._converting.restart((action.local, action.conversion))
                 case Subscribe() | SetOrigins() | Advertise() | Withdraw():
                     self._deferred.put(action)
+
+    def _log(self, log: Log) -> None:
+        """Log a text at once; if they come in floods, as others that other programs cause."""
+        if not self._log_allowance.take(steady_now()):
+            self._node.log.peer_event(WARN if log.is_warning else INFO, "%s", one_line(log.text))
+        elif log.is_warning:
+            self._node.log.warn("%s", one_line(log.text))
+        else:
+            self._node.log.info("%s", one_line(log.text))
 
     def _publish(self, action: Publish) -> None:
         if self._deferred.hold(action):
@@ -214,7 +232,7 @@ class Bridge:
             if self._node.ok():
                 self._node.log.peer_event(WARN, "cannot publish on %s: %s", one_line(action.local), error)
 
-    def _make_probes(self, receiver: str, number: int, priority: Priority) -> list[tuple[str, Send]]:
+    def _make_probes(self, receiver: str, number: int, priority: Priority) -> list[Probe]:
         """Return probes to send. Called by the sender's threads."""
         with self._lock:
             return self._site.probes(receiver, number, priority)
@@ -253,6 +271,8 @@ class Bridge:
             if self._graph.is_behind:
                 self._next_poll = 0.0
             self._deferred.retry()
+            for log in self._link_report.update(steady_now()):
+                self._log(log)
         demand = self._publishing.demand(self._graph.bridges)
         if demand != self._demand:
             self._demand = demand
@@ -306,7 +326,7 @@ class Bridge:
             self._services.look(self._graph.state)
         except Error as error:
             if self._node.ok():
-                self._node.log.peer_event(WARN, "cannot ask the master for topics: %s", error)
+                self._node.log.peer_event(WARN, "cannot ask the master for topics: %s", str(error).replace("\n", " "))
             return
         with self._lock:
             self._act(self._site.set_topics(topics, asked_at, steady_now()))

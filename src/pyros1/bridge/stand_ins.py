@@ -103,6 +103,7 @@ class StandIns:
                 environ=self._node.environ,
                 handle_signals=False,
                 rosout=False,
+                log_services=False,  # the bridge may provide those of the node itself
                 wait_for_master=_TIMEOUT,
                 wall_time=True,
             )

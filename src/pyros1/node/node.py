@@ -66,6 +66,7 @@ class Node(TopicMethods, ServiceMethods, TimeMethods):
         handle_signals: whether SIGINT and SIGTERM shut the node down; only possible if the node is created in the main
             thread.
         rosout: whether to publish the log on /rosout.
+        log_services: whether to offer the services get_loggers and set_logger_level.
         wait_for_master: maximum number of seconds to wait for a master that does not respond; None for no limit.
         wall_time: whether to ignore /use_sim_time.
         ports: the port of the slave API (XML-RPC), and the port of topics and services (TCPROS); 0 for any.
@@ -97,6 +98,7 @@ class Node(TopicMethods, ServiceMethods, TimeMethods):
         log_level: str = "info",
         handle_signals: bool = True,
         rosout: bool = True,
+        log_services: bool = True,
         wait_for_master: float | None = None,
         wall_time: bool = False,
         ports: _Ports = (0, 0),
@@ -146,7 +148,8 @@ class Node(TopicMethods, ServiceMethods, TimeMethods):
         self._tcpros: TcprosServer | None = None
         loop.start()
         try:
-            self._open(wait_for_master, rosout, handle_signals, wall_time, ports)
+            self._open(wait_for_master, handle_signals, wall_time, ports)
+            self._offer_log(rosout, log_services)
         except BaseException as error:
             self.shutdown("the node could not start")
             if isinstance(error, Error) and self._shutdown.signalled:
@@ -155,7 +158,7 @@ class Node(TopicMethods, ServiceMethods, TimeMethods):
 
     # Starting ---------------------------------------------------------------------------------------------------------
 
-    def _open(self, timeout: float | None, rosout: bool, handle_signals: bool, wall_time: bool, ports: _Ports) -> None:
+    def _open(self, timeout: float | None, handle_signals: bool, wall_time: bool, ports: _Ports) -> None:
         self._context.address = address = addresses_from_environment(self.environ, self.arguments.special)
         self._host = address.advertised
         self._shutdown.watch(handle_signals)
@@ -186,7 +189,10 @@ class Node(TopicMethods, ServiceMethods, TimeMethods):
         self._registrar.start()
         if use_sim_time is True and not wall_time:
             self._use_simulated_time()
-        offer_log(self.log, self._sink, self.name, self._topics, self._services, self.resolve, rosout, self._strict)
+
+    def _offer_log(self, rosout: bool, services: bool) -> None:
+        parts = (self.log, self._sink, self.name, self._topics, self._services, self.resolve)
+        offer_log(*parts, rosout, services, self._strict)
 
     def _service_uri(self) -> str:
         return self._tcpros.uri if self._tcpros else ""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pyros1.bridge.exchange.actions import Advertise, Forget, SetOrigins, Withdraw
+from pyros1.bridge.exchange.actions import Advertise, Forget, SetOrigins, Source, Withdraw
 from pyros1.bridge.exchange.outputs import Candidate, Output, Outputs, choose
 from pyros1.bridge.names import SharedName
 
@@ -40,13 +40,13 @@ def test_a_topic_that_becomes_latched_is_not_withdrawn() -> None:
 def test_latched_messages() -> None:
     outputs = Outputs()
     outputs.update({"/t": LATCHED}, {})
-    for source in (("red", 1), ("red", 2), ("blue", 1)):
+    for source in (Source(*RED, 1), Source(*RED, 2), Source(*BLUE, 1)):
         outputs.hold("/t", source)
-    assert outputs.forget("/t", ("red", 1)) == [Forget("/t", ("red", 1))]
-    assert outputs.forget("/t", ("red", 1)) == [] and outputs.forget("/x", ("red", 1)) == []
-    assert outputs.forget_site("/t", "red") == [Forget("/t", ("red", 2))]
+    assert outputs.forget("/t", Source(*RED, 1)) == [Forget("/t", Source(*RED, 1))]
+    assert outputs.forget("/t", Source(*RED, 1)) == [] and outputs.forget("/x", Source(*RED, 1)) == []
+    assert outputs.forget_feed("/t", RED) == [Forget("/t", Source(*RED, 2))]
     outputs.update({}, {})
-    assert outputs.forget_site("/t", "blue") == []
+    assert outputs.forget_feed("/t", BLUE) == []
 
 
 def test_original_publishers() -> None:

@@ -182,3 +182,29 @@ def test_no_site_makes_another_one_send_without_end(period: float) -> None:
     answer = Heartbeat(9, 0.0, sent.heartbeat.number, 0.0, 1, 1, 1, 1, {}, period=period)
     of_red.on_heartbeat(RED, BLUE, answer, 0.0)
     assert not of_red.wants_heartbeat(MIN_PERIOD - 0.01) and of_red.wants_heartbeat(MIN_PERIOD + 0.01)
+
+
+def test_two_runs_at_the_same_time() -> None:
+    """Two bridges with one name."""
+    of_blue, _ = meet()
+    other = Peer("red", BLUE + 1, count(1), 0.0)
+    of_blue.hear(BLUE + 1, 1.0)
+    assert other.on_heartbeat(*heartbeat(of_blue, RED, 1.0), 1.0) is Change.NONE
+    assert of_blue.on_heartbeat(*heartbeat(other, BLUE + 1, 1.1), 1.1) is Change.STARTED
+    of_blue.hear(BLUE, 5.0)
+    assert not of_blue.pop_namesake(), "that may be a packet on its way"
+    of_blue.hear(BLUE, 12.0)
+    assert of_blue.pop_namesake() and not of_blue.pop_namesake()
+    of_blue.hear(BLUE, 13.0)
+    assert not of_blue.pop_namesake()
+
+
+def test_two_runs_in_turns() -> None:
+    of_blue, of_red = meet()
+    other = Peer("red", BLUE + 1, count(1), 0.0)
+    of_blue.hear(BLUE + 1, 1.0)
+    other.on_heartbeat(*heartbeat(of_blue, RED, 1.0), 1.0)
+    assert of_blue.on_heartbeat(*heartbeat(other, BLUE + 1, 1.1), 1.1) is Change.STARTED
+    of_blue.hear(BLUE, 2.0)
+    of_red.on_heartbeat(*heartbeat(of_blue, RED, 2.0), 2.0)
+    assert of_blue.on_heartbeat(*heartbeat(of_red, BLUE, 2.1), 2.1) is Change.STARTED and of_blue.pop_namesake()

@@ -17,6 +17,7 @@ from pyros1.bridge.exchange.actions import (
     Publish,
     Send,
     SetOrigins,
+    Source,
     Subscribe,
     Withdraw,
 )
@@ -26,7 +27,7 @@ from pyros1.bridge.exchange.receiving import MAX_TOPICS
 from pyros1.bridge.exchange.sending import LocalTopic
 from pyros1.bridge.exchange.site import MAX_SITES, Site
 from pyros1.bridge.exchange.slow_sites import FIRST_TIME, OVERLAP
-from pyros1.bridge.exchange.streams import MESSAGE_COST
+from pyros1.bridge.exchange.streams import MESSAGE_COST, NewestStream
 from pyros1.bridge.names import SharedName
 from pyros1.bridge.protocol import packets
 from pyros1.bridge.protocol.key_expressions import Channel, Key, parse_key, site_key
@@ -130,7 +131,24 @@ def test_a_topic_of_another_site_in_time(liar: Liar) -> None:
         Advertise("/red/odom", "std_msgs/String", STRING._md5sum, "string data\n", False)
     ]
     assert only(Listen, liar.actions) == [Listen("red", "t/red/odom", True)]
-    assert only(Publish, liar.message(1)) == [Publish("/red/odom", ("red", 1), b"x", False)]
+    assert only(Publish, liar.message(1)) == [Publish("/red/odom", Source("red", ODOM, 1), b"x", False)]
+
+
+def test_latched_messages_of_two_topics_with_one_name_here() -> None:
+    """Publishers are numbered in each topic, so both are number 1."""
+    site = Site(rules("take: [{topic: 'red:/a/**', here: '/x/**'}, {topic: 'red:/b/**', here: '/x/**'}]"), OWN, 0.0)
+    liar = Liar(site)
+    liar.meet()
+    first, second = SharedName("red", "/a/map"), SharedName("red", "/b/map")
+    liar.offer(offered(first, latched=True), offered(second, latched=True))
+    liar.define()
+    liar.take(site.set_demand(["/x/map"], 0.0))
+    for topic in (first, second):
+        assert only(Publish, liar.message(1, topic=topic, flags=Flag.LATCHED)) == [
+            Publish("/x/map", Source("red", topic, 1), b"x", True)
+        ]
+    assert only(Forget, liar.message(2, b"", first, flags=Flag.LEFT)) == [Forget("/x/map", Source("red", first, 1))]
+    assert only(Forget, liar.offer(offered(first, latched=True))) == [Forget("/x/map", Source("red", second, 1))]
 
 
 def test_other_publishers_of_a_topic_change_nothing_else(liar: Liar) -> None:
@@ -373,9 +391,9 @@ def test_what_is_for_some_sites_only_is_sent_to_each_of_them() -> None:
     assert keys("/secret") == {"again/red/base/secret": THEIR, "again/blue/base/secret": 33}
     assert keys("/public") == {"t/base/public": 0}
     assert keys("/red/cmd") == {"again/red/red/cmd": THEIR}
-    assert {name for name, _ in site.probes("", 1, Priority.LOW)} == {"red", "blue", "green"}
+    assert {probe.site for probe in site.probes("", 1, Priority.LOW)} == {"red", "blue", "green"}
     request(liars[2], names[0])
-    assert {name for name, _ in site.probes("", 1, Priority.LOW)} == {"red", "blue"}
+    assert {probe.site for probe in site.probes("", 1, Priority.LOW)} == {"red", "blue"}
 
 
 def told_to_be_separate(site: Site, now: float) -> dict[str, bool]:
@@ -549,6 +567,48 @@ def test_a_flood_of_questions() -> None:
     assert 100 <= answers <= 6 * 101 + 6
 
 
+def test_a_flood_of_questions_for_large_messages() -> None:
+    """Feature: a site that asks for messages again in floods gets only so many bytes per second"""
+    names = [f"/map{number}" for number in range(10)]
+    liar = Liar(Site(rules("send: [{topic: '/**', delivery: reliable}]"), OWN, 0.0))
+    liar.meet()
+    topics = [LocalTopic(name, "std_msgs/String", STRING._md5sum, "string data\n", False, ("/n",)) for name in names]
+    liar.take(liar.site.set_topics(topics, 0.0, 0.0))
+    request(liar, *(SharedName("base", name) for name in names))
+    for name in names:
+        for _ in range(8):
+            received = ReceivedMessage("/n", STRING._md5sum, False, bytes(1_000_000))
+            liar.site.on_message(name, received, False, 0.0)
+
+    def ask_for(seconds: float) -> int:
+        size = 0
+        for _ in range(int(seconds * 10)):
+            liar.now += 0.1
+            for name in names:
+                body = packets.encode_missed(packets.Missed(SharedName("base", name), 0, 100))
+                size += sum(len(each.body) for each in only(Send, liar.send(Kind.MISSED, body)))
+        return size
+
+    assert 32e6 < ask_for(1.0) < 60e6
+    assert 70e6 < ask_for(10.0) < 100e6
+
+
+def test_a_heartbeat_costs_no_look_at_all_topics(liar: Liar, monkeypatch: pytest.MonkeyPatch) -> None:
+    looked = []
+    original = NewestStream.tick
+    monkeypatch.setattr(NewestStream, "tick", lambda self, now: looked.append(self) or original(self, now))
+    liar.meet()
+    names = [SharedName("red", f"/t{number}") for number in range(50)]
+    liar.offer(*map(offered, names))
+    liar.define()
+    liar.take(liar.site.set_demand([f"/red{name.name}" for name in names], 0.0))
+    before = len(looked)
+    for _ in range(100):
+        liar.now += 0.001
+        liar.heartbeat()
+    assert len(looked) == before
+
+
 def test_probes_are_answered_at_once(liar: Liar) -> None:
     assert liar.send(Kind.PROBE, packets.encode_probe(7)) == []
     liar.meet()
@@ -565,10 +625,10 @@ def test_probes_go_to_sites_that_want_something(liar: Liar) -> None:
     liar.take(liar.site.set_topics([topic], 0.0, 0.0))
     for body in packets.encode_pages(1, [Request(SharedName("base", "/map"), 0.0)]):
         liar.send(Kind.REQUEST, body)
-    ((name, probe),) = liar.site.probes("", 1, Priority.LOW)
-    assert name == "red" and probe.key == "to/red" and probe.priority is Priority.LOW
+    ((name, round_trip, probe),) = liar.site.probes("", 1, Priority.LOW)
+    assert name == "red" and probe.key == "to/red" and probe.priority is Priority.LOW and round_trip == 0.0
     assert packets.decode_head(probe.head).kind is Kind.PROBE
-    ((name, probe),) = liar.site.probes("red", 2, Priority.LOW)
+    ((name, _, probe),) = liar.site.probes("red", 2, Priority.LOW)
     assert name == "red" and packets.decode_probe(probe.body) == 2
     assert liar.site.probes("stranger", 3, Priority.LOW) == []
 
@@ -679,7 +739,7 @@ def test_a_latched_message_that_came_before_its_topic_was_offered_as_latched(lia
     assert only(Publish, liar.message(1)) == [] and len(only(Publish, liar.message(2))) == 1
     liar.now += 1
     actions = liar.offer(offered())
-    assert only(Forget, actions) == [Forget("/red/odom", ("red", 1))] and not only(Withdraw, actions)
+    assert only(Forget, actions) == [Forget("/red/odom", Source("red", ODOM, 1))] and not only(Withdraw, actions)
     assert [each.latched for each in only(Publish, liar.message(3, flags=Flag.LATCHED))] == [False]
 
 

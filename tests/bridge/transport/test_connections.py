@@ -7,13 +7,18 @@ from pyros1.bridge.transport.connections import Connection, Connections
 RED = Connection("1", "red", "10.0.0.2:5")
 
 
+def lines(connections: Connections, *found: Connection) -> list[str]:
+    """Return what is logged."""
+    return ["WARNING: " * event.is_warning + event.text for event in connections.update(found)]
+
+
 def test_who_comes_and_goes() -> None:
     connections = Connections(["red", "blue-2"])
-    assert connections.update([]) == []
-    assert connections.update([RED]) == ["site red connected (10.0.0.2:5)"]
-    assert connections.update([RED]) == []
+    assert lines(connections) == []
+    assert lines(connections, RED) == ["site red connected (10.0.0.2:5)"]
+    assert lines(connections, RED) == []
     blue = Connection("2", "blue-2", "10.0.0.3:5")
-    assert connections.update([blue]) == [
+    assert lines(connections, blue) == [
         "site red disconnected (10.0.0.2:5)",
         "site blue (keys blue-2) connected (10.0.0.3:5)",
     ]
@@ -21,13 +26,13 @@ def test_who_comes_and_goes() -> None:
 
 def test_the_same_keys_twice() -> None:
     connections = Connections([])
-    connections.update([RED])
+    lines(connections, RED)
     again = RED._replace(zid="2", address="10.0.0.9:5")
-    assert connections.update([RED, again]) == [
+    assert lines(connections, RED, again) == [
         "site red connected (10.0.0.9:5); there is another connection with the same keys"
     ]
     unnamed = [Connection(zid, "", f"127.0.0.1:{zid}") for zid in "34"]
-    assert connections.update([RED, again, *unnamed]) == [
+    assert lines(connections, RED, again, *unnamed) == [
         "somebody without keys connected (127.0.0.1:3)",
         "somebody without keys connected (127.0.0.1:4)",
     ]
@@ -35,7 +40,7 @@ def test_the_same_keys_twice() -> None:
 
 def test_those_who_are_not_named() -> None:
     connections = Connections(["red-2"])
-    (line,) = connections.update([RED])
+    (line,) = lines(connections, RED)
     assert line.startswith("WARNING: site red connected (10.0.0.2:5): it is not named under `sites`")
-    (line,) = connections.update([RED, Connection("2", "\x1b[2J", "1.2.3.4:5")])
+    (line,) = lines(connections, RED, Connection("2", "\x1b[2J", "1.2.3.4:5"))
     assert line.startswith("WARNING: somebody with keys of '\\x1b[2J' connected")

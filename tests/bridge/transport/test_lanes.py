@@ -72,7 +72,7 @@ class Network:
             self.arrived[site].append((self._free[site], newest - int.from_bytes(image.body[:4], "big")))
         probe = self.lanes.on_sent(lane, image, now)
         if probe is not None:
-            self.lanes.on_probe_sent(probe, sites)
+            self.lanes.on_probe_sent(probe, dict.fromkeys(sites, 0.02))
             for site in sites:
                 heapq.heappush(self._events, (self._free[site] + 0.02, next(self._order), site, probe.number))
 
@@ -102,7 +102,7 @@ def test_a_site_that_does_not_answer_holds_up_only_itself() -> None:
     assert popped is not None and popped[0] == "liar"
     probe = lanes.on_sent(*popped, 0.0)
     assert probe is not None
-    lanes.on_probe_sent(probe, ["liar"])
+    lanes.on_probe_sent(probe, {"liar": 0.02})
     lanes.put(packet("call/liar/red/set", b"waits"), 0.0)
     lanes.put(packet("again/base/red/map", b"for base"), 0.0)
     lanes.put(packet("t/red/odom", b"for all"), 0.0)
@@ -152,7 +152,7 @@ def test_lanes_of_sites_that_are_gone_are_forgotten() -> None:
             for other in range(500):
                 lanes.put(packet(f"again/other{other}/red/a"), 0.0)
         if (probe := lanes.on_sent(*popped, 0.0)) is not None:
-            lanes.on_probe_sent(probe, [])
+            lanes.on_probe_sent(probe, {})
     assert len(lanes) == 501 and bodies(lanes)[0] == b"stays"
 
 

@@ -9,6 +9,9 @@ import pytest
 
 from pyros1.bridge.transport.pacing import FIRST_WINDOW, LARGEST_WINDOW, PATIENCE, SLOW_COUNT, SMALLEST_WINDOW, Pacing
 
+TRIP = 0.02
+"""A round trip of small packets in seconds."""
+
 
 def transfer(bandwidth: float, delay: float, size: int, duration: float = 30.0) -> tuple[float, float]:
     """Send packets as fast as pacing allows.
@@ -32,7 +35,7 @@ def transfer(bandwidth: float, delay: float, size: int, duration: float = 30.0) 
                 longest = max(longest, free_at - now)
             number = pacing.on_sent(size, now)
             if number is not None:
-                pacing.on_probe_sent(number, ["base"])
+                pacing.on_probe_sent(number, {"base": 2 * delay})
                 heapq.heappush(answers, (free_at + 2 * delay, next(order), number))
         else:
             now += 0.001
@@ -63,7 +66,7 @@ def test_a_window_of_bytes() -> None:
     while pacing.may_send(0.0):
         number = pacing.on_sent(8_192, 0.0)
         if number is not None:
-            pacing.on_probe_sent(number, ["base"])
+            pacing.on_probe_sent(number, {"base": TRIP})
             numbers.append(number)
     assert numbers == [1, 2, 3, 4]
     pacing.on_answer("stranger", 1, 0.01)
@@ -81,7 +84,7 @@ def test_a_packet_larger_than_the_window() -> None:
     assert pacing.may_send(0.0)
     number = pacing.on_sent(LARGEST_WINDOW * 2, 0.0)
     assert number == 1
-    pacing.on_probe_sent(number, ["base"])
+    pacing.on_probe_sent(number, {"base": TRIP})
     assert not pacing.may_send(0.1)
     pacing.on_answer("base", number, 0.1)
     assert pacing.may_send(0.1)
@@ -91,7 +94,7 @@ def test_the_slowest_of_several_sites_counts() -> None:
     pacing = Pacing()
     number = pacing.on_sent(FIRST_WINDOW, 0.0)
     assert number is not None
-    pacing.on_probe_sent(number, ["base", "blue"])
+    pacing.on_probe_sent(number, {"base": TRIP, "blue": TRIP})
     pacing.on_answer("base", number, 0.1)
     assert not pacing.may_send(0.1)
     pacing.on_answer("blue", number, 0.2)
@@ -102,7 +105,7 @@ def ask(pacing: Pacing, now: float, answers: dict[str, float | None]) -> float:
     """Send as much as the window allows, let sites answer after some time, or never, and return when that is over."""
     number = pacing.on_sent(int(pacing.window) + 1, now)
     assert number is not None
-    pacing.on_probe_sent(number, answers)
+    pacing.on_probe_sent(number, dict.fromkeys(answers, TRIP))
     for site, took in answers.items():
         if took is not None:
             pacing.on_answer(site, number, now + took)
@@ -129,7 +132,7 @@ def test_a_site_that_does_not_answer_is_slow() -> None:
     assert pacing.pop_slow() == ["liar"]
     number = pacing.on_sent(LARGEST_WINDOW, now)
     assert number is not None
-    pacing.on_probe_sent(number, ["liar"])
+    pacing.on_probe_sent(number, {"liar": TRIP})
     assert not pacing.may_send(now)
     pacing.remove("liar")
     assert pacing.may_send(now)
@@ -160,12 +163,34 @@ def test_old_delays_do_not_count() -> None:
     assert pacing.pop_slow() == []
 
 
+def windows_after(*times: float) -> list[float]:
+    """Return the window after each of some answers; the shortest round trip of small packets is 0.2 s."""
+    pacing, windows, now = Pacing(), [], 0.0
+    for took in times:
+        number = pacing.on_sent(int(pacing.window) + 1, now)
+        assert number is not None
+        pacing.on_probe_sent(number, {"base": 0.2})
+        now += took
+        pacing.on_answer("base", number, now)
+        windows.append(pacing.window)
+    return windows
+
+
 def test_a_packet_that_is_sent_again_is_no_queue() -> None:
-    pacing = Pacing()
-    now = ask(pacing, 0.0, {"base": 0.3})
-    window = pacing.window
-    ask(pacing, now, {"base": 0.6})
-    assert pacing.window > window
+    first, again, twice, more, queue, stays = windows_after(0.3, 0.5, 0.57, 0.85, 0.3, 0.91)[:6]
+    assert first < again < twice, "another round trip, and a little"
+    assert twice == more < queue, "two more, once"
+    assert stays == queue / 2, "such a delay is more than that"
+
+
+def test_a_delay_that_stays_is_a_queue() -> None:
+    first, once, twice = windows_after(0.3, 0.7, 0.7)
+    assert once == first and twice == first / 2
+
+
+def test_a_way_that_becomes_longer() -> None:
+    windows = windows_after(0.01, *[1.0] * 20)
+    assert SMALLEST_WINDOW in windows and windows[-1] > FIRST_WINDOW
 
 
 def test_one_delay_shrinks_the_window_once() -> None:
@@ -175,7 +200,7 @@ def test_one_delay_shrinks_the_window_once() -> None:
     numbers = []
     while pacing.may_send(1.0):
         if (number := pacing.on_sent(8_192, 1.0)) is not None:
-            pacing.on_probe_sent(number, ["base"])
+            pacing.on_probe_sent(number, {"base": TRIP})
             numbers.append(number)
     assert len(numbers) > 2
     for number in numbers:
@@ -187,7 +212,7 @@ def test_a_window_that_is_not_used_does_not_grow() -> None:
     pacing = Pacing()
     for step in range(100):
         if (number := pacing.on_sent(5_000, step)) is not None:
-            pacing.on_probe_sent(number, ["base"])
+            pacing.on_probe_sent(number, {"base": TRIP})
             pacing.on_answer("base", number, step + 0.01)
     assert pacing.window == FIRST_WINDOW
 
@@ -196,6 +221,6 @@ def test_probes_for_nobody() -> None:
     pacing = Pacing()
     number = pacing.on_sent(FIRST_WINDOW, 0.0)
     assert number is not None and not pacing.may_send(0.0)
-    pacing.on_probe_sent(number, [])
-    pacing.on_probe_sent(77, [])
+    pacing.on_probe_sent(number, {})
+    pacing.on_probe_sent(77, {})
     assert pacing.may_send(0.0)

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from pyros1.bridge.exchange.actions import Send
+from pyros1.bridge.exchange.actions import Probe, Send
 from pyros1.bridge.exchange.outgoing import Drop
 from pyros1.bridge.rules.rules import Priority
 from pyros1.bridge.transport.pacing import FIRST_WINDOW
@@ -104,10 +104,10 @@ def test_bulky_packets_wait_for_answers_to_probes(link: SlowLink) -> None:
     link.may_send.set()
     asked: queue.Queue[int] = queue.Queue()
 
-    def make_probes(receiver: str, number: int, priority: Priority) -> list[tuple[str, Send]]:
+    def make_probes(receiver: str, number: int, priority: Priority) -> list[Probe]:
         assert receiver == ""
         asked.put(number)
-        return [("base", Send("to/base", b"", b"probe", priority))]
+        return [Probe("base", 0.02, Send("to/base", b"", b"probe", priority))]
 
     sender = Sender(link, lambda: 0.0, lambda error: None, make_probes)
     try:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from pyros1.bridge.conversions.conversion import Conversion
+from pyros1.bridge.names import SharedName
 from pyros1.bridge.protocol.calls import CallId, Status
 from pyros1.bridge.rules.rules import Priority
 
@@ -91,18 +92,32 @@ class Withdraw(NamedTuple):
     local: str
 
 
+class Source(NamedTuple):
+    """Where messages come from.
+
+    Attributes:
+        site: the site that sends them.
+        topic: the topic's name among sites: several topics of a site may have the same name here.
+        publisher: the original publisher's number in the topic.
+    """
+
+    site: str
+    topic: SharedName
+    publisher: int
+
+
 class Publish(NamedTuple):
     """Publish a message.
 
     Attributes:
         local: the topic.
-        source: the original publisher: its site, and a number.
+        source: the original publisher.
         body: the encoded message.
         latched: whether it is kept for later subscribers, as the last one of its source.
     """
 
     local: str
-    source: tuple[str, int]
+    source: Source
     body: bytes
     latched: bool
 
@@ -111,7 +126,7 @@ class Forget(NamedTuple):
     """Keep the last message of a source no longer, since its publisher is gone."""
 
     local: str
-    source: tuple[str, int]
+    source: Source
 
 
 class Provide(NamedTuple):
@@ -171,6 +186,20 @@ class Represent(NamedTuple):
     local: str
     site: str
     node: str
+
+
+class Probe(NamedTuple):
+    """A probe to send to a site, see `pyros1.bridge.transport.pacing`.
+
+    Attributes:
+        site: the site.
+        round_trip: the shortest one of the last round trips of heartbeats, in seconds.
+        packet: the probe.
+    """
+
+    site: str
+    round_trip: float
+    packet: Send
 
 
 class ProbeReply(NamedTuple):

@@ -11,7 +11,7 @@ class Allowance:
         burst: how often at once, after a pause.
     """
 
-    def __init__(self, rate: float, burst: int) -> None:
+    def __init__(self, rate: float, burst: float) -> None:
         self._rate = rate
         self._burst = burst
         self._left = float(burst)
@@ -29,3 +29,7 @@ class Allowance:
             return False
         self._left -= 1
         return True
+
+    def charge(self, amount: float) -> None:
+        """Count what has been done as more than once, so that it is allowed again only after some time."""
+        self._left -= amount

@@ -16,6 +16,7 @@ from collections import deque
 
 _KEPT = 32
 """Number of bounds that are kept."""
+_KEPT_ROUND_TRIPS = 8
 DRIFT = 1e-4
 """Maximum drift between two clocks, in seconds per second: cheap quartz has half of it."""
 _RESOLUTION = 1e-3
@@ -33,6 +34,7 @@ class ClockOffset:
 
     def __init__(self) -> None:
         self.round_trip: float | None = None
+        self._round_trips: deque[float] = deque(maxlen=_KEPT_ROUND_TRIPS)
         self._latest: deque[float] = deque(maxlen=_KEPT)  # the greatest possible offset, less the drift until then
         self._least = math.inf
 
@@ -40,6 +42,11 @@ class ClockOffset:
     def is_known(self) -> bool:
         """Whether there is a bound."""
         return bool(self._latest)
+
+    @property
+    def shortest_round_trip(self) -> float:
+        """The shortest one of the last round trips; 0 if there was none."""
+        return min(self._round_trips, default=0.0)
 
     def add(self, sent_at: float, received_at: float, their_time: float, held: float) -> None:
         """Add a round trip.
@@ -53,6 +60,7 @@ class ClockOffset:
         if held < 0 or not -held * DRIFT - _RESOLUTION <= round_trip <= _MAX_ROUND_TRIP:
             return
         self.round_trip = max(0.0, round_trip)
+        self._round_trips.append(self.round_trip)
         if their_time - received_at > self._least + received_at * DRIFT + _RESOLUTION:
             self._latest.clear()
         # The answer was sent after sent_at + held, by our clock, so their clock is ahead by this at most:

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import NamedTuple
 
-from pyros1.bridge.exchange.actions import Action, Advertise, Forget, SetOrigins, Withdraw
+from pyros1.bridge.exchange.actions import Action, Advertise, Forget, SetOrigins, Source, Withdraw
 from pyros1.bridge.names import SharedName
 
 Feed = tuple[str, SharedName]
@@ -35,7 +35,7 @@ class Outputs:
     def __init__(self) -> None:
         self._outputs: dict[str, Output] = {}
         self._origins: dict[str, tuple[str, ...]] = {}
-        self._sources: dict[str, set[tuple[str, int]]] = {}  # topic -> the sources with latched messages
+        self._sources: dict[str, set[Source]] = {}  # topic -> the sources with latched messages
 
     def changed(self, wanted: Mapping[str, Output]) -> set[str]:
         """Return the topics that `update` would withdraw, even if it publishes them again with another type."""
@@ -74,11 +74,11 @@ class Outputs:
         output = self._outputs.get(local)
         return output is not None and output.latched
 
-    def hold(self, local: str, source: tuple[str, int]) -> None:
+    def hold(self, local: str, source: Source) -> None:
         """Note that the last message of a source is kept."""
         self._sources.setdefault(local, set()).add(source)
 
-    def forget(self, local: str, source: tuple[str, int]) -> list[Action]:
+    def forget(self, local: str, source: Source) -> list[Action]:
         """Return the action by which the last message of a source is kept no longer."""
         sources = self._sources.get(local, set())
         if source not in sources:
@@ -86,9 +86,9 @@ class Outputs:
         sources.remove(source)
         return [Forget(local, source)]
 
-    def forget_site(self, local: str, site: str) -> list[Action]:
-        """Return the actions by which no messages of a site are kept any longer."""
-        sources = [source for source in self._sources.get(local, ()) if source[0] == site]
+    def forget_feed(self, local: str, feed: Feed) -> list[Action]:
+        """Return the actions by which no messages of a topic of another site are kept any longer."""
+        sources = [source for source in self._sources.get(local, ()) if source[:2] == feed]
         return [action for source in sorted(sources) for action in self.forget(local, source)]
 
 

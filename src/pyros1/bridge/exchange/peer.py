@@ -35,6 +35,8 @@ FORGET_DELAY = 60.0
 _ANSWER_PERIOD = 0.1
 """Minimum seconds between heartbeats that answer packets of a site that is not present yet, so that such packets cannot
 make this site send without end."""
+_NAMESAKE_TIME = 10.0
+"""Seconds after which packets of the run before the current one are not only delayed: two bridges have one name."""
 _KEPT_HEARTBEATS = 64
 """Number of sent heartbeats whose answers are recognised."""
 
@@ -124,6 +126,9 @@ class Peer:
         self._received: dict[
             int, tuple[int, float]
         ] = {}  # epoch -> number and arrival of the last heartbeat of that run
+        self._former_epoch = 0  # the run before this one
+        self._started_at = now
+        self._has_namesake = self._is_namesake_told = False
 
     @property
     def is_present(self) -> bool:
@@ -138,6 +143,8 @@ class Peer:
         """Note that a packet with an epoch came; this alone proves nothing."""
         if self.state is not State.LOST:
             self._heard_at = now
+        if epoch and epoch == self._former_epoch and now - self._started_at >= _NAMESAKE_TIME:
+            self._has_namesake = True
         if epoch == self.epoch and self.state is State.PRESENT:
             return
         if self._candidate is None or self._candidate.epoch != epoch:
@@ -173,6 +180,9 @@ class Peer:
         change = Change.NONE
         if epoch != self.epoch:
             change = Change.STARTED
+            if epoch == self._former_epoch:
+                self._has_namesake = True
+            self._former_epoch, self._started_at = self.epoch, now
             self.epoch = epoch
             self.clock = ClockOffset()
             self._answered_at = float("-inf")
@@ -190,6 +200,12 @@ class Peer:
                 change = Change.STARTED if self.state is State.HEARD else Change.RETURNED
             self.state = State.PRESENT
         return change
+
+    def pop_namesake(self) -> bool:
+        """Return whether two bridges call themselves so; True only once."""
+        is_new = self._has_namesake and not self._is_namesake_told
+        self._is_namesake_told = self._has_namesake
+        return is_new
 
     def tick(self, now: float) -> bool:
         """Return whether the site is lost now, and was not before."""

@@ -13,7 +13,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Mapping
 
 from pyros1.bridge.conversions.prefixes import Prefixer
-from pyros1.bridge.exchange.actions import Action, Listen, Log, Publish, Send
+from pyros1.bridge.exchange.actions import Action, Listen, Log, Publish, Send, Source
 from pyros1.bridge.exchange.definitions import Definitions
 from pyros1.bridge.exchange.incoming import IncomingTopic, ReceivedTopic
 from pyros1.bridge.exchange.outgoing import Drop
@@ -166,7 +166,7 @@ class Receiving:
         if not (before.is_wanted or before.is_paused):
             return []
         before.stream.restart(now)  # nothing is kept back any more
-        return self._outputs.forget_site(incoming.settings.local, feed[0])
+        return self._outputs.forget_feed(incoming.settings.local, feed)
 
     def _forget_streams(self, peer: str) -> None:
         """Forget the oldest streams of a site that offers more and more topics."""
@@ -302,7 +302,7 @@ class Receiving:
     def _ignore(self, feed: Feed, incoming: IncomingTopic) -> list[Action]:
         incoming.is_wanted = False
         peer, topic = feed
-        return [Listen(peer, topic_key(topic), False), *self._outputs.forget_site(incoming.settings.local, peer)]
+        return [Listen(peer, topic_key(topic), False), *self._outputs.forget_feed(incoming.settings.local, feed)]
 
     def requests(self) -> dict[str, list[Request]]:
         """Return what this site wants from each other one."""
@@ -343,7 +343,7 @@ class Receiving:
         actions: list[Action] = []
         local = incoming.settings.local
         for head, body in deliveries:
-            source = (feed[0], head.publisher)
+            source = Source(*feed, head.publisher)
             if body is None:
                 actions += self._outputs.forget(local, source)
                 continue
@@ -378,12 +378,15 @@ class Receiving:
             return Drop.EARLY
         return None if is_latched else incoming.reason_to_limit(head.publisher, now)
 
-    def on_tails(self, peer: str, tails: Mapping[SharedName, int], now: float) -> None:
-        """Note the numbers of the last messages that another site has sent; `tick` asks for missed ones."""
+    def on_tails(self, peer: str, tails: Mapping[SharedName, int], now: float) -> list[Action]:
+        """Note the numbers of the last messages that another site has sent, and return the actions that follow."""
+        actions: list[Action] = []
         for topic, number in tails.items():
             incoming = self._incoming.get((peer, topic))
             if incoming is not None and incoming.is_wanted:
                 incoming.stream.on_tail(number, now)
+                actions += self._tick_topic((peer, topic), incoming, now)
+        return actions
 
     def on_held(self, peer: str, held: Held, now: float) -> list[Action]:
         """Note which latched messages another site holds, and return the actions that follow."""
@@ -403,13 +406,16 @@ class Receiving:
         """Return the actions that follow because time has passed."""
         actions = self._ask(now)
         for feed, incoming in self._incoming.items():
-            peer, topic = feed
-            if not incoming.is_wanted or not self._present(peer):
-                continue
-            actions += self._deliver(feed, incoming, incoming.stream.tick(now), now)
-            if numbers := incoming.stream.missed(now):
-                body = encode_missed(Missed(topic, *numbers))
-                actions.append(Send(to_key(peer), self._head(Kind.MISSED, peer), body))
+            if incoming.is_wanted and self._present(feed[0]):
+                actions += self._tick_topic(feed, incoming, now)
+        return actions
+
+    def _tick_topic(self, feed: Feed, incoming: IncomingTopic, now: float) -> list[Action]:
+        peer, topic = feed
+        actions = self._deliver(feed, incoming, incoming.stream.tick(now), now)
+        if numbers := incoming.stream.missed(now):
+            body = encode_missed(Missed(topic, *numbers))
+            actions.append(Send(to_key(peer), self._head(Kind.MISSED, peer), body))
         return actions
 
     def _head(self, kind: Kind, peer: str) -> bytes:

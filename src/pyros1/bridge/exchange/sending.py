@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 from pyros1.bridge.conversions.conversion import Conversion, MessageType
 from pyros1.bridge.exchange.actions import Action, Send, StartAnew, Subscribe
+from pyros1.bridge.exchange.allowance import Allowance
 from pyros1.bridge.exchange.outgoing import Drop, Numbered, OutgoingTopic, ReceivedMessage
 from pyros1.bridge.names import SharedName, is_topic_name
 from pyros1.bridge.protocol.key_expressions import again_key, to_key, topic_key
@@ -37,6 +38,9 @@ from pyros1.bridge.rules.rules import Outgoing, Rules, is_command
 
 _ANSWER_PERIOD = 0.1
 """Minimum seconds between answers to a site's questions about the same topic, or for definitions."""
+_RESENT_RATE = 8e6
+_RESENT_BURST = 32e6
+"""Bytes per second, and at once, that a site may ask for again."""
 _MAX_ANSWERS = 10_000
 _MAX_DEFINITIONS = 100
 """Maximum number of definitions in answer to one question."""
@@ -126,6 +130,7 @@ class Sending:
         self._responding: frozenset[str] = frozenset()
         self._nodes: dict[str, list[str]] = {}  # peer -> see `nodes`
         self._answered_at: dict[tuple[str, SharedName | None], float] = {}
+        self._resent: dict[str, Allowance] = {}  # bytes, for each site
         self.separate: frozenset[str] = frozenset()
 
     # What there is ----------------------------------------------------------------------------------------------------
@@ -354,23 +359,33 @@ class Sending:
         sent = self._sent.get(missed.topic)
         if sent is None or peer not in sent.topic.requests or not self._may_answer(peer, missed.topic, now):
             return []
+        if len(self._resent) >= _MAX_ANSWERS:
+            self._resent.clear()
+        allowance = self._resent.setdefault(peer, Allowance(_RESENT_RATE, _RESENT_BURST))
+        if not allowance.take(now):
+            return []  # it asks again
+        actions = self._resend(sent, peer, missed)
+        allowance.charge(sum(len(action.body) for action in actions))
+        return [*actions]
+
+    def _resend(self, sent: _Sent, peer: str, missed: Missed) -> list[Send]:
         if sent.topic.offered.latched:
             return self._send_held(sent, peer)
         messages, first_kept = sent.topic.again(missed)
-        actions: list[Action] = []
+        actions: list[Send] = []
         if missed.first < first_kept:
             body = encode_gone(Gone(missed.topic, first_kept))
             actions.append(Send(to_key(peer), self._head(Kind.GONE, peer), body, sent.topic.settings.priority))
         return actions + [self._send_again(sent, message, peer) for message in messages]
 
-    def _send_held(self, sent: _Sent, peer: str) -> list[Action]:
+    def _send_held(self, sent: _Sent, peer: str) -> list[Send]:
         messages, held = sent.topic.held()
-        actions: list[Action] = [self._send_again(sent, message, peer) for message in messages]
+        actions = [self._send_again(sent, message, peer) for message in messages]
         # With their priority, so that it comes after them.
         priority = sent.topic.settings.priority
         return [*actions, Send(to_key(peer), self._head(Kind.HELD, peer), encode_held(held), priority)]
 
-    def _send_again(self, sent: _Sent, message: Numbered, peer: str) -> Action:
+    def _send_again(self, sent: _Sent, message: Numbered, peer: str) -> Send:
         head = message.head._replace(to_epoch=self._peers.get(peer, 0))
         age = _max_age(sent.topic, head)
         expires = None if age is None else head.received_at + age

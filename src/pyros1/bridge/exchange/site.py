@@ -27,7 +27,7 @@ from functools import partial
 from itertools import count
 
 from pyros1.bridge.conversions.conversion import Conversion
-from pyros1.bridge.exchange.actions import Action, Log, ProbeReply, Send
+from pyros1.bridge.exchange.actions import Action, Log, Probe, ProbeReply, Send
 from pyros1.bridge.exchange.far_nodes import FarNodes
 from pyros1.bridge.exchange.incoming import ReceivedTopic
 from pyros1.bridge.exchange.limits import Limits
@@ -98,7 +98,10 @@ class Site:
         self._on_kind: Mapping[Kind, Callable[[str, bytes, float], list[Action]]] = {
             **{kind: partial(self._on_list, kind) for kind in LIST_KINDS},
             Kind.ASK: lambda peer, body, now: self._sending.on_ask(peer, decode_ask(body), now),
-            Kind.DEFINITION: self._on_definition,
+            Kind.DEFINITION: lambda peer, body, now: [
+                *self.receiving.on_definition(peer, decode_definition(body), now),
+                *self._update_requests(now),
+            ],
             Kind.PROBE: self._on_probe,
             Kind.PROBE_REPLY: lambda peer, body, _: [ProbeReply(peer, decode_probe(body))],
             Kind.MISSED: lambda peer, body, now: self._sending.on_missed(peer, decode_missed(body), now),
@@ -189,6 +192,8 @@ class Site:
                 actions += self.services.on_lost(peer.name)
                 actions += self._far_nodes.drop(peer.name) + self.receiving.apply(now)
                 actions += self._update_lists(now)
+            if peer.pop_namesake():
+                actions.append(Log(f"two bridges call themselves {peer.name}: use another --site", is_warning=True))
             if peer.is_forgotten(now):
                 actions += self._forget(peer, now, "does not respond")
         if self._slow_sites.tick(now, self._peers):
@@ -213,11 +218,13 @@ class Site:
     def _to(self, name: str, kind: Kind, body: bytes, priority: Priority = Priority.URGENT) -> Send:
         return Send(to_key(name), encode_head(kind, self._epoch, self._peers[name].epoch), body, priority)
 
-    def probes(self, receiver: str, number: int, priority: Priority) -> list[tuple[str, Send]]:
+    def probes(self, receiver: str, number: int, priority: Priority) -> list[Probe]:
         """Return probes for one site, or for those that get what is for all, see `pyros1.bridge.transport.pacing`."""
         names = [receiver] if receiver else self._sending.sharing()
-        names = [name for name in names if name in self._peers and self._peers[name].is_present]
-        return [(name, self._to(name, Kind.PROBE, encode_probe(number), priority)) for name in names]
+        peers = [self._peers[name] for name in names if name in self._peers and self._peers[name].is_present]
+        body = encode_probe(number)
+        packets = ((peer, self._to(peer.name, Kind.PROBE, body, priority)) for peer in peers)
+        return [Probe(peer.name, peer.clock.shortest_round_trip, packet) for peer, packet in packets]
 
     def on_slow(self, site: str, now: float) -> list[Action]:
         """Note that a site holds up others, and return the actions that follow."""
@@ -376,8 +383,7 @@ class Site:
         if peer.is_current(epoch, to_epoch):
             actions += self._far_nodes.update(site, heartbeat.nodes)
             actions += self.receiving.set_separate(site, heartbeat.is_separate)
-            self.receiving.on_tails(site, heartbeat.tails, now)
-            actions += self.receiving.tick(now)
+            actions += self.receiving.on_tails(site, heartbeat.tails, now)
         # Heartbeats go first: the other site may take this one for present only when it has got one.
         return actions + self._send_heartbeats(now) + self._send_lists(now)
 
@@ -418,23 +424,13 @@ class Site:
             return self._ignore(f"{site}: more probes than are answered")
         return [self._to(site, Kind.PROBE_REPLY, encode_probe(number))]
 
-    def _on_definition(self, site: str, body: bytes, now: float) -> list[Action]:
-        return self.receiving.on_definition(site, decode_definition(body), now) + self._update_requests(now)
-
     # Status -----------------------------------------------------------------------------------------------------------
 
     def sites(self) -> list[SiteStatus]:
         """Return what is known of other sites."""
-        return [
-            SiteStatus(
-                peer.name,
-                peer.state,
-                peer.clock.round_trip,
-                self._far_nodes.names(peer.name),
-                peer.name in self._slow_sites.separate,
-            )
-            for peer in self._peers.values()
-        ]
+        nodes, slow = self._far_nodes.names, self._slow_sites.separate
+        peers = self._peers.items()
+        return [SiteStatus(name, peer.state, peer.clock.round_trip, nodes(name), name in slow) for name, peer in peers]
 
     def sent(self) -> list[tuple[OutgoingTopic, LocalTopic, Flow]]:
         """Return the topics that are offered, each with its topic here and its flow."""

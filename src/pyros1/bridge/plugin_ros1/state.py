@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Sequence
 from zlib import crc32
 
-from pyros1.bridge.exchange.actions import Publish, Send
+from pyros1.bridge.exchange.actions import Publish, Send, Source
 from pyros1.bridge.exchange.allowance import Allowance
 from pyros1.bridge.exchange.outgoing import Drop, ReceivedMessage
 from pyros1.bridge.exchange.sending import Flow, LocalTopic
+from pyros1.bridge.names import SharedName
 from pyros1.bridge.plugin_ros1.beacons import PERIOD, HeardBeacons, OwnBeacons
 from pyros1.bridge.plugin_ros1.keys import Resource, data_key
 from pyros1.bridge.plugin_ros1.plan import LocalService, Plan, Taken, make_plan
@@ -21,6 +22,8 @@ _PLAN_RATE = 4.0
 _PLAN_BURST = 20
 """Plans that are made per second, and at once, since beacons come or go: with thousands of topics each takes 50 ms."""
 UNKNOWN = "messages of topics that are not taken"
+_NO_SOURCE = Source("", SharedName("", ""), 0)
+"""Nothing is latched, so nobody asks for the source of a message."""
 
 
 class PluginState:
@@ -169,7 +172,7 @@ class PluginState:
             flow.drop(Drop.RATE)
         else:
             flow.count(len(body))
-            return Publish(local, ("", 0), body, False)
+            return Publish(local, _NO_SOURCE, body, False)
         return None
 
     def _is_due(self, local: str, publisher: str, rate: float | None, now: float) -> bool:

@@ -1,9 +1,10 @@
-"""Who is connected to a router, and what it logs when that changes. No I/O."""
+"""Who is connected to a router or a bridge, and what it logs when that changes."""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Collection, Iterable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from pyros1.bridge.names import SiteNameError, site_of_keys
 
@@ -22,8 +23,15 @@ class Connection(NamedTuple):
     address: str
 
 
+class Event(NamedTuple):
+    """What to log of a connection."""
+
+    text: str
+    is_warning: bool
+
+
 class Connections:
-    """The connections of a router.
+    """The connections of a router or a bridge.
 
     Args:
         allowed: the names in certificates of those who may do something; empty for all.
@@ -33,22 +41,24 @@ class Connections:
         self._allowed = frozenset(allowed)
         self._open: frozenset[Connection] = frozenset()
 
-    def update(self, connections: Iterable[Connection]) -> list[str]:
+    def update(self, connections: Iterable[Connection]) -> list[Event]:
         """Return what to log now that there are these connections."""
         found = frozenset(connections)
-        lines = [f"{_describe(each)} disconnected ({each.address})" for each in sorted(self._open - found)]
-        lines += [self._welcome(each, found) for each in sorted(found - self._open)]
+        events = [
+            Event(f"{_describe(each)} disconnected ({each.address})", False) for each in sorted(self._open - found)
+        ]
+        events += [self._welcome(each, found) for each in sorted(found - self._open)]
         self._open = found
-        return lines
+        return events
 
-    def _welcome(self, new: Connection, found: frozenset[Connection]) -> str:
+    def _welcome(self, new: Connection, found: frozenset[Connection]) -> Event:
         text = f"{_describe(new)} connected ({new.address})"
         if self._allowed and new.certificate not in self._allowed:
-            return f"WARNING: {text}: it is not named under `sites`, so it can neither send nor take anything"
+            return Event(f"{text}: it is not named under `sites`, so it can neither send nor take anything", True)
         if new.certificate and any(new.certificate == each.certificate for each in found - {new}):
             # Usually, its earlier connection has broken unnoticed.
-            return f"{text}; there is another connection with the same keys"
-        return text
+            text += "; there is another connection with the same keys"
+        return Event(text, False)
 
 
 def _describe(connection: Connection) -> str:
@@ -58,3 +68,16 @@ def _describe(connection: Connection) -> str:
     except SiteNameError:
         return f"somebody with keys of {name[:60]!r}" if name else "somebody without keys"
     return f"site {site}" + f" (keys {name})" * (site != name)
+
+
+def session_connections(session: Any) -> list[Connection]:
+    """Return the connections of a session of zenoh; none if this version of zenoh cannot tell."""
+    links = getattr(session.info, "links", None)
+    if links is None:
+        return []
+    return [Connection(str(link.zid), link.auth_identifier or "", _address(link.dst)) for link in links()]
+
+
+def _address(endpoint: str) -> str:
+    """Return the address of an endpoint; an IPv4 address that came to an IPv6 socket is written as usual."""
+    return re.sub(r"\[::ffff:([\d.]+)\]", r"\1", endpoint.partition("/")[2])

@@ -4,7 +4,7 @@ gets packets of its own. So a slow site, or one that does not answer, holds up n
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from itertools import count
 from typing import NamedTuple
 
@@ -100,8 +100,8 @@ class Lanes:
         number = self._lanes[lane].pacing.on_sent(len(packet.body), now)
         return None if number is None else ProbeDue(lane, number)
 
-    def on_probe_sent(self, probe: ProbeDue, sites: list[str]) -> None:
-        """Note to which sites a probe is sent."""
+    def on_probe_sent(self, probe: ProbeDue, sites: Mapping[str, float]) -> None:
+        """Note to which sites a probe is sent, see `pyros1.bridge.transport.pacing.Pacing.on_probe_sent`."""
         self._lanes[probe.lane].pacing.on_probe_sent(probe.number, sites)
 
     def on_answer(self, site: str, number: int, now: float) -> None:

@@ -7,6 +7,7 @@ from typing import Protocol
 
 from pyros1.bridge.exchange.actions import Send
 from pyros1.bridge.protocol.key_expressions import Key
+from pyros1.bridge.transport.connections import Connection
 
 Receive = Callable[[Key, bytes, bytes], object]
 """Called with key, head and body of each packet, in any thread. It returns at once and raises nothing."""
@@ -20,6 +21,10 @@ class Link(Protocol):
     """
 
     problem: str
+
+    def connections(self) -> list[Connection]:
+        """Return the connections that there are, as far as they are known."""
+        ...
 
     def send(self, packet: Send) -> None:
         """Send a packet, below this site's prefix. It may be lost. This waits only while a packet of the same priority

@@ -14,6 +14,7 @@ from typing import NamedTuple
 
 from pyros1.bridge.exchange.actions import Send
 from pyros1.bridge.protocol.key_expressions import Channel, Key, parse_key, site_key
+from pyros1.bridge.transport.connections import Connection
 from pyros1.bridge.transport.link import Receive
 
 
@@ -111,6 +112,10 @@ class MemoryLink:
     def send(self, packet: Send) -> None:
         """Send a packet."""
         self._network.carry(self, packet)
+
+    def connections(self) -> list[Connection]:
+        """Return nothing: who is connected does not matter in tests that use this."""
+        return []
 
     def listen(self, site: str, key: str, on: bool) -> None:
         """Receive what another site sends on a key, or no longer."""

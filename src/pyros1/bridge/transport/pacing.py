@@ -9,15 +9,15 @@ ever did, and shrinks when they take longer, since then packets queue on the way
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator, Mapping
 from itertools import count
 
 FIRST_WINDOW = 64 << 10
 SMALLEST_WINDOW = 8 << 10
 LARGEST_WINDOW = 16 << 20
 QUEUE_TIME = 0.08
-"""How much longer than twice the shortest time an answer may take, before the window shrinks. Twice, since a network
-that loses a packet needs another round trip to send it again: that is no queue."""
+"""How much longer than at best, by more than a round trip, an answer may take before the window shrinks. A round trip
+more, since it takes that time to send a packet again that was lost: that is no queue."""
 PATIENCE = 2.0
 """Time after which an answer is not waited for any longer."""
 SLOW_COUNT = 3
@@ -25,6 +25,7 @@ SLOW_TIME = 20.0
 """A site is slow if its answers alone made the window shrink so many times within this time."""
 _FIRST_PERIOD = 1.0
 """Seconds between probes that follow the first packet after a pause."""
+_LOSS_ROUND_TRIPS = 3
 _LONGER_WAY_COUNT = 3
 _CAREFUL_GROWTH = 0.1
 """By which part of what is confirmed the window grows once it has been too large."""
@@ -65,11 +66,13 @@ class Pacing:
         self._arrived = 0
         self._probed = 0
         self._best: dict[str, float] = {}  # site -> the shortest time of an answer
+        self._round_trips: dict[str, float] = {}
         self._growth = 1.0  # of what is confirmed; so the window doubles with each round trip until it is too large
         self._probed_at = self._used_at = self._shrunk_at = float("-inf")
         self._late_alone: dict[str, deque[float]] = {}  # site -> when it alone has made the window shrink
         self._slow: list[str] = []
         self._late_at_smallest = 0
+        self._late_at: float | None = None  # when an answer came late for the first time, after one in time
 
     @property
     def is_idle(self) -> bool:
@@ -99,8 +102,14 @@ class Pacing:
         self._probes[number] = _Probe(now, self._sent)
         return number
 
-    def on_probe_sent(self, number: int, sites: Iterable[str]) -> None:
-        """Note to which sites a probe is sent."""
+    def on_probe_sent(self, number: int, sites: Mapping[str, float]) -> None:
+        """Note to which sites a probe is sent.
+
+        Args:
+            number: the probe's number.
+            sites: the sites, each with the shortest one of its last round trips, of small packets.
+        """
+        self._round_trips.update(sites)
         probe = self._probes.get(number)
         if probe is not None:
             probe.awaited = {*sites}
@@ -113,8 +122,8 @@ class Pacing:
         if probe is None or not probe.awaited or site not in probe.awaited:
             return
         took = now - probe.sent_at
-        best = self._best[site] = min(took, self._best.get(site, took))
-        if took > 2 * best + QUEUE_TIME:
+        self._best[site] = min(took, self._best.get(site, took))
+        if took > self._most(site):
             probe.late[site] = took
         else:
             probe.in_time.add(site)
@@ -140,23 +149,37 @@ class Pacing:
     def _complete(self, number: int, probe: _Probe, now: float) -> None:
         """Adjust the window to what the answers to a probe say."""
         if not probe.late:
-            self._late_at_smallest = 0
+            self._late_at_smallest, self._late_at = 0, None
             if self._used_at >= probe.sent_at:  # otherwise nobody knows whether a larger one is possible
                 self.window = min(LARGEST_WINDOW, self.window + (probe.total - self._arrived) * self._growth)
-        elif probe.sent_at >= self._shrunk_at:  # what was sent before has met the same queue
+        elif self._late_at is None and self._may_be_loss(probe):
+            self._late_at = now  # a queue stays
+        elif probe.sent_at >= (self._late_at or self._shrunk_at):  # what was sent before has met the same queue
             self._growth = _CAREFUL_GROWTH
             self._learn_longer_way(probe)
-            part = min((2 * self._best.get(site, 0.0) + QUEUE_TIME) / took for site, took in probe.late.items())
-            self.window = max(SMALLEST_WINDOW, self.window * max(0.5, part))
-            self._shrunk_at = now
+            self.window = max(SMALLEST_WINDOW, self.window / 2)
+            self._shrunk_at, self._late_at = now, None
             self._note_late(probe, now)
         self._finish(number)
+
+    def _most(self, site: str) -> float:
+        """Return how long an answer may take."""
+        round_trip = self._round_trips.get(site, 0.0)
+        return max(self._best.get(site, 0.0), round_trip) + round_trip + QUEUE_TIME
+
+    def _may_be_loss(self, probe: _Probe) -> bool:
+        """Return whether answers are perhaps late since packets were lost, even more than once, and sent again."""
+        return all(
+            took < self._best.get(site, 0.0) + _LOSS_ROUND_TRIPS * self._round_trips.get(site, 0.0)
+            for site, took in probe.late.items()
+        )
 
     def _learn_longer_way(self, probe: _Probe) -> None:
         """If answers are late although hardly anything is on its way, the way has become longer."""
         self._late_at_smallest = self._late_at_smallest + 1 if self.window == SMALLEST_WINDOW else 0
         if self._late_at_smallest >= _LONGER_WAY_COUNT:
             self._best.update({site: took for site, took in probe.late.items() if took < PATIENCE})
+            self._late_at_smallest, self._growth = 0, 1.0
 
     def _note_late(self, probe: _Probe, now: float) -> None:
         if not probe.in_time:

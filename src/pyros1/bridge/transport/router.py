@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import re
 import threading
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from pyros1.bridge.transport.connections import Connection
+from pyros1.bridge.transport.connections import Connection, session_connections
 from pyros1.bridge.transport.failures import explain_listening
 from pyros1.bridge.transport.zenoh_link import CLOSE_TIME, LinkError, check_installed, make_config
 
@@ -35,18 +34,10 @@ class Router:
 
     def connections(self) -> list[Connection]:
         """Return the connections that there are; none if this version of zenoh cannot tell."""
-        links = getattr(self._session.info, "links", None)
-        if links is None:
-            return []
-        return [Connection(str(link.zid), link.auth_identifier or "", _address(link.dst)) for link in links()]
+        return session_connections(self._session)
 
     def close(self) -> None:
         """Close the connections. This waits at most some seconds: zenoh's own close may wait for a peer that hangs."""
         closer = threading.Thread(target=self._session.close, name="close router", daemon=True)
         closer.start()
         closer.join(CLOSE_TIME)
-
-
-def _address(endpoint: str) -> str:
-    """Return the address of an endpoint; an IPv4 address that came to an IPv6 socket is written as usual."""
-    return re.sub(r"\[::ffff:([\d.]+)\]", r"\1", endpoint.partition("/")[2])

@@ -10,12 +10,12 @@ from collections.abc import Callable
 from functools import partial
 from time import monotonic
 
-from pyros1.bridge.exchange.actions import Send
+from pyros1.bridge.exchange.actions import Probe, Send
 from pyros1.bridge.rules.rules import Priority
 from pyros1.bridge.transport.lanes import Lanes
 from pyros1.bridge.transport.link import Link
 
-MakeProbes = Callable[[str, int, Priority], list[tuple[str, Send]]]
+MakeProbes = Callable[[str, int, Priority], list[Probe]]
 _PACING_PERIOD = 0.1
 """Seconds between looks at answers that do not come."""
 FLUSH_TIME = 0.5
@@ -30,9 +30,9 @@ class SendingThread:
         link: where to send them.
         clock: returns the site's time in seconds.
         on_error: called with an exception that sending has raised.
-        make_probes: returns the probes to send after a packet, each with its site: it is given the site that has got
-            the packet, or an empty text for all, and the probe's number and priority, see
-            `pyros1.bridge.transport.pacing`. None for a thread that sends everything at once.
+        make_probes: returns the probes to send after a packet, see `pyros1.bridge.transport.pacing`: it is given the
+            site that gets the packet, or an empty text for all, and the probe's number and priority. None for a thread
+            that sends everything at once.
         on_slow: called with a site that holds up others.
     """
 
@@ -107,9 +107,9 @@ class SendingThread:
             return
         probes = self._make_probes(lane, probe.number, packet.priority)
         with self._changed:
-            self.lanes.on_probe_sent(probe, [site for site, _ in probes])
-        for _, each in probes:
-            self._link.send(each)
+            self.lanes.on_probe_sent(probe, {each.site: each.round_trip for each in probes})
+        for each in probes:
+            self._link.send(each.packet)
 
     def on_probe_reply(self, site: str, number: int) -> None:
         """Note that a site has answered a probe."""

@@ -29,6 +29,7 @@ def offer_log(
     services: Services,
     resolve: Callable[[str], str],
     rosout: bool,
+    log_services: bool,
     strict: bool,
 ) -> None:
     """Publish a node's log, and offer services that return and set its levels, if the master accepts them.
@@ -39,15 +40,18 @@ def offer_log(
         topics, services: the node's topics and services.
         resolve: resolves a name to a full name.
         rosout: whether to publish the log.
+        log_services: whether to offer the services.
         strict: whether to raise the error if the master refuses the node; otherwise the node logs a warning and runs
             without the topic or services, like a stock rospy node whose name contains a space.
 
     Raises:
         MasterError: the master refuses the node.
     """
-    steps: list[Callable[[], None]] = [lambda: _offer_levels(sink, services, resolve)]
+    steps: list[Callable[[], None]] = []
     if rosout:
-        steps.insert(0, lambda: _publish_log(sink, node_name, topics, resolve))
+        steps.append(lambda: _publish_log(sink, node_name, topics, resolve))
+    if log_services:
+        steps.append(lambda: _offer_levels(sink, services, resolve))
     for step in steps:
         try:
             step()

@@ -95,8 +95,9 @@ def _run_router(config: RouterConfig, security: Mapping[str, str]) -> int:
             print(f"router on {' and '.join(config.listen)}", flush=True)
             connections = Connections([each.keys for each in config.access] if config.keys else [])
             while True:
-                for line in connections.update(router.connections()):
-                    print(one_line(line), file=sys.stderr if line.startswith("WARNING") else sys.stdout, flush=True)
+                for text, is_warning in connections.update(router.connections()):
+                    start, stream = ("WARNING: ", sys.stderr) if is_warning else ("", sys.stdout)
+                    print(start + one_line(text), file=stream, flush=True)
                 try:
                     signals.get(timeout=_LOOK_PERIOD)
                 except Empty:

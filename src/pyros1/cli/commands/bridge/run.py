@@ -130,7 +130,10 @@ def _run_bridge(invocation: Invocation, config: SiteConfig, security: Mapping[st
         name, argv=invocation.remapping_args, environ=invocation.environ, wait_for_master=0.0, wall_time=True
     ) as node:
         bridge = Bridge(
-            node, rules, lambda receive: ZenohLink(rules.site, receive, config.connect, config.listen, security)
+            node,
+            rules,
+            lambda receive: ZenohLink(rules.site, receive, config.connect, config.listen, security),
+            [each.keys for each in rules.access] if config.keys and config.listen else (),
         )
         try:
             where = " and ".join(

@@ -1,0 +1,46 @@
+"""What a bridge logs of its connections: that there is none, and who connects but may do nothing. No I/O."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+
+from pyros1.bridge.exchange.actions import Log
+from pyros1.bridge.transport.connections import Connections
+from pyros1.bridge.transport.link import Link
+
+PATIENCE = 5.0
+"""Seconds without a connection after which that is logged: usually, bridges start one after the other."""
+
+
+class LinkReport:
+    """What has been logged of a link.
+
+    Args:
+        link: the link.
+        allowed: the names in certificates of those who may do something; empty for all.
+    """
+
+    def __init__(self, link: Link, allowed: Collection[str]) -> None:
+        self._link = link
+        self._connections = Connections(allowed)
+        self._since: float | None = None
+        self._told = ""
+
+    def update(self, now: float) -> list[Log]:
+        """Return what to log now. To be called about once per second."""
+        lines = [
+            Log(event.text, is_warning=True)
+            for event in self._connections.update(self._link.connections())
+            if event.is_warning
+        ]
+        problem = self._link.problem
+        if not problem:
+            if self._told:
+                lines.append(Log("connected to other sites"))
+            self._since, self._told = None, ""
+        else:
+            self._since = now if self._since is None else self._since
+            if now - self._since >= PATIENCE and problem != self._told:
+                self._told = problem
+                lines.append(Log(f"no connection to other sites yet: {problem}", is_warning=True))
+        return lines
