@@ -35,8 +35,10 @@ def test_there_are_commands() -> None:
 @pytest.mark.parametrize(("line", "expected"), [*zip(COMMANDS, EXPECTED, strict=False)])
 def test_commands(line: str, expected: str, call_main: Any) -> None:
     code, out, err = call_main(lambda words: run_command("bridge", words), *shlex.split(line), "--check")
-    assert (code, err) == (0, "")
-    assert expected in out.splitlines()
+    assert code == 0 and expected in out.splitlines()
+    assert not err or (err.startswith("WARNING: ") and err.count("\n") == 1 and "--keys" in line), (
+        "there are no keys here"
+    )
 
 
 def test_the_command_for_another_dialect(call_main: Any) -> None:

@@ -97,6 +97,20 @@ def test_lines() -> None:
     ]
 
 
+def test_what_is_not_taken_is_counted() -> None:
+    refused = [{**STATUS["received"][1], "topic": f"red:/t{number}"} for number in range(9)]  # type: ignore[dict-item]
+    refused.append({**refused[0], "topic": "red:/denied", "state": "denied by a rule"})
+    called = [
+        {"service": f"red:/s{number}", "from": "red", "local": "", "state": "no rule calls it"} for number in (1, 2)
+    ]
+    lines = [*status_lines({**STATUS, "received": refused, "called": called})]
+    assert [line for line in lines if line.startswith("  not ")] == [
+        "  not taken: red:/t0 red:/t1 red:/t2 and 6 more topics from red: no rule takes it",
+        "  not taken: red:/denied from red: denied by a rule",
+        "  not provided: red:/s1 red:/s2 from red: no rule calls it",
+    ]
+
+
 def test_a_site_alone() -> None:
     status = {
         **STATUS,

@@ -24,6 +24,8 @@ from pyros1.ground.terminal_text import one_line
 LISTED_BYTES = 3 << 20
 """Maximum size of the topics of other sites that are listed, and of their services, about: more than some megabytes are
 not read."""
+_NAMED = 3
+"""Maximum number of topics or services that are named of those that a site offers in vain, for each reason."""
 _Entry = TypeVar("_Entry")
 
 
@@ -222,8 +224,7 @@ def status_lines(status: Mapping[str, Any]) -> Iterator[str]:
     yield from _table("sends", status["sent"], _sent_cells)
     yield from _table("takes", [entry for entry in status["received"] if entry["local"]], _received_cells)
     refused = [entry for entry in status["received"] if not entry["local"]]
-    for entry in refused:
-        yield f"  not taken: {one_line(entry['topic'])} from {one_line(entry['from'])}: {one_line(entry['state'])}"
+    yield from _refused_lines("not taken", "topics", refused, "topic")
     yield from _not_listed(status)
     called = status.get("called", ())
     yield from _service_lines("lets others call", [(each, "") for each in status.get("served", ())])
@@ -231,9 +232,7 @@ def status_lines(status: Mapping[str, Any]) -> Iterator[str]:
         "provides services of others",
         [(each, f"from {one_line(each['from'])}") for each in called if not each["state"]],
     )
-    for entry in called:
-        if entry["state"]:
-            yield f"  not provided: {one_line(entry['service'])}: {one_line(entry['state'])}"
+    yield from _refused_lines("not provided", "services", [each for each in called if each["state"]], "service")
     yield from _plugin_services(status.get("plugin_services", ()))
     for topic, problem in status["problems"].items():
         yield f"  {one_line(topic)}: {one_line(problem)}"
@@ -242,6 +241,17 @@ def status_lines(status: Mapping[str, Any]) -> Iterator[str]:
     for label, counts in (("ignored", status["ignored"]), ("problem", status["trouble"])):
         for reason, number in counts.items():
             yield f"  {label}: {one_line(reason)} ({number} time{'s' * (number != 1)})"
+
+
+def _refused_lines(title: str, what: str, entries: Iterable[Mapping[str, Any]], field: str) -> Iterator[str]:
+    """Yield a line for each site and reason; only the first names, since there may be hundreds."""
+    groups: dict[tuple[str, str], list[str]] = {}
+    for entry in entries:
+        groups.setdefault((one_line(entry["from"]), one_line(entry["state"])), []).append(one_line(entry[field]))
+    for (site, reason), names in groups.items():
+        more = len(names) - _NAMED
+        listed_names = " ".join(names[:_NAMED]) + (f" and {more} more {what}" if more > 0 else "")
+        yield f"  {title}: {listed_names} from {site}: {reason}"
 
 
 def _not_listed(status: Mapping[str, Any]) -> Iterator[str]:

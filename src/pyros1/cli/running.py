@@ -38,7 +38,7 @@ def run_command(name: str, argv: list[str]) -> int:
         verb_name = registry.find_verb(name, invocation.verb)
         if verb_name is None:
             help_verb = _requested_help_verb(command, invocation)
-            return run_command(name, [help_verb, "-h"]) if help_verb else _print_unknown_verb(command, invocation)
+            return run_command(name, [help_verb, "-h"]) if help_verb else print_unknown_verb(command, invocation)
         verb = registry.load_verb(name, verb_name)
     try:
         if verb is not None:
@@ -109,7 +109,7 @@ def _requested_help_verb(command: Command, invocation: Invocation) -> str | None
     return registry.find_verb(command.name, invocation.args[0])
 
 
-def _print_unknown_verb(command: Command, invocation: Invocation) -> int:
+def print_unknown_verb(command: Command, invocation: Invocation) -> int:
     """Print the list of verbs and, unless help was requested, an error. Return the exit code."""
     print(verb_list(command, invocation.program, as_stock=invocation.as_stock))
     if invocation.verb in command.help_words(as_stock=invocation.as_stock):

@@ -191,7 +191,7 @@ def _check_problems(statuses: _Statuses, system: System) -> Iterator[Finding]:
             "bridge-topic",
             WARNING,
             "The following topics cannot be sent to other sites, or not all of their messages:",
-            "check that their publishers respond (pyros1 node list --check), and that they agree on the type",
+            "check that their publishers respond (pyros1 node list --check), agree on the type, and can be converted",
             items,
         )
 

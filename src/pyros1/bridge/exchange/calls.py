@@ -231,7 +231,8 @@ class Calls:
         slots = self._open.setdefault(peer, {}) if peer in self._peers else {}
         problem = ""
         if peer not in self._peers:
-            problem = f"there is no site {peer}"
+            names = " ".join(sorted(self._peers)[:10])
+            problem = f"there is no site {peer}; " + (f"there are: {names}" if names else "no other site was found")
         elif not self._peers[peer].is_present:
             problem = f"site {peer} does not respond"
         elif len(body) > MAX_CALL_SIZE:

@@ -182,3 +182,8 @@ def test_a_file_that_is_no_text(run: Run, tmp_path: Path) -> None:
     file.write_bytes(b"site: red\nto: \xff\n")
     error = f"ERROR: {file}:2: this is not UTF-8 text; save the file as UTF-8\n"
     assert run("--config", file, "--check") == (2, "", error)
+
+
+def test_a_misspelt_verb(run: Run) -> None:
+    code, _, err = run("statsu")
+    assert code == 64 and err == "pyros1 bridge: unknown command 'statsu' (did you mean 'status'?)\n"

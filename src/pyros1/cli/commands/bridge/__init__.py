@@ -5,7 +5,7 @@ from __future__ import annotations
 from pyros1.cli import registry
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Command
-from pyros1.cli.running import run_verb, verb_list
+from pyros1.cli.running import print_unknown_verb, run_verb, verb_list
 
 
 def _dispatch(invocation: Invocation) -> int | None:
@@ -16,6 +16,8 @@ def _dispatch(invocation: Invocation) -> int | None:
     if verb is None and first in ("", "-h", "--help", "help"):
         print(verb_list(COMMAND, invocation.program, as_stock=False))
         return 0 if first else COMMAND.usage_exit_code
+    if verb is None and not first.startswith("-") and ":=" not in first:  # not an option or a remapping
+        return print_unknown_verb(COMMAND, Invocation("bridge", "", argv, environ=invocation.environ))
     words = argv if verb is not None else ["run", *argv]
     record = registry.load_verb("bridge", verb or "run")
     return run_verb(record, Invocation("bridge", "", words, environ=invocation.environ))

@@ -49,6 +49,10 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int | None:
         from pyros1.bridge.rules.explanation import explain  # noqa: PLC0415
 
         print(*map(one_line, explain(config)), sep="\n")
+        try:
+            _read_keys(config)
+        except KeysError as error:  # on the machine on which the file is written, there may be none
+            print(f"WARNING: {error}", file=sys.stderr)
         return None
     if not config.connect and not config.listen:
         raise UsageError("give the endpoint of another site with --to, or one to listen on with --listen")
