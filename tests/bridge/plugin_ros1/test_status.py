@@ -31,14 +31,14 @@ def test_topics() -> None:
     bridge.on_sample(KEY, b"text", 1.0)
     assert lines(bridge) == [
         "bridge of zenoh-plugin-ros1, without a namespace",
-        "  bridges without namespace: present",
+        "  bridges without a namespace: present",
         "sends:",
         "  /odom            no subscribers  0 messages, 0 B",
         "  /robot1/cmd_vel  to robot1       1 message, 4 B",
         "takes:",
-        "  /chatter  from bridges without namespace: nobody here subscribes  1 message, 4 B",
-        "  not taken: /other from bridges without namespace: no rule takes it",
-        "  not taken: /chatter from bridges without namespace: no rule takes it (a service)",
+        "  /chatter  from bridges without a namespace: nobody here subscribes  1 message, 4 B",
+        "  not taken: /other from bridges without a namespace: no rule takes it",
+        "  not taken: /chatter from bridges without a namespace: no rule takes it (a service)",
         "  /bad: refused",
         "  3 packets dropped, since they came faster than they could be dealt with",
         "  problem: trouble (2 times)",

@@ -211,6 +211,7 @@ def test_keys_for_a_few_days_do_not_end_the_authority(tmp_path: Path) -> None:
         ("red", ["a..b"], 1, "neither a host name nor an IP address"),
         ("red", ["-a.example"], 1, "neither a host name nor an IP address"),
         ("red", ["b\u00fccher.example"], 1, "neither a host name nor an IP address"),
+        ("red", ["10.0.0.300"], 1, "neither a host name nor an IP address"),
         ("red", ["1.2.3.4:7447"], 1, "neither a host name nor an IP address"),
         ("red", [], 0, "for 1 to 36500 days, not for 0"),
         ("red", [], 10**9, "for 1 to 36500 days"),

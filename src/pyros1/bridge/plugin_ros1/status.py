@@ -93,7 +93,7 @@ def status_json(
 
 
 def _names(namespaces: list[str]) -> str:
-    return " ".join("bridges without namespace" if name == ANY else name for name in namespaces)
+    return " ".join("bridges without a namespace" if name == ANY else name for name in namespaces)
 
 
 def _service(services: PluginServices, kind: str, local: str, name: str) -> dict[str, object]:

@@ -231,9 +231,14 @@ def _alternative_name(host: str) -> Any:
     except ValueError:
         pass
     labels = host.removesuffix(".").split(".")
-    if len(host) > 253 or not all(
-        0 < len(label) <= 63 and label.isascii() and label.replace("-", "a").isalnum() and label.strip("-") == label
-        for label in labels
+    # A last label of digits alone is that of an address with a mistake, such as 10.0.0.300.
+    if (
+        len(host) > 253
+        or labels[-1].isdigit()
+        or not all(
+            0 < len(label) <= 63 and label.isascii() and label.replace("-", "a").isalnum() and label.strip("-") == label
+            for label in labels
+        )
     ):
         raise KeysError(f"{one_line(host)!r} is neither a host name nor an IP address")
     return x509.DNSName(host)

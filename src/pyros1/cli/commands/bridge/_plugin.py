@@ -56,7 +56,8 @@ def run_plugin(invocation: Invocation, options: Any) -> int | None:
 
     for name in _NATIVE:
         if getattr(options, name):
-            raise UsageError(f"--{name} is for bridges of pyros1; with --dialect, use --namespace")
+            instead = "; with --dialect, use --namespace" if name == "site" else " alone"
+            raise UsageError(f"--{name} is for bridges of pyros1{instead}")
     try:
         config = _read_config(options)
         check_connections(config.connect, config.listen, config.keys, (), options.insecure)

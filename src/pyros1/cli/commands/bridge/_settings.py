@@ -112,7 +112,8 @@ def read_keys(folder: str) -> SiteKeys:
 
     keys = load_keys(Path(folder).expanduser())
     if (days := keys.days_left()) < EXPIRY_WARNING_DAYS:
-        print(f"WARNING: the keys in {one_line(folder)} expire in {days} days", file=sys.stderr)
+        when = f"in {days} day{'s' * (days != 1)}" if days else "today"
+        print(f"WARNING: the keys in {one_line(folder)} expire {when}", file=sys.stderr)
     return keys
 
 
