@@ -173,11 +173,23 @@ def test_too_many_calls_at_once() -> None:
         assert running(served.on_call("s0", ADD, call_head(number), b"", 0.0))
     abandoned = served.on_call("s0", ADD, call_head(0, 2), b"", 0.0)
     assert replies(abandoned) == [(Status.REFUSED, b"too many calls at once at site red")]
-    for number in range(MAX_RUNNING - MAX_SLOTS):
-        assert running(served.on_call("s1", ADD, call_head(number), b"", 0.0))
-    assert replies(served.on_call("s2", ADD, call_head(), b"", 0.0))
-    served.on_result(CallId("s1", THEIR, 0, 1), Status.OK, b"", 0.0)
-    assert running(served.on_call("s2", ADD, call_head(1), b"", 0.0))
+    for name, number in (("s1", MAX_RUNNING // 4), ("s2", MAX_RUNNING // 8)):
+        assert [len(running(served.on_call(name, ADD, call_head(slot), b"", 0.0))) for slot in range(number + 1)] == [
+            *[1] * number,
+            0,
+        ], "always something is left for another site"
+    assert running(served.on_call("s3", ADD, call_head(), b"", 0.0))
+    for slot in range(MAX_RUNNING // 4):
+        served.on_result(CallId("s1", THEIR, slot, 1), Status.OK, b"", 0.0)
+    assert running(served.on_call("s1", ADD, call_head(0, 2), b"", 0.0))
+
+
+def test_large_requests_of_several_sites(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(served_module, "MAX_RUNNING_BYTES", 100)
+    served = make("serve: [/add]", "liar", "base")
+    assert running(served.on_call("liar", ADD, call_head(0), bytes(50), 0.0))
+    assert not running(served.on_call("liar", ADD, call_head(1), bytes(10), 0.0))
+    assert running(served.on_call("base", ADD, call_head(0), bytes(50), 0.0))
 
 
 def test_large_responses(served: Served, monkeypatch: pytest.MonkeyPatch) -> None:

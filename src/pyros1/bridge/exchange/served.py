@@ -187,10 +187,11 @@ class Served:
             return f"site {self._rules.site} does not serve it, or no longer"
         if len(body) > MAX_CALL_SIZE:
             return f"the request is larger than {MAX_CALL_SIZE >> 20} MB"
-        of_peer = sum(call.peer == peer for call in self._running)
-        if of_peer >= MAX_SLOTS or len(self._running) >= MAX_RUNNING:
+        # A site may use as much as it leaves to others, so that there is always something left for one more.
+        sizes = [size for call, size in self._running.items() if call.peer == peer]
+        if len(sizes) >= min(MAX_SLOTS, MAX_RUNNING - len(self._running)):
             return f"too many calls at once at site {self._rules.site}"
-        if sum(self._running.values()) + len(body) > MAX_RUNNING_BYTES:
+        if sum(sizes) + len(body) > MAX_RUNNING_BYTES - sum(self._running.values()):
             return f"too many large requests at once at site {self._rules.site}"
         return ""
 
