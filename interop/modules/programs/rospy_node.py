@@ -78,7 +78,7 @@ lines = []
 class Keep(logging.Handler):
     def emit(self, record):
         late = (
-            record.funcName == "_connect_topic_thread"
+            "_connect_topic_thread" in record.funcName
         )  # stock's may notice in another thread that a topic above ended
         if not late and (record.name.startswith("rosout") or record.name == "rospy.internal"):
             lines.append((record.name, record.levelname, record.getMessage(), record.funcName, record.lineno - start))
