@@ -208,3 +208,21 @@ def test_two_runs_in_turns() -> None:
     of_blue.hear(BLUE, 2.0)
     of_red.on_heartbeat(*heartbeat(of_blue, RED, 2.0), 2.0)
     assert of_blue.on_heartbeat(*heartbeat(of_red, BLUE, 2.1), 2.1) is Change.STARTED and of_blue.pop_namesake()
+
+
+def test_two_runs_of_which_none_can_become_present() -> None:
+    """Two bridges with one name that start at the same time."""
+    of_blue = Peer("blue", RED, count(1), 0.0)
+    for number in range(3):
+        assert not of_blue.pop_namesake()
+        of_blue.hear(BLUE, 0.1 * number)
+        of_blue.hear(BLUE + 1, 0.1 * number)
+    of_blue.hear(BLUE, 1.0)
+    assert of_blue.pop_namesake() and not of_blue.pop_namesake()
+
+
+def test_a_site_that_starts_again_and_again_has_no_namesake() -> None:
+    of_blue = Peer("blue", RED, count(1), 0.0)
+    for number in range(100):
+        of_blue.hear(BLUE + number, 0.1 * number)
+    assert not of_blue.pop_namesake()

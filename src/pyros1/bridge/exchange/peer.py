@@ -37,6 +37,7 @@ _ANSWER_PERIOD = 0.1
 make this site send without end."""
 _NAMESAKE_TIME = 10.0
 """Seconds after which packets of the run before the current one are not only delayed: two bridges have one name."""
+_NAMESAKE_TURNS = 5
 _KEPT_HEARTBEATS = 64
 """Number of sent heartbeats whose answers are recognised."""
 
@@ -127,6 +128,7 @@ class Peer:
             int, tuple[int, float]
         ] = {}  # epoch -> number and arrival of the last heartbeat of that run
         self._former_epoch = 0  # the run before this one
+        self._former_candidate = self._turns = 0
         self._started_at = now
         self._has_namesake = self._is_namesake_told = False
 
@@ -148,8 +150,16 @@ class Peer:
         if epoch == self.epoch and self.state is State.PRESENT:
             return
         if self._candidate is None or self._candidate.epoch != epoch:
+            self._note_turn(epoch)
             self._candidate = _Candidate(epoch, self._last_number + 1)
         self.answer_due = self.answer_due or now - self._heartbeat_sent_at >= _ANSWER_PERIOD
+
+    def _note_turn(self, epoch: int) -> None:
+        """Note that another run is heard of: two that are heard of in turns are two bridges with one name."""
+        self._turns = self._turns + 1 if epoch == self._former_candidate else 0
+        self._former_candidate = self._candidate.epoch if self._candidate else 0
+        if self._turns >= _NAMESAKE_TURNS:
+            self._has_namesake = True
 
     def on_heartbeat(self, epoch: int, to_epoch: int, heartbeat: Heartbeat, now: float) -> Change:
         """Note a heartbeat from the site, and return what it changes."""
