@@ -17,6 +17,7 @@ from typing import Any
 import pytest
 
 from pyros1.bridge.runner import steady_now
+from pyros1.bridge.transport.sender import Sender
 from pyros1.master.server import Master
 from pyros1.msgs import AnyMsg, from_definition
 from pyros1.net.hosts import parse_uri
@@ -366,3 +367,29 @@ def test_the_clock_goes_on_while_the_machine_sleeps(platform: str, clock: str, m
     monkeypatch.setattr(sys, "platform", platform)
     monkeypatch.setattr(time, "clock_gettime", lambda number: 5.0 if number == getattr(time, clock) else 0.0)
     assert steady_now() == 5.0
+
+
+def test_a_slow_site_gets_packets_of_its_own(
+    make_site: MakeSite, endpoint: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    found: list[Callable[[str], object]] = []
+
+    class ObservedSender(Sender):
+        """Keeps the function that is called with a slow site."""
+
+        def __init__(self, link: Any, clock: Any, on_error: Any, make_probes: Any, on_slow: Any) -> None:
+            found.append(on_slow)
+            super().__init__(link, clock, on_error, make_probes, on_slow)
+
+    monkeypatch.setattr("pyros1.bridge.runner.Sender", ObservedSender)
+    base = make_site("base", EVERYTHING, (), (endpoint,))
+    red = make_site("red", EVERYTHING, (endpoint,))
+    publisher: Any = red.node.advertise("/a", "std_msgs/String")
+    base.has_topic("/red/a")
+    subscriber = QueuedSubscriber(base.node, "/red/a")
+    wait_for_subscribers(publisher)
+    found[-1]("base")
+    assert [site["slow"] for site in json.loads(red.bridge.status())["sites"]] == [True]
+    for number in range(20):
+        publisher.publish(f"{number}")
+        assert subscriber.get().data == f"{number}"

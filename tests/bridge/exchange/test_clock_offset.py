@@ -80,3 +80,13 @@ def test_a_slow_answer_is_no_pause() -> None:
     clock.add(22.0, 32.0, 1022.05, 0.0)  # the way back took long
     age = clock.age(1032.0, 32.0)
     assert age is not None and 0.0 <= age <= 0.1
+
+
+def test_the_shortest_of_the_last_round_trips() -> None:
+    clock = ClockOffset()
+    assert clock.shortest_round_trip == 0.0
+    for number, trip in enumerate([0.1, 0.3, 0.2, *[0.4] * 6]):
+        clock.add(10.0 + number, 10.0 + number + trip, 1010.05 + number, 0.0)
+        if number == 2:
+            assert round(clock.shortest_round_trip, 6) == 0.1
+    assert round(clock.shortest_round_trip, 6) == 0.2, "the first one is forgotten"

@@ -774,3 +774,15 @@ def test_packets_of_this_machine_have_valid_keys(liar: Liar) -> None:
     for action in only(Send, liar.actions):
         assert parse_key(site_key("base", action.key)) is not None
     assert MemoryNetwork(Random(1)).now == 0.0
+
+
+def test_another_run_of_a_site_that_sent_packets_for_this_one_alone(liar: Liar) -> None:
+    wanted(liar)
+    liar.heartbeat(is_separate=True)
+    liar.epoch, liar.number = THEIR + 1, 0
+    liar.meet()
+    before = len(liar.actions)
+    liar.offer(offered())
+    liar.define()
+    liar.take(liar.site.set_demand(["/red/odom"], liar.now))
+    assert only(Listen, liar.actions[before:])[-1] == Listen("red", "t/red/odom", True), "it sends them for all"

@@ -224,3 +224,22 @@ def test_probes_for_nobody() -> None:
     pacing.on_probe_sent(number, {})
     pacing.on_probe_sent(77, {})
     assert pacing.may_send(0.0)
+
+
+def test_delays_of_all_forgive_those_of_one() -> None:
+    pacing, now = Pacing(), 0.0
+    for blue, base in ((1.0, 0.02), (1.0, 0.02), (1.0, 1.0), (1.0, 0.02), (1.0, 0.02)):
+        now = ask(pacing, now, {"base": 0.02, "blue": 0.02})
+        now = ask(pacing, now, {"base": base, "blue": blue})
+    assert pacing.pop_slow() == []
+
+
+def test_the_window_grows_fast_again_without_the_slow_site() -> None:
+    pacing, now = Pacing(), 0.0
+    for _ in range(SLOW_COUNT):
+        now = ask(pacing, now, {"base": 0.02, "blue": 0.02})
+        now = ask(pacing, now, {"base": 0.02, "blue": 1.0})
+    pacing.remove("blue")
+    before = pacing.window
+    ask(pacing, now, {"base": 0.02})
+    assert pacing.window > 1.9 * before

@@ -11,7 +11,7 @@ import pytest
 from pyros1.bridge.exchange.actions import Probe, Send
 from pyros1.bridge.exchange.outgoing import Drop
 from pyros1.bridge.rules.rules import Priority
-from pyros1.bridge.transport.pacing import FIRST_WINDOW
+from pyros1.bridge.transport.pacing import FIRST_WINDOW, SLOW_COUNT
 from pyros1.bridge.transport.sender import Sender
 
 PATIENCE = 10.0
@@ -119,5 +119,28 @@ def test_bulky_packets_wait_for_answers_to_probes(link: SlowLink) -> None:
         assert link.sent.get(timeout=PATIENCE) == b"stop"
         sender.on_probe_reply("base", asked.get(timeout=PATIENCE))
         assert link.sent.get(timeout=PATIENCE)[0] == 1
+    finally:
+        sender.close()
+
+
+def test_a_slow_site_is_told_of(link: SlowLink) -> None:
+    link.may_send.set()
+    now = [0.0]
+    slow: queue.Queue[str] = queue.Queue()
+    asked: queue.Queue[int] = queue.Queue()
+
+    def make_probes(receiver: str, number: int, priority: Priority) -> list[Probe]:
+        asked.put(number)
+        return [Probe(site, 0.02, Send(f"to/{site}", b"", b"probe", priority)) for site in ("base", "blue")]
+
+    sender = Sender(link, lambda: now[0], lambda error: None, make_probes, slow.put)
+    try:
+        for _ in range(SLOW_COUNT + 1):
+            sender.put(Send("t/red/image", b"", bytes(FIRST_WINDOW), Priority.LOW))
+            sent = [link.sent.get(timeout=PATIENCE) for _ in range(3)]
+            assert sent[1:] == [b"probe"] * 2
+            sender.on_probe_reply("base", asked.get(timeout=PATIENCE))
+            now[0] += 2.5  # blue has not answered
+        assert slow.get(timeout=PATIENCE) == "blue" and slow.empty()
     finally:
         sender.close()
