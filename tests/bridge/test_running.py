@@ -393,3 +393,15 @@ def test_a_slow_site_gets_packets_of_its_own(
     for number in range(20):
         publisher.publish(f"{number}")
         assert subscriber.get().data == f"{number}"
+
+
+def test_no_connection_is_logged(make_site: MakeSite, endpoint: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("pyros1.bridge.link_report.PATIENCE", 0.0)
+    red = make_site("red", EVERYTHING, (endpoint,))  # nobody listens there
+    log = QueuedSubscriber(red.node, "/rosout", "rosgraph_msgs/Log")
+    while not (text := log.get().msg).startswith("no connection to other sites yet: "):
+        pass
+    assert endpoint in text
+    make_site("base", EVERYTHING, (), (endpoint,))
+    while log.get().msg != "connected to other sites":
+        pass

@@ -24,7 +24,7 @@ class LinkReport:
         self._link = link
         self._connections = Connections(allowed)
         self._since: float | None = None
-        self._told = ""
+        self._logged = ""
 
     def update(self, now: float) -> list[Log]:
         """Return what to log now. To be called about once per second."""
@@ -35,12 +35,12 @@ class LinkReport:
         ]
         problem = self._link.problem
         if not problem:
-            if self._told:
+            if self._logged:
                 lines.append(Log("connected to other sites"))
-            self._since, self._told = None, ""
+            self._since, self._logged = None, ""
         else:
             self._since = now if self._since is None else self._since
-            if now - self._since >= PATIENCE and problem != self._told:
-                self._told = problem
+            if now - self._since >= PATIENCE and problem != self._logged:
+                self._logged = problem
                 lines.append(Log(f"no connection to other sites yet: {problem}", is_warning=True))
         return lines

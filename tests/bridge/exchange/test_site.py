@@ -396,7 +396,7 @@ def test_what_is_for_some_sites_only_is_sent_to_each_of_them() -> None:
     assert {probe.site for probe in site.probes("", 1, Priority.LOW)} == {"red", "blue"}
 
 
-def told_to_be_separate(site: Site, now: float) -> dict[str, bool]:
+def separate_flags(site: Site, now: float) -> dict[str, bool]:
     """Return what the next heartbeats say of the sites for which they are."""
     sent = only(Send, site.tick(now))
     heartbeats = [each for each in sent if packets.decode_head(each.head).kind is Kind.HEARTBEAT]
@@ -423,8 +423,8 @@ def test_a_slow_site_gets_packets_of_its_own() -> None:
     assert keys() == ["again/blue/base/public", "t/base/public"]
     assert [each[0] for each in site.probes("", 1, Priority.LOW)] == ["red"]
     assert {each.name: each.is_slow for each in site.sites()} == {"red": False, "blue": True}
-    assert told_to_be_separate(site, FIRST_TIME - 0.1) == {"to/red": False, "to/blue": True}
-    assert told_to_be_separate(site, FIRST_TIME + 0.1) == {"to/blue": False}, "at once"
+    assert separate_flags(site, FIRST_TIME - 0.1) == {"to/red": False, "to/blue": True}
+    assert separate_flags(site, FIRST_TIME + 0.1) == {"to/blue": False}, "at once"
     assert keys() == ["again/blue/base/public", "t/base/public"], "until it listens to what is for all"
     site.tick(FIRST_TIME + OVERLAP)
     assert keys() == ["t/base/public"]

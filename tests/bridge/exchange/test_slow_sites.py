@@ -9,11 +9,11 @@ KNOWN = ("base", "blue")
 
 def test_for_some_time() -> None:
     slow = SlowSites()
-    assert slow.separate == frozenset() and not slow.is_told("blue", 0.0)
+    assert slow.separate == frozenset() and not slow.is_flagged("blue", 0.0)
     slow.add("blue", 0.0)
-    assert slow.separate == {"blue"} and slow.is_told("blue", 0.0) and not slow.is_told("base", 0.0)
-    assert not slow.tick(FIRST_TIME - 1, KNOWN) and slow.is_told("blue", FIRST_TIME - 1)
-    assert not slow.tick(FIRST_TIME, KNOWN) and not slow.is_told("blue", FIRST_TIME)
+    assert slow.separate == {"blue"} and slow.is_flagged("blue", 0.0) and not slow.is_flagged("base", 0.0)
+    assert not slow.tick(FIRST_TIME - 1, KNOWN) and slow.is_flagged("blue", FIRST_TIME - 1)
+    assert not slow.tick(FIRST_TIME, KNOWN) and not slow.is_flagged("blue", FIRST_TIME)
     assert slow.separate == {"blue"}, "until it listens to what is for all"
     assert slow.tick(FIRST_TIME + OVERLAP, KNOWN) and slow.separate == frozenset()
 
@@ -35,7 +35,7 @@ def test_slow_again_in_the_overlap() -> None:
     slow = SlowSites()
     slow.add("blue", 0.0)
     slow.add("blue", FIRST_TIME + 1)
-    assert slow.is_told("blue", FIRST_TIME + 1) and not slow.tick(FIRST_TIME + OVERLAP, KNOWN)
+    assert slow.is_flagged("blue", FIRST_TIME + 1) and not slow.tick(FIRST_TIME + OVERLAP, KNOWN)
 
 
 def test_sites_that_are_gone_are_forgotten() -> None:
@@ -43,4 +43,4 @@ def test_sites_that_are_gone_are_forgotten() -> None:
     slow.add("blue", 0.0)
     assert slow.tick(1.0, ("base",)) and slow.separate == frozenset()
     slow.add("blue", 2.0)
-    assert slow.is_told("blue", 2.0 + FIRST_TIME - 1) and not slow.is_told("blue", 2.0 + FIRST_TIME)
+    assert slow.is_flagged("blue", 2.0 + FIRST_TIME - 1) and not slow.is_flagged("blue", 2.0 + FIRST_TIME)

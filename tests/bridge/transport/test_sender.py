@@ -123,7 +123,7 @@ def test_bulky_packets_wait_for_answers_to_probes(link: SlowLink) -> None:
         sender.close()
 
 
-def test_a_slow_site_is_told_of(link: SlowLink) -> None:
+def test_a_slow_site_is_reported(link: SlowLink) -> None:
     link.may_send.set()
     now = [0.0]
     slow: queue.Queue[str] = queue.Queue()

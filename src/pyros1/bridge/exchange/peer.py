@@ -130,7 +130,7 @@ class Peer:
         self._former_epoch = 0  # the run before this one
         self._former_candidate = self._turns = 0
         self._started_at = now
-        self._has_namesake = self._is_namesake_told = False
+        self._has_namesake = self._is_namesake_reported = False
 
     @property
     def is_present(self) -> bool:
@@ -213,8 +213,8 @@ class Peer:
 
     def pop_namesake(self) -> bool:
         """Return whether two bridges call themselves so; True only once."""
-        is_new = self._has_namesake and not self._is_namesake_told
-        self._is_namesake_told = self._has_namesake
+        is_new = self._has_namesake and not self._is_namesake_reported
+        self._is_namesake_reported = self._has_namesake
         return is_new
 
     def tick(self, now: float) -> bool:

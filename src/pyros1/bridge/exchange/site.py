@@ -241,7 +241,7 @@ class Site:
         for peer in self._peers.values():
             lists = self._lists[peer.name]
             nodes = self._sending.nodes(peer.name) if peer.is_present else []
-            is_separate = self._slow_sites.is_told(peer.name, now)
+            is_separate = self._slow_sites.is_flagged(peer.name, now)
             if peer.wants_heartbeat(now) or nodes != lists.nodes or is_separate != lists.is_separate:
                 lists.nodes, lists.is_separate = nodes, is_separate
                 seen = (lists.their_offer.version, lists.their_request.version)

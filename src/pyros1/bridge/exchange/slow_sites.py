@@ -33,15 +33,15 @@ class SlowSites:
         """The sites that get packets of their own."""
         return frozenset(self._separate)
 
-    def is_told(self, site: str, now: float) -> bool:
-        """Return whether a site is told that it gets packets of its own."""
+    def is_flagged(self, site: str, now: float) -> bool:
+        """Return whether a site is told in heartbeats that it gets packets of its own."""
         found = self._separate.get(site)
         return found is not None and now < found.until
 
     def add(self, site: str, now: float) -> None:
         """Note that a site is slow; nothing changes if that is known."""
         found = self._sites.setdefault(site, _SlowSite())
-        if not self.is_told(site, now):
+        if not self.is_flagged(site, now):
             found.duration = min(LONGEST_TIME, 2 * found.duration)
             found.until = now + found.duration
             self._separate[site] = found
