@@ -10,6 +10,7 @@ import contextlib
 import json
 import os
 import socket
+import statistics
 import subprocess
 import sys
 import time
@@ -37,14 +38,16 @@ LOADS = (
     Load("scans, 6 kB", 6_000, 100.0),
     Load("images, 100 kB", 100_000, 30.0),
 )
+COMPARED = (*LOADS, Load("commands, 48 bytes", 48, 1000.0), Load("scans, 6 kB", 6_000, 500.0))
 
 
-class Bridge:
-    """A process of ``pyros1 bridge``."""
+class Process:
+    """A process of ``pyros1 bridge``, or of the relay that it is compared with."""
 
-    def __init__(self, uri: str, *words: str) -> None:
+    def __init__(self, uri: str, *words: str, relay: bool = False) -> None:
         environ = {**os.environ, "ROS_MASTER_URI": uri, "ROS_HOSTNAME": "localhost"}
-        command = [sys.executable, "-m", "pyros1", "bridge", *words]
+        what = [str(Path(__file__).with_name("relay.py"))] if relay else ["-m", "pyros1", "bridge"]
+        command = [sys.executable, *what, *words]
         self.process = subprocess.Popen(command, env=environ, stderr=subprocess.DEVNULL, stdout=subprocess.DEVNULL)
 
     def cpu(self) -> float:
@@ -66,14 +69,15 @@ class Bridge:
 class Robot:
     """A site that sends what is published on /a."""
 
-    def __init__(self, number: int, stack: contextlib.ExitStack, endpoint: str) -> None:
+    def __init__(self, number: int, stack: contextlib.ExitStack, endpoint: str, with_relay: bool) -> None:
         self.name = f"robot{number}"
         self.master = Master(port=0, bind_host="127.0.0.1")
         self.master.start()
         stack.callback(self.master.stop)
         self.node = make_node(stack, self.master.uri)
         self.publisher: Any = self.node.advertise("/a", "std_msgs/String", queue_size=10)
-        self.bridge = Bridge(self.master.uri, "--site", self.name, "--to", endpoint, "--send", "/a")
+        words = ("send", endpoint) if with_relay else ("--site", self.name, "--to", endpoint, "--send", "/a")
+        self.bridge = Process(self.master.uri, *words, relay=with_relay)
         stack.callback(self.bridge.close)
 
 
@@ -86,22 +90,25 @@ def make_node(stack: contextlib.ExitStack, uri: str) -> pyros1.Node:
 
 
 class Fleet:
-    """A base and robots; they connect to the base, or all to a router."""
+    """A base and robots that connect to it, or all to a router; relays may take the place of bridges."""
 
-    def __init__(self, stack: contextlib.ExitStack, count: int, with_router: bool) -> None:
+    def __init__(
+        self, stack: contextlib.ExitStack, count: int, with_router: bool = False, with_relay: bool = False
+    ) -> None:
         with socket.socket() as probe:
             probe.bind(("127.0.0.1", 0))
             endpoint = f"tcp/127.0.0.1:{probe.getsockname()[1]}"
         self.master = Master(port=0, bind_host="127.0.0.1")
         self.master.start()
         stack.callback(self.master.stop)
-        self.router = Bridge("", "router", "--listen", endpoint) if with_router else None
+        self.router = Process("", "router", "--listen", endpoint) if with_router else None
         if self.router is not None:
             stack.callback(self.router.close)
         where = ("--to", endpoint) if with_router else ("--listen", endpoint)
-        self.base = Bridge(self.master.uri, "--site", "base", *where, "--take", "*:**")
+        words = ("receive", endpoint) if with_relay else ("--site", "base", *where, "--take", "*:**")
+        self.base = Process(self.master.uri, *words, relay=with_relay)
         stack.callback(self.base.close)
-        self.robots = [Robot(number, stack, endpoint) for number in range(count)]
+        self.robots = [Robot(number, stack, endpoint, with_relay) for number in range(count)]
         self.received = 0
         self.node = make_node(stack, self.master.uri)
         for robot in self.robots:
@@ -113,7 +120,7 @@ class Fleet:
     def _count(self, _: Any) -> None:
         self.received += 1
 
-    def processes(self) -> dict[str, Bridge]:
+    def processes(self) -> dict[str, Process]:
         """Return the processes that are measured."""
         found = {"robot": self.robots[0].bridge, "base": self.base}
         return found if self.router is None else {**found, "router": self.router}
@@ -157,10 +164,38 @@ def rows() -> Iterator[list[str]]:
 
 
 WHO = ("robot", "base", "router")
+ROUNDS = 3
+
+
+def comparison() -> Iterator[list[str]]:
+    """Yield the rows of the table that compares bridges with relays."""
+    costs: dict[tuple[Load, str, bool], list[float]] = {}
+    for _ in range(ROUNDS):
+        for with_relay in (False, True):
+            with contextlib.ExitStack() as stack:
+                fleet = Fleet(stack, 1, with_relay=with_relay)
+                idle = fleet.measure(None)
+                for load in COMPARED:
+                    found = fleet.measure(load)
+                    for name in WHO[:2]:
+                        cost = 1e6 * (found[name] - idle[name]) / max(1.0, found["messages"])
+                        costs.setdefault((load, name, with_relay), []).append(cost)
+    for load in COMPARED:
+        cells = []
+        for name in WHO[:2]:
+            bridge, relay = (statistics.median(costs[load, name, with_relay]) for with_relay in (False, True))
+            cells += [f"{bridge:.0f} µs", f"{relay:.0f} µs", f"{bridge / relay:.2f}"]
+        yield [load.name, f"{load.rate:.0f}", *cells]
 
 
 def main() -> None:
-    """Print the table."""
+    """Print the tables."""
+    if sys.argv[1:] == ["--compare"]:
+        print("| messages | /s | robot: bridge | relay | ratio | base: bridge | relay | ratio |")
+        print("|---|---|---|---|---|---|---|---|")
+        for row in comparison():
+            print("|", " | ".join(row), "|", flush=True)
+        return
     print("| sites | load of each robot | messages /s at the base | its bridge | the base's bridge | the router |")
     print("|---|---|---|---|---|---|")
     for row in rows():

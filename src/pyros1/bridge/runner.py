@@ -4,9 +4,10 @@ Several threads use the state machine. A lock guards it, and is held until the a
 queued, so that they are done in their order; none of them waits. These are the threads:
 
 - the node's threads hand messages to the state machine, and its packets to the sender;
-- the worker deals with packets from the link, publishes what they bring, and ticks;
+- the link's threads, and the packet worker's where something waits, deal with packets and publish what they bring;
+  the latter also ticks (`pyros1.bridge.packet_worker`);
 - the master thread asks the master, and subscribes and advertises, all of which may wait for the master;
-- the sender has two threads, which may wait for the network;
+- the sender has two threads, which may wait for the network (`pyros1.bridge.transport.sender`);
 - if messages are converted, two threads do that (`pyros1.bridge.converting`).
 
 So neither a slow master nor a slow network stops the node's loop, its callbacks, or the link's own threads.
@@ -15,12 +16,12 @@ So neither a slow master nor a slow network stops the node's loop, its callbacks
 from __future__ import annotations
 
 import os
-import sys
 import threading
 import time
 from collections.abc import Callable, Collection, Iterable
 from functools import partial
 
+from pyros1.bridge.clock import steady_now
 from pyros1.bridge.conversions.conversion import Conversion
 from pyros1.bridge.conversions.converters import with_conversions
 from pyros1.bridge.converting import Converting, Pending, Source
@@ -50,7 +51,7 @@ from pyros1.bridge.exchange.outgoing import ReceivedMessage
 from pyros1.bridge.exchange.site import Site
 from pyros1.bridge.link_report import LinkReport
 from pyros1.bridge.local_graph import LocalGraph
-from pyros1.bridge.protocol.key_expressions import Key
+from pyros1.bridge.packet_worker import PacketWorker
 from pyros1.bridge.publisher_watch import PublisherWatch
 from pyros1.bridge.publishing import BRIDGE_FIELD, Publishing
 from pyros1.bridge.rates import Rates
@@ -58,7 +59,7 @@ from pyros1.bridge.rules.rules import Priority, Rules
 from pyros1.bridge.service_ends import ServiceEnds
 from pyros1.bridge.stand_ins import StandIns
 from pyros1.bridge.status import flow_counts, status_json
-from pyros1.bridge.transport.inbox import Inbox
+from pyros1.bridge.transport.inbox import Received
 from pyros1.bridge.transport.link import Link, Receive
 from pyros1.bridge.transport.sender import Sender
 from pyros1.doctor.bridge_status import STATUS_SERVICE
@@ -71,8 +72,6 @@ from pyros1.node import Node
 from pyros1.node.log.levels import INFO, WARN
 from pyros1.node.subscribing.subscriber import Subscriber
 
-_TICK = 0.1
-"""Seconds between ticks of the state machine."""
 _POLL_PERIOD = 1.0
 """Seconds between questions to the master."""
 _DEMAND_PERIOD = 0.2
@@ -84,17 +83,6 @@ _LOG_RATE = 0.5
 _LOG_BURST = 50
 """Texts about other sites that are logged per second, and at once, even if they repeat earlier ones."""
 MakeLink = Callable[[Receive], Link]
-
-
-def steady_now() -> float:
-    """Return the seconds of a clock that never jumps, and that goes on while the machine sleeps: what waited meanwhile
-    must look old.
-    """
-    if sys.platform == "linux":
-        return time.clock_gettime(time.CLOCK_BOOTTIME)
-    if sys.platform == "darwin":  # there, time.monotonic() stands still while the machine sleeps
-        return time.clock_gettime(time.CLOCK_MONOTONIC_RAW)
-    return time.monotonic()
 
 
 class Bridge:
@@ -114,7 +102,7 @@ class Bridge:
     def __init__(self, node: Node, rules: Rules, make_link: MakeLink, allowed: Collection[str] = ()) -> None:
         self._node = node
         self._rules = rules
-        self._lock = threading.Lock()
+        self._lock = threading.RLock()  # since the sender may ask for probes in the thread that gives it a packet
         self._site = Site(rules, int.from_bytes(os.urandom(8), "little") | 1, steady_now())
         self._publishing = Publishing(node, rules.site)
         self._graph = LocalGraph(Graph(node.master), self._may_be_sent)
@@ -124,9 +112,7 @@ class Bridge:
         self._subscribers: dict[tuple[str, Conversion | None], Subscriber[AnyMsg]] = {}
         self._converting = Converting(self, node.log.internal_error)
         self._unconvertible: dict[str, str] = {}
-        self._inbox = Inbox()
         self._rates = Rates()
-        self._arrived = threading.Condition()
         self._deferred = Deferred()
         self._next_poll = 0.0
         self._demand: frozenset[str] = frozenset()
@@ -134,13 +120,15 @@ class Bridge:
         self._problems: dict[str, int] = {}
         self._close_lock = threading.Lock()
         self._is_closed = False
-        self._link = make_link(self._receive)
+        self._worker = PacketWorker(self._lock, steady_now, self._on_packet, self._tick, self._node.log.internal_error)
+        self._link = make_link(self._worker.receive)
         self._link_report = LinkReport(self._link, allowed)
         self._log_allowance = Allowance(_LOG_RATE, _LOG_BURST)
         self._sender = Sender(self._link, steady_now, self._on_link_error, self._make_probes, self._on_slow)
-        self._worker = threading.Thread(target=self._work, name="bridge: packets", daemon=True)
         self._master_thread = threading.Thread(target=self._run_master_thread, name="bridge: master", daemon=True)
         node.on_shutdown(self.close)
+        with self._lock:
+            self._act(self._site.start())
         self._worker.start()
         self._master_thread.start()
         try:
@@ -152,34 +140,15 @@ class Bridge:
 
     # The link's side --------------------------------------------------------------------------------------------------
 
-    def _receive(self, key: Key, head: bytes, body: bytes) -> None:
-        """Note a packet. Called in the link's threads."""
-        with self._arrived:
-            self._inbox.put((key, head, body))
-            self._arrived.notify()
+    def _on_packet(self, packet: Received, now: float) -> None:
+        """Let the state machine deal with a packet. Called with the lock."""
+        self._act(self._site.on_packet(*packet, now))
 
-    def _work(self) -> None:
-        with self._lock:
-            self._act(self._site.start())
-        next_tick = steady_now()
-        while not self._is_closing:
-            with self._arrived:
-                packet = self._inbox.pop()
-                if packet is None:
-                    self._arrived.wait(max(0.0, next_tick - steady_now()))
-                    packet = self._inbox.pop()
-            now = steady_now()
-            try:
-                with self._lock:
-                    if packet is not None:
-                        self._act(self._site.on_packet(*packet, now))
-                    if now >= next_tick:
-                        next_tick = now + _TICK
-                        self._act(self._site.tick(now))
-                        if self._rates.is_due(now):
-                            self._rates.add(flow_counts(self._site), now)
-            except Exception as error:  # noqa: BLE001 - a mistake of ours must not end the bridge silently
-                self._node.log.internal_error(error)
+    def _tick(self, now: float) -> None:
+        """Let time pass. Called with the lock."""
+        self._act(self._site.tick(now))
+        if self._rates.is_due(now):
+            self._rates.add(flow_counts(self._site), now)
 
     def _do_next(self, step: Callable[[float], Iterable[Action]]) -> None:
         """Call a function of the state machine with the current time, and do what it asks for."""
@@ -233,7 +202,7 @@ class Bridge:
                 self._node.log.peer_event(WARN, "cannot publish on %s: %s", one_line(action.local), error)
 
     def _make_probes(self, receiver: str, number: int, priority: Priority) -> list[Probe]:
-        """Return probes to send. Called by the sender's threads."""
+        """Return probes to send. Called by the sender's threads, or by one that gives it a packet."""
         with self._lock:
             return self._site.probes(receiver, number, priority)
 
@@ -349,12 +318,10 @@ class Bridge:
     def _on_message(self, local: str, conversion: Conversion | None, message: AnyMsg) -> None:
         """Hand a message to the state machine. Called in the node's threads."""
         header = message._connection_header or {}
-        publisher = header.get("callerid", "")
+        publisher, md5sum = header.get("callerid", ""), header.get("md5sum", "")
         is_bridged = BRIDGE_FIELD in header or publisher in self._graph.bridges or publisher == self._node.name
-        self._graph.check_type(publisher, local, header.get("md5sum", ""))
-        received = ReceivedMessage(
-            publisher, header.get("md5sum", ""), header.get("latching") == "1", bytes(message._buff)
-        )
+        self._graph.check_type(publisher, local, md5sum)
+        received = ReceivedMessage(publisher, md5sum, header.get("latching") == "1", bytes(message._buff))
         now = steady_now()
         if conversion is not None:
             self._converting.put((local, conversion), Pending(received, header.get("type", ""), is_bridged, now))
@@ -392,7 +359,7 @@ class Bridge:
         }
         with self._lock:
             return status_json(
-                self._site, self._link, self._sender, self._inbox, self._rates, problems, self._all_problems()
+                self._site, self._link, self._sender, self._worker.inbox, self._rates, problems, self._all_problems()
             )
 
     def _all_problems(self) -> dict[str, int]:
@@ -408,11 +375,9 @@ class Bridge:
         with self._lock:
             self._act(self._site.leave())
         self._is_closing = True
-        with self._arrived:
-            self._arrived.notify_all()
         self._deferred.wake()
-        for thread in (self._worker, self._master_thread):
-            thread.join(_JOIN_TIME)
+        self._worker.close()
+        self._master_thread.join(_JOIN_TIME)
         self._services.close()
         self._converting.close()
         self._sender.close()

@@ -72,7 +72,7 @@ def test_the_rate_that_sites_want() -> None:
     topic = make(rate=10.0)
     topic.requests = {"base": 2.0, "blue": 4.0}
     assert sum(isinstance(topic.take(message(), step / 100), Numbered) for step in range(1000)) in (40, 41)
-    topic.requests["green"] = 0.0  # all
+    topic.requests = {"base": 2.0, "blue": 4.0, "green": 0.0}  # all
     assert sum(isinstance(topic.take(message(), 20 + step / 100), Numbered) for step in range(1000)) in (100, 101)
 
 

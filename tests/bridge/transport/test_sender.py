@@ -12,16 +12,23 @@ from pyros1.bridge.exchange.actions import Probe, Send
 from pyros1.bridge.exchange.outgoing import Drop
 from pyros1.bridge.rules.rules import Priority
 from pyros1.bridge.transport.pacing import FIRST_WINDOW, SLOW_COUNT
-from pyros1.bridge.transport.sender import Sender
+from pyros1.bridge.transport.sender import AT_ONCE_BYTES, Sender
 
 PATIENCE = 10.0
 
 
 class SlowLink:
-    """A link that sends bulky packets only when it is told to."""
+    """A link that sends bulky packets only when it is told to.
+
+    Attributes:
+        sends_at_once: whether it sends packets in the thread that puts them.
+        threads: which threads have sent, in order.
+    """
 
     def __init__(self) -> None:
         self.problem = ""
+        self.sends_at_once = False
+        self.threads: list[str] = []
         self.sent: queue.Queue[bytes] = queue.Queue()
         self.may_send = threading.Event()
         self.is_waiting = threading.Event()
@@ -33,7 +40,14 @@ class SlowLink:
         if packet.priority is Priority.LOW:
             self.is_waiting.set()
             assert self.may_send.wait(PATIENCE)
+        self.threads.append(threading.current_thread().name)
         self.sent.put(packet.body)
+
+    def send_at_once(self, packet: Send) -> bool:
+        """Send a packet, if it does so."""
+        if self.sends_at_once:
+            self.send(packet)
+        return self.sends_at_once
 
     def listen(self, site: str, key: str, on: bool) -> None:
         """Note it among what is sent."""
@@ -142,5 +156,119 @@ def test_a_slow_site_is_reported(link: SlowLink) -> None:
             sender.on_probe_reply("base", asked.get(timeout=PATIENCE))
             now[0] += 2.5  # blue has not answered
         assert slow.get(timeout=PATIENCE) == "blue" and slow.empty()
+    finally:
+        sender.close()
+
+
+BULK, URGENT = "bridge: other packets", "bridge: urgent packets"
+
+
+def test_what_need_not_wait_is_sent_by_the_thread_that_puts_it(link: SlowLink, sender: Sender) -> None:
+    link.sends_at_once = True
+    own = threading.current_thread().name
+    sender.put(Send("a", b"", b"1", Priority.NORMAL))
+    sender.put(Send("a", b"", b"2", Priority.URGENT))
+    sender.put(Send("a", b"", bytes(AT_ONCE_BYTES), Priority.NORMAL))
+    sender.put(Send("a", b"", b"expired", Priority.NORMAL, expires=-1.0))
+    assert [link.sent.get_nowait() for _ in range(3)] == [b"1", b"2", bytes(AT_ONCE_BYTES)]
+    sender.put(Send("a", b"", bytes(AT_ONCE_BYTES + 1), Priority.NORMAL))
+    assert len(link.sent.get(timeout=PATIENCE)) == AT_ONCE_BYTES + 1
+    assert link.threads == [own, own, own, BULK] and link.sent.empty()
+
+
+def test_what_the_link_cannot_send_at_once_waits_with_all_that_follows(link: SlowLink, sender: Sender) -> None:
+    sent = [b"%d" % number for number in range(200)]
+    for number, body in enumerate(sent):
+        link.sends_at_once = number % 3 == 0
+        sender.put(Send("a", b"", body))
+    assert [link.sent.get(timeout=PATIENCE) for _ in sent] == sent
+    assert {*link.threads} <= {threading.current_thread().name, URGENT}
+
+
+def test_others_wait_while_a_packet_is_sent_at_once(link: SlowLink, sender: Sender) -> None:
+    link.sends_at_once = True
+    first = threading.Thread(target=sender.put, args=(Send("image", b"", b"first", Priority.LOW),), name="first")
+    first.start()
+    assert link.is_waiting.wait(PATIENCE)
+    for number in range(3):
+        sender.put(Send("a", b"", b"%d" % number, Priority.NORMAL))
+    sender.put(Send("a", b"", b"urgent"))
+    assert link.sent.get(timeout=PATIENCE) == b"urgent" and sender.waiting_bytes == 3
+    link.may_send.set()
+    assert [link.sent.get(timeout=PATIENCE) for _ in range(4)] == [b"first", b"0", b"1", b"2"]
+    first.join()
+    assert link.threads == [threading.current_thread().name, "first", BULK, BULK, BULK]
+
+
+def test_close_waits_for_what_is_sent_at_once(link: SlowLink, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("pyros1.bridge.transport.sender.FLUSH_TIME", PATIENCE)
+    link.sends_at_once = True
+    sender = Sender(link, lambda: 0.0, lambda error: None)
+    first = threading.Thread(target=sender.put, args=(Send("image", b"", b"first", Priority.LOW),))
+    first.start()
+    assert link.is_waiting.wait(PATIENCE)
+    closer = threading.Thread(target=sender.close)
+    closer.start()
+    link.may_send.set()
+    for thread in (first, closer):
+        thread.join(PATIENCE)
+        assert not thread.is_alive()
+    assert link.sent.get_nowait() == b"first"
+
+
+def test_after_a_long_wait_the_thread_sends(link: SlowLink) -> None:
+    now = [0.0]
+    sender = Sender(link, lambda: now[0], lambda error: None)
+    link.sends_at_once = True
+
+    def send_slowly(packet: Send) -> bool:
+        now[0] += 0.001
+        link.send(packet)
+        return True
+
+    link.send_at_once = send_slowly  # type: ignore[method-assign]
+    try:
+        for later in (0.0, 0.0, 0.09, 0.02):
+            now[0] += later
+            sender.put(Send("a", b"", b"x"))
+            link.sent.get(timeout=PATIENCE)
+        own = threading.current_thread().name
+        assert link.threads == [own, URGENT, URGENT, own]
+    finally:
+        sender.close()
+
+
+def test_errors_at_once_are_reported(link: SlowLink, sender: Sender, errors: list[str]) -> None:
+    link.sends_at_once = True
+    sender.put(Send("a", b"", b"error"))
+    assert errors == ["the network is gone"]
+    sender.put(Send("a", b"", b"next"))
+    assert link.sent.get_nowait() == b"next"
+
+
+@pytest.mark.parametrize("sends_at_once", [True, False])
+def test_probes_follow_what_is_sent_at_once(link: SlowLink, sends_at_once: bool) -> None:
+    link.sends_at_once = sends_at_once
+    link.may_send.set()
+    asked: queue.Queue[int] = queue.Queue()
+
+    def make_probes(receiver: str, number: int, priority: Priority) -> list[Probe]:
+        asked.put(number)
+        return [Probe("base", 0.02, Send("to/base", b"", b"probe", priority))]
+
+    sender = Sender(link, lambda: 0.0, lambda error: None, make_probes)
+    try:
+        sender.put(Send("image", b"", b"x", Priority.LOW))
+        assert [link.sent.get(timeout=PATIENCE) for _ in range(2)] == [b"x", b"probe"]
+        assert {*link.threads} == {threading.current_thread().name if sends_at_once else BULK}
+        size = FIRST_WINDOW // 2
+        for _ in range(FIRST_WINDOW // size):
+            sender.put(Send("image", b"", bytes(size), Priority.LOW))
+        sender.put(Send("image", b"", b"waits", Priority.LOW))
+        sizes = [len(link.sent.get(timeout=PATIENCE)) for _ in range(2 * (FIRST_WINDOW // size))]
+        assert sizes == [size, 5] * (FIRST_WINDOW // size) and sender.waiting_bytes == 5
+        while not asked.empty():
+            sender.on_probe_reply("base", asked.get())
+        assert link.sent.get(timeout=PATIENCE) == b"waits"
     finally:
         sender.close()

@@ -10,7 +10,7 @@ Messages are numbered without gaps, so receivers notice what they missed. What i
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from typing import NamedTuple
 
 from pyros1.bridge.names import SharedName
@@ -80,8 +80,9 @@ class OutgoingTopic:
     def __init__(self, offered: Offered, settings: Settings, epoch: int) -> None:
         self.offered = offered
         self.settings = settings
-        self.requests: dict[str, float] = {}
         self.last = 0
+        self._requests: dict[str, float] = {}
+        self._period = 1.0 / settings.rate if settings.rate else None
         self._epoch = epoch
         self._publishers: dict[str, int] = {}
         self._first_received_at: dict[str, float] = {}
@@ -98,6 +99,19 @@ class OutgoingTopic:
     def topic(self) -> SharedName:
         """The topic's name among sites."""
         return self.offered.topic
+
+    @property
+    def requests(self) -> Mapping[str, float]:
+        """See above."""
+        return self._requests
+
+    @requests.setter
+    def requests(self, requests: Mapping[str, float]) -> None:
+        self._requests = dict(requests)
+        limits = [self.settings.rate] if self.settings.rate else []
+        if requests and all(requests.values()):
+            limits.append(max(requests.values()))
+        self._period = 1.0 / min(limits) if limits else None  # between messages of a publisher; None: no limit
 
     @property
     def may_lose_none(self) -> bool:
@@ -119,16 +133,9 @@ class OutgoingTopic:
 
     def is_due(self, received: ReceivedMessage, now: float) -> bool:
         """Return whether `take` would take a message at this time, or keep it for later: whether to convert it."""
-        period = self._period()
+        period = self._period
         is_kept = received.latched and self.offered.latched
         return period is None or is_kept or self._next_due(received.publisher, period, now)[1]
-
-    def _period(self) -> float | None:
-        """Return the seconds between messages of a publisher; None if there is no limit."""
-        limits = [self.settings.rate] if self.settings.rate else []
-        if self.requests and all(self.requests.values()):
-            limits.append(max(self.requests.values()))
-        return 1.0 / min(limits) if limits else None
 
     def _next_due(self, publisher: str, period: float, now: float) -> tuple[float, bool]:
         """Return when another message of a publisher is due after this one, and whether this one is due."""
@@ -141,7 +148,7 @@ class OutgoingTopic:
         return max(due, now - period) + period, True
 
     def _may_send(self, publisher: str, now: float) -> bool:
-        period = self._period()
+        period = self._period
         if period is None:
             return True
         self._due[publisher], is_due = self._next_due(publisher, period, now)

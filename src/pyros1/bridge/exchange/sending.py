@@ -12,36 +12,21 @@ from typing import NamedTuple
 
 from pyros1.bridge.conversions.conversion import Conversion, MessageType
 from pyros1.bridge.exchange.actions import Action, Send, StartAnew, Subscribe
-from pyros1.bridge.exchange.allowance import Allowance
+from pyros1.bridge.exchange.answer_limits import AnswerLimits
 from pyros1.bridge.exchange.outgoing import Drop, Numbered, OutgoingTopic, ReceivedMessage
+from pyros1.bridge.exchange.topic_packets import TopicPackets
 from pyros1.bridge.names import SharedName, is_topic_name
-from pyros1.bridge.protocol.key_expressions import again_key, to_key, topic_key
 from pyros1.bridge.protocol.packets import (
     MAX_DEFINITION,
     MAX_NODES,
     MAX_PUBLISHERS,
     Definition,
-    Flag,
-    Gone,
-    Kind,
-    MessageHead,
     Missed,
     Offered,
     Request,
-    encode_definition,
-    encode_gone,
-    encode_head,
-    encode_held,
-    encode_message_head,
 )
 from pyros1.bridge.rules.rules import Outgoing, Rules, is_command
 
-_ANSWER_PERIOD = 0.1
-"""Minimum seconds between answers to a site's questions about the same topic, or for definitions."""
-_RESENT_RATE = 8e6
-_RESENT_BURST = 32e6
-"""Bytes per second, and at once, that a site may ask for again."""
-_MAX_ANSWERS = 10_000
 _MAX_DEFINITIONS = 100
 """Maximum number of definitions in answer to one question."""
 
@@ -122,6 +107,8 @@ class Sending:
         self._epoch = epoch
         self._locals: dict[str, LocalTopic] = {}
         self._peers: dict[str, int] = {}  # the other sites that are known -> their epochs
+        self._packets = TopicPackets(epoch)
+        self._limits = AnswerLimits()
         self._requests: dict[str, dict[SharedName, float]] = {}
         self._sent: dict[SharedName, _Sent] = {}
         self._by_local: dict[_Source, list[_Sent]] = {}
@@ -129,8 +116,6 @@ class Sending:
         self._subscribed: set[_Source] = set()
         self._responding: frozenset[str] = frozenset()
         self._nodes: dict[str, list[str]] = {}  # peer -> see `nodes`
-        self._answered_at: dict[tuple[str, SharedName | None], float] = {}
-        self._resent: dict[str, Allowance] = {}  # bytes, for each site
         self.separate: frozenset[str] = frozenset()
 
     # What there is ----------------------------------------------------------------------------------------------------
@@ -157,7 +142,7 @@ class Sending:
         """Note which other sites are known, each with its epoch, and return the actions that follow."""
         for name in [name for name in self._requests if name not in epochs or self._peers.get(name) != epochs[name]]:
             del self._requests[name]
-        self._peers = dict(epochs)
+        self._peers = self._packets.epochs = dict(epochs)
         return self._apply(now)
 
     def set_requests(self, peer: str, requests: Iterable[Request], now: float) -> list[Action]:
@@ -201,7 +186,7 @@ class Sending:
                 sent.topic.forget_all()
             elif sent.topic.offered.latched:
                 for peer in sorted(new_peers):
-                    actions += self._send_held(sent, peer)
+                    actions += self._packets.held(sent.topic, peer)
             if new_peers and sent.local.conversion is not None:
                 actions.append(StartAnew(sent.local.name, sent.local.conversion))
         needed = {(sent.local.name, sent.local.conversion) for sent in self._sent.values() if sent.topic.requests}
@@ -301,27 +286,12 @@ class Sending:
                 actions += self._send(sent, message)
         return actions
 
-    def _send(self, sent: _Sent, message: Numbered) -> list[Action]:
-        """Return the packets for a message: one for all sites that want it, and those for sites that get their own."""
+    def _send(self, sent: _Sent, message: Numbered) -> list[Send]:
         sent.flow.count(len(message.body))
-        topic, head = sent.topic, message.head
-        separate = sorted(topic.requests if sent.is_private else topic.requests.keys() & self.separate)
-        heads = {again_key(peer, topic.topic): head._replace(to_epoch=self._peers.get(peer, 0)) for peer in separate}
-        if len(separate) < len(topic.requests):
-            heads[topic_key(topic.topic)] = head
-        age = _max_age(topic, head)
-        return [
-            Send(
-                key,
-                encode_message_head(each),
-                message.body,
-                topic.settings.priority,
-                None if topic.may_lose_none else head.publisher,
-                not topic.may_lose_none,
-                None if age is None else head.received_at + age,
-            )
-            for key, each in heads.items()
-        ]
+        separate = (
+            sent.topic.requests if sent.is_private else self.separate and sent.topic.requests.keys() & self.separate
+        )
+        return self._packets.of_message(sent.topic, message, separate)
 
     def tick(self, now: float) -> list[Action]:
         """Return the packets to send because time has passed."""
@@ -357,68 +327,23 @@ class Sending:
     def on_missed(self, peer: str, missed: Missed, now: float) -> list[Action]:
         """Return the packets to send because another site missed messages."""
         sent = self._sent.get(missed.topic)
-        if sent is None or peer not in sent.topic.requests or not self._may_answer(peer, missed.topic, now):
+        if sent is None or peer not in sent.topic.requests or not self._limits.may_send_again(peer, missed.topic, now):
             return []
-        if len(self._resent) >= _MAX_ANSWERS:
-            self._resent.clear()
-        allowance = self._resent.setdefault(peer, Allowance(_RESENT_RATE, _RESENT_BURST))
-        if not allowance.take(now):
-            return []  # it asks again
-        actions = self._resend(sent, peer, missed)
-        allowance.charge(sum(len(action.body) for action in actions))
-        return [*actions]
-
-    def _resend(self, sent: _Sent, peer: str, missed: Missed) -> list[Send]:
-        if sent.topic.offered.latched:
-            return self._send_held(sent, peer)
-        messages, first_kept = sent.topic.again(missed)
-        actions: list[Send] = []
-        if missed.first < first_kept:
-            body = encode_gone(Gone(missed.topic, first_kept))
-            actions.append(Send(to_key(peer), self._head(Kind.GONE, peer), body, sent.topic.settings.priority))
-        return actions + [self._send_again(sent, message, peer) for message in messages]
-
-    def _send_held(self, sent: _Sent, peer: str) -> list[Send]:
-        messages, held = sent.topic.held()
-        actions = [self._send_again(sent, message, peer) for message in messages]
-        # With their priority, so that it comes after them.
-        priority = sent.topic.settings.priority
-        return [*actions, Send(to_key(peer), self._head(Kind.HELD, peer), encode_held(held), priority)]
-
-    def _send_again(self, sent: _Sent, message: Numbered, peer: str) -> Send:
-        head = message.head._replace(to_epoch=self._peers.get(peer, 0))
-        age = _max_age(sent.topic, head)
-        expires = None if age is None else head.received_at + age
-        key, priority = again_key(peer, sent.topic.topic), sent.topic.settings.priority
-        # A message that still waits to be sent again is not queued twice.
-        return Send(key, encode_message_head(head), message.body, priority, head.number, False, expires)
-
-    def _may_answer(self, peer: str, topic: SharedName | None, now: float) -> bool:
-        """Return whether to answer a question of a site: small questions with large answers must not come in floods."""
-        if now - self._answered_at.get((peer, topic), float("-inf")) < _ANSWER_PERIOD:
-            return False
-        if len(self._answered_at) >= _MAX_ANSWERS:
-            self._answered_at.clear()
-        self._answered_at[peer, topic] = now
-        return True
+        packets = self._packets.again(sent.topic, peer, missed)
+        self._limits.note_sent_again(peer, sum(len(packet.body) for packet in packets))
+        return [*packets]
 
     def on_ask(self, peer: str, md5sums: Iterable[str], now: float) -> list[Action]:
         """Return the definitions for which another site asks, as far as they are of topics that are offered to it."""
-        if not self._may_answer(peer, None, now):
+        if not self._limits.may_answer(peer, None, now):
             return []
         known = {
             sent.local.md5sum: Definition(sent.local.type, sent.local.md5sum, _sendable(sent.local.definition))
             for sent in self._sent.values()
             if peer in sent.receivers
         }
-        return [
-            Send(to_key(peer), self._head(Kind.DEFINITION, peer), encode_definition(known[md5sum]))
-            for md5sum in islice(dict.fromkeys(md5sums), _MAX_DEFINITIONS)
-            if md5sum in known
-        ]
-
-    def _head(self, kind: Kind, peer: str) -> bytes:
-        return encode_head(kind, self._epoch, self._peers.get(peer, 0))
+        asked = islice(dict.fromkeys(md5sums), _MAX_DEFINITIONS)
+        return [self._packets.definition(peer, known[md5sum]) for md5sum in asked if md5sum in known]
 
     def sharing(self) -> list[str]:
         """Return the sites that get messages in packets that are for all."""
@@ -428,10 +353,6 @@ class Sending:
     def flows(self) -> list[tuple[OutgoingTopic, LocalTopic, Flow]]:
         """Return the outgoing topics, each with its topic here and its flow, for the status."""
         return [(sent.topic, sent.local, sent.flow) for sent in self._sent.values()]
-
-
-def _max_age(topic: OutgoingTopic, head: MessageHead) -> float | None:
-    return topic.settings.max_age(is_latched=bool(head.flags & (Flag.LATCHED | Flag.LEFT)))
 
 
 def _sendable_names(publishers: Iterable[str]) -> tuple[str, ...]:

@@ -16,6 +16,7 @@ import time
 from collections.abc import Callable
 from functools import partial
 
+from pyros1.bridge.clock import steady_now
 from pyros1.bridge.exchange.actions import Advertise
 from pyros1.bridge.exchange.outgoing import ReceivedMessage
 from pyros1.bridge.local_graph import LocalGraph
@@ -28,7 +29,6 @@ from pyros1.bridge.plugin_ros1.session import PluginSession
 from pyros1.bridge.plugin_ros1.state import PluginState
 from pyros1.bridge.plugin_ros1.status import status_json
 from pyros1.bridge.publishing import BRIDGE_FIELD, Publishing
-from pyros1.bridge.runner import steady_now
 from pyros1.bridge.transport.sender import Sender
 from pyros1.doctor.bridge_status import STATUS_SERVICE
 from pyros1.graph import Graph

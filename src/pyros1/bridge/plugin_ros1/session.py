@@ -170,6 +170,10 @@ class PluginSession(ZenohSession):
         elif (publisher := self._publishers.get(packet.key)) is not None:
             publisher.put(packet.body)
 
+    def send_at_once(self, packet: Send) -> bool:
+        """Send nothing: its packets may have to wait."""
+        return False
+
     def listen(self, site: str, key: str, on: bool) -> None:
         """Do nothing: `declare` says what to receive."""
 

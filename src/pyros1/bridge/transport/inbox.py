@@ -83,6 +83,16 @@ class Inbox:
         self._cost = 0  # of the site that was served last, before that
         self.costs: dict[str, int] = {}
 
+    @property
+    def is_empty(self) -> bool:
+        """Whether no packet waits."""
+        return not self._sites
+
+    @staticmethod
+    def takes(packet: Received) -> bool:
+        """Return whether a packet is not too large."""
+        return packet[0].topic is not None or _size(packet) <= MAX_BODY
+
     def put(self, packet: Received) -> None:
         """Add a packet. If too many messages of its site wait, the oldest is dropped; of other packets, the new one. If
         too much waits in total, messages of the site that has most are dropped.
@@ -90,7 +100,7 @@ class Inbox:
         key, size = packet[0], _size(packet)
         site = self._sites.get(key.site)
         is_control = key.topic is None
-        if (site is None and len(self._sites) >= _MAX_SITES) or (is_control and size > MAX_BODY):
+        if (site is None and len(self._sites) >= _MAX_SITES) or not self.takes(packet):
             self.dropped += 1
             return
         if site is None:

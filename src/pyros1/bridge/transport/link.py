@@ -32,6 +32,12 @@ class Link(Protocol):
         """
         ...
 
+    def send_at_once(self, packet: Send) -> bool:
+        """Send a small packet if that needs hardly any waiting, a millisecond at most; return whether it could be done.
+        No other thread may send packets of the same priority meanwhile.
+        """
+        ...
+
     def listen(self, site: str, key: str, on: bool) -> None:
         """Receive what another site sends on a key, or no longer. ``hello``, ``to``, ``again`` and ``call`` packets for
         this site are always received.

@@ -113,6 +113,11 @@ class MemoryLink:
         """Send a packet."""
         self._network.carry(self, packet)
 
+    def send_at_once(self, packet: Send) -> bool:
+        """Send a packet."""
+        self.send(packet)
+        return True
+
     def connections(self) -> list[Connection]:
         """Return nothing: who is connected does not matter in tests that use this."""
         return []

@@ -1,5 +1,6 @@
-"""The threads that use the link, which may wait for the network: one for urgent packets, and for what to listen to; one
-for other packets.
+"""How packets get to the link: small ones at once where nothing waits, since a change of threads costs as much as all
+the rest; others in threads that may wait for the network, one for urgent packets and for what to listen to, one for
+other packets.
 """
 
 from __future__ import annotations
@@ -18,12 +19,18 @@ from pyros1.bridge.transport.link import Link
 MakeProbes = Callable[[str, int, Priority], list[Probe]]
 _PACING_PERIOD = 0.1
 """Seconds between looks at answers that do not come."""
+AT_ONCE_BYTES = 48 << 10
+"""Maximum size of a packet that is sent at once, which fits into a batch of zenoh's, so nothing waits."""
+_AT_ONCE_TIME = 0.0005
+"""Seconds that this may take; if it takes longer, the network takes no more, or the machine is busy."""
+_AT_ONCE_PAUSE = 0.1
+"""Seconds in which the thread then sends everything, since others wait for the thread that puts packets."""
 FLUSH_TIME = 0.5
 """Maximum seconds to wait at the end until waiting packets are sent."""
 
 
 class SendingThread:
-    """A thread that sends packets in order of priority.
+    """A thread that sends packets in order of priority, as far as they are not sent at once.
 
     Args:
         name: the thread's name.
@@ -32,7 +39,7 @@ class SendingThread:
         on_error: called with an exception that sending has raised.
         make_probes: returns the probes to send after a packet, see `pyros1.bridge.transport.pacing`: it is given the
             site that gets the packet, or an empty text for all, and the probe's number and priority. None for a thread
-            that sends everything at once.
+            that does not wait for answers. Called by the thread that puts a packet, or by this one.
         on_slow: called with a site that holds up others.
     """
 
@@ -52,23 +59,53 @@ class SendingThread:
         self._link = link
         self._clock = clock
         self._on_error = on_error
-        self._changed = threading.Condition()
+        self._lock = threading.Lock()
+        self._changed = threading.Condition(self._lock)
         self._is_closing = False
         self._is_flushing = False
         self._is_sending = False
+        self._at_once_from = float("-inf")
         self._thread = threading.Thread(target=self._run, name=name, daemon=True)
         self._thread.start()
 
     def put(self, packet: Send) -> None:
-        """Send a packet later, in the thread's thread."""
-        with self._changed:
-            if not self._is_closing:
-                self.lanes.put(packet, self._clock())
-                self._changed.notify()
+        """Send a packet, at once or later, in the thread's thread."""
+        now = self._clock()
+        with self._lock:
+            if self._is_closing:
+                return
+            lane = None
+            may_pass = not self._is_sending and not self._tasks and now >= self._at_once_from
+            if may_pass and len(packet.body) <= AT_ONCE_BYTES:
+                lane = self.lanes.lane_at_once(packet, now)
+            if lane is None:
+                self.lanes.put(packet, now)
+                if not self._is_sending:  # whoever sends looks for more
+                    self._changed.notify()
+                return
+            self._is_sending = True
+        self._put_through(lane, packet, now)
+
+    def _put_through(self, lane: str, packet: Send, start: float) -> None:
+        try:
+            self._send(lane, packet, self._send_at_once)
+        except Exception as error:  # noqa: BLE001 - the link's library has errors of its own
+            self._on_error(error)
+        end = self._clock()
+        with self._lock:
+            if end - start > _AT_ONCE_TIME:
+                self._at_once_from = end + _AT_ONCE_PAUSE
+            self._is_sending = False
+            if self._tasks or not self.lanes.is_empty or self._is_flushing:
+                self._changed.notify_all()
+
+    def _send_at_once(self, packet: Send) -> None:
+        if self._tasks or not self._link.send_at_once(packet):
+            self._tasks.append(partial(self._link.send, packet))
 
     def do(self, task: Callable[[], object]) -> None:
         """Call a function in the thread's thread, before packets that are put later."""
-        with self._changed:
+        with self._lock:
             if not self._is_closing:
                 self._tasks.append(task)
                 self._changed.notify()
@@ -79,50 +116,59 @@ class SendingThread:
                 task()
             except Exception as error:  # noqa: BLE001 - the link's library has errors of its own
                 self._on_error(error)
+            with self._lock:
+                self._is_sending = False
+                if self._is_flushing:
+                    self._changed.notify_all()
 
     def _next(self) -> Callable[[], object] | None:
         """Wait for something to do, and return it; None if the thread closes."""
-        with self._changed:
-            self._is_sending = False
-            if self._is_flushing:
-                self._changed.notify_all()
+        with self._lock:
             while not self._is_closing:
-                task = self._tasks.popleft() if self._tasks else None
-                if task is None and (popped := self.lanes.pop(self._clock())) is not None:
-                    task = partial(self._send, *popped)
-                for site in self.lanes.pop_slow():
-                    self._tasks.append(partial(self._on_slow, site))
+                task = None if self._is_sending else self._pop()
                 if task is not None:
                     self._is_sending = True
                     return task
-                if not self._tasks:
-                    self._changed.wait(_PACING_PERIOD if len(self.lanes) else None)
+                self._changed.wait(None if self.lanes.is_empty else _PACING_PERIOD)
         return None
 
-    def _send(self, lane: str, packet: Send) -> None:
-        self._link.send(packet)
-        with self._changed:
+    def _pop(self) -> Callable[[], object] | None:
+        """Return what to do next, if there is something that need not wait."""
+        self._note_slow()
+        if self._tasks:
+            return self._tasks.popleft()
+        popped = self.lanes.pop(self._clock())
+        return None if popped is None else partial(self._send, *popped, self._link.send)
+
+    def _send(self, lane: str, packet: Send, transmit: Callable[[Send], object]) -> None:
+        transmit(packet)
+        with self._lock:
             probe = self.lanes.on_sent(lane, packet, self._clock())
         if probe is None or self._make_probes is None:
             return
         probes = self._make_probes(lane, probe.number, packet.priority)
-        with self._changed:
+        with self._lock:
             self.lanes.on_probe_sent(probe, {each.site: each.round_trip for each in probes})
         for each in probes:
-            self._link.send(each.packet)
+            transmit(each.packet)
 
     def on_probe_reply(self, site: str, number: int) -> None:
         """Note that a site has answered a probe."""
-        with self._changed:
+        with self._lock:
             self.lanes.on_answer(site, number, self._clock())
-            self._changed.notify()
+            self._note_slow()
+            if not self._is_sending and (self._tasks or not self.lanes.is_empty):
+                self._changed.notify()
+
+    def _note_slow(self) -> None:
+        self._tasks.extend(partial(self._on_slow, site) for site in self.lanes.pop_slow())
 
     def close(self) -> None:
         """Send what waits, for a short time, and end the thread."""
         deadline = monotonic() + FLUSH_TIME
-        with self._changed:
+        with self._lock:
             self._is_flushing = True
-            while (len(self.lanes) or self._is_sending) and (left := deadline - monotonic()) > 0:
+            while (self._is_sending or not self.lanes.is_empty) and (left := deadline - monotonic()) > 0:
                 self._changed.wait(left)
             self._is_closing = True
             self._changed.notify_all()

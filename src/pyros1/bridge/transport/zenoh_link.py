@@ -232,6 +232,16 @@ class ZenohLink(ZenohSession):
         if publisher is not None:
             publisher.put(packet.body, attachment=packet.head)
 
+    def send_at_once(self, packet: Send) -> bool:
+        """Send a small packet, unless that would have to wait for something to be declared. Where a connection takes
+        nothing, zenoh waits a millisecond before it drops the packet.
+        """
+        publisher = self._publishers.get((packet.key, packet.priority))  # without the lock: that may be held for long
+        if publisher is None or self.is_closing:
+            return False
+        publisher.put(packet.body, attachment=packet.head)
+        return True
+
     def _publisher(self, key: str, priority: Priority) -> Any:
         with self.lock:
             found = self._publishers.get((key, priority))

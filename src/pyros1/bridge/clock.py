@@ -1,0 +1,22 @@
+"""The clock of a bridge."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Callable
+from functools import partial
+
+
+def choose_clock() -> Callable[[], float]:
+    """Return a function that returns the seconds of a clock that never jumps, and that goes on while the machine
+    sleeps: what waited meanwhile must look old.
+    """
+    if sys.platform == "linux":
+        return partial(time.clock_gettime, time.CLOCK_BOOTTIME)
+    if sys.platform == "darwin":  # there, time.monotonic() stands still while the machine sleeps
+        return partial(time.clock_gettime, time.CLOCK_MONOTONIC_RAW)
+    return time.monotonic
+
+
+steady_now = choose_clock()

@@ -1,0 +1,93 @@
+"""The packets in which a topic's messages travel. No I/O."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+
+from pyros1.bridge.exchange.actions import Send
+from pyros1.bridge.exchange.outgoing import Numbered, OutgoingTopic
+from pyros1.bridge.protocol.key_expressions import again_key, to_key, topic_key
+from pyros1.bridge.protocol.packets import (
+    Definition,
+    Flag,
+    Gone,
+    Kind,
+    MessageHead,
+    Missed,
+    encode_definition,
+    encode_gone,
+    encode_head,
+    encode_held,
+    encode_message_head,
+)
+
+
+class TopicPackets:
+    """Makes packets.
+
+    Args:
+        epoch: this site's epoch.
+
+    Attributes:
+        epochs: those of the other sites that are known.
+    """
+
+    def __init__(self, epoch: int) -> None:
+        self.epochs: Mapping[str, int] = {}
+        self._epoch = epoch
+
+    def of_message(self, topic: OutgoingTopic, message: Numbered, separate: Collection[str]) -> list[Send]:
+        """Return the packets for a message: one for all sites that want it, and those for sites that get their own."""
+        head = message.head
+        packets = [
+            _of_message(topic, message, again_key(peer, topic.topic), head._replace(to_epoch=self.epochs.get(peer, 0)))
+            for peer in sorted(separate)
+        ]
+        if len(separate) < len(topic.requests):
+            packets.append(_of_message(topic, message, topic_key(topic.topic), head))
+        return packets
+
+    def held(self, topic: OutgoingTopic, peer: str) -> list[Send]:
+        """Return the packets for the latched messages that a topic holds."""
+        messages, held = topic.held()
+        packets = [self._of_old_message(topic, message, peer) for message in messages]
+        # With their priority, so that it comes after them.
+        return [*packets, Send(to_key(peer), self._head(Kind.HELD, peer), encode_held(held), topic.settings.priority)]
+
+    def again(self, topic: OutgoingTopic, peer: str, missed: Missed) -> list[Send]:
+        """Return the packets for messages that a site has missed, or that say which ones are not kept any more."""
+        if topic.offered.latched:
+            return self.held(topic, peer)
+        messages, first_kept = topic.again(missed)
+        packets: list[Send] = []
+        if missed.first < first_kept:
+            body = encode_gone(Gone(missed.topic, first_kept))
+            packets.append(Send(to_key(peer), self._head(Kind.GONE, peer), body, topic.settings.priority))
+        return packets + [self._of_old_message(topic, message, peer) for message in messages]
+
+    def _of_old_message(self, topic: OutgoingTopic, message: Numbered, peer: str) -> Send:
+        head = message.head._replace(to_epoch=self.epochs.get(peer, 0))
+        packet = _of_message(topic, message, again_key(peer, topic.topic), head)
+        # A message that still waits to be sent again is not queued twice.
+        return packet._replace(replaces=head.number, may_drop=False)
+
+    def definition(self, peer: str, definition: Definition) -> Send:
+        """Return the packet for a definition."""
+        return Send(to_key(peer), self._head(Kind.DEFINITION, peer), encode_definition(definition))
+
+    def _head(self, kind: Kind, peer: str) -> bytes:
+        return encode_head(kind, self._epoch, self.epochs.get(peer, 0))
+
+
+def _of_message(topic: OutgoingTopic, message: Numbered, key: str, head: MessageHead) -> Send:
+    age = topic.settings.max_age(is_latched=bool(head.flags & (Flag.LATCHED | Flag.LEFT)))
+    may_lose_none = topic.may_lose_none
+    return Send(
+        key,
+        encode_message_head(head),
+        message.body,
+        topic.settings.priority,
+        None if may_lose_none else head.publisher,
+        not may_lose_none,
+        None if age is None else head.received_at + age,
+    )

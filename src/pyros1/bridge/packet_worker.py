@@ -1,0 +1,127 @@
+"""Packets that come over the link: the link's thread deals with a packet at once where nothing waits, since a change of
+threads costs as much as all the rest. Otherwise a thread deals with it, which also lets the state machine's time pass.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+
+from pyros1.bridge.protocol.key_expressions import Key
+from pyros1.bridge.transport.inbox import Inbox, Received
+
+_TICK = 0.1
+"""Seconds between ticks of the state machine."""
+_JOIN_TIME = 3.0
+
+
+class PacketWorker:
+    """Deals with packets one after the other, in the order that the inbox gives.
+
+    Args:
+        lock: guards the state machine; held while the functions below are called.
+        clock: returns the site's time in seconds.
+        on_packet: deals with a packet.
+        on_tick: called each tenth of a second with the time.
+        on_error: called with exceptions that these raise, which are mistakes of ours.
+
+    Attributes:
+        inbox: the packets that wait.
+    """
+
+    def __init__(
+        self,
+        lock: threading.RLock,
+        clock: Callable[[], float],
+        on_packet: Callable[[Received, float], object],
+        on_tick: Callable[[float], object],
+        on_error: Callable[[Exception], object],
+    ) -> None:
+        self.inbox = Inbox()
+        self._state_lock = lock
+        self._clock = clock
+        self._on_packet = on_packet
+        self._on_tick = on_tick
+        self._on_error = on_error
+        self._lock = threading.Lock()
+        self._changed = threading.Condition(self._lock)
+        self._is_busy = False  # whether a thread deals with a packet
+        self._is_started = False
+        self._is_closing = False
+        self._thread = threading.Thread(target=self._run, name="bridge: packets", daemon=True)
+
+    def start(self) -> None:
+        """Deal with packets from now on; those that have come already wait."""
+        with self._lock:
+            self._is_started = True
+        self._thread.start()
+
+    def receive(self, key: Key, head: bytes, body: bytes) -> None:
+        """Deal with a packet, or leave it to the thread. Called in the link's threads, which never wait for others."""
+        packet = (key, head, body)
+        with self._lock:
+            if not self._may_deal_with(packet):
+                self.inbox.put(packet)
+                if not self._is_busy:  # whoever is busy looks for more
+                    self._changed.notify()
+                return
+            self._is_busy = True
+        try:
+            self._deal_with(packet)
+        finally:
+            self._state_lock.release()
+            with self._lock:
+                self._is_busy = False
+                if not self.inbox.is_empty:
+                    self._changed.notify()
+
+    def _may_deal_with(self, packet: Received) -> bool:
+        """Return whether the link's thread may deal with a packet at once; then it has the state machine's lock."""
+        return (
+            not self._is_busy
+            and self.inbox.is_empty  # otherwise the inbox decides which packet is next
+            and self.inbox.takes(packet)
+            and self._is_started
+            and not self._is_closing
+            and self._state_lock.acquire(blocking=False)
+        )
+
+    def _deal_with(self, packet: Received) -> None:
+        try:
+            self._on_packet(packet, self._clock())
+        except Exception as error:  # noqa: BLE001 - a mistake of ours must not end the bridge silently
+            self._on_error(error)
+
+    def _run(self) -> None:
+        next_tick = self._clock()
+        while not self._is_closing:
+            if (packet := self._next(next_tick)) is not None:
+                with self._state_lock:
+                    self._deal_with(packet)
+                with self._lock:
+                    self._is_busy = False
+            now = self._clock()
+            if now >= next_tick:
+                next_tick = now + _TICK
+                try:
+                    with self._state_lock:
+                        self._on_tick(now)
+                except Exception as error:  # noqa: BLE001 - see above
+                    self._on_error(error)
+
+    def _next(self, next_tick: float) -> Received | None:
+        """Wait for a packet until the next tick, and return it."""
+        with self._lock:
+            if self._is_busy or self.inbox.is_empty:
+                self._changed.wait(max(0.0, next_tick - self._clock()))
+            packet = None if self._is_busy else self.inbox.pop()
+            self._is_busy = self._is_busy or packet is not None
+            return packet
+
+    def close(self) -> None:
+        """Deal with no further packets, and end the thread."""
+        self._is_closing = True
+        with self._lock:
+            self._changed.notify_all()
+        if self._is_started:
+            self._thread.join(_JOIN_TIME)

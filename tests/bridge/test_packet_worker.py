@@ -1,0 +1,179 @@
+"""Who deals with packets: never two threads at a time, in order, and nobody waits for long."""
+
+from __future__ import annotations
+
+import queue
+import threading
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import pytest
+
+from pyros1.bridge.clock import steady_now
+from pyros1.bridge.packet_worker import PacketWorker
+from pyros1.bridge.protocol.key_expressions import ROOT, Key, parse_key
+from pyros1.bridge.protocol.packet_values import MAX_BODY
+from pyros1.bridge.transport.inbox import Received
+
+PATIENCE = 10.0
+WORKER = "bridge: packets"
+
+
+def key(text: str) -> Key:
+    found = parse_key(f"{ROOT}/{text}")
+    assert found is not None
+    return found
+
+
+TOPIC, CONTROL = key("red/t/red/a"), key("red/to/base")
+
+
+class Machine:
+    """What a worker calls.
+
+    Attributes:
+        lock: its lock.
+        handled: bodies of packets, each with the name of the thread that dealt with it.
+        on_packet: what else to do about a packet.
+    """
+
+    def __init__(self) -> None:
+        self.lock = threading.RLock()
+        self.handled: queue.Queue[tuple[bytes, str]] = queue.Queue()
+        self.ticks: queue.Queue[float] = queue.Queue()
+        self.errors: queue.Queue[str] = queue.Queue()
+        self.on_packet: Callable[[bytes], Any] = lambda _: None
+        self.on_tick: Callable[[], Any] = lambda: None
+        self.worker = PacketWorker(
+            self.lock, steady_now, self._deal_with, self._tick, lambda error: self.errors.put(str(error))
+        )
+
+    def _deal_with(self, packet: Received, now: float) -> None:
+        assert steady_now() - now < PATIENCE
+        self.on_packet(packet[2])
+        self.handled.put((packet[2], threading.current_thread().name))
+
+    def _tick(self, now: float) -> None:
+        self.ticks.put(now)
+        self.on_tick()
+
+    def receive(self, body: bytes, on: Key = TOPIC) -> None:
+        """Receive a packet."""
+        self.worker.receive(on, b"head", body)
+
+    def next(self) -> tuple[bytes, str]:
+        """Return the packet that is dealt with next, and by which thread."""
+        return self.handled.get(timeout=PATIENCE)
+
+
+@pytest.fixture
+def machine() -> Iterator[Machine]:
+    machine = Machine()
+    yield machine
+    machine.worker.close()
+
+
+def test_where_nothing_waits_the_thread_that_brings_a_packet_deals_with_it(machine: Machine) -> None:
+    own = threading.current_thread().name
+    machine.receive(b"early")
+    assert machine.handled.empty()
+    machine.worker.start()
+    assert machine.next() == (b"early", WORKER)
+    handler = WORKER
+    for _ in range(1000):  # the worker may still be busy with the first one
+        machine.receive(b"x")
+        handler = machine.next()[1]
+        if handler == own:
+            break
+    assert handler == own
+    machine.receive(bytes(MAX_BODY - len(b"head")), CONTROL)
+    machine.next()
+    machine.receive(bytes(MAX_BODY), CONTROL)
+    assert machine.worker.inbox.dropped == 1 and machine.handled.empty()
+
+
+def test_a_link_does_not_wait_for_the_lock(machine: Machine) -> None:
+    machine.worker.start()
+    machine.ticks.get(timeout=PATIENCE)
+    with machine.lock:
+        holder = threading.Thread(target=machine.receive, args=(b"first",))
+        holder.start()
+        holder.join(PATIENCE)
+        assert not holder.is_alive() and machine.handled.empty()
+        second = threading.Thread(target=machine.receive, args=(b"second",))
+        second.start()
+        second.join(PATIENCE)
+    assert [machine.next(), machine.next()] == [(b"first", WORKER), (b"second", WORKER)]
+
+
+def test_others_do_not_wait_for_a_packet_either(machine: Machine) -> None:
+    machine.worker.start()
+    machine.ticks.get(timeout=PATIENCE)
+    begun, end = threading.Event(), threading.Event()
+
+    def deal_with(body: bytes) -> None:
+        if body == b"slow":
+            begun.set()
+            assert end.wait(PATIENCE)
+
+    machine.on_packet = deal_with
+    slow = threading.Thread(target=machine.receive, args=(b"slow",), name="slow")
+    slow.start()
+    assert begun.wait(PATIENCE)
+    for number in range(3):
+        machine.receive(b"%d" % number)
+    end.set()
+    assert machine.next()[0] == b"slow"
+    assert [machine.next() for _ in range(3)] == [(b"%d" % number, WORKER) for number in range(3)]
+    slow.join(PATIENCE)
+
+
+def test_errors_stop_neither_packets_nor_ticks(machine: Machine) -> None:
+    def fail(*_: Any) -> None:
+        raise ValueError("a mistake")
+
+    machine.on_tick = fail
+    machine.on_packet = fail
+    machine.worker.start()
+    machine.receive(b"x")
+    for _ in range(2):
+        machine.ticks.get(timeout=PATIENCE)
+    assert {machine.errors.get(timeout=PATIENCE) for _ in range(3)} == {"a mistake"}
+    machine.on_packet = lambda _: None
+    machine.receive(b"y")
+    assert machine.next()[0] == b"y"
+
+
+def test_after_the_end_nothing_is_dealt_with(machine: Machine) -> None:
+    machine.worker.start()
+    machine.worker.close()
+    machine.receive(b"late")
+    assert machine.handled.empty() and not machine.worker.inbox.is_empty
+
+
+def test_many_threads(machine: Machine) -> None:
+    """Each thread's packets are dealt with in order, all of them, and never two at the same time."""
+    busy: list[bytes] = []
+
+    def deal_with(body: bytes) -> None:
+        busy.append(body)
+        assert len(busy) == 1
+        busy.clear()
+
+    def bring(name: int) -> None:
+        for number in range(300):
+            machine.receive(b"%d %d" % (name, number))
+
+    machine.on_packet = deal_with
+    machine.worker.start()
+    threads = [threading.Thread(target=bring, args=(name,)) for name in range(6)]
+    for thread in threads:
+        thread.start()
+    handled = [machine.next()[0] for _ in range(6 * 300)]
+    for thread in threads:
+        thread.join()
+    assert machine.errors.empty()
+    for name in range(6):
+        assert [body for body in handled if body.startswith(b"%d " % name)] == [
+            b"%d %d" % (name, number) for number in range(300)
+        ]
