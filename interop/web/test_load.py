@@ -91,6 +91,7 @@ NEWEST_VALUES = "document.querySelector('.plot')?.plot.curves.map((curve) => cur
 MAX_MEMORY = 700_000  # kB; about 330 MB are used on a machine that is not busy
 
 
+@pytest.mark.timeout(170)  # on a busy machine, each wait takes long; a hang is noticed after three minutes
 def test_log_curves_images_and_a_cloud_at_once(browser: Browser, web: Web, start_load: Start) -> None:
     """10,000 log messages, 20,000 numbers, 30 images and 10 clouds of a million points per second, on one page."""
     columns = [{"split": "column", "parts": two} for two in PANELS]
@@ -104,7 +105,7 @@ def test_log_curves_images_and_a_cloud_at_once(browser: Browser, web: Web, start
     browser.wait("document.querySelector('.scene')?.scene?.displays.get('/cloud')?.display.status.includes('points')")
     number, values = browser.run(f"return [{NEWEST}, {NEWEST_VALUES}]")
     browser.run("window.drawn = 0; const count = () => { window.drawn += 1; requestAnimationFrame(count); }; count()")
-    browser.wait(f"{NEWEST} > {number + 50_000}", seconds=90)  # what five seconds bring
+    browser.wait(f"{NEWEST} > {number + 20_000}", seconds=90)  # what two seconds bring
     browser.wait("window.drawn > 5", seconds=90)
     browser.wait(f"{NEWEST_VALUES}.every((value, index) => value !== arguments[0][index])", values, seconds=90)
     assert browser.run(f"return {ROWS}") < 100

@@ -13,8 +13,9 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Mapping
 
 from pyros1.bridge.conversions.prefixes import Prefixer
-from pyros1.bridge.exchange.actions import Action, Listen, Log, Publish, Send, Source
+from pyros1.bridge.exchange.actions import Action, Listen, Log, Send
 from pyros1.bridge.exchange.definitions import Definitions
+from pyros1.bridge.exchange.delivering import deliver
 from pyros1.bridge.exchange.incoming import IncomingTopic, ReceivedTopic
 from pyros1.bridge.exchange.outgoing import Drop
 from pyros1.bridge.exchange.outputs import Candidate, Feed, Output, Outputs, choose
@@ -26,7 +27,6 @@ from pyros1.bridge.protocol.key_expressions import to_key, topic_key
 from pyros1.bridge.protocol.packets import (
     MAX_PUBLISHERS,
     Definition,
-    Flag,
     Gone,
     Held,
     Kind,
@@ -40,7 +40,6 @@ from pyros1.bridge.protocol.packets import (
 )
 from pyros1.bridge.rules.namespaces import LocalNamespaces
 from pyros1.bridge.rules.rules import Rules, Settings, is_command
-from pyros1.ground.errors import MessageError
 
 MAX_TOPICS = 2_000
 """Maximum number of topics of a site that are published here: all of them are registered with the master."""
@@ -48,8 +47,6 @@ _MAX_ASKED = 100
 """Maximum number of definitions to ask for at a time."""
 _PAUSE = 10.0
 """Seconds after the return of a site in which subscribers can come back: nodes need some time to connect again."""
-_EARLY_TOLERANCE = 0.05
-"""Seconds by which a message may be older than the request for its topic, since ages are upper bounds."""
 
 
 class Receiving:
@@ -340,43 +337,7 @@ class Receiving:
         return self._deliver((peer, topic), incoming, incoming.stream.accept(head, body, now), now)
 
     def _deliver(self, feed: Feed, incoming: IncomingTopic, deliveries: Iterable[Delivery], now: float) -> list[Action]:
-        actions: list[Action] = []
-        local = incoming.settings.local
-        for head, body in deliveries:
-            source = Source(*feed, head.publisher)
-            if body is None:
-                actions += self._outputs.forget(local, source)
-                continue
-            if reason := self._reason_to_drop(feed[0], incoming, head, len(body), now):
-                incoming.flow.drop(reason)
-                continue
-            try:
-                body = incoming.prefixer.change(body)  # noqa: PLW2901 - with prefixes, if a rule asks for them
-            except MessageError:
-                incoming.flow.drop(Drop.DAMAGED)
-                continue
-            incoming.flow.count(len(body))
-            is_latched = bool(head.flags & Flag.LATCHED) and self._outputs.is_latched(local)
-            if is_latched:
-                self._outputs.hold(local, source)
-            actions.append(Publish(local, source, body, is_latched))
-        return actions
-
-    def _reason_to_drop(
-        self, peer: str, incoming: IncomingTopic, head: MessageHead, size: int, now: float
-    ) -> str | None:
-        settings = incoming.settings
-        if size > settings.max_size:
-            return Drop.SIZE
-        is_latched = bool(head.flags & Flag.LATCHED) and incoming.offered.latched
-        age = self._peers[peer].clock.age(head.received_at, now)
-        max_age = settings.max_age(is_latched)
-        if max_age is not None and (age is None or age > max_age):
-            return Drop.OLD
-        # An earlier run of this site may have delivered what was sent before this one wanted it.
-        if not is_latched and (age is None or age > now - incoming.wanted_since + _EARLY_TOLERANCE):
-            return Drop.EARLY
-        return None if is_latched else incoming.reason_to_limit(head.publisher, now)
+        return deliver(feed, incoming, deliveries, self._peers[feed[0]].clock, self._outputs, now)
 
     def on_tails(self, peer: str, tails: Mapping[SharedName, int], now: float) -> list[Action]:
         """Note the numbers of the last messages that another site has sent, and return the actions that follow."""

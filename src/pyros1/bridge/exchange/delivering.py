@@ -1,0 +1,75 @@
+"""What becomes of the messages of another site that are to be published here. No I/O."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from pyros1.bridge.exchange.actions import Action, Publish, Source
+from pyros1.bridge.exchange.clock_offset import ClockOffset
+from pyros1.bridge.exchange.incoming import IncomingTopic
+from pyros1.bridge.exchange.outgoing import Drop
+from pyros1.bridge.exchange.outputs import Feed, Outputs
+from pyros1.bridge.exchange.streams import Delivery
+from pyros1.bridge.protocol.packets import Flag, MessageHead
+from pyros1.ground.errors import MessageError
+
+_EARLY_TOLERANCE = 0.05
+"""Seconds by which a message may be older than the request for its topic, since ages are upper bounds."""
+
+
+def deliver(
+    feed: Feed,
+    incoming: IncomingTopic,
+    deliveries: Iterable[Delivery],
+    clock: ClockOffset,
+    outputs: Outputs,
+    now: float,
+) -> list[Action]:
+    """Return what is to be done about messages of a topic, and count them.
+
+    Args:
+        feed: the site and the topic.
+        incoming: the topic.
+        deliveries: the messages, and publishers that are gone.
+        clock: the site's clock.
+        outputs: what is published here.
+        now: the current time.
+    """
+    actions: list[Action] = []
+    local = incoming.settings.local
+    for head, body in deliveries:
+        source = Source(*feed, head.publisher)
+        if body is None:
+            actions += outputs.forget(local, source)
+            continue
+        if reason := _reason_to_drop(incoming, head, len(body), clock, now):
+            incoming.flow.drop(reason)
+            continue
+        try:
+            body = incoming.prefixer.change(body)  # noqa: PLW2901 - with prefixes, if a rule asks for them
+        except MessageError:
+            incoming.flow.drop(Drop.DAMAGED)
+            continue
+        incoming.flow.count(len(body))
+        is_latched = bool(head.flags & Flag.LATCHED) and outputs.is_latched(local)
+        if is_latched:
+            outputs.hold(local, source)
+        actions.append(Publish(local, source, body, is_latched))
+    return actions
+
+
+def _reason_to_drop(
+    incoming: IncomingTopic, head: MessageHead, size: int, clock: ClockOffset, now: float
+) -> str | None:
+    settings = incoming.settings
+    if size > settings.max_size:
+        return Drop.SIZE
+    is_latched = bool(head.flags & Flag.LATCHED) and incoming.offered.latched
+    age = clock.age(head.received_at, now)
+    max_age = settings.max_age(is_latched)
+    if max_age is not None and (age is None or age > max_age):
+        return Drop.OLD
+    # An earlier run of this site may have delivered what was sent before this one wanted it.
+    if not is_latched and (age is None or age > now - incoming.wanted_since + _EARLY_TOLERANCE):
+        return Drop.EARLY
+    return None if is_latched else incoming.reason_to_limit(head.publisher, now)
