@@ -8,13 +8,15 @@ from random import Random
 
 import pytest
 
+from pyros1.bridge.exchange.outgoing import ReceivedMessage
+from pyros1.bridge.names import SharedName
 from pyros1.bridge.rates import Rates
-from pyros1.bridge.status import listed, status_json, status_lines
+from pyros1.bridge.status import flow_counts, listed, status_json, status_lines
 from pyros1.bridge.transport.inbox import Inbox
 from pyros1.bridge.transport.memory_link import MemoryNetwork
 from pyros1.bridge.transport.sender import Sender
 
-from .pair import Pair, rules
+from .pair import STRING, Pair, rules
 
 STATUS = {
     "site": "base",
@@ -146,6 +148,21 @@ def test_a_site_that_offers_too_much(monkeypatch: pytest.MonkeyPatch) -> None:
     more = status["not_listed"]["arm"]
     assert len(text) < 200_000 and len(status["received"]) + more == 3000
     assert f"  {more} more topics and services of arm are not listed" in [*status_lines(status)]
+
+
+def test_topics_that_flow_are_counted() -> None:
+    pair = Pair(rules("take: ['*:**']", "base"), rules("send: ['/**']", "arm"))
+    pair.wait()
+    pair.publish("arm", "/a", "/b")
+    pair.wait()
+    pair.pass_on("base", pair.sites["base"].set_demand({"/arm/a", "/arm/b"}, pair.now))
+    pair.wait()
+    message = ReceivedMessage("/node", STRING._md5sum, False, b"\x01\0\0\0x")
+    for _ in range(2):
+        pair.pass_on("arm", pair.sites["arm"].on_message("/a", message, False, pair.now))
+    topic = SharedName("arm", "/a")
+    assert flow_counts(pair.sites["arm"]) == {("", topic): (2, 10)}
+    assert flow_counts(pair.sites["base"]) == {("arm", topic): (2, 10)}
 
 
 @pytest.mark.parametrize(

@@ -12,6 +12,7 @@ from pyros1.bridge.exchange.call_packets import CallCounts
 from pyros1.bridge.exchange.calls import OtherService
 from pyros1.bridge.exchange.incoming import ReceivedTopic
 from pyros1.bridge.exchange.outgoing import OutgoingTopic
+from pyros1.bridge.exchange.sending import Flow
 from pyros1.bridge.exchange.site import Site
 from pyros1.bridge.protocol.key_expressions import again_key, topic_key
 from pyros1.bridge.rates import Count, Rate, Rates
@@ -167,13 +168,12 @@ def _called_size(service: OtherService) -> int:
 
 
 def flow_counts(site: Site) -> dict[Hashable, Count]:
-    """Return how much of each topic has been sent and received, for the rates in the status."""
-    counts: dict[Hashable, Count] = {
-        ("", topic.topic): Count(flow.messages, flow.bytes) for topic, _, flow in site.sent()
-    }
-    for each in site.received():
-        counts[each.peer, each.topic] = Count(each.flow.messages, each.flow.bytes)
-    return counts
+    """Return how much of each topic has been sent and received, for the rates in the status; without those of which
+    nothing has. This is called each second, and there may be thousands of topics.
+    """
+    flows: list[tuple[Hashable, Flow]] = [(("", topic.topic), flow) for topic, _, flow in site.sent()]
+    flows += site.receiving.flows()
+    return {key: Count(flow.messages, flow.bytes) for key, flow in flows if flow.messages}
 
 
 def _rate_cells(rate: Rate | None) -> dict[str, float | None]:

@@ -387,6 +387,10 @@ class Receiving:
             return "site lost"
         return self._unusable.get(feed) or ("subscribed" if incoming.is_wanted else "no subscribers here")
 
+    def flows(self) -> list[tuple[Feed, Flow]]:
+        """Return the flows of the topics that are taken."""
+        return [(feed, incoming.flow) for feed, incoming in self._incoming.items()]
+
     def topics(self) -> list[ReceivedTopic]:
         """Return the topics of other sites, for the status."""
         found = [
