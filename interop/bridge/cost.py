@@ -1,12 +1,14 @@
 """What bridges cost: time of the processor and memory, for the figures of a fleet in ``howto/sites.md``.
 
 All sites are on this machine, each with a master of pyros1. Run it on an idle machine: `python interop/bridge/cost.py`
-prints a table in two minutes.
+prints a table in two minutes; with ``--compare``, in four minutes, one that compares bridges with a relay of twenty
+lines: what a message costs over TCP and zenoh alone.
 """
 
 from __future__ import annotations
 
 import contextlib
+import itertools
 import json
 import os
 import socket
@@ -16,9 +18,8 @@ import sys
 import time
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
-import pyros1
 from pyros1.master.server import Master
 
 SECONDS = 6.0
@@ -42,13 +43,31 @@ COMPARED = (*LOADS, Load("commands, 48 bytes", 48, 1000.0), Load("scans, 6 kB", 
 
 
 class Process:
-    """A process of ``pyros1 bridge``, or of the relay that it is compared with."""
+    """A process of this folder or of ``pyros1``."""
 
-    def __init__(self, uri: str, *words: str, relay: bool = False) -> None:
-        environ = {**os.environ, "ROS_MASTER_URI": uri, "ROS_HOSTNAME": "localhost"}
-        what = [str(Path(__file__).with_name("relay.py"))] if relay else ["-m", "pyros1", "bridge"]
-        command = [sys.executable, *what, *words]
-        self.process = subprocess.Popen(command, env=environ, stderr=subprocess.DEVNULL, stdout=subprocess.DEVNULL)
+    def __init__(self, uri: str, *command: str) -> None:
+        environ = {**os.environ, "ROS_MASTER_URI": uri, "ROS_HOSTNAME": "localhost", "ROS_HOME": "/tmp/pyros1_cost"}
+        if command[0].endswith(".py"):
+            command = (str(Path(__file__).with_name(command[0])), *command[1:])
+        self.process = subprocess.Popen(
+            [sys.executable, *command],
+            env=environ,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            text=True,
+        )
+
+    def tell(self, line: str) -> None:
+        """Write a line to its input."""
+        assert self.process.stdin
+        self.process.stdin.write(line + "\n")
+        self.process.stdin.flush()
+
+    def answer(self) -> str:
+        """Return the next line of its output."""
+        assert self.process.stdout
+        return self.process.stdout.readline().strip()
 
     def cpu(self) -> float:
         """Return the processor time that it has used in seconds."""
@@ -63,30 +82,7 @@ class Process:
     def close(self) -> None:
         """End it."""
         self.process.terminate()
-        self.process.wait(20)
-
-
-class Robot:
-    """A site that sends what is published on /a."""
-
-    def __init__(self, number: int, stack: contextlib.ExitStack, endpoint: str, with_relay: bool) -> None:
-        self.name = f"robot{number}"
-        self.master = Master(port=0, bind_host="127.0.0.1")
-        self.master.start()
-        stack.callback(self.master.stop)
-        self.node = make_node(stack, self.master.uri)
-        self.publisher: Any = self.node.advertise("/a", "std_msgs/String", queue_size=10)
-        words = ("send", endpoint) if with_relay else ("--site", self.name, "--to", endpoint, "--send", "/a")
-        self.bridge = Process(self.master.uri, *words, relay=with_relay)
-        stack.callback(self.bridge.close)
-
-
-def make_node(stack: contextlib.ExitStack, uri: str) -> pyros1.Node:
-    """Return a node that ends with the stack."""
-    environ = {"ROS_MASTER_URI": uri, "ROS_HOSTNAME": "localhost", "ROS_HOME": "/tmp/pyros1_cost"}
-    node = pyros1.Node("user", argv=[], environ=environ, handle_signals=False)
-    stack.callback(node.shutdown)
-    return node
+        self.process.communicate(timeout=20)
 
 
 class Fleet:
@@ -95,52 +91,67 @@ class Fleet:
     def __init__(
         self, stack: contextlib.ExitStack, count: int, with_router: bool = False, with_relay: bool = False
     ) -> None:
+        self._stack = stack
         with socket.socket() as probe:
             probe.bind(("127.0.0.1", 0))
             endpoint = f"tcp/127.0.0.1:{probe.getsockname()[1]}"
-        self.master = Master(port=0, bind_host="127.0.0.1")
-        self.master.start()
-        stack.callback(self.master.stop)
-        self.router = Process("", "router", "--listen", endpoint) if with_router else None
-        if self.router is not None:
-            stack.callback(self.router.close)
+        bridge = ("-m", "pyros1", "bridge")
         where = ("--to", endpoint) if with_router else ("--listen", endpoint)
-        words = ("receive", endpoint) if with_relay else ("--site", "base", *where, "--take", "*:**")
-        self.base = Process(self.master.uri, *words, relay=with_relay)
-        stack.callback(self.base.close)
-        self.robots = [Robot(number, stack, endpoint, with_relay) for number in range(count)]
-        self.received = 0
-        self.node = make_node(stack, self.master.uri)
-        for robot in self.robots:
-            self.node.subscribe(f"/{robot.name}/a", "std_msgs/String", self._count)
-        for robot in self.robots:
-            assert robot.publisher.wait_for_subscribers(1, 60), f"the bridge of {robot.name} does not send"
+        uri = self._master()
+        self._bridges: dict[str, Process] = {}
+        if with_router:
+            self._bridges["router"] = self._start("", *bridge, "router", "--listen", endpoint)
+        words = (
+            ("relay.py", "receive", endpoint) if with_relay else (*bridge, "--site", "base", *where, "--take", "*:**")
+        )
+        self._bridges["base"] = self._start(uri, *words)
+        self.publishers = []
+        names = [f"robot{number}" for number in range(count)]
+        self._subscriber = self._start(uri, "user_node.py", "subscribe", *(f"/{name}/a" for name in names))
+        for name in names:
+            uri = self._master()
+            words = (*bridge, "--site", name, "--to", endpoint, "--send", "/a")
+            robot = self._start(uri, *(("relay.py", "send", endpoint) if with_relay else words))
+            self._bridges.setdefault("robot", robot)
+            self.publishers.append(self._start(uri, "user_node.py", "publish", "/a"))
+        for publisher in self.publishers:
+            assert publisher.answer() == "ready"
         time.sleep(3)
 
-    def _count(self, _: Any) -> None:
-        self.received += 1
+    def _master(self) -> str:
+        master = Master(port=0, bind_host="127.0.0.1")
+        master.start()
+        self._stack.callback(master.stop)
+        return master.uri
+
+    def _start(self, uri: str, *command: str) -> Process:
+        process = Process(uri, *command)
+        self._stack.callback(process.close)
+        return process
 
     def processes(self) -> dict[str, Process]:
         """Return the processes that are measured."""
-        found = {"robot": self.robots[0].bridge, "base": self.base}
-        return found if self.router is None else {**found, "router": self.router}
+        return {**self._bridges, "publisher": self.publishers[0], "subscriber": self._subscriber}
+
+    def _count(self) -> int:
+        self._subscriber.tell("")
+        return int(self._subscriber.answer())
 
     def measure(self, load: Load | None) -> dict[str, float]:
         """Return the processor time of each process in seconds per second, and the messages that came per second."""
-        body = "x" * (load.size - 4) if load else ""
         before = {name: each.cpu() for name, each in self.processes().items()}
-        came, start = self.received, time.monotonic()
+        came, start = self._count(), time.monotonic()
         if load is None:
             time.sleep(SECONDS)
         else:
-            for number in range(int(SECONDS * load.rate)):
-                time.sleep(max(0.0, start + number / load.rate - time.monotonic()))
-                for robot in self.robots:
-                    robot.publisher.publish(body)
+            for publisher in self.publishers:
+                publisher.tell(f"{load.size} {load.rate} {SECONDS}")
+            for publisher in self.publishers:
+                assert publisher.answer() == "done"
         time.sleep(0.5)
         took = time.monotonic() - start
         found = {name: (each.cpu() - before[name]) / took for name, each in self.processes().items()}
-        return {**found, "messages": (self.received - came) / took}
+        return {**found, "messages": (self._count() - came) / took}
 
 
 def rows() -> Iterator[list[str]]:
@@ -168,7 +179,8 @@ ROUNDS = 3
 
 
 def comparison() -> Iterator[list[str]]:
-    """Yield the rows of the table that compares bridges with relays."""
+    """Yield the rows of the table that compares bridges with relays, each with the user's node at its side."""
+    sides = (("robot", "publisher"), ("base", "subscriber"))
     costs: dict[tuple[Load, str, bool], list[float]] = {}
     for _ in range(ROUNDS):
         for with_relay in (False, True):
@@ -177,22 +189,24 @@ def comparison() -> Iterator[list[str]]:
                 idle = fleet.measure(None)
                 for load in COMPARED:
                     found = fleet.measure(load)
-                    for name in WHO[:2]:
+                    for name in itertools.chain(*sides):
                         cost = 1e6 * (found[name] - idle[name]) / max(1.0, found["messages"])
                         costs.setdefault((load, name, with_relay), []).append(cost)
     for load in COMPARED:
         cells = []
-        for name in WHO[:2]:
-            bridge, relay = (statistics.median(costs[load, name, with_relay]) for with_relay in (False, True))
-            cells += [f"{bridge:.0f} µs", f"{relay:.0f} µs", f"{bridge / relay:.2f}"]
+        for bridge, node in sides:
+            user = statistics.median(costs[load, node, False] + costs[load, node, True])
+            ours, relay = (statistics.median(costs[load, bridge, with_relay]) for with_relay in (False, True))
+            cells += [f"{user:.0f}", f"{ours:.0f}", f"{relay:.0f}", f"{(user + ours) / (user + relay):.2f}"]
         yield [load.name, f"{load.rate:.0f}", *cells]
 
 
 def main() -> None:
     """Print the tables."""
     if sys.argv[1:] == ["--compare"]:
-        print("| messages | /s | robot: bridge | relay | ratio | base: bridge | relay | ratio |")
-        print("|---|---|---|---|---|---|---|---|")
+        titles = ("publisher", "robot's bridge", "relay", "ratio", "subscriber", "base's bridge", "relay", "ratio")
+        print("| µs per message |", " | ".join(("/s", *titles)), "|")
+        print("|---|---|---|---|---|---|---|---|---|---|")
         for row in comparison():
             print("|", " | ".join(row), "|", flush=True)
         return
