@@ -105,6 +105,15 @@ def test_what_waits_is_sent_at_the_end(link: SlowLink) -> None:
     assert link.sent.qsize() == 100
 
 
+@pytest.mark.parametrize("priority", [Priority.URGENT, Priority.NORMAL])
+def test_a_last_packet_that_the_link_does_not_send_at_once_is_sent(link: SlowLink, priority: Priority) -> None:
+    for number in range(30):
+        sender = Sender(link, lambda: 0.0, lambda error: None)
+        sender.put(Send("a", b"", b"%d" % number, priority))
+        sender.close()
+        assert link.sent.get_nowait() == b"%d" % number
+
+
 def test_listening_begins_before_the_request_is_sent(link: SlowLink, sender: Sender) -> None:
     for number in range(3):
         sender.listen("red", f"t{number}", True)

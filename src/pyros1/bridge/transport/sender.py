@@ -163,12 +163,16 @@ class SendingThread:
     def _note_slow(self) -> None:
         self._tasks.extend(partial(self._on_slow, site) for site in self.lanes.pop_slow())
 
+    @property
+    def _has_work(self) -> bool:
+        return self._is_sending or bool(self._tasks) or not self.lanes.is_empty
+
     def close(self) -> None:
         """Send what waits, for a short time, and end the thread."""
         deadline = monotonic() + FLUSH_TIME
         with self._lock:
             self._is_flushing = True
-            while (self._is_sending or not self.lanes.is_empty) and (left := deadline - monotonic()) > 0:
+            while self._has_work and (left := deadline - monotonic()) > 0:
                 self._changed.wait(left)
             self._is_closing = True
             self._changed.notify_all()
