@@ -225,19 +225,24 @@ def test_close_waits_for_what_is_sent_at_once(link: SlowLink, monkeypatch: pytes
     assert link.sent.get_nowait() == b"first"
 
 
-def test_after_a_long_wait_the_thread_sends(link: SlowLink) -> None:
+@pytest.mark.parametrize(
+    ("took", "laters"),
+    [(0.0006, (0.0, 0.05, 0.04, 0.02)), (2.0, (0.0, 0.2, 199.0, 1.0)), (50.0, (0.0, 0.2, 299.0, 1.0))],
+)
+def test_after_a_long_wait_the_thread_sends(link: SlowLink, took: float, laters: tuple[float, ...]) -> None:
+    """The longer the thread that put a packet had to wait, the longer it is before that may happen again."""
     now = [0.0]
     sender = Sender(link, lambda: now[0], lambda error: None)
     link.sends_at_once = True
 
     def send_slowly(packet: Send) -> bool:
-        now[0] += 0.001
+        now[0] += took
         link.send(packet)
         return True
 
     link.send_at_once = send_slowly  # type: ignore[method-assign]
     try:
-        for later in (0.0, 0.0, 0.09, 0.02):
+        for later in laters:
             now[0] += later
             sender.put(Send("a", b"", b"x"))
             link.sent.get(timeout=PATIENCE)
@@ -253,6 +258,21 @@ def test_errors_at_once_are_reported(link: SlowLink, sender: Sender, errors: lis
     assert errors == ["the network is gone"]
     sender.put(Send("a", b"", b"next"))
     assert link.sent.get_nowait() == b"next"
+
+
+def test_a_mistake_while_an_error_is_reported_does_not_stop_the_thread(link: SlowLink) -> None:
+    def fail(error: Exception) -> None:
+        raise ValueError("a mistake")
+
+    sender = Sender(link, lambda: 0.0, fail)
+    link.sends_at_once = True
+    try:
+        with pytest.raises(ValueError, match="a mistake"):
+            sender.put(Send("a", b"", b"error"))
+        sender.put(Send("a", b"", b"next"))
+        assert link.sent.get(timeout=PATIENCE) == b"next"
+    finally:
+        sender.close()
 
 
 @pytest.mark.parametrize("sends_at_once", [True, False])

@@ -24,7 +24,11 @@ AT_ONCE_BYTES = 48 << 10
 _AT_ONCE_TIME = 0.0005
 """Seconds that this may take; if it takes longer, the network takes no more, or the machine is busy."""
 _AT_ONCE_PAUSE = 0.1
-"""Seconds in which the thread then sends everything, since others wait for the thread that puts packets."""
+_LONGEST_PAUSE = 300.0
+_PAUSE_FACTOR = 100
+"""Seconds in which the thread then sends everything, since others wait for the thread that puts packets: at least, at
+most, and for each second that it took, so that a hundredth of the time is lost.
+"""
 FLUSH_TIME = 0.5
 """Maximum seconds to wait at the end until waiting packets are sent."""
 
@@ -88,16 +92,18 @@ class SendingThread:
 
     def _put_through(self, lane: str, packet: Send, start: float) -> None:
         try:
-            self._send(lane, packet, self._send_at_once)
-        except Exception as error:  # noqa: BLE001 - the link's library has errors of its own
-            self._on_error(error)
-        end = self._clock()
-        with self._lock:
-            if end - start > _AT_ONCE_TIME:
-                self._at_once_from = end + _AT_ONCE_PAUSE
-            self._is_sending = False
-            if self._tasks or not self.lanes.is_empty or self._is_flushing:
-                self._changed.notify_all()
+            try:
+                self._send(lane, packet, self._send_at_once)
+            except Exception as error:  # noqa: BLE001 - the link's library has errors of its own
+                self._on_error(error)
+        finally:
+            end = self._clock()
+            with self._lock:
+                if (took := end - start) > _AT_ONCE_TIME:
+                    self._at_once_from = end + min(_LONGEST_PAUSE, max(_AT_ONCE_PAUSE, _PAUSE_FACTOR * took))
+                self._is_sending = False
+                if self._tasks or not self.lanes.is_empty or self._is_flushing:
+                    self._changed.notify_all()
 
     def _send_at_once(self, packet: Send) -> None:
         if self._tasks or not self._link.send_at_once(packet):
