@@ -135,6 +135,34 @@ def test_a_site_that_dials_several(make_station: Any, free_ports: Any) -> None:
     hello_until_heard(red, *stations)
 
 
+def test_who_may_forward_large_packets_sends_only_urgent_ones_at_once(make_station: Any, endpoint: str) -> None:
+    """zenoh makes small ones wait for large ones of other sites that have the same priority."""
+    packets = {priority: Send("hello", b"h", b"x", priority) for priority in Priority}
+
+    def at_once(station: Station) -> set[Priority]:
+        return {priority for priority, packet in packets.items() if station.link.send_at_once(packet)}
+
+    def declare(station: Station) -> None:
+        for packet in packets.values():
+            station.link.send(packet)
+
+    base, red = make_station("base", (), (endpoint,)), make_station("red", (endpoint,))
+    assert at_once(base) == set()
+    hello_until_heard(red, base)
+    declare(base)
+    declare(red)
+    assert at_once(base) == {Priority.URGENT, Priority.HIGH}  # it does not know of red yet
+    wait_until(lambda: len(base.link.connections()) == 1, "red is seen")
+    assert at_once(base) == {*Priority}
+    blue = make_station("blue", (endpoint,))
+    hello_until_heard(blue, base)
+    wait_until(lambda: len(base.link.connections()) == 2, "blue is seen")
+    assert at_once(base) == {Priority.URGENT, Priority.HIGH}
+    assert len(red.link.connections()) == 1 and at_once(red) == {*Priority}
+    red.link.close()
+    assert at_once(red) == set()
+
+
 def test_many_packets_in_order(make_station: Any, endpoint: str) -> None:
     base = make_station("base", (), (endpoint,))
     red = make_station("red", (endpoint,))

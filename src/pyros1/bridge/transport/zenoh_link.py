@@ -205,6 +205,8 @@ class ZenohLink(ZenohSession):
         self._publishers: dict[tuple[str, Priority], Any] = {}
         self._topics: dict[tuple[str, str], Any] = {}
         self._fixed: list[Any] = []
+        self._is_client = len(connect) == 1 and not listen
+        self._may_forward = not self._is_client
         super().__init__(site, connect, listen, settings)
 
     def on_open(self) -> None:
@@ -232,10 +234,19 @@ class ZenohLink(ZenohSession):
         if publisher is not None:
             publisher.put(packet.body, attachment=packet.head)
 
+    def connections(self) -> list[Connection]:
+        """See `ZenohSession`. To be called about once per second, so that `send_at_once` knows whom there is."""
+        found = super().connections()
+        self._may_forward = not self._is_client and len(found) != 1  # with none, this version may be unable to tell
+        return found
+
     def send_at_once(self, packet: Send) -> bool:
         """Send a small packet, unless that would have to wait for something to be declared. Where a connection takes
-        nothing, zenoh waits a millisecond before it drops the packet.
+        nothing, zenoh waits a millisecond before it drops the packet; but where it forwards a large packet of the same
+        priority from one connection to another, until that is sent. So then only urgent packets are sent at once.
         """
+        if self._may_forward and packet.priority > Priority.HIGH:
+            return False
         publisher = self._publishers.get((packet.key, packet.priority))  # without the lock: that may be held for long
         if publisher is None or self.is_closing:
             return False
