@@ -15,6 +15,8 @@ from pyros1.bridge.protocol.key_expressions import ROOT, Key, parse_key
 from pyros1.bridge.protocol.packet_values import MAX_BODY
 from pyros1.bridge.transport.inbox import Received
 
+from .conftest import wait_until
+
 PATIENCE = 10.0
 WORKER = "bridge: packets"
 
@@ -86,10 +88,31 @@ def test_where_nothing_waits_the_thread_that_brings_a_packet_deals_with_it(machi
         if handler == own:
             break
     assert handler == own
-    machine.receive(bytes(MAX_BODY - len(b"head")), CONTROL)
-    machine.next()
+
+
+def test_the_thread_deals_with_what_takes_long(machine: Machine) -> None:
+    """Meanwhile, what other sites send need not wait in the link, where nobody gets a turn."""
+    machine.worker.start()
+    machine.ticks.get(timeout=PATIENCE)  # the worker waits
+    for _ in range(3):
+        for size, on in ((60_000, CONTROL), (MAX_BODY - len(b"head"), CONTROL), (2_000_000, TOPIC)):
+            machine.receive(bytes(size), on)
+            body, handler = machine.next()
+            assert len(body) == size and handler == WORKER
     machine.receive(bytes(MAX_BODY), CONTROL)
     assert machine.worker.inbox.dropped == 1 and machine.handled.empty()
+
+
+@pytest.mark.parametrize(("size", "on"), [(40_000, CONTROL), (900_000, TOPIC)])
+def test_the_thread_leaves_what_takes_little_to_the_link(machine: Machine, size: int, on: Key) -> None:
+    machine.worker.start()
+    handler = WORKER
+    for _ in range(1000):
+        machine.receive(bytes(size), on)
+        handler = machine.next()[1]
+        if handler != WORKER:
+            break
+    assert handler == threading.current_thread().name
 
 
 def test_a_link_does_not_wait_for_the_lock(machine: Machine) -> None:
@@ -149,6 +172,68 @@ def test_after_the_end_nothing_is_dealt_with(machine: Machine) -> None:
     machine.worker.close()
     machine.receive(b"late")
     assert machine.handled.empty() and not machine.worker.inbox.is_empty
+
+
+def test_in_a_flood_the_thread_deals_with_packets(machine: Machine, monkeypatch: pytest.MonkeyPatch) -> None:
+    """In the link, where packets wait for those before them, sites do not take turns."""
+    monkeypatch.setattr("pyros1.bridge.packet_worker._TICK", 1.0)  # a tick may take over
+    own = threading.current_thread().name
+    machine.worker.start()
+    machine.ticks.get(timeout=PATIENCE)
+    machine.on_packet = lambda _: threading.Event().wait(0.02)
+    for number in range(40):
+        machine.receive(b"%d" % number)
+    handled = [machine.next() for _ in range(40)]
+    assert [body for body, _ in handled] == [b"%d" % number for number in range(40)]
+    assert [handler for _, handler in handled].count(own) < 10
+    machine.on_packet = lambda _: None
+
+    def is_over() -> bool:
+        machine.receive(b"later")
+        return machine.next()[1] == own
+
+    wait_until(is_over, "the flood is over")
+
+
+@pytest.mark.parametrize("brings_link", [True, False])
+def test_close_waits_for_the_packet_that_is_dealt_with(machine: Machine, brings_link: bool) -> None:
+    """What it uses is closed afterwards."""
+    begun, end = threading.Event(), threading.Event()
+
+    def deal_with(body: bytes) -> None:
+        begun.set()
+        assert end.wait(PATIENCE)
+
+    machine.on_packet = deal_with
+    if not brings_link:
+        machine.receive(b"early")
+    machine.worker.start()
+    machine.ticks.get(timeout=PATIENCE) if brings_link else begun.wait(PATIENCE)
+    link = threading.Thread(target=machine.receive, args=(b"slow",), name="link")
+    link.start()
+    assert begun.wait(PATIENCE)
+    start = steady_now()
+    closer = threading.Thread(target=machine.worker.close)
+    closer.start()
+    closer.join(0.3)
+    assert closer.is_alive() and machine.handled.empty()
+    end.set()
+    closer.join(PATIENCE)
+    assert not closer.is_alive() and steady_now() - start < 2.0
+    assert machine.next()[1] == ("link" if brings_link else WORKER)
+    link.join(PATIENCE)
+
+
+def test_time_does_not_go_back(machine: Machine) -> None:
+    """A tick that had to wait for the lock gets the time at which it begins."""
+    machine.worker.start()
+    machine.ticks.get(timeout=PATIENCE)
+    with machine.lock:
+        threading.Event().wait(0.3)
+        while not machine.ticks.empty():
+            machine.ticks.get()
+        end = steady_now()
+    assert machine.ticks.get(timeout=PATIENCE) >= end
 
 
 def test_many_threads(machine: Machine) -> None:

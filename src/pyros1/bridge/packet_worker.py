@@ -12,6 +12,10 @@ from pyros1.bridge.transport.inbox import Inbox, Received
 
 _TICK = 0.1
 """Seconds between ticks of the state machine."""
+_AT_ONCE_TIME = 0.05
+"""Seconds between two ticks in which the link's threads deal with packets. In a flood, sites must take turns, but
+packets wait in the link in the order in which they came.
+"""
 _JOIN_TIME = 3.0
 
 
@@ -46,6 +50,7 @@ class PacketWorker:
         self._lock = threading.Lock()
         self._changed = threading.Condition(self._lock)
         self._is_busy = False  # whether a thread deals with a packet
+        self._at_once_time = 0.0  # for how long the link's threads have done so since the last tick
         self._is_started = False
         self._is_closing = False
         self._thread = threading.Thread(target=self._run, name="bridge: packets", daemon=True)
@@ -66,21 +71,24 @@ class PacketWorker:
                     self._changed.notify()
                 return
             self._is_busy = True
+        start = self._clock()
         try:
             self._deal_with(packet)
         finally:
             self._state_lock.release()
             with self._lock:
                 self._is_busy = False
-                if not self.inbox.is_empty:
-                    self._changed.notify()
+                self._at_once_time += self._clock() - start
+                if not self.inbox.is_empty or self._is_closing:
+                    self._changed.notify_all()
 
     def _may_deal_with(self, packet: Received) -> bool:
         """Return whether the link's thread may deal with a packet at once; then it has the state machine's lock."""
         return (
             not self._is_busy
             and self.inbox.is_empty  # otherwise the inbox decides which packet is next
-            and self.inbox.takes(packet)
+            and self.inbox.is_cheap(packet)  # what other sites send waits in the link meanwhile
+            and self._at_once_time < _AT_ONCE_TIME
             and self._is_started
             and not self._is_closing
             and self._state_lock.acquire(blocking=False)
@@ -100,12 +108,16 @@ class PacketWorker:
                     self._deal_with(packet)
                 with self._lock:
                     self._is_busy = False
+                    if self._is_closing:
+                        self._changed.notify_all()
             now = self._clock()
             if now >= next_tick:
                 next_tick = now + _TICK
+                with self._lock:
+                    self._at_once_time = 0.0
                 try:
                     with self._state_lock:
-                        self._on_tick(now)
+                        self._on_tick(self._clock())  # perhaps later: packets may have come first
                 except Exception as error:  # noqa: BLE001 - see above
                     self._on_error(error)
 
@@ -119,9 +131,13 @@ class PacketWorker:
             return packet
 
     def close(self) -> None:
-        """Deal with no further packets, and end the thread."""
-        self._is_closing = True
+        """Deal with no further packets, and end the thread. This waits a short time for the packet that a thread deals
+        with just now.
+        """
+        deadline = self._clock() + _JOIN_TIME
         with self._lock:
+            self._is_closing = True
             self._changed.notify_all()
+            self._changed.wait_for(lambda: not self._is_busy, _JOIN_TIME)
         if self._is_started:
-            self._thread.join(_JOIN_TIME)
+            self._thread.join(max(0.0, deadline - self._clock()))

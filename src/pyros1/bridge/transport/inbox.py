@@ -25,6 +25,8 @@ _PACKET_COST = 2_000
 """What a packet costs besides its bytes: its fixed time, in the time to copy a byte."""
 _CONTROL_FACTOR = 20
 """How many times longer it takes to read a byte of JSON."""
+_CHEAP_COST = 1_000_000
+"""Maximum cost of a packet for which others, which do not wait here, may wait: about a millisecond."""
 
 Received = tuple[Key, bytes, bytes]
 """A packet that has come: key, head and body."""
@@ -89,9 +91,9 @@ class Inbox:
         return not self._sites
 
     @staticmethod
-    def takes(packet: Received) -> bool:
-        """Return whether a packet is not too large."""
-        return packet[0].topic is not None or _size(packet) <= MAX_BODY
+    def is_cheap(packet: Received) -> bool:
+        """Return whether dealing with a packet takes so little time that it need not wait here for its turn."""
+        return _cost(packet) <= _CHEAP_COST
 
     def put(self, packet: Received) -> None:
         """Add a packet. If too many messages of its site wait, the oldest is dropped; of other packets, the new one. If
@@ -100,7 +102,7 @@ class Inbox:
         key, size = packet[0], _size(packet)
         site = self._sites.get(key.site)
         is_control = key.topic is None
-        if (site is None and len(self._sites) >= _MAX_SITES) or not self.takes(packet):
+        if (site is None and len(self._sites) >= _MAX_SITES) or (is_control and size > MAX_BODY):
             self.dropped += 1
             return
         if site is None:
@@ -154,12 +156,8 @@ class Inbox:
             return None
         name, site = min(self._sites.items(), key=lambda item: item[1].cost)
         self._cost = site.cost
-        if site.control:
-            packet = site.pop_control()
-            site.cost += _PACKET_COST + _CONTROL_FACTOR * _size(packet)
-        else:
-            packet = site.pop_message()
-            site.cost += _PACKET_COST + _size(packet)
+        packet = site.pop_control() if site.control else site.pop_message()
+        site.cost += _cost(packet)
         self._bytes -= _size(packet)
         self._forget_if_empty(name, site)
         return packet
@@ -167,3 +165,7 @@ class Inbox:
 
 def _size(packet: Received) -> int:
     return len(packet[1]) + len(packet[2])
+
+
+def _cost(packet: Received) -> int:
+    return _PACKET_COST + _size(packet) * (_CONTROL_FACTOR if packet[0].topic is None else 1)
