@@ -151,6 +151,67 @@ def test_others_do_not_wait_for_a_packet_either(machine: Machine) -> None:
     slow.join(PATIENCE)
 
 
+def test_the_thread_takes_no_packet_while_another_one_is_dealt_with(machine: Machine) -> None:
+    """It would have to hold it back, and a later one could overtake it."""
+    begun, end = threading.Event(), threading.Event()
+
+    def deal_with(body: bytes) -> None:
+        begun.set()
+        assert end.wait(PATIENCE)
+
+    machine.on_packet = deal_with
+    machine.worker.start()
+    machine.ticks.get(timeout=PATIENCE)
+    slow = threading.Thread(target=machine.receive, args=(b"slow",))
+    slow.start()
+    assert begun.wait(PATIENCE)
+    machine.receive(b"next")
+    threading.Event().wait(0.3)  # a tick is due meanwhile
+    assert not machine.worker.inbox.is_empty
+    end.set()
+    assert [machine.next()[0] for _ in range(2)] == [b"slow", b"next"]
+    slow.join(PATIENCE)
+
+
+def test_what_waits_is_dealt_with_as_soon_as_nobody_is_busy(machine: Machine, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("pyros1.bridge.packet_worker._TICK", PATIENCE)
+    begun, end = threading.Event(), threading.Event()
+
+    def deal_with(body: bytes) -> None:
+        begun.set()
+        assert end.wait(PATIENCE)
+
+    machine.on_packet = deal_with
+    machine.worker.start()
+    machine.ticks.get(timeout=PATIENCE)
+    threading.Event().wait(0.1)  # it waits for the next tick
+    slow = threading.Thread(target=machine.receive, args=(b"slow",))
+    slow.start()
+    assert begun.wait(PATIENCE)
+    machine.receive(b"next")
+    end.set()
+    start = steady_now()
+    assert [machine.next()[0] for _ in range(2)] == [b"slow", b"next"]
+    assert steady_now() - start < PATIENCE / 2
+    slow.join(PATIENCE)
+
+
+def test_nothing_overtakes_what_waits_or_what_the_thread_has_taken(machine: Machine) -> None:
+    machine.worker.start()
+    machine.ticks.get(timeout=PATIENCE)
+    machine.worker.inbox.put((TOPIC, b"head", b"first"))
+    machine.receive(b"second")
+    assert [machine.next()[0] for _ in range(2)] == [b"first", b"second"]
+    with machine.lock:
+        link = threading.Thread(target=machine.receive, args=(b"third",))
+        link.start()
+        link.join(PATIENCE)
+        wait_until(lambda: machine.worker.inbox.is_empty, "the thread has taken it")
+        machine.receive(b"fourth")
+        assert machine.handled.empty()
+    assert [machine.next()[0] for _ in range(2)] == [b"third", b"fourth"]
+
+
 def test_errors_stop_neither_packets_nor_ticks(machine: Machine) -> None:
     def fail(*_: Any) -> None:
         raise ValueError("a mistake")

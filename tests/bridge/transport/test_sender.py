@@ -275,6 +275,44 @@ def test_a_mistake_while_an_error_is_reported_does_not_stop_the_thread(link: Slo
         sender.close()
 
 
+def test_a_probe_does_not_overtake_a_packet_that_cannot_go_at_once(link: SlowLink) -> None:
+    link.may_send.set()
+
+    def send_probes_only(packet: Send) -> bool:
+        if packet.body == b"probe":
+            link.send(packet)
+        return packet.body == b"probe"
+
+    link.send_at_once = send_probes_only  # type: ignore[method-assign]
+    sender = Sender(link, lambda: 0.0, lambda _: None, lambda *_: [Probe("base", 0.02, Send("to/base", b"", b"probe"))])
+    try:
+        sender.put(Send("image", b"", b"x", Priority.LOW))
+        assert [link.sent.get(timeout=PATIENCE) for _ in range(2)] == [b"x", b"probe"]
+    finally:
+        sender.close()
+
+
+def test_the_thread_does_nothing_while_a_packet_is_sent_at_once(link: SlowLink, sender: Sender) -> None:
+    begun, end = threading.Event(), threading.Event()
+
+    def send_slowly(packet: Send) -> bool:
+        begun.set()
+        assert end.wait(PATIENCE)
+        link.send(packet)
+        return True
+
+    link.send_at_once = send_slowly  # type: ignore[method-assign]
+    first = threading.Thread(target=sender.put, args=(Send("a", b"", b"first"),))
+    first.start()
+    assert begun.wait(PATIENCE)
+    sender.listen("red", "x", True)
+    with pytest.raises(queue.Empty):
+        link.sent.get(timeout=0.2)
+    end.set()
+    assert [link.sent.get(timeout=PATIENCE) for _ in range(2)] == [b"first", b"listen red x True"]
+    first.join(PATIENCE)
+
+
 @pytest.mark.parametrize("sends_at_once", [True, False])
 def test_probes_follow_what_is_sent_at_once(link: SlowLink, sends_at_once: bool) -> None:
     link.sends_at_once = sends_at_once
