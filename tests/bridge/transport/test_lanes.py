@@ -164,3 +164,12 @@ def test_without_pacing_there_is_one_lane() -> None:
     first, second, third = (lanes.pop(0.0) for _ in range(3))
     assert first and second and third and [each[1].body[:5] for each in (first, third)] == [b"first", b"next"]
     assert lanes.on_sent(*second, 0.0) is None and {first[0], second[0], third[0]} == {COMMON}
+
+
+def test_nothing_is_sent_at_once_while_something_waits_in_any_lane() -> None:
+    """Else it would go without its turn."""
+    lanes = Lanes(is_paced=True)
+    for waiting, other in (("t/red/a", "t/red/b"), ("again/blue/red/a", "t/red/b")):
+        lanes.put(packet(waiting), 0.0)
+        assert lanes.lane_at_once(packet(other), 0.0) is None
+        assert bodies(lanes) == [b"x"] and lanes.lane_at_once(packet(other), 0.0) == COMMON
