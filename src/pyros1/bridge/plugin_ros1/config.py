@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from pyros1.bridge.names import Pattern, SiteNameError, check_site_name
@@ -31,12 +31,14 @@ class PluginConfig:
         rules: what it exchanges.
         connect, listen: endpoints such as ``tcp/robot:7447``.
         keys: the folder of its keys; empty for none.
+        places: file and line of what a file says of endpoints and sites, by endpoint and name; for errors.
     """
 
     rules: PluginRules
     connect: tuple[str, ...] = ()
     listen: tuple[str, ...] = ()
     keys: str = ""
+    places: Mapping[str, str] = field(default_factory=dict)
 
 
 def check_dialect(name: str) -> str:
@@ -168,10 +170,8 @@ class _PluginFileReader(SiteFileReader):
             prefixes,
         )
         rules = self._checked((), _check, PluginRules(topics, services, old_keys))
-        connect, listen = (
-            tuple(self._text(item, path) for item, path in self._items(file, key)) for key in ("to", "listen")
-        )
-        return PluginConfig(rules, connect, listen, self._text(file.get("keys", ""), ("keys",)))
+        connect, listen = self._endpoints(file, "to"), self._endpoints(file, "listen")
+        return PluginConfig(rules, connect, listen, self._text(file.get("keys", ""), ("keys",)), self.places)
 
     def _denied(self, file: dict[str, Any], key: str) -> tuple[Pattern, ...]:
         return tuple(self._pattern(item, path) for item, path in self._items(file, key))

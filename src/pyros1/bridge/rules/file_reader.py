@@ -30,6 +30,9 @@ class FileReader:
         text: the file's contents.
         where: its name, for errors.
 
+    Attributes:
+        places: file and line of each endpoint and of the keys of each site, as far as they have been read.
+
     Raises:
         YamlError: the text is not valid YAML.
         RulesError: it is not valid YAML for want of quotation marks, or says something twice.
@@ -44,6 +47,7 @@ class FileReader:
             raise
         self._value = {} if value is None else value
         self._where = where
+        self.places: dict[str, str] = {}
         self._lines, repeated = _line_numbers(text)
         if repeated is not None:
             path, line = repeated
@@ -74,9 +78,12 @@ class FileReader:
 
     def _endpoints(self, fields: Mapping[str, Any], key: str) -> tuple[str, ...]:
         """Return the endpoints in a list, or a single one."""
-        return tuple(
-            self._checked(path, check_endpoint, self._text(item, path)) for item, path in self._items(fields, key)
-        )
+        found = []
+        for item, path in self._items(fields, key):
+            endpoint = self._checked(path, check_endpoint, self._text(item, path))
+            self.places.setdefault(endpoint, self._place(path))
+            found.append(endpoint)
+        return tuple(found)
 
     def _checked(self, path: Path, function: Callable[[Any], _T], value: Any) -> _T:
         try:
@@ -85,10 +92,14 @@ class FileReader:
             self._fail(path, str(error))
 
     def _fail(self, path: Path, problem: str) -> NoReturn:
+        raise RulesError(f"{self._place(path)}: {problem}")
+
+    def _place(self, path: Path) -> str:
+        """Return file and line of a value, or of what it would be in."""
         while path not in self._lines and path:
             path = path[:-1]
         line = self._lines.get(path)
-        raise RulesError(f"{self._where}:{line}: {problem}" if line else f"{self._where}: {problem}")
+        return f"{self._where}:{line}" if line else self._where
 
 
 def _line_numbers(text: str) -> tuple[dict[Path, int], tuple[Path, int] | None]:

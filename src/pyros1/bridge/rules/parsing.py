@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from pyros1.bridge.conversions.conversion import SETTINGS, Conversion, ConversionError, read_conversion
@@ -38,12 +38,14 @@ class SiteConfig:
         rules: the site's rules.
         connect, listen: endpoints such as ``tls/base.example:7447``.
         keys: the folder of the site's keys; empty for none.
+        places: file and line of what a file says of endpoints and sites, by endpoint and name; for errors.
     """
 
     rules: Rules
     connect: tuple[str, ...] = ()
     listen: tuple[str, ...] = ()
     keys: str = ""
+    places: Mapping[str, str] = field(default_factory=dict)
 
 
 def parse_topic(text: str) -> tuple[bool, Rule]:
@@ -156,7 +158,7 @@ class SiteFileReader(SitesReader, ServiceReader):
             self._checked(("loss",), check_loss, file["loss"]) if "loss" in file else LOSS_DELAY,
         )
         connect, listen = self._endpoints(file, "to"), self._endpoints(file, "listen")
-        return SiteConfig(rules, connect, listen, self._text(file.get("keys", ""), ("keys",)))
+        return SiteConfig(rules, connect, listen, self._text(file.get("keys", ""), ("keys",)), self.places)
 
     def _rule(self, value: Any, path: Path, keys: tuple[str, ...]) -> Rule:
         if isinstance(value, str):

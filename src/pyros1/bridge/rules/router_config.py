@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
 
 from pyros1.bridge.rules.explanation import explain_access, explain_connections
 from pyros1.bridge.rules.site_access import SiteAccess, named_sites
@@ -19,12 +19,14 @@ class RouterConfig:
         connect: endpoints of other routers.
         keys: the folder of the router's keys; empty for none.
         access: what each site may do; empty if all may do everything.
+        places: file and line of what a file says of endpoints and sites, by endpoint and name; for errors.
     """
 
     listen: tuple[str, ...] = ()
     connect: tuple[str, ...] = ()
     keys: str = ""
     access: tuple[SiteAccess, ...] = ()
+    places: Mapping[str, str] = field(default_factory=dict)
 
 
 def parse_router_config(text: str, where: str) -> RouterConfig:
@@ -48,7 +50,8 @@ class _RouterReader(SitesReader):
         """Return the router's configuration."""
         file = self._mapping(self._value, (), ("listen", "to", "keys", "sites"))
         listen, connect = self._endpoints(file, "listen"), self._endpoints(file, "to")
-        return RouterConfig(listen, connect, self._text(file.get("keys", ""), ("keys",)), self._access(file))
+        keys = self._text(file.get("keys", ""), ("keys",))
+        return RouterConfig(listen, connect, keys, self._access(file), self.places)
 
 
 def explain_router(config: RouterConfig) -> Iterator[str]:

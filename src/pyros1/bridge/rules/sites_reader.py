@@ -32,11 +32,13 @@ class SitesReader(FileReader):
                 name = self._text(item, item_path)
                 self._checked(item_path, site_of_keys, name)
                 found = add_names(found, [name])
+                self.places.setdefault(name, self._place(item_path))
             return found
         return tuple(self._site_access(name, fields, (*path, name)) for name, fields in value.items())
 
     def _site_access(self, name: Any, value: Any, path: Path) -> SiteAccess:
         site = self._checked(path, site_of_keys, self._text(name, path))
+        self.places[name] = self._place(path)
         fields = self._mapping({} if value is None else value, path, _KEYS)
         allowed = {verb: self._patterns(fields, verb, path, site) for verb in _VERBS}
         denied = {f"deny_{verb}": self._patterns(fields, f"deny_{verb}", path, site) for verb in _VERBS}

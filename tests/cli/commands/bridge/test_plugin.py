@@ -57,6 +57,16 @@ def test_a_file_may_name_the_dialect(run: Run, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
+    ("text", "complaint"), [("robot", "'robot' is not an endpoint"), ("tcp/robot:1", "tcp/robot:1 is not encrypted")]
+)
+def test_an_endpoint_that_is_refused_in_a_file(run: Run, tmp_path: Path, text: str, complaint: str) -> None:
+    file = tmp_path / "robot.yaml"
+    file.write_text(f"dialect: zenoh-plugin-ros1\nto: {text}\n")
+    code, _, err = run("--config", file)
+    assert code == 2 and f"ERROR: {file}:2: {complaint}" in err
+
+
+@pytest.mark.parametrize(
     ("words", "complaint"),
     [
         (["--dialect", "other"], "there is no dialect 'other'"),

@@ -55,6 +55,7 @@ def test_check_explains(run: Run, tmp_path: Path) -> None:
         (["--listen", "tcp/127.0.0.1:1", "--sites", "r-d"], "ERROR: 'r-d' cannot be a site's name"),
         (["--listen", "tcp/127.0.0.1:1", "--sites", "red-2"], "ERROR: what `sites` says of red-2 needs keys"),
         (["--config", "FOLDER/bad.yaml"], "ERROR: FOLDER/bad.yaml:1: there is no setting 'site'"),
+        (["--config", "FOLDER/open.yaml"], "ERROR: FOLDER/open.yaml:2: tcp/[::]:7447 can be reached from other"),
         (
             ["--listen", "tls/[::]:7447", "--to", "tls/[::1]:7447", "--keys", "FOLDER"],
             "ERROR: tls/[::1]:7447: zenoh connects by TLS to host names and IPv4 addresses only",
@@ -64,6 +65,7 @@ def test_check_explains(run: Run, tmp_path: Path) -> None:
 )
 def test_what_is_refused(run: Run, tmp_path: Path, words: list[str], complaint: str) -> None:
     (tmp_path / "bad.yaml").write_text("site: red\n")
+    (tmp_path / "open.yaml").write_text("sites: [red]\nlisten: tcp/[::]:7447\n")
     code, out, err = run(*(word.replace("FOLDER", str(tmp_path)) for word in words))
     assert code == 2 and out == "" and complaint.replace("FOLDER", str(tmp_path)) in err and "Traceback" not in err
 

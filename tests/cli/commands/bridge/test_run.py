@@ -187,3 +187,24 @@ def test_a_file_that_is_no_text(run: Run, tmp_path: Path) -> None:
 def test_a_misspelt_verb(run: Run) -> None:
     code, _, err = run("statsu")
     assert code == 64 and err == "pyros1 bridge: unknown command 'statsu' (did you mean 'status'?)\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "complaint"),
+    [
+        ("listen: tcp/0.0.0.0:7447\n", ":2: tcp/0.0.0.0:7447 can be reached from other machines"),
+        ("to:\n- tcp/localhost:1\n- tcp/base:1\n", ":4: tcp/base:1 is not encrypted"),
+        ("to: tls/base:1\n", ":2: tls/base:1 needs keys"),
+        ("keys: a\nto: tls/[::1]:1\n", ":3: tls/[::1]:1: zenoh connects by TLS to host names"),
+        ("to: tcp/localhost:1\nsites: [base, blue-2]\n", ":3: what `sites` says of blue-2 counts only where"),
+        (
+            "listen: tcp/localhost:1\nsites:\n  blue:\n  base: {send: [/a]}\n",
+            ":5: what `sites` says of base needs keys",
+        ),
+    ],
+)
+def test_what_is_refused_in_a_file_names_the_line(run: Run, tmp_path: Path, text: str, complaint: str) -> None:
+    file = tmp_path / "red.yaml"
+    file.write_text(f"site: red\n{text}")
+    code, out, err = run("--config", file, "--check")
+    assert (code, out) == (2, "") and f"ERROR: {file}{complaint}" in err

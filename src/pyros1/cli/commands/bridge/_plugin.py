@@ -60,7 +60,7 @@ def run_plugin(invocation: Invocation, options: Any) -> int | None:
             raise UsageError(f"--{name} is for bridges of pyros1{instead}")
     try:
         config = _read_config(options)
-        check_connections(config.connect, config.listen, config.keys, (), options.insecure)
+        check_connections(config.connect, config.listen, config.keys, (), options.insecure, config.places)
         settings: Mapping[str, str] = {}
         if config.keys and not options.check:
             settings = security_settings(read_keys(config.keys), ())

@@ -71,7 +71,12 @@ def beside(name: str, file: str) -> str:
 
 
 def check_connections(
-    connect: Sequence[str], listen: Sequence[str], keys: str, access: Collection[SiteAccess], insecure: bool
+    connect: Sequence[str],
+    listen: Sequence[str],
+    keys: str,
+    access: Collection[SiteAccess],
+    insecure: bool,
+    places: Mapping[str, str],
 ) -> None:
     """Refuse endpoints that are not valid or not safe, and limits of sites that would not hold.
 
@@ -80,26 +85,37 @@ def check_connections(
         keys: the folder of the keys; empty for none.
         access: what other sites may do.
         insecure: whether unencrypted endpoints beyond this machine are allowed.
+        places: where a file says so, by endpoint and by name of keys.
 
     Raises:
         EndpointError, RulesError: they are refused.
     """
     from pyros1.bridge.rules.file_reader import RulesError  # noqa: PLC0415
     from pyros1.bridge.transport.endpoints import (  # noqa: PLC0415
+        EndpointError,
         check_endpoint,
         check_reachable,
         check_security,
     )
 
-    for endpoint in (*connect, *listen):
-        check_endpoint(endpoint)
-    check_security(connect, listen, bool(keys), insecure)
-    for endpoint in connect:
-        check_reachable(endpoint)
+    for endpoint in dict.fromkeys((*connect, *listen)):
+        try:
+            check_endpoint(endpoint)
+            is_far, is_own = endpoint in connect, endpoint in listen
+            check_security([endpoint] * is_far, [endpoint] * is_own, bool(keys), insecure)
+            if is_far:
+                check_reachable(endpoint)
+        except EndpointError as error:
+            raise EndpointError(_at(places.get(endpoint), error)) from None
     limited = [each.keys for each in access if each.is_limited or each.forwards or each.keys != each.site]
     if limited and not (listen and keys):
         missing = "needs keys, which prove the names of sites" if listen else "counts only where other sites connect"
-        raise RulesError(f"what `sites` says of {limited[0]} {missing}: give {'--keys' if listen else '--listen'}")
+        problem = f"what `sites` says of {limited[0]} {missing}: give {'--keys' if listen else '--listen'}"
+        raise RulesError(_at(places.get(limited[0]), problem))
+
+
+def _at(place: str | None, problem: object) -> str:
+    return f"{place}: {problem}" if place else str(problem)
 
 
 def read_keys(folder: str) -> SiteKeys:

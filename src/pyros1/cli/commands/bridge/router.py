@@ -43,7 +43,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int | None:
         config = _read_config(options)
         if not config.listen:
             raise UsageError("give an endpoint to listen on with --listen, for example tls/[::]:7447")
-        check_connections(config.connect, config.listen, config.keys, config.access, options.insecure)
+        check_connections(config.connect, config.listen, config.keys, config.access, options.insecure, config.places)
         if options.check:
             from pyros1.bridge.rules.router_config import explain_router  # noqa: PLC0415
 

@@ -41,7 +41,9 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int | None:
         if options.namespace or options.old_keys:
             raise UsageError("--namespace and --old-keys need --dialect zenoh-plugin-ros1")
         config = _read_config(options)
-        check_connections(config.connect, config.listen, config.keys, config.rules.access, options.insecure)
+        check_connections(
+            config.connect, config.listen, config.keys, config.rules.access, options.insecure, config.places
+        )
         security = {} if options.check else _read_keys(config)
     except (RulesError, SiteNameError, EndpointError, KeysError, YamlError) as error:
         raise CommandError(str(error), 2) from None
