@@ -340,6 +340,23 @@ def test_recorded_packets_of_an_earlier_run(liar: Liar) -> None:
     assert liar.site.sites()[0].state is State.PRESENT
 
 
+@pytest.mark.parametrize("number", [2, 3])
+def test_bridges_with_one_name_are_reported_once(liar: Liar, number: int) -> None:
+    """They take turns all the time."""
+    liars = [liar, *(Liar(liar.site, epoch=33 + more) for more in range(number - 1))]
+    logs = []
+    for turn in range(5 * number):
+        each = liars[turn % number]
+        each.actions.clear()
+        each.now = turn + 1.0
+        each.heartbeat()
+        each.heartbeat()
+        logs += only(Log, [*each.actions, *liar.site.tick(each.now)])
+    assert sum(log.text == "site red is present" for log in logs) == number
+    assert sum("two bridges call themselves red" in log.text for log in logs) == 1
+    assert len(logs) == number + 1
+
+
 def test_requests_for_what_is_not_offered(liar: Liar) -> None:
     site = liar.site
     liar.meet()

@@ -16,6 +16,7 @@ does not come back within `FORGET_DELAY`, and one that says goodbye, is forgotte
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Iterator, Mapping, Sequence
 from enum import Enum
 from typing import NamedTuple
@@ -38,6 +39,8 @@ make this site send without end."""
 _NAMESAKE_TIME = 10.0
 """Seconds after which packets of the run before the current one are not only delayed: two bridges have one name."""
 _NAMESAKE_TURNS = 5
+_KEPT_RUNS = 64
+"""Number of earlier runs that are recognised when they come again."""
 _KEPT_HEARTBEATS = 64
 """Number of sent heartbeats whose answers are recognised."""
 
@@ -80,6 +83,7 @@ class Change(Enum):
     STARTED = "started"
     """The site is present in a new run: what was known of an earlier one is void."""
     RETURNED = "returned"
+    """The site was lost, and responds again."""
 
 
 class Peer:
@@ -101,6 +105,8 @@ class Peer:
         offer_wanted, request_wanted: the versions of its lists for us; 0 if it has not said.
         offer_seen, request_seen, services_seen: the versions of our lists that it has; -1 for none.
         lost_at: when it was lost.
+        takes_turns: whether the current run has followed another one that was there, and has been the current one
+            before: two bridges with one name take turns.
     """
 
     def __init__(
@@ -114,6 +120,7 @@ class Peer:
         self.offer_wanted = self.request_wanted = 0
         self.offer_seen = self.request_seen = self.services_seen = -1
         self.lost_at = now
+        self.takes_turns = False
         self._own_epoch = own_epoch
         self._loss_delay = loss_delay
         self._period = self._their_period = max(MIN_PERIOD, loss_delay / _PERIODS)
@@ -128,6 +135,7 @@ class Peer:
             int, tuple[int, float]
         ] = {}  # epoch -> number and arrival of the last heartbeat of that run
         self._former_epoch = 0  # the run before this one
+        self._runs: deque[int] = deque(maxlen=_KEPT_RUNS)  # the epochs of all so far
         self._former_candidate = self._turns = 0
         self._started_at = now
         self._has_namesake = self._is_namesake_reported = False
@@ -190,8 +198,11 @@ class Peer:
         change = Change.NONE
         if epoch != self.epoch:
             change = Change.STARTED
-            if epoch == self._former_epoch:
+            if epoch in self._runs:
                 self._has_namesake = True
+            self.takes_turns = self.state is State.PRESENT and epoch in self._runs
+            if epoch not in self._runs:
+                self._runs.append(epoch)
             self._former_epoch, self._started_at = self.epoch, now
             self.epoch = epoch
             self.clock = ClockOffset()

@@ -374,7 +374,8 @@ class Site:
             actions += self._update_peers(now)
             actions += self._send_heartbeats(now)
             actions += self._update_lists(now)
-            actions.append(Log(f"site {site} is present"))
+            if not peer.takes_turns:  # of two bridges with one name, `tick` warns
+                actions.append(Log(f"site {site} is present"))
         elif change is Change.RETURNED:
             actions += self.receiving.on_return(site, now)
             actions += self._send_heartbeats(now)
