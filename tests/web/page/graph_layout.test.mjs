@@ -108,3 +108,32 @@ test("points at equal distances", () => {
   assert.deepEqual(resample([0, 0, 10, 0, 10, 10], 5), [0, 0, 5, 0, 10, 0, 10, 5, 10, 10]);
   assert.deepEqual(resample([3, 3, 3, 3], 2), [3, 3, 3, 3]);
 });
+
+test("sites stand before their bridge, apart from its topics, also if there are many", () => {
+  for (const number of [1, 2, 12]) {
+    const what = system(0, 0, 0);
+    what.boxes.push({ id: "n:bridge", width: 120, height: 32, group: "" }, { id: "n:viewer", width: 120, height: 32, group: "" });
+    for (let index = 0; index < number; index += 1) {
+      what.boxes.push({ id: `s:${index}`, width: 120, height: 50, group: "" });
+      what.edges.push({ id: `in${index}`, from: `s:${index}`, to: "n:bridge", width: 100, height: 42 });
+      what.edges.push({ id: `out${index}`, from: "n:bridge", to: `s:${index}`, width: 100, height: 42 });
+      for (const topic of [`t:${index}/odom`, `t:${index}/scan`]) {
+        what.boxes.push({ id: topic, width: 120, height: 26, group: "" });
+        what.edges.push({ id: `a${topic}`, from: "n:bridge", to: topic, width: 0, height: 0 });
+        what.edges.push({ id: `b${topic}`, from: topic, to: "n:viewer", width: 0, height: 0 });
+      }
+    }
+    const found = check(what);
+    const axis = found.down ? 1 : 0;
+    const bridge = found.boxes["n:bridge"][axis];
+    for (const [id, at] of Object.entries(found.boxes)) {
+      if (id.startsWith("s:")) assert.ok(at[axis] < bridge, id);
+      if (id.startsWith("t:")) assert.ok(at[axis] > bridge, id);
+    }
+    for (let index = 0; index < number; index += 1) {
+      const [into, out] = [found.edges[`in${index}`].points, found.edges[`out${index}`].points];
+      assert.ok(into[axis] < into.at(axis - 2) && out[axis] > out.at(axis - 2), "edges keep their directions");
+      assert.ok(into.some((value, at) => Math.abs(value - out.at(at % 2 ? -at : -2 - at)) > 1), "and do not lie on each other");
+    }
+  }
+});

@@ -10,6 +10,9 @@
 //
 // Unconnected parts are laid out one by one and then packed. dagre gives the best layout, but takes minutes for a thousand
 // boxes; above MAX_FOR_DAGRE a simpler method is used, with namespaces as boxes that contain boxes.
+//
+// Where sites send, all sites stand before their bridge, and what goes to them is laid out as if it came from there.
+// Otherwise, they would stand among the topics that come out of the bridge, and all that they send would go around these.
 
 import * as dagre from "../../vendor/dagre.js";
 import { layered } from "./layered.js";
@@ -25,10 +28,26 @@ const MUCH_BETTER_BY = 1.5; // factor by which the simple method must be better,
 const ALWAYS_DAGRE = 30; // boxes and edges of a part that always uses dagre
 const STUB_LENGTH = 16; // how far a backward edge continues before it turns
 const CHANNEL_GAP = 9; // distance between a backward edge and a box
+const BESIDE = 5; // how far the edges from and to a site are apart from its middle
 const PADDING = 14;
 const TITLE_HEIGHT = 20;
 
 export function layout(what) {
+  const sends = what.edges.some(({ from }) => isSite(from));
+  const turned = new Set(sends ? what.edges.filter(({ from, to }) => isSite(to) && !isSite(from)).map(({ id }) => id) : []);
+  const edges = what.edges.map((edge) => (turned.has(edge.id) ? { ...edge, from: edge.to, to: edge.from, turned: true } : edge));
+  const found = layoutForward({ ...what, edges });
+  for (const id of turned) found.edges[id].points = reversed(found.edges[id].points);
+  return found;
+}
+
+const isSite = (id) => id.startsWith("s:");
+
+function reversed(points) {
+  return points.map((_, index) => points[points.length - 2 - index + 2 * (index % 2)]);
+}
+
+function layoutForward(what) {
   const { down, room: [width, height] } = what;
   const scale = (found) => Math.min(width / found.width, height / found.height);
   let best = layoutInDirection(what, down);
@@ -155,13 +174,15 @@ function layoutNamespaces({ boxes, edges, groups }, { down, aspect }, outside = 
   const sizes = new Map(boxes.map((each) => [each.id, each]));
   const obstacles = outer.map(({ id, width, height }) => [...places.get(id), width, height]);
   const seat = (id) => obstacles[outer.findIndex((each) => each.id === (home.get(id) || id))];
-  for (const { id, from, to } of edges) {
+  const pairs = new Set(edges.filter((each) => each.turned).map(({ from, to }) => `${from} ${to}`));
+  for (const { id, from, to, turned } of edges) {
     if (found.edges[id]) continue;
     /** @type {[[number, number], object, [number, number], object]} */
     const ends = [found.boxes[from], sizes.get(from), found.boxes[to], sizes.get(to)];
     const axis = down ? 1 : 0;
     const ahead = ends[2][axis] - ends[0][axis] > 0;
     const points = ahead ? curve(...ends, down) : routeBackwards(ends, seat(from), seat(to), obstacles, down);
+    if (pairs.has(`${from} ${to}`)) for (let at = 1 - axis; at < points.length; at += 2) points[at] += turned ? BESIDE : -BESIDE;
     found.edges[id] = { points, label: middle(points) };
   }
   return found;
