@@ -145,7 +145,7 @@ def test_keys_that_do_not_fit_are_refused(keys: Path, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("name", "content", "error"),
     [
-        ("ca.crt", None, r"red/ca\.crt: No such file or directory"),
+        ("ca.crt", None, r"red has no ca\.crt: make keys with `pyros1 bridge keys`"),
         ("site.crt", b"nothing", r"red/site\.crt is not a certificate"),
         ("site.key", b"", r"red/site\.key is not a private key without a passphrase"),
         ("site.key", b"-----BEGIN PRIVATE KEY-----\nAAAA\n-----END PRIVATE KEY-----\n", r"is not a private key"),

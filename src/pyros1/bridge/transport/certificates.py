@@ -142,6 +142,11 @@ def load_keys(folder: Path, now: datetime | None = None) -> SiteKeys:
             f"{one_line(str(folder))} has the keys of several sites: give the folder of this one, such as "
             f"{one_line(str(folder / sites[0]))}"
         )
+    if missing := [path.name for path in paths if not path.exists()]:
+        raise KeysError(
+            f"{one_line(str(folder))} has no {' and no '.join(missing)}: make keys with `pyros1 bridge keys`, and give "
+            "this site's folder, copied as a whole"
+        )
     ca_path, certificate_path, key_path = paths
     authority, certificate = (_load_certificate(path) for path in (ca_path, certificate_path))
     key = _load_key(key_path)

@@ -63,7 +63,7 @@ def test_mistakes(run: Run, tmp_path: Path, words: list[str], code: int, complai
     ("words", "complaint"),
     [
         (["--keys", "FOLDER/green"], "green has the keys of site green, not of red"),
-        (["--keys", "FOLDER/blue"], "blue/site.key: No such file or directory"),
+        (["--keys", "FOLDER/blue"], "blue has no site.key: make keys with `pyros1 bridge keys`, and give this site's"),
         ([], "tls/127.0.0.1:1 needs keys: make them with `pyros1 bridge keys`"),
         (["--keys", "FOLDER/red", "--sites", "r-d"], "'r-d' cannot be a site's name"),
         (

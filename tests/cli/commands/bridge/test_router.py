@@ -50,7 +50,7 @@ def test_check_explains(run: Run, tmp_path: Path) -> None:
         ([], "give an endpoint to listen on with --listen"),
         (["--listen", "tcp/[::]:7447"], "ERROR: tcp/[::]:7447 can be reached from other machines"),
         (["--listen", "tls/[::]:7447"], "ERROR: tls/[::]:7447 needs keys"),
-        (["--listen", "tls/[::]:7447", "--keys", "FOLDER"], "ERROR: FOLDER/ca.crt: No such file"),
+        (["--listen", "tls/[::]:7447", "--keys", "FOLDER"], "ERROR: FOLDER has no ca.crt and no site.crt and"),
         (["--listen", "nowhere"], "ERROR: 'nowhere' is not an endpoint"),
         (["--listen", "tcp/127.0.0.1:1", "--sites", "r-d"], "ERROR: 'r-d' cannot be a site's name"),
         (["--listen", "tcp/127.0.0.1:1", "--sites", "red-2"], "ERROR: what `sites` says of red-2 needs keys"),
