@@ -22,7 +22,7 @@ STATUS = {
     "site": "base",
     "link": "",
     "sites": [
-        {"name": "red", "state": "present", "round_trip": 0.0123},
+        {"name": "red", "state": "present", "round_trip": 0.0123, "slow": False, "shared": True},
         {"name": "blue\x1b[2J", "state": "heard", "round_trip": None},
     ],
     "sent": [
@@ -84,7 +84,7 @@ STATUS = {
 def test_lines() -> None:
     assert [*status_lines(json.loads(json.dumps(STATUS)))] == [
         "site base",
-        "  red: present, round trip 12.3 ms",
+        "  red: present, round trip 12.3 ms, but two bridges call themselves so",
         "  blue\\x1b[2J: heard",
         "sends:",
         "  /map   to blue red     1 message, 4.0 MB",

@@ -66,6 +66,7 @@ def test_nothing_when_all_is_well() -> None:
         ({"link": "no route\x1b", "sites": []}, "bridge-link", ("/bridge_base: no route\\x1b",)),
         ({"sites": []}, "bridge-alone", ("/bridge_base",)),
         ({"sites": [{"name": "red", "state": "lost"}]}, "bridge-site", ("/bridge_base: red",)),
+        ({"sites": [{"name": "red", "state": "present", "shared": True}]}, "bridge-name", ("/bridge_base: red",)),
         (
             {"sites": [{"name": "red", "state": "heard"}]},
             "bridge-site",

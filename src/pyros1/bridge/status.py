@@ -59,6 +59,7 @@ def status_json(
                 "round_trip": each.round_trip,
                 "nodes": each.nodes,
                 "slow": each.is_slow,
+                "shared": each.is_shared,
             }
             for each in site.sites()
         ],
@@ -218,6 +219,7 @@ def status_lines(status: Mapping[str, Any]) -> Iterator[str]:
             f"  {one_line(site['name'])}: {one_line(site['state'])}"
             + (f", round trip {trip * 1000:.1f} ms" if trip is not None else "")
             + (", slower than others: gets packets of its own" if site.get("slow") else "")
+            + (", but two bridges call themselves so" if site.get("shared") else "")
         )
     if not status["sites"]:
         yield "  no topics or services that are taken found yet" if dialect else "  no other site found yet"

@@ -136,6 +136,20 @@ def _check_sites(statuses: _Statuses, system: System) -> Iterator[Finding]:
             "check the network to them, and there: pyros1 bridge status",
             items,
         )
+    shared = tuple(
+        f"{name}: {one_line(site['name'])}"
+        for name, status in statuses.items()
+        for site in status["sites"]
+        if site.get("shared")
+    )
+    if shared:
+        yield Finding(
+            "bridge-name",
+            ERROR,
+            "Two bridges call themselves by one name, so what they send arrives in turns or not at all:",
+            "stop one of them, or give it another --site and keys with that name",
+            shared,
+        )
 
 
 def _check_refused(statuses: _Statuses, system: System) -> Iterator[Finding]:

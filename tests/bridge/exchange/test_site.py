@@ -355,6 +355,12 @@ def test_bridges_with_one_name_are_reported_once(liar: Liar, number: int) -> Non
     assert sum(log.text == "site red is present" for log in logs) == number
     assert sum("two bridges call themselves red" in log.text for log in logs) == 1
     assert len(logs) == number + 1
+    assert [each.is_shared for each in liar.site.sites()] == [True]
+    for passed in range(1, 61):
+        each.now += 1.0
+        each.heartbeat()
+        each.actions = liar.site.tick(each.now)
+        assert liar.site.sites()[0].is_shared == (passed < 60), "only one of them is left"
 
 
 def test_requests_for_what_is_not_offered(liar: Liar) -> None:

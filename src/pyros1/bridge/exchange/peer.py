@@ -39,6 +39,8 @@ make this site send without end."""
 _NAMESAKE_TIME = 10.0
 """Seconds after which packets of the run before the current one are not only delayed: two bridges have one name."""
 _NAMESAKE_TURNS = 5
+_SHARED_TIME = 60.0
+"""Seconds for which the status says that two bridges have one name, after the last sign of it."""
 _KEPT_RUNS = 64
 """Number of earlier runs that are recognised when they come again."""
 _KEPT_HEARTBEATS = 64
@@ -59,6 +61,7 @@ class SiteStatus(NamedTuple):
     Attributes:
         nodes: the names here of its nodes.
         is_slow: whether it gets packets of its own, since it holds up others.
+        is_shared: whether two bridges call themselves so.
     """
 
     name: str
@@ -66,6 +69,7 @@ class SiteStatus(NamedTuple):
     round_trip: float | None
     nodes: list[str]
     is_slow: bool
+    is_shared: bool
 
 
 class _Candidate(NamedTuple):
@@ -107,6 +111,7 @@ class Peer:
         lost_at: when it was lost.
         takes_turns: whether the current run has followed another one that was there, and has been the current one
             before: two bridges with one name take turns.
+        is_shared: whether two bridges have called themselves so within the last minute.
     """
 
     def __init__(
@@ -120,7 +125,7 @@ class Peer:
         self.offer_wanted = self.request_wanted = 0
         self.offer_seen = self.request_seen = self.services_seen = -1
         self.lost_at = now
-        self.takes_turns = False
+        self.takes_turns = self.is_shared = False
         self._own_epoch = own_epoch
         self._loss_delay = loss_delay
         self._period = self._their_period = max(MIN_PERIOD, loss_delay / _PERIODS)
@@ -139,6 +144,7 @@ class Peer:
         self._former_candidate = self._turns = 0
         self._started_at = now
         self._has_namesake = self._is_namesake_reported = False
+        self._namesake_at = now
 
     @property
     def is_present(self) -> bool:
@@ -154,20 +160,24 @@ class Peer:
         if self.state is not State.LOST:
             self._heard_at = now
         if epoch and epoch == self._former_epoch and now - self._started_at >= _NAMESAKE_TIME:
-            self._has_namesake = True
+            self._note_namesake(now)
         if epoch == self.epoch and self.state is State.PRESENT:
             return
         if self._candidate is None or self._candidate.epoch != epoch:
-            self._note_turn(epoch)
+            self._note_turn(epoch, now)
             self._candidate = _Candidate(epoch, self._last_number + 1)
         self.answer_due = self.answer_due or now - self._heartbeat_sent_at >= _ANSWER_PERIOD
 
-    def _note_turn(self, epoch: int) -> None:
+    def _note_turn(self, epoch: int, now: float) -> None:
         """Note that another run is heard of: two that are heard of in turns are two bridges with one name."""
         self._turns = self._turns + 1 if epoch == self._former_candidate else 0
         self._former_candidate = self._candidate.epoch if self._candidate else 0
         if self._turns >= _NAMESAKE_TURNS:
-            self._has_namesake = True
+            self._note_namesake(now)
+
+    def _note_namesake(self, now: float) -> None:
+        self._has_namesake = self.is_shared = True
+        self._namesake_at = now
 
     def on_heartbeat(self, epoch: int, to_epoch: int, heartbeat: Heartbeat, now: float) -> Change:
         """Note a heartbeat from the site, and return what it changes."""
@@ -199,7 +209,7 @@ class Peer:
         if epoch != self.epoch:
             change = Change.STARTED
             if epoch in self._runs:
-                self._has_namesake = True
+                self._note_namesake(now)
             self.takes_turns = self.state is State.PRESENT and epoch in self._runs
             if epoch not in self._runs:
                 self._runs.append(epoch)
@@ -230,6 +240,7 @@ class Peer:
 
     def tick(self, now: float) -> bool:
         """Return whether the site is lost now, and was not before."""
+        self.is_shared = self.is_shared and now - self._namesake_at < _SHARED_TIME
         if self.state is not State.PRESENT or now - self._answered_at < self._loss_delay:
             return False
         self.state, self.lost_at = State.LOST, now

@@ -431,7 +431,10 @@ class Site:
         """Return what is known of other sites."""
         nodes, slow = self._far_nodes.names, self._slow_sites.separate
         peers = self._peers.items()
-        return [SiteStatus(name, peer.state, peer.clock.round_trip, nodes(name), name in slow) for name, peer in peers]
+        return [
+            SiteStatus(name, peer.state, peer.clock.round_trip, nodes(name), name in slow, peer.is_shared)
+            for name, peer in peers
+        ]
 
     def sent(self) -> list[tuple[OutgoingTopic, LocalTopic, Flow]]:
         """Return the topics that are offered, each with its topic here and its flow."""
