@@ -46,6 +46,13 @@ def test_topics_go_both_ways(pair: tuple[RunningSite, RunningSite]) -> None:
         assert target.topics()[topic] == "std_msgs/String"
 
 
+def test_only_sites_that_are_there_have_a_place_of_their_own_to_wait(pair: tuple[RunningSite, RunningSite]) -> None:
+    """See `tests/bridge/transport/test_inbox.py`."""
+    red, base = pair
+    wait_until(lambda: red.bridge._worker.inbox.known == {"base"}, "red knows the base")
+    wait_until(lambda: base.bridge._worker.inbox.known == {"red"}, "the base knows red")
+
+
 def test_nothing_is_subscribed_to_that_nobody_wants(pair: tuple[RunningSite, RunningSite]) -> None:
     red, base = pair
     publisher: Any = red.node.advertise("/text", "std_msgs/String")

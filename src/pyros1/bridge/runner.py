@@ -147,6 +147,7 @@ class Bridge:
     def _tick(self, now: float) -> None:
         """Let time pass. Called with the lock."""
         self._act(self._site.tick(now))
+        self._worker.inbox.known = self._site.known()
         if self._rates.is_due(now):
             self._rates.add(flow_counts(self._site), now)
 

@@ -667,6 +667,19 @@ def test_a_flood_of_sites() -> None:
     assert site.sites() == []
 
 
+def test_a_site_is_known_once_it_has_shown_that_it_is_there(liar: Liar) -> None:
+    liar.send(Kind.HELLO, to_epoch=0, channel=Channel.HELLO)
+    assert liar.site.known() == frozenset()
+    liar.meet()
+    assert liar.site.known() == {"red"}
+    liar.now = FORGET_DELAY / 2
+    liar.site.tick(liar.now)
+    assert liar.site.sites()[0].state is State.LOST and liar.site.known() == {"red"}
+    liar.now += FORGET_DELAY
+    liar.site.tick(liar.now)
+    assert liar.site.known() == frozenset()
+
+
 def test_hellos_do_not_make_a_site_send_without_end(liar: Liar) -> None:
     sent = 0
     for number in range(1000):

@@ -8,7 +8,7 @@ from __future__ import annotations
 from pyros1.bridge.names import SharedName
 from pyros1.bridge.protocol.key_expressions import Channel, Key
 from pyros1.bridge.protocol.packet_values import MAX_BODY
-from pyros1.bridge.transport.inbox import Inbox, Received
+from pyros1.bridge.transport.inbox import STRANGERS, Inbox, Received
 
 TOPIC = SharedName("red", "/t")
 
@@ -21,6 +21,12 @@ def control(body: bytes, site: str = "red") -> Received:
     return Key(site, Channel.TO, "base"), b"", body
 
 
+def inbox_of(**limits: int) -> Inbox:
+    inbox = Inbox(**limits)
+    inbox.known = {"red", "blue", "green"}
+    return inbox
+
+
 def drain(inbox: Inbox) -> list[bytes]:
     bodies = []
     while (each := inbox.pop()) is not None:
@@ -29,14 +35,14 @@ def drain(inbox: Inbox) -> list[bytes]:
 
 
 def test_heartbeats_and_lists_of_a_site_go_first() -> None:
-    inbox = Inbox()
+    inbox = inbox_of()
     for packet in (message(b"1"), message(b"2"), control(b"heartbeat"), control(b"list")):
         inbox.put(packet)
     assert drain(inbox) == [b"heartbeat", b"list", b"1", b"2"] and inbox.dropped == 0
 
 
 def test_what_a_site_may_have_waiting_is_bounded() -> None:
-    inbox = Inbox(site_message_bytes=10, site_control_bytes=20, site_packets=3)
+    inbox = inbox_of(site_message_bytes=10, site_control_bytes=20, site_packets=3)
     for number in range(5):
         inbox.put(message(b"%d" % number))
     for number in range(5):
@@ -53,7 +59,7 @@ def test_what_a_site_may_have_waiting_is_bounded() -> None:
 
 
 def test_packets_that_are_too_large_are_not_read() -> None:
-    inbox = Inbox()
+    inbox = inbox_of()
     inbox.put(control(bytes(MAX_BODY + 1)))
     assert inbox.pop() is None and inbox.dropped == 1
     inbox.put(control(bytes(MAX_BODY)))
@@ -62,7 +68,7 @@ def test_packets_that_are_too_large_are_not_read() -> None:
 
 
 def test_a_site_that_floods_waits_for_itself_only() -> None:
-    inbox = Inbox()
+    inbox = inbox_of()
     for number in range(1000):
         inbox.put(control(b"%d" % number))
         inbox.put(message(b"%d" % number))
@@ -74,7 +80,7 @@ def test_a_site_that_floods_waits_for_itself_only() -> None:
 
 
 def test_a_site_whose_packets_come_one_by_one_gets_no_more_turns() -> None:
-    inbox = Inbox()
+    inbox = inbox_of()
     for _ in range(100):
         inbox.put(message(b"red"))
     turns = ["blue"]
@@ -88,7 +94,7 @@ def test_a_site_whose_packets_come_one_by_one_gets_no_more_turns() -> None:
 
 
 def test_turns_go_by_what_packets_cost() -> None:
-    inbox = Inbox()
+    inbox = inbox_of()
     for _ in range(20):
         inbox.put(control(bytes(100_000)))
         inbox.put(message(bytes(100_000), "blue"))
@@ -99,7 +105,7 @@ def test_turns_go_by_what_packets_cost() -> None:
 
 
 def test_a_site_that_was_silent_has_not_saved_up_turns() -> None:
-    inbox = Inbox()
+    inbox = inbox_of()
     for number in range(100):
         inbox.put(message(b"%d" % number))
     for _ in range(50):
@@ -111,7 +117,7 @@ def test_a_site_that_was_silent_has_not_saved_up_turns() -> None:
 
 
 def test_the_total_is_bounded_at_the_cost_of_who_has_most() -> None:
-    inbox = Inbox(total_bytes=1000)
+    inbox = inbox_of(total_bytes=1000)
     for number in range(10):
         inbox.put(message(bytes(100), "red" if number < 8 else "blue"))
     inbox.put(control(b"heartbeat", "green"))
@@ -124,15 +130,40 @@ def test_the_total_is_bounded_at_the_cost_of_who_has_most() -> None:
     assert len(drain(inbox)) == 1
 
 
-def test_the_number_of_sites_is_bounded() -> None:
-    inbox = Inbox()
+def test_who_invents_names_gets_no_more_turns() -> None:
+    inbox = inbox_of()
+    inbox.put(message(b"before"))
+    for number in range(2000):
+        inbox.put(control(b"x", f"first{number}"))
+    for number in range(10):
+        inbox.put(message(b"%d" % number))
+    turns = []
+    for number in range(30):  # each time under another name
+        packet = inbox.pop()
+        assert packet is not None
+        turns.append(packet[0].site)
+        inbox.put(control(b"x", f"later{number}"))
+    assert turns[:24].count("red") == 11 and inbox.dropped == 0
+
+
+def test_all_invented_names_have_one_place_to_wait() -> None:
+    inbox = inbox_of(site_packets=100)
     for number in range(400):
         inbox.put(control(b"x", f"site{number}"))
-    assert inbox.dropped == 100 and len(drain(inbox)) == 300
-    inbox.put(control(b"x", "another"))
-    assert inbox.pop() == control(b"x", "another")
+    inbox.put(control(b"x", "red"))
+    assert inbox.dropped == 300 and len(drain(inbox)) == 101
     for number in range(1000):
-        inbox.put(control(b"x", f"other{number}"))
+        inbox.put(control(b"x", f"site{number}"))
+        inbox.put(message(b"x", "red"))
+        inbox.pop()
+    assert inbox.costs.keys() <= {"red", STRANGERS}
+
+
+def test_costs_are_kept_of_few_sites() -> None:
+    inbox = Inbox()
+    inbox.known = {"red", *(f"site{number}" for number in range(1000))}
+    for number in range(1000):
+        inbox.put(control(b"x", f"site{number}"))
         inbox.put(message(b"x", "red"))
         inbox.pop()
     assert len(inbox.costs) <= 301

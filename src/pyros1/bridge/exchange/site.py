@@ -436,6 +436,10 @@ class Site:
             for name, peer in peers
         ]
 
+    def known(self) -> frozenset[str]:
+        """Return the other sites that have shown that they are there, even if they are lost now."""
+        return frozenset(name for name, peer in self._peers.items() if peer.epoch)
+
     def sent(self) -> list[tuple[OutgoingTopic, LocalTopic, Flow]]:
         """Return the topics that are offered, each with its topic here and its flow."""
         return self._sending.flows()

@@ -1,12 +1,14 @@
 """Packets that have come and wait until the site deals with them, bounded for each sending site. No I/O.
 
-Sites take turns by what their packets cost, so one that floods this one costs only its own packets. Within a site,
-heartbeats and lists go before messages. All sizes are in bytes.
+Sites take turns by what their packets cost, so one that floods this one costs only its own packets. All that have not
+shown yet that they are there count as one: whoever invents names gets no more turns by that. Within a site, heartbeats
+and lists go before messages. All sizes are in bytes.
 """
 
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Collection
 
 from pyros1.bridge.protocol.key_expressions import Key
 from pyros1.bridge.protocol.packet_values import MAX_BODY
@@ -19,8 +21,10 @@ SITE_PACKETS = 5_000
 """Maximum number of the messages of a site that wait, and of its other packets."""
 TOTAL_BYTES = 128 << 20
 """Maximum total size of all packets that wait; at least one may."""
-_MAX_SITES = 300
-"""Maximum number of sites whose packets wait; more than a bridge talks to, since anything can claim to be a site."""
+STRANGERS = ""
+"""Stands for all sites that are not known."""
+_MAX_COSTS = 300
+"""Maximum number of sites of which costs are kept; more than a bridge talks to."""
 _PACKET_COST = 2_000
 """What a packet costs besides its bytes: its fixed time, in the time to copy a byte."""
 _CONTROL_FACTOR = 20
@@ -64,6 +68,7 @@ class Inbox:
     """Packets that have come and wait.
 
     Attributes:
+        known: the sites that have shown that they are there; each has a queue of its own. May be set in any thread.
         dropped: how many packets were dropped because too many waited, or because they were too large.
         costs: what was done for sites of which nothing waits any more, but that were ahead of others.
     """
@@ -75,6 +80,7 @@ class Inbox:
         site_packets: int = SITE_PACKETS,
         total_bytes: int = TOTAL_BYTES,
     ) -> None:
+        self.known: Collection[str] = frozenset()
         self.dropped = 0
         self._site_message_bytes = site_message_bytes
         self._site_control_bytes = site_control_bytes
@@ -100,13 +106,14 @@ class Inbox:
         too much waits in total, messages of the site that has most are dropped.
         """
         key, size = packet[0], _size(packet)
-        site = self._sites.get(key.site)
         is_control = key.topic is None
-        if (site is None and len(self._sites) >= _MAX_SITES) or (is_control and size > MAX_BODY):
+        if is_control and size > MAX_BODY:
             self.dropped += 1
             return
+        name = key.site if key.site in self.known else STRANGERS
+        site = self._sites.get(name)
         if site is None:
-            site = self._sites[key.site] = _SiteQueue(max(self._cost, self.costs.pop(key.site, 0)))
+            site = self._sites[name] = _SiteQueue(max(self._cost, self.costs.pop(name, 0)))
         if is_control:
             if len(site.control) >= self._site_packets or site.control_bytes + size > self._site_control_bytes:
                 self.dropped += 1
@@ -145,9 +152,9 @@ class Inbox:
         if not site.messages and not site.control:
             del self._sites[name]
             self.costs[name] = site.cost
-            if len(self.costs) > _MAX_SITES:
+            if len(self.costs) > _MAX_COSTS:
                 self.costs = {name: cost for name, cost in self.costs.items() if cost > self._cost}
-                if len(self.costs) > _MAX_SITES:
+                if len(self.costs) > _MAX_COSTS:
                     del self.costs[min(self.costs, key=self.costs.__getitem__)]
 
     def pop(self) -> Received | None:
