@@ -80,6 +80,8 @@ def test_errors_name_file_and_line() -> None:
     assert (caught.value.where, caught.value.line) == ("robot.yaml", 2)
     with pytest.raises(YamlError, match=r"^robot\.yaml:2: invalid degrees"):
         load_yaml("a: 1\nb: deg(x)", "robot.yaml")
+    with pytest.raises(YamlError, match=r"^robot\.yaml:2: unacceptable character #x0007"):
+        load_yaml("a: 1\nb: \a", "robot.yaml")
 
 
 def test_several_documents() -> None:

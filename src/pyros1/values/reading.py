@@ -123,7 +123,9 @@ def load_all_yaml(text: str, where: str | None = None) -> list[Any]:
         mark = error.problem_mark or error.context_mark
         raise YamlError(_format_reason(error), where, None if mark is None else mark.line + 1) from error
     except yaml.YAMLError as error:
-        raise YamlError(_format_reason(error), where) from error
+        position = getattr(error, "position", None)  # of a character that is not allowed
+        line = None if position is None else text.count("\n", 0, position) + 1
+        raise YamlError(_format_reason(error), where, line) from error
     except RecursionError as error:
         raise YamlError("nested too deeply", where) from error
     except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
