@@ -7,6 +7,7 @@ from typing import Any
 
 import pytest
 
+from pyros1.bridge.exchange import receiving
 from pyros1.bridge.exchange.actions import (
     Action,
     Advertise,
@@ -23,7 +24,7 @@ from pyros1.bridge.exchange.actions import (
 )
 from pyros1.bridge.exchange.outgoing import Drop, ReceivedMessage
 from pyros1.bridge.exchange.peer import FORGET_DELAY, State
-from pyros1.bridge.exchange.receiving import MAX_TOPICS
+from pyros1.bridge.exchange.receiving import MAX_TOPICS, Receiving
 from pyros1.bridge.exchange.sending import LocalTopic
 from pyros1.bridge.exchange.site import MAX_SITES, Site
 from pyros1.bridge.exchange.slow_sites import FIRST_TIME, OVERLAP
@@ -665,6 +666,76 @@ def test_a_flood_of_sites() -> None:
     assert len(site.sites()) == MAX_SITES and site.ignored == {"more sites than there may be": 50}
     site.tick(FORGET_DELAY + 1)
     assert site.sites() == []
+
+
+@pytest.fixture
+def looks(monkeypatch: pytest.MonkeyPatch) -> list[float]:
+    """When a site has looked at all topics of others."""
+    found: list[float] = []
+
+    def apply(self: Receiving, now: float) -> list[Action]:
+        found.append(now)
+        return original(self, now)
+
+    original = Receiving.apply
+    monkeypatch.setattr(Receiving, "apply", apply)
+    return found
+
+
+def test_lists_of_many_sites_are_looked_at_together(looks: list[float], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(receiving, "_LOOK_RATE", 50)
+    monkeypatch.setattr(receiving, "_LOOK_BURST", 50)
+    site = Site(rules("take: ['*:**']"), OWN, 0.0)
+    liars = [Liar(site, THEIR, f"site{number}") for number in range(5)]
+    for each in liars:
+        each.actions = liars[0].actions  # heartbeats for one come after packets of others
+        each.meet()
+    looks.clear()
+    for second in range(1, 11):
+        for each in liars:
+            each.now = float(second)
+            each.heartbeat()
+            each.offer(*(offered(SharedName(each.name, f"/t{number}_{second}")) for number in range(20)))
+        for tick in range(1, 10):
+            liars[0].take(site.tick(second + tick / 10))
+    assert len(looks) <= 15  # and not 50
+    site.tick(13.0)
+    assert {topic.topic.name for topic in site.received()} == {f"/t{number}_10" for number in range(20)}
+
+
+def test_definitions_in_floods_are_looked_at_together(looks: list[float]) -> None:
+    liar = Liar(Site(rules("take: ['red:**']"), OWN, 0.0))
+    liar.meet()
+    md5sums = [f"{number:032x}" for number in range(1000)]
+    liar.offer(*(offered(SharedName("red", f"/t{number}"), md5sum=each) for number, each in enumerate(md5sums)))
+    looks.clear()
+    for tick in range(20):
+        liar.now = tick / 10
+        liar.take(liar.site.tick(liar.now))
+        for md5sum in md5sums[100 * tick : 100 * tick + 100]:
+            liar.define(md5sum=md5sum)
+    assert len(looks) <= 120  # and not 1000
+    assert not any(topic.state for topic in liar.site.received() if topic.state != "no subscribers here")
+    assert len(only(Advertise, liar.actions)) == 1000
+
+
+def test_long_definitions_in_floods_are_not_read() -> None:
+    liar = Liar(Site(rules("take: ['red:**']"), OWN, 0.0))
+    liar.meet()
+    md5sums = [f"{number:032x}" for number in range(100)]
+    liar.offer(*(offered(SharedName("red", f"/t{number}"), md5sum=each) for number, each in enumerate(md5sums)))
+    text = "# a comment\n" * 20_000
+    for md5sum in md5sums:
+        liar.define(md5sum=md5sum, text=text)
+    unread = liar.site.ignored["red: more definitions than are read"]
+    assert unread > 80
+    known = len(only(Advertise, liar.actions))
+    assert known == 100 - unread
+    liar.now = 60.0  # what was not read is asked for again
+    liar.heartbeat()
+    liar.heartbeat()
+    liar.define(md5sum=md5sums[-1])
+    assert len(only(Advertise, liar.actions)) == known + 1
 
 
 def test_a_site_is_known_once_it_has_shown_that_it_is_there(liar: Liar) -> None:

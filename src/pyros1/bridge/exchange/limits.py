@@ -10,6 +10,10 @@ from pyros1.bridge.exchange.pending_lists import PendingLists
 _PROBE_RATE = 500
 _PROBE_BURST = 100
 """Probes of a site that are answered per second, and at once; others are lost, as packets may be."""
+_DEFINITION_RATE = 50e3
+_DEFINITION_BURST = 2e6
+"""Bytes of a site's definitions that are read per second, and at once: a thousand bytes take about a millisecond. Those
+of all types of a robot have less, and what was not read is asked for again."""
 _MAX_SITES = 1_000
 
 
@@ -19,11 +23,13 @@ class SiteLimits:
     Attributes:
         lists: its lists that wait.
         probes: which of its probes are answered.
+        definitions: which of its definitions are read.
     """
 
     def __init__(self) -> None:
         self.lists = PendingLists()
         self.probes = Allowance(_PROBE_RATE, _PROBE_BURST)
+        self.definitions = Allowance(_DEFINITION_RATE, _DEFINITION_BURST)
 
 
 class Limits:

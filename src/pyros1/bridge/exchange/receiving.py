@@ -14,6 +14,7 @@ from collections.abc import Collection, Iterable, Mapping
 
 from pyros1.bridge.conversions.prefixes import Prefixer
 from pyros1.bridge.exchange.actions import Action, Listen, Log, Send
+from pyros1.bridge.exchange.allowance import Allowance
 from pyros1.bridge.exchange.definitions import Definitions
 from pyros1.bridge.exchange.delivering import deliver
 from pyros1.bridge.exchange.incoming import IncomingTopic, ReceivedTopic
@@ -47,6 +48,10 @@ _MAX_ASKED = 100
 """Maximum number of definitions to ask for at a time."""
 _PAUSE = 10.0
 """Seconds after the return of a site in which subscribers can come back: nodes need some time to connect again."""
+_LOOK_RATE = 20_000.0
+_LOOK_BURST = 60_000
+"""Topics that are looked at per second, and at once, because other sites change their lists or define types. Each time,
+the topics of all sites are looked at, which takes some 20 us for each topic; what waits is looked at together."""
 
 
 class Receiving:
@@ -77,6 +82,8 @@ class Receiving:
         self._refused: dict[Feed, tuple[str, str]] = {}  # -> type and reason
         self._unusable: dict[Feed, str] = {}
         self._lacks_definitions = False
+        self._is_outdated = False  # since definitions have come
+        self._looks = Allowance(_LOOK_RATE, _LOOK_BURST)
         self.streams: dict[Feed, tuple[bool, bool, Stream]] = {}
         self.buffered: dict[str, BufferedBytes] = {}
 
@@ -92,6 +99,23 @@ class Receiving:
 
     def set_offers(self, peer: str, offers: Iterable[Offered], now: float) -> list[Action]:
         """Note what another site offers, and return the actions that follow."""
+        return self.note_offers(peer, offers, now) + self.apply(now)
+
+    def may_look(self, now: float) -> bool:
+        """Return whether to note new lists of other sites now, or to let them wait."""
+        return self._looks.take(now)
+
+    def look(self, now: float) -> list[Action]:
+        """Return the actions that follow from what has been noted."""
+        self._looks.charge(len(self._incoming))
+        return self.apply(now)
+
+    def look_late(self, now: float) -> list[Action] | None:
+        """Return the actions that follow from definitions that have come; None if none have, or if they must wait."""
+        return self.look(now) if self._is_outdated and self.may_look(now) else None
+
+    def note_offers(self, peer: str, offers: Iterable[Offered], now: float) -> list[Action]:
+        """Note what another site offers, and return the first actions: `look` must follow."""
         old = {feed: incoming for feed, incoming in self._incoming.items() if feed[0] == peer}
         for feed in old:
             del self._incoming[feed]
@@ -132,7 +156,7 @@ class Receiving:
         (self._unwelcome.add if conflict else self._unwelcome.discard)(peer)
         actions += self._replace(old, now)
         self._forget_streams(peer)
-        return actions + self.apply(now)
+        return actions
 
     def _replace(self, old: Mapping[Feed, IncomingTopic], now: float) -> list[Action]:
         actions: list[Action] = []
@@ -202,10 +226,14 @@ class Receiving:
             (incoming.offered.type, incoming.offered.md5sum) == (definition.type, definition.md5sum)
             for incoming in self._incoming.values()
         )
-        return self.apply(now) if is_offered and self._definitions.add(peer, definition) else []
+        if is_offered and self._definitions.add(peer, definition):
+            self._is_outdated = True
+            return self.look_late(now) or []
+        return []
 
     def apply(self, now: float) -> list[Action]:
         """Bring what is published, and what is wanted, in line with sites, offers, definitions and demand."""
+        self._is_outdated = False
         candidates = self._candidates()
         outputs, self._unusable = choose(candidates)
         self._unusable.update(self._learn_definitions())

@@ -98,10 +98,7 @@ class Site:
         self._on_kind: Mapping[Kind, Callable[[str, bytes, float], list[Action]]] = {
             **{kind: partial(self._on_list, kind) for kind in LIST_KINDS},
             Kind.ASK: lambda peer, body, now: self._sending.on_ask(peer, decode_ask(body), now),
-            Kind.DEFINITION: lambda peer, body, now: [
-                *self.receiving.on_definition(peer, decode_definition(body), now),
-                *self._update_requests(now),
-            ],
+            Kind.DEFINITION: self._on_definition,
             Kind.PROBE: self._on_probe,
             Kind.PROBE_REPLY: lambda peer, body, _: [ProbeReply(peer, decode_probe(body))],
             Kind.MISSED: lambda peer, body, now: self._sending.on_missed(peer, decode_missed(body), now),
@@ -201,8 +198,9 @@ class Site:
         actions += self.services.tick(now)
         actions += self._sending.tick(now)
         actions += self.receiving.tick(now)
-        for name in self._peers:
-            actions += self._apply_lists(name, now)
+        actions += self._apply_lists(now)
+        if (late := self.receiving.look_late(now)) is not None:
+            actions += late + self._update_requests(now)
         if self.receiving.end_pauses(now):
             actions += self._update_lists(now)
         return actions + self._send_heartbeats(now) + self._send_lists(now)
@@ -405,19 +403,31 @@ class Site:
         if entries is None:
             return []
         self._limits.of(site, self._peers).lists.put(kind, entries)
-        return self._apply_lists(site, now)
+        return self._apply_lists(now)
 
-    def _apply_lists(self, site: str, now: float) -> list[Action]:
-        """Apply the lists that a site has sent, unless they change too often."""
+    def _apply_lists(self, now: float) -> list[Action]:
+        """Apply the lists that sites have sent, unless they change too often."""
         actions: list[Action] = []
-        for kind, entries in self._limits.of(site, self._peers).lists.take(now):
-            if kind is Kind.REQUEST:
-                actions += self._sending.set_requests(site, entries, now)
-            elif kind is Kind.SERVICES:
-                actions += self.services.calls.set_offers(site, entries)
-            else:
-                actions += self.receiving.set_offers(site, entries, now) + self._update_requests(now)
-        return actions
+        if not self.receiving.may_look(now):
+            return actions
+        has_offers = False
+        for site in self._peers:
+            for kind, entries in self._limits.of(site, self._peers).lists.take(now):
+                if kind is Kind.REQUEST:
+                    actions += self._sending.set_requests(site, entries, now)
+                elif kind is Kind.SERVICES:
+                    actions += self.services.calls.set_offers(site, entries)
+                else:
+                    has_offers = True
+                    actions += self.receiving.note_offers(site, entries, now)
+        return actions + self.receiving.look(now) + self._update_requests(now) if has_offers else actions
+
+    def _on_definition(self, site: str, body: bytes, now: float) -> list[Action]:
+        allowance = self._limits.of(site, self._peers).definitions
+        if not allowance.take(now):
+            return self._ignore(f"{site}: more definitions than are read")
+        allowance.charge(len(body))
+        return self.receiving.on_definition(site, decode_definition(body), now) + self._update_requests(now)
 
     def _on_probe(self, site: str, body: bytes, now: float) -> list[Action]:
         number = decode_probe(body)
