@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import pytest
 
-from pyros1.bridge.exchange.peer import FORGET_DELAY, MIN_PERIOD, Change, Peer, State
+from pyros1.bridge.exchange.peer import FORGET_DELAY, HEARD_DELAY, MIN_PERIOD, Change, Peer, State
 from pyros1.bridge.protocol.packets import Heartbeat
 from pyros1.bridge.rules.rules import LOSS_DELAY
 
@@ -115,7 +115,7 @@ def test_a_site_is_forgotten() -> None:
     assert not of_blue.is_forgotten(FORGET_DELAY) and of_blue.is_forgotten(LOSS_DELAY + FORGET_DELAY)
     heard = Peer("green", RED, count(1), 0.0)
     heard.hear(5, 50.0)
-    assert not heard.is_forgotten(FORGET_DELAY + 1) and heard.is_forgotten(50.0 + FORGET_DELAY)
+    assert not heard.is_forgotten(49.0 + HEARD_DELAY) and heard.is_forgotten(50.0 + HEARD_DELAY)
 
 
 def test_heartbeats_come_each_second_and_answers_not_more_often_than_necessary() -> None:

@@ -11,7 +11,8 @@ The states, and what leads from one to the next:
 
 A lost site that answers again is present. One that has started again is heard under another epoch, and becomes present
 under that one as soon as it has answered; then everything that was known of its earlier run is void. A lost site that
-does not come back within `FORGET_DELAY`, and one that says goodbye, is forgotten.
+does not come back within `FORGET_DELAY`, and one that says goodbye, is forgotten; one that was only heard, after
+`HEARD_DELAY`.
 """
 
 from __future__ import annotations
@@ -33,6 +34,8 @@ MIN_PERIOD = 0.2
 """Minimum seconds between heartbeats, however often another site wants them."""
 FORGET_DELAY = 60.0
 """Seconds after which a lost site is forgotten."""
+HEARD_DELAY = 10.0
+"""The same for one that has never been present: whoever invents names must not take the place of others for long."""
 _ANSWER_PERIOD = 0.1
 """Minimum seconds between heartbeats that answer packets of a site that is not present yet, so that such packets cannot
 make this site send without end."""
@@ -250,8 +253,9 @@ class Peer:
         """Return whether the site has been away for so long that nothing needs to be kept of it."""
         if self.state is State.PRESENT:
             return False
-        since = self.lost_at if self.state is State.LOST else self._heard_at
-        return now - since >= FORGET_DELAY
+        if self.state is State.LOST:
+            return now - self.lost_at >= FORGET_DELAY
+        return now - self._heard_at >= HEARD_DELAY
 
     def wants_heartbeat(self, now: float) -> bool:
         """Return whether a heartbeat must be sent to the site now: as often as the site that wants them more often."""
