@@ -9,7 +9,7 @@ from itertools import count
 from typing import TYPE_CHECKING, NamedTuple
 
 from pyros1.bridge.exchange.actions import CallService, Provide, Return, ServiceAction, Unprovide
-from pyros1.bridge.exchange.served import LocalService
+from pyros1.bridge.exchange.services.served import LocalService
 from pyros1.bridge.protocol.calls import Status
 
 if TYPE_CHECKING:

@@ -13,13 +13,13 @@ from typing import Any
 
 import pytest
 
-from pyros1.bridge.exchange.calls import Calls
 from pyros1.bridge.exchange.clock_offset import ClockOffset
 from pyros1.bridge.exchange.far_nodes import FarNodes
 from pyros1.bridge.exchange.outgoing import OutgoingTopic
 from pyros1.bridge.exchange.receiving import Receiving
 from pyros1.bridge.exchange.sending import Sending
-from pyros1.bridge.exchange.served import Served
+from pyros1.bridge.exchange.services.calls import Calls
+from pyros1.bridge.exchange.services.served import Served
 from pyros1.bridge.exchange.streams import Delivery, LatchedStream, NewestStream, ReliableStream
 
 from .simulation import Simulation

@@ -8,7 +8,7 @@ from itertools import islice
 from time import monotonic
 from typing import NamedTuple
 
-from pyros1.bridge.exchange.served import LocalService
+from pyros1.bridge.exchange.services.served import LocalService
 from pyros1.bridge.protocol.packet_values import PacketError, read_md5, read_type
 from pyros1.doctor.concurrent import run_concurrently
 from pyros1.graph import Graph, SystemState, probe_service

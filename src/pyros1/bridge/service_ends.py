@@ -13,8 +13,8 @@ from itertools import count
 from time import monotonic
 
 from pyros1.bridge.exchange.actions import Action, CallService, Provide, Return, ServiceAction, Unprovide
-from pyros1.bridge.exchange.call_packets import encode_error
-from pyros1.bridge.exchange.served import MAX_RUNNING, LocalService
+from pyros1.bridge.exchange.services.call_packets import encode_error
+from pyros1.bridge.exchange.services.served import MAX_RUNNING, LocalService
 from pyros1.bridge.exchange.site import Site
 from pyros1.bridge.local_graph import find_bridges
 from pyros1.bridge.local_services import LocalServices

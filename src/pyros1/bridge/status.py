@@ -8,11 +8,11 @@ from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping
 from typing import Any, TypeVar
 
 from pyros1 import __version__
-from pyros1.bridge.exchange.call_packets import CallCounts
-from pyros1.bridge.exchange.calls import OtherService
 from pyros1.bridge.exchange.incoming import ReceivedTopic
 from pyros1.bridge.exchange.outgoing import OutgoingTopic
 from pyros1.bridge.exchange.sending import Flow
+from pyros1.bridge.exchange.services.call_packets import CallCounts
+from pyros1.bridge.exchange.services.calls import OtherService
 from pyros1.bridge.exchange.site import Site
 from pyros1.bridge.protocol.key_expressions import again_key, topic_key
 from pyros1.bridge.rates import Count, Rate, Rates

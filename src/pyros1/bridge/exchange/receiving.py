@@ -48,8 +48,8 @@ _MAX_ASKED = 100
 """Maximum number of definitions to ask for at a time."""
 _PAUSE = 10.0
 """Seconds after the return of a site in which subscribers can come back: nodes need some time to connect again."""
-_LOOK_RATE = 20_000.0
-_LOOK_BURST = 60_000
+LOOK_RATE = 20_000.0
+LOOK_BURST = 60_000
 """Topics that are looked at per second, and at once, because other sites change their lists or define types. Each time,
 the topics of all sites are looked at, which takes some 20 us for each topic; what waits is looked at together."""
 
@@ -83,7 +83,7 @@ class Receiving:
         self._unusable: dict[Feed, str] = {}
         self._lacks_definitions = False
         self._is_outdated = False  # since definitions have come
-        self._looks = Allowance(_LOOK_RATE, _LOOK_BURST)
+        self._looks = Allowance(LOOK_RATE, LOOK_BURST)
         self.streams: dict[Feed, tuple[bool, bool, Stream]] = {}
         self.buffered: dict[str, BufferedBytes] = {}
 

@@ -28,20 +28,21 @@ from itertools import count
 
 from pyros1.bridge.conversions.conversion import Conversion
 from pyros1.bridge.exchange.actions import Action, Log, Probe, ProbeReply, Send
+from pyros1.bridge.exchange.announcements import Announcements
 from pyros1.bridge.exchange.far_nodes import FarNodes
 from pyros1.bridge.exchange.incoming import ReceivedTopic
 from pyros1.bridge.exchange.limits import Limits
 from pyros1.bridge.exchange.outgoing import OutgoingTopic, ReceivedMessage
 from pyros1.bridge.exchange.peer import Change, Peer, SiteStatus
-from pyros1.bridge.exchange.peer_lists import LIST_KINDS, PeerLists
+from pyros1.bridge.exchange.peer_lists import LIST_KINDS
 from pyros1.bridge.exchange.receiving import Receiving
 from pyros1.bridge.exchange.sending import Flow, LocalTopic, Sending
-from pyros1.bridge.exchange.served import LocalService
-from pyros1.bridge.exchange.services import Services
+from pyros1.bridge.exchange.services.served import LocalService
+from pyros1.bridge.exchange.services.services import Services
 from pyros1.bridge.exchange.slow_sites import SlowSites
 from pyros1.bridge.names import SharedName
 from pyros1.bridge.protocol.calls import decode_call_head
-from pyros1.bridge.protocol.key_expressions import HELLO, Channel, Key, to_key
+from pyros1.bridge.protocol.key_expressions import Channel, Key, to_key
 from pyros1.bridge.protocol.packet_values import PacketError
 from pyros1.bridge.protocol.packets import (
     Kind,
@@ -55,7 +56,6 @@ from pyros1.bridge.protocol.packets import (
     decode_missed,
     decode_probe,
     encode_head,
-    encode_heartbeat,
     encode_probe,
 )
 from pyros1.bridge.rules.rules import Priority, Rules
@@ -85,14 +85,16 @@ class Site:
         self._rules = rules
         self._epoch = epoch
         self._peers: dict[str, Peer] = {}
-        self._versions, self._heartbeat_numbers = count(1), count(1)
-        self._lists: dict[str, PeerLists] = {}
+        self._heartbeat_numbers = count(1)
         self._limits = Limits()
         self._sending = Sending(rules, epoch)
         self.receiving = Receiving(rules, epoch, self._peers)
         self.services = Services(rules, epoch, self._peers)
         self._far_nodes = FarNodes(rules)
         self._slow_sites = SlowSites()
+        self._announcements = Announcements(
+            epoch, self._peers, self._sending, self.receiving, self.services, self._slow_sites
+        )
         self._hello_at = now
         self._has_namesake = False
         self._on_kind: Mapping[Kind, Callable[[str, bytes, float], list[Action]]] = {
@@ -118,19 +120,19 @@ class Site:
         known = [*topics]
         actions = self._sending.set_topics(known, asked_at, now)
         if self.receiving.set_local_topics([topic.name for topic in known if topic.publishers]):
-            for name, lists in self._lists.items():
+            for name, lists in self._announcements.lists.items():
                 actions += self.receiving.set_offers(name, lists.their_offer.entries, now)
-        actions += self._update_lists(now)
-        return actions + self._send_heartbeats(now)
+        actions += self._announcements.update(now)
+        return actions + self._announcements.heartbeats(now)
 
     def set_responding(self, nodes: Iterable[str], now: float) -> list[Action]:
         """Note which of the nodes that publish what other sites want respond."""
         self._sending.set_responding(nodes)
-        return self._send_heartbeats(now)
+        return self._announcements.heartbeats(now)
 
     def set_demand(self, demand: Iterable[str], now: float) -> list[Action]:
         """Note to which topics that this site publishes nodes of its master subscribe."""
-        return self.receiving.set_demand(demand, now) + self._update_requests(now)
+        return self.receiving.set_demand(demand, now) + self._announcements.update_requests(now)
 
     def on_message(
         self,
@@ -167,28 +169,27 @@ class Site:
             now: the current time.
         """
         self.services.served.set_services(services)
-        for name, lists in self._lists.items():
-            lists.services.update(self.services.served.offers(name))
-        return self.services.calls.set_taken(taken) + self._send_lists(now)
+        self._announcements.update_services()
+        return self.services.calls.set_taken(taken) + self._announcements.pages(now)
 
     # Time -------------------------------------------------------------------------------------------------------------
 
     def start(self) -> list[Action]:
         """Return the first actions."""
-        return [self._hello()]
+        return [self._announcements.hello()]
 
     def tick(self, now: float) -> list[Action]:
         """Return what is to be done because time has passed."""
         actions: list[Action] = []
         if now - self._hello_at >= _HELLO_PERIOD:
             self._hello_at = now
-            actions.append(self._hello())
+            actions.append(self._announcements.hello())
         for peer in [*self._peers.values()]:
             if peer.tick(now):
                 actions.append(Log(f"site {peer.name} does not respond any more", is_warning=True))
                 actions += self.services.on_lost(peer.name)
                 actions += self._far_nodes.drop(peer.name) + self.receiving.apply(now)
-                actions += self._update_lists(now)
+                actions += self._announcements.update(now)
             if peer.pop_namesake():
                 actions.append(Log(f"two bridges call themselves {peer.name}: use another --site", is_warning=True))
             if peer.is_forgotten(now):
@@ -200,10 +201,10 @@ class Site:
         actions += self.receiving.tick(now)
         actions += self._apply_lists(now)
         if (late := self.receiving.look_late(now)) is not None:
-            actions += late + self._update_requests(now)
+            actions += late + self._announcements.update_requests(now)
         if self.receiving.end_pauses(now):
-            actions += self._update_lists(now)
-        return actions + self._send_heartbeats(now) + self._send_lists(now)
+            actions += self._announcements.update(now)
+        return actions + self._announcements.heartbeats(now) + self._announcements.pages(now)
 
     def leave(self) -> list[Action]:
         """Return the last actions: they tell the other sites that this one is gone."""
@@ -229,50 +230,7 @@ class Site:
         if site in self._peers:
             self._slow_sites.add(site, now)
         self._sending.separate = self._slow_sites.separate
-        return self._send_heartbeats(now)
-
-    def _hello(self) -> Action:
-        return Send(HELLO, encode_head(Kind.HELLO, self._epoch), priority=Priority.URGENT, replaces=0, may_drop=True)
-
-    def _send_heartbeats(self, now: float) -> list[Action]:
-        actions: list[Action] = []
-        for peer in self._peers.values():
-            lists = self._lists[peer.name]
-            nodes = self._sending.nodes(peer.name) if peer.is_present else []
-            is_separate = self._slow_sites.is_flagged(peer.name, now)
-            if peer.wants_heartbeat(now) or nodes != lists.nodes or is_separate != lists.is_separate:
-                lists.nodes, lists.is_separate = nodes, is_separate
-                seen = (lists.their_offer.version, lists.their_request.version)
-                tails = self._sending.tails(peer.name)
-                versions = (lists.offer.version, lists.request.version)
-                services = (lists.services.version, lists.their_services.version)
-                epoch, heartbeat = peer.make_heartbeat(now, *versions, seen, tails, services, nodes, is_separate)
-                head = encode_head(Kind.HEARTBEAT, self._epoch, epoch)
-                actions.append(Send(to_key(peer.name), head, encode_heartbeat(heartbeat), Priority.URGENT))
-        return actions
-
-    def _update_lists(self, now: float) -> list[Action]:
-        """Return the lists that must be sent since topics, sites or demand have changed."""
-        for name, lists in self._lists.items():
-            lists.offer.update(self._sending.offers(name))
-            lists.services.update(self.services.served.offers(name))
-        return self._update_requests(now)
-
-    def _update_requests(self, now: float) -> list[Action]:
-        """Return the lists that must be sent since demand, or what others offer, has changed."""
-        requests = self.receiving.requests()
-        for name, lists in self._lists.items():
-            lists.request.update(requests.get(name, ()))
-        return self._send_lists(now)
-
-    def _send_lists(self, now: float) -> list[Action]:
-        actions: list[Action] = []
-        for peer in self._peers.values():
-            if not peer.is_present:
-                continue
-            for kind, page in self._lists[peer.name].due(peer, now):
-                actions.append(Send(to_key(peer.name), encode_head(kind, self._epoch, peer.epoch), page))
-        return actions
+        return self._announcements.heartbeats(now)
 
     # Packets ----------------------------------------------------------------------------------------------------------
 
@@ -326,7 +284,7 @@ class Site:
             peer = self._find_or_add(key.site, now)
             if peer is not None and (peer.epoch != epoch or not peer.is_present):
                 peer.hear(epoch, now)
-            return [] if peer is None else self._send_heartbeats(now)
+            return [] if peer is None else self._announcements.heartbeats(now)
         if key.channel is not Channel.TO:
             raise PacketError("a packet on the wrong key")
         if kind is Kind.HEARTBEAT:
@@ -353,7 +311,7 @@ class Site:
                 self._ignore("more sites than there may be")
                 return None
             peer = self._peers[name] = Peer(name, self._epoch, self._heartbeat_numbers, now, self._rules.loss_delay)
-            self._lists[name] = PeerLists(self._versions)
+            self._announcements.begin(name)
         return peer
 
     def _on_heartbeat(self, site: str, epoch: int, to_epoch: int, body: bytes, now: float) -> list[Action]:
@@ -367,24 +325,24 @@ class Site:
             actions += self._far_nodes.drop(site)
             actions += self.receiving.drop_peer(site, now)
             actions += self.services.drop_peer(site, f"site {site} has started again")
-            self._lists[site] = PeerLists(self._versions)
+            self._announcements.begin(site)
             self._limits.of(site, self._peers).lists.clear()
             actions += self._update_peers(now)
-            actions += self._send_heartbeats(now)
-            actions += self._update_lists(now)
+            actions += self._announcements.heartbeats(now)
+            actions += self._announcements.update(now)
             if not peer.takes_turns:  # of two bridges with one name, `tick` warns
                 actions.append(Log(f"site {site} is present"))
         elif change is Change.RETURNED:
             actions += self.receiving.on_return(site, now)
-            actions += self._send_heartbeats(now)
-            actions += self._update_lists(now)
+            actions += self._announcements.heartbeats(now)
+            actions += self._announcements.update(now)
             actions.append(Log(f"site {site} responds again"))
         if peer.is_current(epoch, to_epoch):
             actions += self._far_nodes.update(site, heartbeat.nodes)
             actions += self.receiving.set_separate(site, heartbeat.is_separate)
             actions += self.receiving.on_tails(site, heartbeat.tails, now)
         # Heartbeats go first: the other site may take this one for present only when it has got one.
-        return actions + self._send_heartbeats(now) + self._send_lists(now)
+        return actions + self._announcements.heartbeats(now) + self._announcements.pages(now)
 
     def _update_peers(self, now: float) -> list[Action]:
         epochs = {peer.name: peer.epoch for peer in self._peers.values() if peer.epoch}
@@ -393,13 +351,13 @@ class Site:
     def _forget(self, peer: Peer, now: float, reason: str) -> list[Action]:
         actions = self._far_nodes.drop(peer.name) + self.receiving.drop_peer(peer.name, now)
         actions += self.services.drop_peer(peer.name, f"site {peer.name} {reason}")
-        del self._peers[peer.name], self._lists[peer.name]
+        del self._peers[peer.name], self._announcements.lists[peer.name]
         self._limits.of(peer.name, self._peers).lists.clear()
         actions += self._update_peers(now)
-        return actions + self._update_lists(now)
+        return actions + self._announcements.update(now)
 
     def _on_list(self, kind: Kind, site: str, body: bytes, now: float) -> list[Action]:
-        entries = self._lists[site].accept(kind, body)
+        entries = self._announcements.lists[site].accept(kind, body)
         if entries is None:
             return []
         self._limits.of(site, self._peers).lists.put(kind, entries)
@@ -420,14 +378,16 @@ class Site:
                 else:
                     has_offers = True
                     actions += self.receiving.note_offers(site, entries, now)
-        return actions + self.receiving.look(now) + self._update_requests(now) if has_offers else actions
+        return actions + self.receiving.look(now) + self._announcements.update_requests(now) if has_offers else actions
 
     def _on_definition(self, site: str, body: bytes, now: float) -> list[Action]:
         allowance = self._limits.of(site, self._peers).definitions
         if not allowance.take(now):
             return self._ignore(f"{site}: more definitions than are read")
         allowance.charge(len(body))
-        return self.receiving.on_definition(site, decode_definition(body), now) + self._update_requests(now)
+        return self.receiving.on_definition(site, decode_definition(body), now) + self._announcements.update_requests(
+            now
+        )
 
     def _on_probe(self, site: str, body: bytes, now: float) -> list[Action]:
         number = decode_probe(body)

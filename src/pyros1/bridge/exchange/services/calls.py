@@ -11,8 +11,8 @@ from itertools import count
 from typing import NamedTuple
 
 from pyros1.bridge.exchange.actions import Action, Provide, Return, Unprovide
-from pyros1.bridge.exchange.call_packets import CallCounts, encode_error, repeat_period, send
 from pyros1.bridge.exchange.peer import Peer
+from pyros1.bridge.exchange.services.call_packets import CallCounts, encode_error, repeat_period, send
 from pyros1.bridge.names import SharedName, is_topic_name
 from pyros1.bridge.protocol.calls import MAX_CALL_SIZE, MAX_SLOTS, CallHead, OfferedService, Status
 from pyros1.bridge.protocol.packets import Kind

@@ -11,8 +11,15 @@ from collections.abc import Iterable, Mapping
 from typing import NamedTuple
 
 from pyros1.bridge.exchange.actions import Action, CallService
-from pyros1.bridge.exchange.call_packets import SMALL, CallCounts, encode_error, longest_way, repeat_period, send
 from pyros1.bridge.exchange.peer import Peer
+from pyros1.bridge.exchange.services.call_packets import (
+    SMALL,
+    CallCounts,
+    encode_error,
+    longest_way,
+    repeat_period,
+    send,
+)
 from pyros1.bridge.names import SharedName, is_topic_name
 from pyros1.bridge.protocol.calls import MAX_CALL_SIZE, MAX_SLOTS, CallHead, CallId, OfferedService, Status
 from pyros1.bridge.protocol.packets import Kind

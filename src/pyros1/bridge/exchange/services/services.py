@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from pyros1.bridge.exchange.actions import Action
-from pyros1.bridge.exchange.calls import Calls
 from pyros1.bridge.exchange.peer import Peer
-from pyros1.bridge.exchange.served import Served
+from pyros1.bridge.exchange.services.calls import Calls
+from pyros1.bridge.exchange.services.served import Served
 from pyros1.bridge.names import SharedName
 from pyros1.bridge.protocol.calls import CallHead
 from pyros1.bridge.protocol.packet_values import PacketError

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import pytest
 
-from pyros1.bridge.exchange import served as served_module
 from pyros1.bridge.exchange.actions import Action, CallService, Send
 from pyros1.bridge.exchange.peer import Peer
-from pyros1.bridge.exchange.served import MAX_RUNNING, LocalService, Served
+from pyros1.bridge.exchange.services import served as served_module
+from pyros1.bridge.exchange.services.served import MAX_RUNNING, LocalService, Served
 from pyros1.bridge.names import SharedName
 from pyros1.bridge.protocol.calls import MAX_CALL_SIZE, MAX_SLOTS, CallId, Status
 from pyros1.bridge.protocol.packets import Kind

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import pytest
 
-from pyros1.bridge.exchange import calls as calls_module
 from pyros1.bridge.exchange.actions import Action, Provide, Return, Send, Unprovide
-from pyros1.bridge.exchange.calls import MAX_SERVICES, Calls
 from pyros1.bridge.exchange.peer import Peer
+from pyros1.bridge.exchange.services import calls as calls_module
+from pyros1.bridge.exchange.services.calls import MAX_SERVICES, Calls
 from pyros1.bridge.names import SharedName
 from pyros1.bridge.protocol.calls import MAX_CALL_SIZE, MAX_SLOTS, CallHead, Status
 from pyros1.bridge.protocol.packets import Kind

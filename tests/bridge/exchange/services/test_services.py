@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 from pyros1.bridge.exchange.actions import Action, CallService, Return, Send, Unprovide
-from pyros1.bridge.exchange.served import LocalService
-from pyros1.bridge.exchange.services import Services
+from pyros1.bridge.exchange.services.served import LocalService
+from pyros1.bridge.exchange.services.services import Services
 from pyros1.bridge.exchange.site import Site
 from pyros1.bridge.names import SharedName
 from pyros1.bridge.protocol.calls import CallHead, decode_services, encode_call_head
@@ -14,8 +14,8 @@ from pyros1.bridge.protocol.key_expressions import Channel, Key, parse_key
 from pyros1.bridge.protocol.packet_values import PacketError
 from pyros1.bridge.protocol.packets import Kind
 
+from ..test_site import Liar
 from .call_parts import ADD, MD5, OWN, THEIR, call_head, offered, packets, present, rules
-from .test_site import Liar
 
 
 @pytest.fixture

@@ -1,0 +1,103 @@
+"""What a site says of itself to the others: that it is there, what it offers, and what it wants. No I/O."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from itertools import count
+
+from pyros1.bridge.exchange.actions import Action, Send
+from pyros1.bridge.exchange.peer import Peer
+from pyros1.bridge.exchange.peer_lists import PeerLists
+from pyros1.bridge.exchange.receiving import Receiving
+from pyros1.bridge.exchange.sending import Sending
+from pyros1.bridge.exchange.services.services import Services
+from pyros1.bridge.exchange.slow_sites import SlowSites
+from pyros1.bridge.protocol.key_expressions import HELLO, to_key
+from pyros1.bridge.protocol.packets import Kind, encode_head, encode_heartbeat
+from pyros1.bridge.rules.rules import Priority
+
+
+class Announcements:
+    """Hellos, heartbeats and lists.
+
+    Args:
+        epoch: the site's epoch.
+        peers: the other sites; shared with the caller, who changes it.
+        sending, receiving, services, slow_sites: what they are about.
+
+    Attributes:
+        lists: those of each other site, and for it.
+    """
+
+    def __init__(
+        self,
+        epoch: int,
+        peers: Mapping[str, Peer],
+        sending: Sending,
+        receiving: Receiving,
+        services: Services,
+        slow_sites: SlowSites,
+    ) -> None:
+        self.lists: dict[str, PeerLists] = {}
+        self._epoch = epoch
+        self._peers = peers
+        self._sending = sending
+        self._receiving = receiving
+        self._services = services
+        self._slow_sites = slow_sites
+        self._versions = count(1)
+
+    def begin(self, name: str) -> None:
+        """Begin with empty lists: the site is new, or has started again."""
+        self.lists[name] = PeerLists(self._versions)
+
+    def hello(self) -> Action:
+        """Return the packet by which sites find each other."""
+        return Send(HELLO, encode_head(Kind.HELLO, self._epoch), priority=Priority.URGENT, replaces=0, may_drop=True)
+
+    def heartbeats(self, now: float) -> list[Action]:
+        """Return the heartbeats that are due."""
+        actions: list[Action] = []
+        for peer in self._peers.values():
+            lists = self.lists[peer.name]
+            nodes = self._sending.nodes(peer.name) if peer.is_present else []
+            is_separate = self._slow_sites.is_flagged(peer.name, now)
+            if peer.wants_heartbeat(now) or nodes != lists.nodes or is_separate != lists.is_separate:
+                lists.nodes, lists.is_separate = nodes, is_separate
+                seen = (lists.their_offer.version, lists.their_request.version)
+                tails = self._sending.tails(peer.name)
+                versions = (lists.offer.version, lists.request.version)
+                services = (lists.services.version, lists.their_services.version)
+                epoch, heartbeat = peer.make_heartbeat(now, *versions, seen, tails, services, nodes, is_separate)
+                head = encode_head(Kind.HEARTBEAT, self._epoch, epoch)
+                actions.append(Send(to_key(peer.name), head, encode_heartbeat(heartbeat), Priority.URGENT))
+        return actions
+
+    def update(self, now: float) -> list[Action]:
+        """Return the lists that must be sent since topics, sites or demand have changed."""
+        for name, lists in self.lists.items():
+            lists.offer.update(self._sending.offers(name))
+        self.update_services()
+        return self.update_requests(now)
+
+    def update_services(self) -> None:
+        """Bring the lists of services up to date."""
+        for name, lists in self.lists.items():
+            lists.services.update(self._services.served.offers(name))
+
+    def update_requests(self, now: float) -> list[Action]:
+        """Return the lists that must be sent since demand, or what others offer, has changed."""
+        requests = self._receiving.requests()
+        for name, lists in self.lists.items():
+            lists.request.update(requests.get(name, ()))
+        return self.pages(now)
+
+    def pages(self, now: float) -> list[Action]:
+        """Return the pages of lists that are due."""
+        actions: list[Action] = []
+        for peer in self._peers.values():
+            if not peer.is_present:
+                continue
+            for kind, page in self.lists[peer.name].due(peer, now):
+                actions.append(Send(to_key(peer.name), encode_head(kind, self._epoch, peer.epoch), page))
+        return actions

@@ -1,0 +1,1 @@
+"""Calls of services across sites: values in, actions out. No I/O."""
