@@ -174,7 +174,7 @@ def test_the_thread_takes_no_packet_while_another_one_is_dealt_with(machine: Mac
 
 
 def test_what_waits_is_dealt_with_as_soon_as_nobody_is_busy(machine: Machine, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("pyros1.bridge.packet_worker._TICK", PATIENCE)
+    monkeypatch.setattr("pyros1.bridge.packet_worker.TICK", PATIENCE)
     begun, end = threading.Event(), threading.Event()
 
     def deal_with(body: bytes) -> None:
@@ -237,7 +237,7 @@ def test_after_the_end_nothing_is_dealt_with(machine: Machine) -> None:
 
 def test_in_a_flood_the_thread_deals_with_packets(machine: Machine, monkeypatch: pytest.MonkeyPatch) -> None:
     """In the link, where packets wait for those before them, sites do not take turns."""
-    monkeypatch.setattr("pyros1.bridge.packet_worker._TICK", 1.0)  # a tick may take over
+    monkeypatch.setattr("pyros1.bridge.packet_worker.TICK", 1.0)  # a tick may take over
     own = threading.current_thread().name
     machine.worker.start()
     machine.ticks.get(timeout=PATIENCE)

@@ -49,8 +49,8 @@ def test_topics_go_both_ways(pair: tuple[RunningSite, RunningSite]) -> None:
 def test_only_sites_that_are_there_have_a_place_of_their_own_to_wait(pair: tuple[RunningSite, RunningSite]) -> None:
     """See `tests/bridge/transport/test_inbox.py`."""
     red, base = pair
-    wait_until(lambda: red.bridge._worker.inbox.known == {"base"}, "red knows the base")
-    wait_until(lambda: base.bridge._worker.inbox.known == {"red"}, "the base knows red")
+    wait_until(lambda: red.bridge.inbox.known == {"base"}, "red knows the base")
+    wait_until(lambda: base.bridge.inbox.known == {"red"}, "the base knows red")
 
 
 def test_nothing_is_subscribed_to_that_nobody_wants(pair: tuple[RunningSite, RunningSite]) -> None:

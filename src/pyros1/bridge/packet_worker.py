@@ -10,7 +10,7 @@ from collections.abc import Callable
 from pyros1.bridge.protocol.key_expressions import Key
 from pyros1.bridge.transport.inbox import Inbox, Received
 
-_TICK = 0.1
+TICK = 0.1
 """Seconds between ticks of the state machine."""
 _AT_ONCE_TIME = 0.05
 """Seconds between two ticks in which the link's threads deal with packets. In a flood, sites must take turns, but
@@ -112,7 +112,7 @@ class PacketWorker:
                         self._changed.notify_all()
             now = self._clock()
             if now >= next_tick:
-                next_tick = now + _TICK
+                next_tick = now + TICK
                 with self._lock:
                     self._at_once_time = 0.0
                 try:

@@ -59,7 +59,7 @@ from pyros1.bridge.rules.rules import Priority, Rules
 from pyros1.bridge.service_ends import ServiceEnds
 from pyros1.bridge.stand_ins import StandIns
 from pyros1.bridge.status import flow_counts, status_json
-from pyros1.bridge.transport.inbox import Received
+from pyros1.bridge.transport.inbox import Inbox, Received
 from pyros1.bridge.transport.link import Link, Receive
 from pyros1.bridge.transport.sender import Sender
 from pyros1.doctor.bridge_status import STATUS_SERVICE
@@ -138,6 +138,11 @@ class Bridge:
             self.close()
             raise
 
+    @property
+    def inbox(self) -> Inbox:
+        """The packets of other sites that wait."""
+        return self._worker.inbox
+
     # The link's side --------------------------------------------------------------------------------------------------
 
     def _on_packet(self, packet: Received, now: float) -> None:
@@ -147,7 +152,7 @@ class Bridge:
     def _tick(self, now: float) -> None:
         """Let time pass. Called with the lock."""
         self._act(self._site.tick(now))
-        self._worker.inbox.known = self._site.known()
+        self.inbox.known = self._site.known()
         if self._rates.is_due(now):
             self._rates.add(flow_counts(self._site), now)
 
@@ -360,7 +365,7 @@ class Bridge:
         }
         with self._lock:
             return status_json(
-                self._site, self._link, self._sender, self._worker.inbox, self._rates, problems, self._all_problems()
+                self._site, self._link, self._sender, self.inbox, self._rates, problems, self._all_problems()
             )
 
     def _all_problems(self) -> dict[str, int]:
