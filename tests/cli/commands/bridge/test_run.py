@@ -56,6 +56,13 @@ def test_check_explains(run: Run) -> None:
     assert run("run", *words) == (code, out, err)
 
 
+def test_a_misspelt_site(run: Run) -> None:
+    words = ["--site", "base", "--to", "tcp/localhost:7447", "--sites", "green", "--take", "grn:**", "--check"]
+    code, _, err = run(*words)
+    text = "WARNING: rules name site grn, but `sites` does not (did you mean 'green'?): nothing is exchanged with it\n"
+    assert (code, err) == (0, text)
+
+
 def test_a_file_and_the_command_line(run: Run, tmp_path: Path) -> None:
     file = tmp_path / "red.yaml"
     file.write_text("site: red\nto: tcp/localhost:7447\nsend: [/odom]\n")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from pyros1.cli.commands.bridge._plugin import OPTIONS, run_plugin, wants_plugin
@@ -31,6 +31,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int | None:
     """Run the bridge until its node shuts down, or explain what it would do."""
     from pyros1.bridge.names import SiteNameError  # noqa: PLC0415
     from pyros1.bridge.rules.file_reader import RulesError  # noqa: PLC0415
+    from pyros1.bridge.rules.unknown_sites import unknown_sites  # noqa: PLC0415
     from pyros1.bridge.transport.certificates import KeysError  # noqa: PLC0415
     from pyros1.bridge.transport.endpoints import EndpointError  # noqa: PLC0415
     from pyros1.values.reading import YamlError  # noqa: PLC0415
@@ -44,6 +45,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int | None:
         check_connections(
             config.connect, config.listen, config.keys, config.rules.access, options.insecure, config.places
         )
+        _warn(unknown_sites(config.rules))
         security = {} if options.check else _read_keys(config)
     except (RulesError, SiteNameError, EndpointError, KeysError, YamlError) as error:
         raise CommandError(str(error), 2) from None
@@ -54,11 +56,16 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int | None:
         try:
             _read_keys(config)
         except KeysError as error:  # on the machine on which the file is written, there may be none
-            print(f"WARNING: {error}", file=sys.stderr)
+            _warn([str(error)])
         return None
     if not config.connect and not config.listen:
         raise UsageError("give the endpoint of another site with --to, or one to listen on with --listen")
     return _run_bridge(invocation, config, security)
+
+
+def _warn(warnings: Iterable[str]) -> None:
+    for warning in warnings:
+        print(f"WARNING: {warning}", file=sys.stderr)
 
 
 def _read_config(options: Any) -> SiteConfig:
