@@ -6,6 +6,7 @@ The settings of `records.Option` are valid for both optparse and argparse.
 from __future__ import annotations
 
 from argparse import SUPPRESS, ArgumentParser, RawDescriptionHelpFormatter
+from collections.abc import Iterable
 from typing import Any
 
 from pyros1.cli.invocation import Invocation
@@ -15,9 +16,27 @@ _NARGS = {(False, False): None, (False, True): "?", (True, False): "+", (True, T
 """The value of ``nargs`` for (repeatable, optional)."""
 
 
+class _Parser(ArgumentParser):
+    """Suggests the option that was perhaps meant, like `pyros1.cli.help.Parser`."""
+
+    def parse_args(self, args: Any = None, namespace: Any = None) -> Any:
+        """Return the parsed arguments, or exit with an error."""
+        parsed, unknown = self.parse_known_args(args, namespace)
+        if unknown:
+            self.error(f"unrecognized arguments: {' '.join(unknown)}{self._suggestion(unknown)}")
+        return parsed
+
+    def _suggestion(self, unknown: Iterable[str]) -> str:
+        from pyros1.ground.suggest import did_you_mean  # noqa: PLC0415 - only needed after a failure
+
+        visible = [action for action in self._actions if action.help != SUPPRESS]
+        known = [name for action in visible for name in action.option_strings if name.startswith("--")]
+        return next((did_you_mean(word.partition("=")[0], known) for word in unknown if word.startswith("--")), "")
+
+
 def make_parser(invocation: Invocation, verb: Verb) -> ArgumentParser:
     """Return a parser for a verb, to which options and arguments can be added."""
-    return ArgumentParser(
+    return (ArgumentParser if invocation.as_stock else _Parser)(
         prog=f"{invocation.program} {verb.name}".rstrip(),
         description=verb.description or None,
         epilog=verb.examples_text(invocation.program, as_stock=invocation.as_stock).lstrip() or None,

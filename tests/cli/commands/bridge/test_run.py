@@ -112,6 +112,8 @@ def test_services_and_parameters(run: Run, tmp_path: Path) -> None:
         (["--site", "red", "--to", "tcp/base:1", "--loss", "0.5"], "ERROR: loss must be a number of seconds from 1"),
         (["--site"], "expected one argument"),
         (["--sit\x1b"], "unrecognized arguments"),
+        (["--site", "red", "--sned", "/odom"], "unrecognized arguments: --sned /odom (did you mean '--send'?)"),
+        (["--site", "red", "--kyes=folder"], "unrecognized arguments: --kyes=folder (did you mean '--keys'?)"),
     ],
 )
 def test_what_is_refused(run: Run, words: list[str], complaint: str) -> None:
