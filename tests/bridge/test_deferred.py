@@ -42,6 +42,19 @@ def test_messages_wait_until_their_topic_is_published() -> None:
     assert deferred.pop() == [] and deferred.done() == []
 
 
+def test_where_no_message_waits_nobody_else_has_to() -> None:
+    """Otherwise the lock of the state machine would be needed, so that what waits goes first."""
+    deferred = Deferred()
+    deferred.put(advertise())
+    assert deferred.pop() == [advertise()] and deferred.done_if_nothing_waits()
+    assert not deferred.hold(message())
+    deferred.put(Withdraw("/t"))
+    deferred.put(advertise())
+    assert deferred.pop() == [Withdraw("/t"), advertise()] and deferred.hold(message())
+    assert not deferred.done_if_nothing_waits() and deferred.hold(message(b"2"))
+    assert deferred.done() == [message(), message(b"2")] and not deferred.hold(message())
+
+
 def test_however_often_a_topic_comes_and_goes_no_more_waits() -> None:
     deferred = after(advertise(), Subscribe("/s", True))
     for number in range(1000):

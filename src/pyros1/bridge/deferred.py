@@ -125,15 +125,26 @@ class Deferred:
             self._popped = self._pending.pop(self._busy)
             return self._popped.actions()
 
+    def done_if_nothing_waits(self) -> bool:
+        """Note that what was popped has been done, unless messages wait for it; return whether that is so."""
+        with self._changed:
+            if self._busy is not None and self._busy[1] in self._held:
+                return False
+            self._done()
+            return True
+
     def done(self) -> list[Publish]:
         """Note that what was popped has been done, and return what waited for it, in order."""
         with self._changed:
-            key, self._busy = self._busy, None
-            if key is not None and self._popped.end is not None and self._popped.begin is None:
-                self._begun.discard(key)
-            if key is None or key[0] or key in self._pending:
-                return []
-            return self._take_held(key[1])
+            return self._done()
+
+    def _done(self) -> list[Publish]:
+        key, self._busy = self._busy, None
+        if key is not None and self._popped.end is not None and self._popped.begin is None:
+            self._begun.discard(key)
+        if key is None or key[0] or key in self._pending:
+            return []
+        return self._take_held(key[1])
 
     def fail(self, actions: list[Change]) -> None:
         """Note that some of the actions that were popped could not be done: `retry` tries again, unless something else

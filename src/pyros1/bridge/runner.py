@@ -264,6 +264,8 @@ class Bridge:
                 if self._node.ok():
                     self._node.log.peer_event(WARN, "cannot bridge a topic: %s", error)
                 return
+        if self._deferred.done_if_nothing_waits():
+            return  # others would wait for the lock: there may be thousands of topics
         with self._lock:  # what waited is published before what comes later
             self._act(self._deferred.done())
 
