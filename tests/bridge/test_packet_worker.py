@@ -1,4 +1,4 @@
-"""Who deals with packets: never two threads at a time, in order, and nobody waits for long."""
+"""Who handles packets: never two threads at a time, in order, and nobody waits for long."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class Machine:
 
     Attributes:
         lock: its lock.
-        handled: bodies of packets, each with the name of the thread that dealt with it.
+        handled: bodies of packets, each with the name of the thread that handled it.
         on_packet: what else to do about a packet.
     """
 
@@ -47,10 +47,10 @@ class Machine:
         self.on_packet: Callable[[bytes], Any] = lambda _: None
         self.on_tick: Callable[[], Any] = lambda: None
         self.worker = PacketWorker(
-            self.lock, steady_now, self._deal_with, self._tick, lambda error: self.errors.put(str(error))
+            self.lock, steady_now, self._handle, self._tick, lambda error: self.errors.put(str(error))
         )
 
-    def _deal_with(self, packet: Received, now: float) -> None:
+    def _handle(self, packet: Received, now: float) -> None:
         assert steady_now() - now < PATIENCE
         self.on_packet(packet[2])
         self.handled.put((packet[2], threading.current_thread().name))
@@ -64,7 +64,7 @@ class Machine:
         self.worker.receive(on, b"head", body)
 
     def next(self) -> tuple[bytes, str]:
-        """Return the packet that is dealt with next, and by which thread."""
+        """Return the packet that is handled next, and by which thread."""
         return self.handled.get(timeout=PATIENCE)
 
 
@@ -75,7 +75,7 @@ def machine() -> Iterator[Machine]:
     machine.worker.close()
 
 
-def test_where_nothing_waits_the_thread_that_brings_a_packet_deals_with_it(machine: Machine) -> None:
+def test_where_nothing_waits_the_thread_that_brings_a_packet_handles_it(machine: Machine) -> None:
     own = threading.current_thread().name
     machine.receive(b"early")
     assert machine.handled.empty()
@@ -90,7 +90,7 @@ def test_where_nothing_waits_the_thread_that_brings_a_packet_deals_with_it(machi
     assert handler == own
 
 
-def test_the_thread_deals_with_what_takes_long(machine: Machine) -> None:
+def test_the_thread_handles_what_takes_long(machine: Machine) -> None:
     """Meanwhile, what other sites send need not wait in the link, where nobody gets a turn."""
     machine.worker.start()
     machine.ticks.get(timeout=PATIENCE)  # the worker waits
@@ -134,12 +134,12 @@ def test_others_do_not_wait_for_a_packet_either(machine: Machine) -> None:
     machine.ticks.get(timeout=PATIENCE)
     begun, end = threading.Event(), threading.Event()
 
-    def deal_with(body: bytes) -> None:
+    def handle(body: bytes) -> None:
         if body == b"slow":
             begun.set()
             assert end.wait(PATIENCE)
 
-    machine.on_packet = deal_with
+    machine.on_packet = handle
     slow = threading.Thread(target=machine.receive, args=(b"slow",), name="slow")
     slow.start()
     assert begun.wait(PATIENCE)
@@ -151,15 +151,15 @@ def test_others_do_not_wait_for_a_packet_either(machine: Machine) -> None:
     slow.join(PATIENCE)
 
 
-def test_the_thread_takes_no_packet_while_another_one_is_dealt_with(machine: Machine) -> None:
+def test_the_thread_takes_no_packet_while_another_one_is_handled(machine: Machine) -> None:
     """It would have to hold it back, and a later one could overtake it."""
     begun, end = threading.Event(), threading.Event()
 
-    def deal_with(body: bytes) -> None:
+    def handle(body: bytes) -> None:
         begun.set()
         assert end.wait(PATIENCE)
 
-    machine.on_packet = deal_with
+    machine.on_packet = handle
     machine.worker.start()
     machine.ticks.get(timeout=PATIENCE)
     slow = threading.Thread(target=machine.receive, args=(b"slow",))
@@ -173,15 +173,15 @@ def test_the_thread_takes_no_packet_while_another_one_is_dealt_with(machine: Mac
     slow.join(PATIENCE)
 
 
-def test_what_waits_is_dealt_with_as_soon_as_nobody_is_busy(machine: Machine, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_waits_is_handled_as_soon_as_nobody_is_busy(machine: Machine, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("pyros1.bridge.packet_worker.TICK", PATIENCE)
     begun, end = threading.Event(), threading.Event()
 
-    def deal_with(body: bytes) -> None:
+    def handle(body: bytes) -> None:
         begun.set()
         assert end.wait(PATIENCE)
 
-    machine.on_packet = deal_with
+    machine.on_packet = handle
     machine.worker.start()
     machine.ticks.get(timeout=PATIENCE)
     threading.Event().wait(0.1)  # it waits for the next tick
@@ -228,14 +228,14 @@ def test_errors_stop_neither_packets_nor_ticks(machine: Machine) -> None:
     assert machine.next()[0] == b"y"
 
 
-def test_after_the_end_nothing_is_dealt_with(machine: Machine) -> None:
+def test_after_the_end_nothing_is_handled(machine: Machine) -> None:
     machine.worker.start()
     machine.worker.close()
     machine.receive(b"late")
     assert machine.handled.empty() and not machine.worker.inbox.is_empty
 
 
-def test_in_a_flood_the_thread_deals_with_packets(machine: Machine, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_in_a_flood_the_thread_handles_packets(machine: Machine, monkeypatch: pytest.MonkeyPatch) -> None:
     """In the link, where packets wait for those before them, sites do not take turns."""
     monkeypatch.setattr("pyros1.bridge.packet_worker.TICK", 1.0)  # a tick may take over
     own = threading.current_thread().name
@@ -257,15 +257,15 @@ def test_in_a_flood_the_thread_deals_with_packets(machine: Machine, monkeypatch:
 
 
 @pytest.mark.parametrize("brings_link", [True, False])
-def test_close_waits_for_the_packet_that_is_dealt_with(machine: Machine, brings_link: bool) -> None:
+def test_close_waits_for_the_packet_that_is_handled(machine: Machine, brings_link: bool) -> None:
     """What it uses is closed afterwards."""
     begun, end = threading.Event(), threading.Event()
 
-    def deal_with(body: bytes) -> None:
+    def handle(body: bytes) -> None:
         begun.set()
         assert end.wait(PATIENCE)
 
-    machine.on_packet = deal_with
+    machine.on_packet = handle
     if not brings_link:
         machine.receive(b"early")
     machine.worker.start()
@@ -298,10 +298,10 @@ def test_time_does_not_go_back(machine: Machine) -> None:
 
 
 def test_many_threads(machine: Machine) -> None:
-    """Each thread's packets are dealt with in order, all of them, and never two at the same time."""
+    """Each thread's packets are handled in order, all of them, and never two at the same time."""
     busy: list[bytes] = []
 
-    def deal_with(body: bytes) -> None:
+    def handle(body: bytes) -> None:
         busy.append(body)
         assert len(busy) == 1
         busy.clear()
@@ -310,7 +310,7 @@ def test_many_threads(machine: Machine) -> None:
         for number in range(300):
             machine.receive(b"%d %d" % (name, number))
 
-    machine.on_packet = deal_with
+    machine.on_packet = handle
     machine.worker.start()
     threads = [threading.Thread(target=bring, args=(name,)) for name in range(6)]
     for thread in threads:

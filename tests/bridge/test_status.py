@@ -93,7 +93,7 @@ def test_lines() -> None:
         "  /red/odom  from red: wanted  1500 messages, 1.1 MB, now 50.02 Hz, 36.0 kB/s; dropped: 2 repeated, 1 too old",
         "  not taken: red:/cmd from red: no rule takes it",
         "  /x: its publishers have not said its type",
-        "  3 packets dropped, since they came faster than they could be dealt with",
+        "  3 packets dropped, since they came faster than they could be handled",
         "  ignored: red: not a packet's head (2 times)",
         "  problem: packets that could not be sent (1 time)",
     ]

@@ -123,7 +123,7 @@ class Converting:
             self._outlet.drop(source, problem)
 
     def _enqueue(self, source: Source, work: _Work) -> None:
-        """Let a thread deal with a source, unless one does."""
+        """Let a thread handle a source, unless one does."""
         if work.is_queued or not work.pending:
             return
         work.is_queued = True

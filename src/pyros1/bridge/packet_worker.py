@@ -1,5 +1,5 @@
-"""Packets that come over the link: the link's thread deals with a packet at once where nothing waits, since a change of
-threads costs as much as all the rest. Otherwise a thread deals with it, which also lets the state machine's time pass.
+"""Packets that come over the link: the link's thread handles a packet at once where nothing waits, since a change of
+threads costs as much as all the rest. Otherwise a thread handles it, which also lets the state machine's time pass.
 """
 
 from __future__ import annotations
@@ -12,20 +12,20 @@ from pyros1.bridge.transport.inbox import Inbox, Received
 
 TICK = 0.1
 """Seconds between ticks of the state machine."""
-_AT_ONCE_TIME = 0.05
-"""Seconds between two ticks in which the link's threads deal with packets. In a flood, sites must take turns, but
+_DIRECT_TIME = 0.05
+"""Seconds between two ticks in which the link's threads handle packets. In a flood, sites must take turns, but
 packets wait in the link in the order in which they came.
 """
 _JOIN_TIME = 3.0
 
 
 class PacketWorker:
-    """Deals with packets one after the other, in the order that the inbox gives.
+    """Handles packets one after the other, in the order that the inbox gives.
 
     Args:
         lock: guards the state machine; held while the functions below are called.
         clock: returns the site's time in seconds.
-        on_packet: deals with a packet.
+        on_packet: handles a packet.
         on_tick: called each tenth of a second with the time.
         on_error: called with exceptions that these raise, which are mistakes of ours.
 
@@ -49,23 +49,23 @@ class PacketWorker:
         self._on_error = on_error
         self._lock = threading.Lock()
         self._changed = threading.Condition(self._lock)
-        self._is_busy = False  # whether a thread deals with a packet
-        self._at_once_time = 0.0  # for how long the link's threads have done so since the last tick
+        self._is_busy = False  # whether a thread handles a packet
+        self._direct_time = 0.0  # for how long the link's threads have done so since the last tick
         self._is_started = False
         self._is_closing = False
         self._thread = threading.Thread(target=self._run, name="bridge: packets", daemon=True)
 
     def start(self) -> None:
-        """Deal with packets from now on; those that have come already wait."""
+        """Handle packets from now on; those that have come already wait."""
         with self._lock:
             self._is_started = True
         self._thread.start()
 
     def receive(self, key: Key, head: bytes, body: bytes) -> None:
-        """Deal with a packet, or leave it to the thread. Called in the link's threads, which never wait for others."""
+        """Handle a packet, or leave it to the thread. Called in the link's threads, which never wait for others."""
         packet = (key, head, body)
         with self._lock:
-            if not self._may_deal_with(packet):
+            if not self._may_handle(packet):
                 self.inbox.put(packet)
                 if not self._is_busy:  # whoever is busy looks for more
                     self._changed.notify()
@@ -73,28 +73,28 @@ class PacketWorker:
             self._is_busy = True
         start = self._clock()
         try:
-            self._deal_with(packet)
+            self._handle(packet)
         finally:
             self._state_lock.release()
             with self._lock:
                 self._is_busy = False
-                self._at_once_time += self._clock() - start
+                self._direct_time += self._clock() - start
                 if not self.inbox.is_empty or self._is_closing:
                     self._changed.notify_all()
 
-    def _may_deal_with(self, packet: Received) -> bool:
-        """Return whether the link's thread may deal with a packet at once; then it has the state machine's lock."""
+    def _may_handle(self, packet: Received) -> bool:
+        """Return whether the link's thread may handle a packet at once; then it has the state machine's lock."""
         return (
             not self._is_busy
             and self.inbox.is_empty  # otherwise the inbox decides which packet is next
             and self.inbox.is_cheap(packet)  # what other sites send waits in the link meanwhile
-            and self._at_once_time < _AT_ONCE_TIME
+            and self._direct_time < _DIRECT_TIME
             and self._is_started
             and not self._is_closing
             and self._state_lock.acquire(blocking=False)
         )
 
-    def _deal_with(self, packet: Received) -> None:
+    def _handle(self, packet: Received) -> None:
         try:
             self._on_packet(packet, self._clock())
         except Exception as error:  # noqa: BLE001 - a mistake of ours must not end the bridge silently
@@ -105,7 +105,7 @@ class PacketWorker:
         while not self._is_closing:
             if (packet := self._next(next_tick)) is not None:
                 with self._state_lock:
-                    self._deal_with(packet)
+                    self._handle(packet)
                 with self._lock:
                     self._is_busy = False
                     if self._is_closing:
@@ -114,7 +114,7 @@ class PacketWorker:
             if now >= next_tick:
                 next_tick = now + TICK
                 with self._lock:
-                    self._at_once_time = 0.0
+                    self._direct_time = 0.0
                 try:
                     with self._state_lock:
                         self._on_tick(self._clock())  # perhaps later: packets may have come first
@@ -131,8 +131,8 @@ class PacketWorker:
             return packet
 
     def close(self) -> None:
-        """Deal with no further packets, and end the thread. This waits a short time for the packet that a thread deals
-        with just now.
+        """Handle no further packets, and end the thread. This waits a short time for the packet that a thread
+        handles just now.
         """
         deadline = self._clock() + _JOIN_TIME
         with self._lock:

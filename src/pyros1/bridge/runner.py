@@ -4,7 +4,7 @@ Several threads use the state machine. A lock guards it, and is held until the a
 queued, so that they are done in their order; none of them waits. These are the threads:
 
 - the node's threads hand messages to the state machine, and its packets to the sender;
-- the link's threads, and the packet worker's where something waits, deal with packets and publish what they bring;
+- the link's threads, and the packet worker's where something waits, handle packets and publish what they bring;
   the latter also ticks (`pyros1.bridge.packet_worker`);
 - the master thread asks the master, and subscribes and advertises, all of which may wait for the master;
 - the sender has two threads, which may wait for the network (`pyros1.bridge.transport.sender`);
@@ -146,7 +146,7 @@ class Bridge:
     # The link's side --------------------------------------------------------------------------------------------------
 
     def _on_packet(self, packet: Received, now: float) -> None:
-        """Let the state machine deal with a packet. Called with the lock."""
+        """Let the state machine handle a packet. Called with the lock."""
         self._act(self._site.on_packet(*packet, now))
 
     def _tick(self, now: float) -> None:

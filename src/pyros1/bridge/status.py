@@ -239,7 +239,7 @@ def status_lines(status: Mapping[str, Any]) -> Iterator[str]:
     for topic, problem in status["problems"].items():
         yield f"  {one_line(topic)}: {one_line(problem)}"
     if status["overflowed"]:
-        yield f"  {status['overflowed']} packets dropped, since they came faster than they could be dealt with"
+        yield f"  {status['overflowed']} packets dropped, since they came faster than they could be handled"
     for label, counts in (("ignored", status["ignored"]), ("problem", status["trouble"])):
         for reason, number in counts.items():
             yield f"  {label}: {one_line(reason)} ({number} time{'s' * (number != 1)})"

@@ -683,8 +683,8 @@ def looks(monkeypatch: pytest.MonkeyPatch) -> list[float]:
 
 
 def test_lists_of_many_sites_are_looked_at_together(looks: list[float], monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(receiving, "LOOK_RATE", 50)
-    monkeypatch.setattr(receiving, "LOOK_BURST", 50)
+    monkeypatch.setattr(receiving, "UPDATE_RATE", 50)
+    monkeypatch.setattr(receiving, "UPDATE_BURST", 50)
     site = Site(rules("take: ['*:**']"), OWN, 0.0)
     liars = [Liar(site, THEIR, f"site{number}") for number in range(5)]
     for each in liars:

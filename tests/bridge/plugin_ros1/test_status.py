@@ -40,7 +40,7 @@ def test_topics() -> None:
         "  not taken: /other from bridges without a namespace: no rule takes it",
         "  not taken: /chatter from bridges without a namespace: no rule takes it (a service)",
         "  /bad: refused",
-        "  3 packets dropped, since they came faster than they could be dealt with",
+        "  3 packets dropped, since they came faster than they could be handled",
         "  problem: trouble (2 times)",
     ]
 

@@ -1,4 +1,4 @@
-"""What waits until a site deals with it: a site that floods another one costs only its own packets.
+"""What waits until a site handles it: a site that floods another one costs only its own packets.
 
 Feature: a site that floods others delays nothing of third ones
 """
@@ -8,7 +8,7 @@ from __future__ import annotations
 from pyros1.bridge.names import SharedName
 from pyros1.bridge.protocol.key_expressions import Channel, Key
 from pyros1.bridge.protocol.packet_values import MAX_BODY
-from pyros1.bridge.transport.inbox import STRANGERS, Inbox, Received
+from pyros1.bridge.transport.inbox import UNKNOWN_SITES, Inbox, Received
 
 TOPIC = SharedName("red", "/t")
 
@@ -156,7 +156,7 @@ def test_all_invented_names_have_one_place_to_wait() -> None:
         inbox.put(control(b"x", f"site{number}"))
         inbox.put(message(b"x", "red"))
         inbox.pop()
-    assert inbox.costs.keys() <= {"red", STRANGERS}
+    assert inbox.costs.keys() <= {"red", UNKNOWN_SITES}
 
 
 def test_costs_are_kept_of_few_sites() -> None:

@@ -171,5 +171,5 @@ def test_nothing_is_sent_at_once_while_something_waits_in_any_lane() -> None:
     lanes = Lanes(is_paced=True)
     for waiting, other in (("t/red/a", "t/red/b"), ("again/blue/red/a", "t/red/b")):
         lanes.put(packet(waiting), 0.0)
-        assert lanes.lane_at_once(packet(other), 0.0) is None
-        assert bodies(lanes) == [b"x"] and lanes.lane_at_once(packet(other), 0.0) == COMMON
+        assert lanes.lane_if_idle(packet(other), 0.0) is None
+        assert bodies(lanes) == [b"x"] and lanes.lane_if_idle(packet(other), 0.0) == COMMON

@@ -12,7 +12,7 @@ from pyros1.bridge.exchange.actions import Probe, Send
 from pyros1.bridge.exchange.outgoing import Drop
 from pyros1.bridge.rules.rules import Priority
 from pyros1.bridge.transport.pacing import FIRST_WINDOW, SLOW_COUNT
-from pyros1.bridge.transport.sender import AT_ONCE_BYTES, Sender
+from pyros1.bridge.transport.sender import DIRECT_BYTES, Sender
 
 PATIENCE = 10.0
 
@@ -21,13 +21,13 @@ class SlowLink:
     """A link that sends bulky packets only when it is told to.
 
     Attributes:
-        sends_at_once: whether it sends packets in the thread that puts them.
+        sends_directly: whether it sends packets in the thread that puts them.
         threads: which threads have sent, in order.
     """
 
     def __init__(self) -> None:
         self.problem = ""
-        self.sends_at_once = False
+        self.sends_directly = False
         self.threads: list[str] = []
         self.sent: queue.Queue[bytes] = queue.Queue()
         self.may_send = threading.Event()
@@ -43,11 +43,11 @@ class SlowLink:
         self.threads.append(threading.current_thread().name)
         self.sent.put(packet.body)
 
-    def send_at_once(self, packet: Send) -> bool:
+    def try_send(self, packet: Send) -> bool:
         """Send a packet, if it does so."""
-        if self.sends_at_once:
+        if self.sends_directly:
             self.send(packet)
-        return self.sends_at_once
+        return self.sends_directly
 
     def listen(self, site: str, key: str, on: bool) -> None:
         """Note it among what is sent."""
@@ -173,29 +173,29 @@ BULK, URGENT = "bridge: other packets", "bridge: urgent packets"
 
 
 def test_what_need_not_wait_is_sent_by_the_thread_that_puts_it(link: SlowLink, sender: Sender) -> None:
-    link.sends_at_once = True
+    link.sends_directly = True
     own = threading.current_thread().name
     sender.put(Send("a", b"", b"1", Priority.NORMAL))
     sender.put(Send("a", b"", b"2", Priority.URGENT))
-    sender.put(Send("a", b"", bytes(AT_ONCE_BYTES), Priority.NORMAL))
+    sender.put(Send("a", b"", bytes(DIRECT_BYTES), Priority.NORMAL))
     sender.put(Send("a", b"", b"expired", Priority.NORMAL, expires=-1.0))
-    assert [link.sent.get_nowait() for _ in range(3)] == [b"1", b"2", bytes(AT_ONCE_BYTES)]
-    sender.put(Send("a", b"", bytes(AT_ONCE_BYTES + 1), Priority.NORMAL))
-    assert len(link.sent.get(timeout=PATIENCE)) == AT_ONCE_BYTES + 1
+    assert [link.sent.get_nowait() for _ in range(3)] == [b"1", b"2", bytes(DIRECT_BYTES)]
+    sender.put(Send("a", b"", bytes(DIRECT_BYTES + 1), Priority.NORMAL))
+    assert len(link.sent.get(timeout=PATIENCE)) == DIRECT_BYTES + 1
     assert link.threads == [own, own, own, BULK] and link.sent.empty()
 
 
 def test_what_the_link_cannot_send_at_once_waits_with_all_that_follows(link: SlowLink, sender: Sender) -> None:
     sent = [b"%d" % number for number in range(200)]
     for number, body in enumerate(sent):
-        link.sends_at_once = number % 3 == 0
+        link.sends_directly = number % 3 == 0
         sender.put(Send("a", b"", body))
     assert [link.sent.get(timeout=PATIENCE) for _ in sent] == sent
     assert {*link.threads} <= {threading.current_thread().name, URGENT}
 
 
 def test_others_wait_while_a_packet_is_sent_at_once(link: SlowLink, sender: Sender) -> None:
-    link.sends_at_once = True
+    link.sends_directly = True
     first = threading.Thread(target=sender.put, args=(Send("image", b"", b"first", Priority.LOW),), name="first")
     first.start()
     assert link.is_waiting.wait(PATIENCE)
@@ -211,7 +211,7 @@ def test_others_wait_while_a_packet_is_sent_at_once(link: SlowLink, sender: Send
 
 def test_close_waits_for_what_is_sent_at_once(link: SlowLink, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("pyros1.bridge.transport.sender.FLUSH_TIME", PATIENCE)
-    link.sends_at_once = True
+    link.sends_directly = True
     sender = Sender(link, lambda: 0.0, lambda error: None)
     first = threading.Thread(target=sender.put, args=(Send("image", b"", b"first", Priority.LOW),))
     first.start()
@@ -233,14 +233,14 @@ def test_after_a_long_wait_the_thread_sends(link: SlowLink, took: float, laters:
     """The longer the thread that put a packet had to wait, the longer it is before that may happen again."""
     now = [0.0]
     sender = Sender(link, lambda: now[0], lambda error: None)
-    link.sends_at_once = True
+    link.sends_directly = True
 
     def send_slowly(packet: Send) -> bool:
         now[0] += took
         link.send(packet)
         return True
 
-    link.send_at_once = send_slowly  # type: ignore[method-assign]
+    link.try_send = send_slowly  # type: ignore[method-assign]
     try:
         for later in laters:
             now[0] += later
@@ -253,7 +253,7 @@ def test_after_a_long_wait_the_thread_sends(link: SlowLink, took: float, laters:
 
 
 def test_errors_at_once_are_reported(link: SlowLink, sender: Sender, errors: list[str]) -> None:
-    link.sends_at_once = True
+    link.sends_directly = True
     sender.put(Send("a", b"", b"error"))
     assert errors == ["the network is gone"]
     sender.put(Send("a", b"", b"next"))
@@ -265,7 +265,7 @@ def test_a_mistake_while_an_error_is_reported_does_not_stop_the_thread(link: Slo
         raise ValueError("a mistake")
 
     sender = Sender(link, lambda: 0.0, fail)
-    link.sends_at_once = True
+    link.sends_directly = True
     try:
         with pytest.raises(ValueError, match="a mistake"):
             sender.put(Send("a", b"", b"error"))
@@ -283,7 +283,7 @@ def test_a_probe_does_not_overtake_a_packet_that_cannot_go_at_once(link: SlowLin
             link.send(packet)
         return packet.body == b"probe"
 
-    link.send_at_once = send_probes_only  # type: ignore[method-assign]
+    link.try_send = send_probes_only  # type: ignore[method-assign]
     sender = Sender(link, lambda: 0.0, lambda _: None, lambda *_: [Probe("base", 0.02, Send("to/base", b"", b"probe"))])
     try:
         sender.put(Send("image", b"", b"x", Priority.LOW))
@@ -301,7 +301,7 @@ def test_the_thread_does_nothing_while_a_packet_is_sent_at_once(link: SlowLink, 
         link.send(packet)
         return True
 
-    link.send_at_once = send_slowly  # type: ignore[method-assign]
+    link.try_send = send_slowly  # type: ignore[method-assign]
     first = threading.Thread(target=sender.put, args=(Send("a", b"", b"first"),))
     first.start()
     assert begun.wait(PATIENCE)
@@ -313,9 +313,9 @@ def test_the_thread_does_nothing_while_a_packet_is_sent_at_once(link: SlowLink, 
     first.join(PATIENCE)
 
 
-@pytest.mark.parametrize("sends_at_once", [True, False])
-def test_probes_follow_what_is_sent_at_once(link: SlowLink, sends_at_once: bool) -> None:
-    link.sends_at_once = sends_at_once
+@pytest.mark.parametrize("sends_directly", [True, False])
+def test_probes_follow_what_is_sent_at_once(link: SlowLink, sends_directly: bool) -> None:
+    link.sends_directly = sends_directly
     link.may_send.set()
     asked: queue.Queue[int] = queue.Queue()
 
@@ -327,7 +327,7 @@ def test_probes_follow_what_is_sent_at_once(link: SlowLink, sends_at_once: bool)
     try:
         sender.put(Send("image", b"", b"x", Priority.LOW))
         assert [link.sent.get(timeout=PATIENCE) for _ in range(2)] == [b"x", b"probe"]
-        assert {*link.threads} == {threading.current_thread().name if sends_at_once else BULK}
+        assert {*link.threads} == {threading.current_thread().name if sends_directly else BULK}
         size = FIRST_WINDOW // 2
         for _ in range(FIRST_WINDOW // size):
             sender.put(Send("image", b"", bytes(size), Priority.LOW))

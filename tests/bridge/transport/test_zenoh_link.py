@@ -140,7 +140,7 @@ def test_who_may_forward_large_packets_sends_only_urgent_ones_at_once(make_stati
     packets = {priority: Send("hello", b"h", b"x", priority) for priority in Priority}
 
     def at_once(station: Station) -> set[Priority]:
-        return {priority for priority, packet in packets.items() if station.link.send_at_once(packet)}
+        return {priority for priority, packet in packets.items() if station.link.try_send(packet)}
 
     def declare(station: Station) -> None:
         for packet in packets.values():

@@ -112,7 +112,7 @@ class Peer:
         offer_wanted, request_wanted: the versions of its lists for us; 0 if it has not said.
         offer_seen, request_seen, services_seen: the versions of our lists that it has; -1 for none.
         lost_at: when it was lost.
-        takes_turns: whether the current run has followed another one that was there, and has been the current one
+        alternates: whether the current run has followed another one that was there, and has been the current one
             before: two bridges with one name take turns.
         is_shared: whether two bridges have called themselves so within the last minute.
     """
@@ -128,7 +128,7 @@ class Peer:
         self.offer_wanted = self.request_wanted = 0
         self.offer_seen = self.request_seen = self.services_seen = -1
         self.lost_at = now
-        self.takes_turns = self.is_shared = False
+        self.alternates = self.is_shared = False
         self._own_epoch = own_epoch
         self._loss_delay = loss_delay
         self._period = self._their_period = max(MIN_PERIOD, loss_delay / _PERIODS)
@@ -213,7 +213,7 @@ class Peer:
             change = Change.STARTED
             if epoch in self._runs:
                 self._note_namesake(now)
-            self.takes_turns = self.state is State.PRESENT and epoch in self._runs
+            self.alternates = self.state is State.PRESENT and epoch in self._runs
             if epoch not in self._runs:
                 self._runs.append(epoch)
             self._former_epoch, self._started_at = self.epoch, now

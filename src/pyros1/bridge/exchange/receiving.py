@@ -48,10 +48,10 @@ _MAX_ASKED = 100
 """Maximum number of definitions to ask for at a time."""
 _PAUSE = 10.0
 """Seconds after the return of a site in which subscribers can come back: nodes need some time to connect again."""
-LOOK_RATE = 20_000.0
-LOOK_BURST = 60_000
-"""Topics that are looked at per second, and at once, because other sites change their lists or define types. Each time,
-the topics of all sites are looked at, which takes some 20 us for each topic; what waits is looked at together."""
+UPDATE_RATE = 20_000.0
+UPDATE_BURST = 60_000
+"""Topics that are updated per second, and at once, because other sites change their lists or define types. Each update
+is of the topics of all sites, and takes some 20 us for each; changes that come meanwhile are handled together."""
 
 
 class Receiving:
@@ -83,7 +83,7 @@ class Receiving:
         self._unusable: dict[Feed, str] = {}
         self._lacks_definitions = False
         self._is_outdated = False  # since definitions have come
-        self._looks = Allowance(LOOK_RATE, LOOK_BURST)
+        self._updates = Allowance(UPDATE_RATE, UPDATE_BURST)
         self.streams: dict[Feed, tuple[bool, bool, Stream]] = {}
         self.buffered: dict[str, BufferedBytes] = {}
 
@@ -101,21 +101,21 @@ class Receiving:
         """Note what another site offers, and return the actions that follow."""
         return self.note_offers(peer, offers, now) + self.apply(now)
 
-    def may_look(self, now: float) -> bool:
+    def may_update(self, now: float) -> bool:
         """Return whether to note new lists of other sites now, or to let them wait."""
-        return self._looks.take(now)
+        return self._updates.take(now)
 
-    def look(self, now: float) -> list[Action]:
+    def update(self, now: float) -> list[Action]:
         """Return the actions that follow from what has been noted."""
-        self._looks.charge(len(self._incoming))
+        self._updates.charge(len(self._incoming))
         return self.apply(now)
 
-    def look_late(self, now: float) -> list[Action] | None:
+    def update_if_outdated(self, now: float) -> list[Action] | None:
         """Return the actions that follow from definitions that have come; None if none have, or if they must wait."""
-        return self.look(now) if self._is_outdated and self.may_look(now) else None
+        return self.update(now) if self._is_outdated and self.may_update(now) else None
 
     def note_offers(self, peer: str, offers: Iterable[Offered], now: float) -> list[Action]:
-        """Note what another site offers, and return the first actions: `look` must follow."""
+        """Note what another site offers, and return the first actions: `update` must follow."""
         old = {feed: incoming for feed, incoming in self._incoming.items() if feed[0] == peer}
         for feed in old:
             del self._incoming[feed]
@@ -228,7 +228,7 @@ class Receiving:
         )
         if is_offered and self._definitions.add(peer, definition):
             self._is_outdated = True
-            return self.look_late(now) or []
+            return self.update_if_outdated(now) or []
         return []
 
     def apply(self, now: float) -> list[Action]:

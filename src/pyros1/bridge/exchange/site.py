@@ -200,7 +200,7 @@ class Site:
         actions += self._sending.tick(now)
         actions += self.receiving.tick(now)
         actions += self._apply_lists(now)
-        if (late := self.receiving.look_late(now)) is not None:
+        if (late := self.receiving.update_if_outdated(now)) is not None:
             actions += late + self._announcements.update_requests(now)
         if self.receiving.end_pauses(now):
             actions += self._announcements.update(now)
@@ -330,7 +330,7 @@ class Site:
             actions += self._update_peers(now)
             actions += self._announcements.heartbeats(now)
             actions += self._announcements.update(now)
-            if not peer.takes_turns:  # of two bridges with one name, `tick` warns
+            if not peer.alternates:  # of two bridges with one name, `tick` warns
                 actions.append(Log(f"site {site} is present"))
         elif change is Change.RETURNED:
             actions += self.receiving.on_return(site, now)
@@ -366,7 +366,7 @@ class Site:
     def _apply_lists(self, now: float) -> list[Action]:
         """Apply the lists that sites have sent, unless they change too often."""
         actions: list[Action] = []
-        if not self.receiving.may_look(now):
+        if not self.receiving.may_update(now):
             return actions
         has_offers = False
         for site in self._peers:
@@ -378,7 +378,9 @@ class Site:
                 else:
                     has_offers = True
                     actions += self.receiving.note_offers(site, entries, now)
-        return actions + self.receiving.look(now) + self._announcements.update_requests(now) if has_offers else actions
+        return (
+            actions + self.receiving.update(now) + self._announcements.update_requests(now) if has_offers else actions
+        )
 
     def _on_definition(self, site: str, body: bytes, now: float) -> list[Action]:
         allowance = self._limits.of(site, self._peers).definitions

@@ -44,7 +44,7 @@ class Arrivals:
             self.dropped += 1
 
     def pop(self) -> tuple[str, bytes | None] | None:
-        """Return what to deal with next, the key and the message, or None for a beacon; None if nothing waits."""
+        """Return what to handle next, the key and the message, or None for a beacon; None if nothing waits."""
         if self._beacons:
             return self._beacons.popleft(), None
         if not self._messages:

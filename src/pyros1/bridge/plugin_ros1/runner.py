@@ -3,7 +3,7 @@
 A lock guards the state; nothing waits while it is held. These are the threads:
 
 - the node's threads hand messages to the state, and its packets to the sender;
-- the worker deals with beacons and messages from elsewhere, publishes these, and sends beacons;
+- the worker handles beacons and messages from elsewhere, publishes these, and sends beacons;
 - the master thread asks the master, and does what the plan says, all of which may wait for the master;
 - the sender has two threads, which may wait for the network; calls of services have threads of their own.
 """

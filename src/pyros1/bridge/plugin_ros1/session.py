@@ -170,7 +170,7 @@ class PluginSession(ZenohSession):
         elif (publisher := self._publishers.get(packet.key)) is not None:
             publisher.put(packet.body)
 
-    def send_at_once(self, packet: Send) -> bool:
+    def try_send(self, packet: Send) -> bool:
         """Send nothing: its packets may have to wait."""
         return False
 

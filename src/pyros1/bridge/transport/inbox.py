@@ -1,4 +1,4 @@
-"""Packets that have come and wait until the site deals with them, bounded for each sending site. No I/O.
+"""Packets that have come and wait until the site handles them, bounded for each sending site. No I/O.
 
 Sites take turns by what their packets cost, so one that floods this one costs only its own packets. All that have not
 shown yet that they are there count as one: whoever invents names gets no more turns by that. Within a site, heartbeats
@@ -21,7 +21,7 @@ SITE_PACKETS = 5_000
 """Maximum number of the messages of a site that wait, and of its other packets."""
 TOTAL_BYTES = 128 << 20
 """Maximum total size of all packets that wait; at least one may."""
-STRANGERS = ""
+UNKNOWN_SITES = ""
 """Stands for all sites that are not known."""
 _MAX_COSTS = 300
 """Maximum number of sites of which costs are kept; more than a bridge talks to."""
@@ -98,7 +98,7 @@ class Inbox:
 
     @staticmethod
     def is_cheap(packet: Received) -> bool:
-        """Return whether dealing with a packet takes so little time that it need not wait here for its turn."""
+        """Return whether handling a packet takes so little time that it need not wait here for its turn."""
         return _cost(packet) <= _CHEAP_COST
 
     def put(self, packet: Received) -> None:
@@ -110,7 +110,7 @@ class Inbox:
         if is_control and size > MAX_BODY:
             self.dropped += 1
             return
-        name = key.site if key.site in self.known else STRANGERS
+        name = key.site if key.site in self.known else UNKNOWN_SITES
         site = self._sites.get(name)
         if site is None:
             site = self._sites[name] = _SiteQueue(max(self._cost, self.costs.pop(name, 0)))
@@ -158,7 +158,7 @@ class Inbox:
                     del self.costs[min(self.costs, key=self.costs.__getitem__)]
 
     def pop(self) -> Received | None:
-        """Return the packet to deal with next, or None if none waits."""
+        """Return the packet to handle next, or None if none waits."""
         if not self._sites:
             return None
         name, site = min(self._sites.items(), key=lambda item: item[1].cost)

@@ -72,7 +72,7 @@ class Lanes:
     def _name(self, key: str) -> str:
         return receiver_of(key) if self._is_paced else COMMON
 
-    def lane_at_once(self, packet: Send, now: float) -> str | None:
+    def lane_if_idle(self, packet: Send, now: float) -> str | None:
         """Return the lane of a packet that need not be put, since nothing waits and it may be sent now; else None."""
         name = self._name(packet.key)
         lane = self._lanes.get(name)

@@ -32,7 +32,7 @@ class Link(Protocol):
         """
         ...
 
-    def send_at_once(self, packet: Send) -> bool:
+    def try_send(self, packet: Send) -> bool:
         """Send a small packet if that needs hardly any waiting, a millisecond at most; return whether it could be done.
         No other thread may send packets of the same priority meanwhile.
         """

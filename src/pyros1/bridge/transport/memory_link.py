@@ -113,7 +113,7 @@ class MemoryLink:
         """Send a packet."""
         self._network.carry(self, packet)
 
-    def send_at_once(self, packet: Send) -> bool:
+    def try_send(self, packet: Send) -> bool:
         """Send a packet."""
         self.send(packet)
         return True

@@ -19,11 +19,11 @@ from pyros1.bridge.transport.link import Link
 MakeProbes = Callable[[str, int, Priority], list[Probe]]
 _PACING_PERIOD = 0.1
 """Seconds between looks at answers that do not come."""
-AT_ONCE_BYTES = 48 << 10
+DIRECT_BYTES = 48 << 10
 """Maximum size of a packet that is sent at once, which fits into a batch of zenoh's, so nothing waits."""
-_AT_ONCE_TIME = 0.0005
+_DIRECT_TIME = 0.0005
 """Seconds that this may take; if it takes longer, the network takes no more, or the machine is busy."""
-_AT_ONCE_PAUSE = 0.1
+_DIRECT_PAUSE = 0.1
 _LONGEST_PAUSE = 300.0
 _PAUSE_FACTOR = 100
 """Seconds in which the thread then sends everything, since others wait for the thread that puts packets: at least, at
@@ -68,7 +68,7 @@ class SendingThread:
         self._is_closing = False
         self._is_flushing = False
         self._is_sending = False
-        self._at_once_from = float("-inf")
+        self._direct_from = float("-inf")
         self._thread = threading.Thread(target=self._run, name=name, daemon=True)
         self._thread.start()
 
@@ -79,34 +79,34 @@ class SendingThread:
             if self._is_closing:
                 return
             lane = None
-            may_pass = not self._is_sending and not self._tasks and now >= self._at_once_from
-            if may_pass and len(packet.body) <= AT_ONCE_BYTES:
-                lane = self.lanes.lane_at_once(packet, now)
+            can_send_directly = not self._is_sending and not self._tasks and now >= self._direct_from
+            if can_send_directly and len(packet.body) <= DIRECT_BYTES:
+                lane = self.lanes.lane_if_idle(packet, now)
             if lane is None:
                 self.lanes.put(packet, now)
                 if not self._is_sending:  # whoever sends looks for more
                     self._changed.notify()
                 return
             self._is_sending = True
-        self._put_through(lane, packet, now)
+        self._send_directly(lane, packet, now)
 
-    def _put_through(self, lane: str, packet: Send, start: float) -> None:
+    def _send_directly(self, lane: str, packet: Send, start: float) -> None:
         try:
             try:
-                self._send(lane, packet, self._send_at_once)
+                self._send(lane, packet, self._transmit_directly)
             except Exception as error:  # noqa: BLE001 - the link's library has errors of its own
                 self._on_error(error)
         finally:
             end = self._clock()
             with self._lock:
-                if (took := end - start) > _AT_ONCE_TIME:
-                    self._at_once_from = end + min(_LONGEST_PAUSE, max(_AT_ONCE_PAUSE, _PAUSE_FACTOR * took))
+                if (took := end - start) > _DIRECT_TIME:
+                    self._direct_from = end + min(_LONGEST_PAUSE, max(_DIRECT_PAUSE, _PAUSE_FACTOR * took))
                 self._is_sending = False
                 if self._tasks or not self.lanes.is_empty or self._is_flushing:
                     self._changed.notify_all()
 
-    def _send_at_once(self, packet: Send) -> None:
-        if self._tasks or not self._link.send_at_once(packet):
+    def _transmit_directly(self, packet: Send) -> None:
+        if self._tasks or not self._link.try_send(packet):
             self._tasks.append(partial(self._link.send, packet))
 
     def do(self, task: Callable[[], object]) -> None:

@@ -235,12 +235,12 @@ class ZenohLink(ZenohSession):
             publisher.put(packet.body, attachment=packet.head)
 
     def connections(self) -> list[Connection]:
-        """See `ZenohSession`. To be called about once per second, so that `send_at_once` knows whom there is."""
+        """See `ZenohSession`. To be called about once per second, so that `try_send` knows whom there is."""
         found = super().connections()
         self._may_forward = not self._is_client and len(found) != 1  # with none, this version may be unable to tell
         return found
 
-    def send_at_once(self, packet: Send) -> bool:
+    def try_send(self, packet: Send) -> bool:
         """Send a small packet, unless that would have to wait for something to be declared. Where a connection takes
         nothing, zenoh waits a millisecond before it drops the packet; but where it forwards a large packet of the same
         priority from one connection to another, until that is sent. So then only urgent packets are sent at once.
