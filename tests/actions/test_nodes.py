@@ -21,6 +21,7 @@ from pyros1.msgs.actionlib_tutorials.msg import (
     FibonacciResult,
 )
 from pyros1.msgs.std_msgs.msg import String
+from pyros1.net.signal_safe import Condition
 from pyros1.node import Node
 
 Make = Callable[..., Node]
@@ -289,6 +290,44 @@ def test_waits_end_with_the_node_and_the_client(make_node: Make) -> None:
     node.shutdown()
     with pytest.raises(NodeShutdownError):
         again.wait_for_server(20)
+
+
+def test_a_goal_that_comes_while_a_server_closes_is_not_carried_out(
+    make_node: Make, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The server's thread has found the goal, but not taken it yet, when the server is closed."""
+    found, closing, go_on = threading.Event(), threading.Event(), threading.Event()
+    executed: list[ServerGoal] = []
+
+    class StoppedCondition(Condition):
+        """Stops the thread that has found a goal."""
+
+        def wait_for(self, predicate: Callable[[], object], timeout: float | None = None) -> bool:
+            """Wait as usual, and then for `go_on`."""
+            holds = super().wait_for(predicate, timeout)
+            if holds:
+                found.set()
+                assert go_on.wait(20)
+            return holds
+
+        def notify_all(self) -> None:
+            """Wake all waiting threads; note when `close` does so."""
+            super().notify_all()
+            if threading.current_thread().name == "closer":
+                closing.set()
+
+    monkeypatch.setattr("pyros1.actions.simple_server.Condition", StoppedCondition)
+    server = SimpleServer(make_node("server"), ACTION, FibonacciAction, executed.append)
+    client = Client(make_node("client"), ACTION, FibonacciAction)
+    client.send(FibonacciGoal(), timeout=20)
+    assert found.wait(20)
+    closer = threading.Thread(target=server.close, name="closer")
+    closer.start()
+    assert closing.wait(20)
+    go_on.set()
+    closer.join(20)
+    assert not closer.is_alive() and executed == []
+    client.close()
 
 
 def test_what_is_no_action(make_node: Make) -> None:

@@ -77,8 +77,9 @@ class SimpleServer:
         Args:
             timeout: maximum number of seconds to wait for the current goal; None for no limit.
         """
-        self._closed = True
-        current_goal = self._current_goal
+        with self._lock:  # a goal that is taken later is not carried out
+            self._closed = True
+            current_goal = self._current_goal
         if current_goal is not None:
             current_goal.ask_to_cancel()
         self._condition.notify_all()
@@ -119,6 +120,8 @@ class SimpleServer:
         while self._node.ok() and not self._closed:
             self._condition.wait_for(lambda: self._next_goal or self._closed or not self._node.ok(), _POLL_INTERVAL)
             with self._lock:
+                if self._closed:
+                    return
                 self._current_goal, self._next_goal = self._next_goal, None
             if self._current_goal is not None:
                 self._execute_goal(self._current_goal)
