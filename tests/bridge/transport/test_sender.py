@@ -339,3 +339,22 @@ def test_probes_follow_what_is_sent_at_once(link: SlowLink, sends_directly: bool
         assert link.sent.get(timeout=PATIENCE) == b"waits"
     finally:
         sender.close()
+
+
+def test_a_site_that_never_answers_is_not_waited_for_for_ever(link: SlowLink) -> None:
+    """The thread notices it by itself: nothing else happens."""
+    link.may_send.set()
+    now = [0.0]
+
+    def make_probes(receiver: str, number: int, priority: Priority) -> list[Probe]:
+        return [Probe("base", 0.02, Send("to/base", b"", b"probe", priority))]
+
+    sender = Sender(link, lambda: now[0], lambda error: None, make_probes)
+    try:
+        for number in range(2):
+            sender.put(Send("image", b"", bytes([number]) * FIRST_WINDOW, Priority.LOW))
+        assert link.sent.get(timeout=PATIENCE)[0] == 0 and link.sent.get(timeout=PATIENCE) == b"probe"
+        now[0] = 10.0
+        assert link.sent.get(timeout=PATIENCE)[0] == 1
+    finally:
+        sender.close()
