@@ -4,7 +4,17 @@ from __future__ import annotations
 
 import pytest
 
-from pyros1.bridge.exchange.actions import Action, Advertise, Listen, Publish, Represent, Send, SetOrigins, Withdraw
+from pyros1.bridge.exchange.actions import (
+    Action,
+    Advertise,
+    Forget,
+    Listen,
+    Publish,
+    Represent,
+    Send,
+    SetOrigins,
+    Withdraw,
+)
 from pyros1.bridge.exchange.peer import State
 from pyros1.bridge.exchange.sending import LocalTopic
 from pyros1.bridge.exchange.site import Site
@@ -85,6 +95,30 @@ def test_who_does_not_subscribe_again_wants_nothing_any_more(red: Liar) -> None:
         red.heartbeat()
         red.take(red.site.tick(red.now))
     assert requested(red.actions[before:])[-1] == []
+
+
+@pytest.mark.parametrize("is_latched", [True, False])
+def test_who_subscribes_again_goes_on_for_good(red: Liar, is_latched: bool) -> None:
+    """The pause ends with that: once, ten seconds later, latched messages came again, and notes of publishers that are
+    gone had no effect.
+    """
+    wanted(red, offered(MAP, latched=is_latched, reliable=not is_latched))
+    flags = Flag.LATCHED if is_latched else 0
+    red.message(1, topic=MAP, flags=flags)
+    lose(red)
+    red.heartbeat()
+    red.take(red.site.set_demand(["/red/map"], red.now))
+    assert only(Publish, red.message(2, topic=MAP, flags=flags))
+    for _ in range(12):
+        red.now += 1.0
+        red.heartbeat()
+        red.take(red.site.tick(red.now))
+    assert not only(Publish, red.message(2, topic=MAP, flags=flags))
+    if is_latched:
+        assert only(Forget, red.message(3, b"", topic=MAP, flags=Flag.LEFT))
+    else:
+        red.message(4, bytes(100), topic=MAP)
+        assert red.site.receiving.buffered["red"].total == MESSAGE_COST + 100, "message 3 was not given up"
 
 
 @pytest.mark.parametrize("is_withdrawn", [True, False])

@@ -258,7 +258,7 @@ class Receiving:
                     incoming.wanted_since = now
                 if not incoming.is_paused or incoming.offered.latched:
                     incoming.stream.restart(now)
-                incoming.is_wanted, incoming.is_paused = True, False
+                incoming.is_wanted, incoming.is_paused, incoming.paused_until = True, False, float("inf")
                 if feed[0] not in self._separate:
                     actions.append(Listen(feed[0], topic_key(feed[1]), True))
             elif incoming.is_wanted and not wants:
