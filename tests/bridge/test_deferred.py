@@ -7,7 +7,7 @@ import threading
 import pytest
 
 from pyros1.bridge import deferred as module
-from pyros1.bridge.deferred import Change, Deferred
+from pyros1.bridge.deferred import RETURN_DELAY, Change, Deferred
 from pyros1.bridge.exchange.actions import Advertise, Forget, Publish, SetOrigins, Source, Subscribe, Withdraw
 from pyros1.bridge.names import SharedName
 
@@ -22,9 +22,21 @@ def message(body: bytes = b"x", local: str = "/t", publisher: int = 1) -> Publis
     return Publish(local, Source(*RED, publisher), body, True)
 
 
+class Clock:
+    """A clock that jumps by so much after each look that what was withdrawn may return."""
+
+    def __init__(self) -> None:
+        self.now = 0.0
+
+    def __call__(self) -> float:
+        """Return the time."""
+        self.now += RETURN_DELAY
+        return self.now
+
+
 def after(*changes: Change) -> Deferred:
     """Return one that has done some changes."""
-    deferred = Deferred()
+    deferred = Deferred(Clock())
     for change in changes:
         deferred.put(change)
         assert deferred.pop() == [change] and deferred.done() == []
@@ -48,11 +60,45 @@ def test_where_no_message_waits_nobody_else_has_to() -> None:
     deferred.put(advertise())
     assert deferred.pop() == [advertise()] and deferred.done_if_nothing_waits()
     assert not deferred.hold(message())
-    deferred.put(Withdraw("/t"))
-    deferred.put(advertise())
-    assert deferred.pop() == [Withdraw("/t"), advertise()] and deferred.hold(message())
+    deferred.put(advertise(md5sum="2"))
+    assert deferred.pop() == [advertise(md5sum="2")] and deferred.hold(message())
     assert not deferred.done_if_nothing_waits() and deferred.hold(message(b"2"))
     assert deferred.done() == [message(), message(b"2")] and not deferred.hold(message())
+
+
+def test_a_topic_that_was_withdrawn_returns_a_little_later() -> None:
+    """Subscribers must notice before that they have lost their connections."""
+    now = [5.0]
+    deferred = Deferred(lambda: now[0])
+    deferred.put(advertise())
+    assert deferred.pop() == [advertise()] and deferred.done() == []
+    deferred.put(Withdraw("/t"))
+    deferred.put(advertise(md5sum="2"))
+    assert deferred.pop() == [Withdraw("/t")] and deferred.hold(message())
+    assert deferred.done() == [] and deferred.hold(message(b"2")) and deferred.pop() == []
+    deferred.put(advertise("/other"))
+    assert deferred.pop() == [advertise("/other")] and deferred.done() == []
+    now[0] += 0.9 * RETURN_DELAY
+    assert deferred.pop(0.01) == []
+    now[0] += 0.2 * RETURN_DELAY
+    assert deferred.pop() == [advertise(md5sum="2")] and deferred.done() == [message(), message(b"2")]
+
+    deferred.put(Withdraw("/t"))
+    assert deferred.pop() == [Withdraw("/t")] and deferred.done() == []
+    deferred.put(advertise())
+    assert deferred.pop() == []
+    deferred.put(Withdraw("/t"))  # it has not begun yet
+    now[0] += 2 * RETURN_DELAY
+    assert deferred.pop() == []
+
+
+def test_a_topic_that_could_not_be_withdrawn_is_withdrawn_before_it_returns() -> None:
+    deferred = after(advertise())
+    deferred.put(Withdraw("/t"))
+    deferred.put(advertise(md5sum="2"))
+    deferred.fail(deferred.pop())
+    assert deferred.pop() == [Withdraw("/t")] and deferred.done() == []
+    assert deferred.pop() == [advertise(md5sum="2")]
 
 
 def test_however_often_a_topic_comes_and_goes_no_more_waits() -> None:
@@ -62,7 +108,8 @@ def test_however_often_a_topic_comes_and_goes_no_more_waits() -> None:
         deferred.put(advertise(md5sum=str(number)))
         deferred.put(Subscribe("/s", False))
         deferred.put(Subscribe("/s", True))
-    assert deferred.pop() == [Withdraw("/t"), advertise(md5sum="999")] and deferred.done() == []
+    assert deferred.pop() == [Withdraw("/t")] and deferred.done() == []
+    assert deferred.pop() == [advertise(md5sum="999")] and deferred.done() == []
     assert deferred.pop() == [Subscribe("/s", False), Subscribe("/s", True)] and deferred.done() == []
     deferred.put(advertise())
     deferred.put(Withdraw("/t"))
@@ -87,7 +134,7 @@ def test_what_never_began_need_not_end() -> None:
 
 def test_messages_of_a_topic_that_is_withdrawn_are_not_published_later() -> None:
     """It may be published again with another type."""
-    deferred = Deferred()
+    deferred = Deferred(Clock())
     deferred.put(advertise())
     deferred.hold(message(b"old"))
     deferred.pop()
@@ -95,7 +142,8 @@ def test_messages_of_a_topic_that_is_withdrawn_are_not_published_later() -> None
     deferred.put(advertise(md5sum="2"))
     deferred.hold(message(b"new"))
     assert deferred.done() == [] and deferred.dropped == 1
-    assert deferred.pop() == [Withdraw("/t"), advertise(md5sum="2")] and deferred.done() == [message(b"new")]
+    assert deferred.pop() == [Withdraw("/t")] and deferred.done() == []
+    assert deferred.pop() == [advertise(md5sum="2")] and deferred.done() == [message(b"new")]
 
 
 def test_what_is_forgotten_does_not_wait() -> None:
@@ -146,7 +194,8 @@ def test_what_failed_is_tried_again_unless_something_else_is_wanted() -> None:
     deferred.put(Withdraw("/t"))
     deferred.put(advertise())
     deferred.hold(message())
-    deferred.fail(deferred.pop()[1:])
+    assert deferred.pop() == [Withdraw("/t")] and deferred.done() == []
+    deferred.fail(deferred.pop())
     assert deferred.pop() == [] and deferred.hold(message())
     deferred.retry()
     assert deferred.pop() == [advertise()] and deferred.done() == [message(), message()]
@@ -158,8 +207,8 @@ def test_what_failed_is_tried_again_unless_something_else_is_wanted() -> None:
     failed = deferred.pop()
     deferred.put(advertise(md5sum="2"))
     deferred.fail(failed)
-    assert deferred.pop() == [Withdraw("/t"), advertise(md5sum="2")]
-    deferred.done()
+    assert deferred.pop() == [Withdraw("/t")] and deferred.done() == []
+    assert deferred.pop() == [advertise(md5sum="2")] and deferred.done() == []
 
     deferred.put(advertise(md5sum="3"))
     deferred.fail(deferred.pop())

@@ -8,8 +8,10 @@ up, no more than that waits. Messages for a topic that is about to be published 
 from __future__ import annotations
 
 import threading
+from collections.abc import Callable
 from itertools import chain
 from operator import itemgetter
+from time import monotonic
 
 from pyros1.bridge.conversions.conversion import Conversion
 from pyros1.bridge.exchange.actions import Advertise, Forget, Publish, SetOrigins, Source, Subscribe, Withdraw
@@ -20,6 +22,11 @@ MAX_MESSAGES = 5_000
 """Maximum number of messages that wait for their topics."""
 MAX_BYTES = 64 << 20
 """Maximum total size in bytes of these messages; at least one may wait."""
+RETURN_DELAY = 0.5
+"""Seconds after which a topic that was withdrawn is published again. Until they have noticed that their connections
+were closed, subscribers of stock's rospy take a new publisher with the same address for the old one.
+"""
+_MAX_WITHDRAWN = 10_000
 _Key = tuple[bool, str, Conversion | None]  # whether it is about a subscription, the topic, and how it is converted
 
 
@@ -38,12 +45,17 @@ class _Pending:
 class Deferred:
     """What waits for the master. May be used in several threads.
 
+    Args:
+        clock: returns seconds.
+
     Attributes:
         dropped: how many messages were dropped because too many waited, or because their topic was withdrawn.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, clock: Callable[[], float] = monotonic) -> None:
         self.dropped = 0
+        self._clock = clock
+        self._withdrawn_at: dict[_Key, float] = {}
         self._changed = threading.Condition()
         self._pending: dict[_Key, _Pending] = {}
         self._failed: dict[_Key, _Pending] = {}
@@ -106,8 +118,9 @@ class Deferred:
         return messages
 
     def pop(self, timeout: float = 0.0) -> list[Change]:
-        """Wait for something to do, and return it: what is to be done about one topic, in order. Afterwards, `done` or
-        `fail` must be called; if neither was, a mistake of ours has kept it from being done, and it counts as failed.
+        """Wait for something to do, and return it: what is to be done now about one topic, in order. Afterwards, `done`
+        or `fail` must be called; if neither was, a mistake of ours has kept it from being done, and it counts as
+        failed.
 
         Args:
             timeout: maximum seconds to wait; after that, the list may be empty.
@@ -115,15 +128,30 @@ class Deferred:
         with self._changed:
             if self._busy is not None:
                 self._fail(self._popped.actions())
-            if not self._pending and timeout and not self._is_woken:
+            key = self._next_due()
+            if key is None and timeout and not self._is_woken:
                 self._changed.wait(timeout)
+                key = self._next_due()
             self._is_woken = False
-            if not self._pending:
+            if key is None:
                 return []
-            self._busy = next(iter(self._pending))
-            self._begun.add(self._busy)
-            self._popped = self._pending.pop(self._busy)
+            self._busy = key
+            self._begun.add(key)
+            pending = self._pending[key]
+            if isinstance(pending.end, Withdraw) and pending.begin is not None:
+                self._popped = _Pending()  # what begins follows later
+                self._popped.end, pending.end = pending.end, None
+            else:
+                self._popped = self._pending.pop(key)
             return self._popped.actions()
+
+    def _next_due(self) -> _Key | None:
+        for key in self._pending:
+            since = self._withdrawn_at.get(key)
+            if since is None or self._clock() - since >= RETURN_DELAY:
+                self._withdrawn_at.pop(key, None)
+                return key
+        return None
 
     def done_if_nothing_waits(self) -> bool:
         """Note that what was popped has been done, unless messages wait for it; return whether that is so."""
@@ -142,6 +170,10 @@ class Deferred:
         key, self._busy = self._busy, None
         if key is not None and self._popped.end is not None and self._popped.begin is None:
             self._begun.discard(key)
+            if isinstance(self._popped.end, Withdraw):
+                if len(self._withdrawn_at) >= _MAX_WITHDRAWN:
+                    self._withdrawn_at.clear()
+                self._withdrawn_at[key] = self._clock()
         if key is None or key[0] or key in self._pending:
             return []
         return self._take_held(key[1])
