@@ -83,7 +83,7 @@ def test_an_outage_of_ten_seconds(sites: Sites) -> None:
     sites.talk(sites.red)
     listener, own = sites.listen(sites.base, "/red"), sites.listen(sites.red, "")
     for _ in range(2):
-        before = len(listener.lines) - 20
+        before = max(0, len(listener.lines) - 20)
         own_before = len(own.lines)
         cut_off(sites, sites.red, 11)
         assert len(small(parse(own.lines[own_before:]))) > 300, "red went on alone"
