@@ -92,6 +92,26 @@ def test_a_topic_that_was_withdrawn_returns_a_little_later() -> None:
     assert deferred.pop() == []
 
 
+def test_a_subscription_returns_at_once() -> None:
+    deferred = Deferred(lambda: 5.0)
+    for on in (True, False, True):
+        deferred.put(Subscribe("/s", on))
+        assert deferred.pop() == [Subscribe("/s", on)] and deferred.done() == []
+
+
+def test_only_so_many_withdrawn_topics_are_remembered() -> None:
+    """Another site may make up names for ever."""
+    deferred = Deferred(lambda: 5.0)
+    for number in range(10_001):
+        for change in (advertise(f"/t{number}"), Withdraw(f"/t{number}")):
+            deferred.put(change)
+            assert deferred.pop() == [change] and deferred.done() == []
+    deferred.put(advertise("/t10000"))
+    assert deferred.pop() == []
+    deferred.put(advertise("/t0"))
+    assert deferred.pop() == [advertise("/t0")]
+
+
 def test_a_topic_that_could_not_be_withdrawn_is_withdrawn_before_it_returns() -> None:
     deferred = after(advertise())
     deferred.put(Withdraw("/t"))
