@@ -13,7 +13,7 @@ import pytest
 from pyros1.bridge.exchange.actions import Send
 from pyros1.bridge.exchange.outgoing import Drop
 from pyros1.bridge.rules.rules import Priority
-from pyros1.bridge.transport.lanes import COMMON, Lanes
+from pyros1.bridge.transport.lanes import COMMON, DIRECT_BYTES, LINK_QUEUE_BYTES, Lanes
 from pyros1.bridge.transport.pacing import FIRST_WINDOW, PATIENCE
 
 
@@ -173,3 +173,37 @@ def test_nothing_is_sent_at_once_while_something_waits_in_any_lane() -> None:
         lanes.put(packet(waiting), 0.0)
         assert lanes.lane_if_idle(packet(other), 0.0) is None
         assert bodies(lanes) == [b"x"] and lanes.lane_if_idle(packet(other), 0.0) == COMMON
+
+
+def calm(lanes: Lanes) -> None:
+    """Let everything that the common lane sends be confirmed at once."""
+    for step in range(2):
+        probe = lanes.on_sent(COMMON, packet("t/red/image", bytes(FIRST_WINDOW)), step / 10)
+        assert probe is not None
+        lanes.on_probe_sent(probe, {"base": 0.001})
+        lanes.on_answer("base", probe.number, step / 10 + 0.001)
+
+
+def test_large_packets_go_at_once_only_where_the_link_has_room() -> None:
+    lanes = Lanes(is_paced=True)
+    small, large = (packet("t/red/image", bytes(size)) for size in (DIRECT_BYTES, DIRECT_BYTES + 1))
+    assert lanes.lane_if_idle(small, 0.0) == COMMON
+    assert lanes.lane_if_idle(large, 0.0) is None, "nothing is known of the network"
+    calm(lanes)
+    assert lanes.lane_if_idle(large, 1.0) == COMMON
+    assert lanes.lane_if_idle(packet("t/red/image", bytes(LINK_QUEUE_BYTES)), 1.0) == COMMON
+    assert lanes.lane_if_idle(packet("t/red/image", bytes(LINK_QUEUE_BYTES + 1)), 1.0) is None
+
+
+def test_what_other_lanes_send_takes_up_room() -> None:
+    lanes = Lanes(is_paced=True)
+    lanes.put(packet("again/blue/red/image"), 0.0)
+    assert bodies(lanes) == [b"x"]
+    calm(lanes)
+    lanes.on_sent("blue", packet("again/blue/red/image", bytes(LINK_QUEUE_BYTES - DIRECT_BYTES)), 1.0)
+    assert lanes.lane_if_idle(packet("t/red/image", bytes(DIRECT_BYTES + 1)), 1.0) is None
+    assert lanes.lane_if_idle(packet("t/red/image", bytes(DIRECT_BYTES)), 1.0) == COMMON
+
+
+def test_urgent_packets_that_are_large_are_left_to_the_thread() -> None:
+    assert Lanes(is_paced=False).lane_if_idle(packet("t/red/image", bytes(DIRECT_BYTES + 1)), 0.0) is None

@@ -217,6 +217,63 @@ def test_a_window_that_is_not_used_does_not_grow() -> None:
     assert pacing.window == FIRST_WINDOW
 
 
+def steady(size: int, rate: float, took: float, seconds: int = 30) -> tuple[Pacing, float]:
+    """Send packets at a steady rate, with answers after some time; return how many there were for each probe."""
+    pacing, answers, probes = Pacing(), [(float("inf"), 0)], 0
+    for step in range(int(seconds * rate)):
+        now = step / rate
+        while answers[0][0] <= now:
+            pacing.on_answer("base", answers.pop(0)[1], now)
+        if not pacing.may_send(now):
+            assert now < 2, "a packet has to wait although the window has had time to grow"
+            continue
+        if (number := pacing.on_sent(size, now)) is not None:
+            pacing.on_probe_sent(number, {"base": took})
+            answers.insert(-1, (now + took, number))
+            probes += 1
+    return pacing, seconds * rate / probes
+
+
+@pytest.mark.parametrize(("size", "rate", "at_least"), [(6_000, 100, 12), (6_000, 500, 60), (100_000, 30, 4)])
+def test_there_are_few_probes_where_all_is_confirmed_at_once(size: int, rate: float, at_least: float) -> None:
+    """They cost as much as messages."""
+    pacing, packets_per_probe = steady(size, rate, 0.002)
+    assert packets_per_probe >= at_least and pacing.is_calm
+    assert pacing.window <= max(4 * FIRST_WINDOW, 0.5 * size * rate), "no more than half a second of what is sent"
+
+
+def until_probe(pacing: Pacing, now: float) -> tuple[int, int]:
+    """Send until there is a probe; return its number, and how many bytes that took."""
+    sent = 1_000
+    while (number := pacing.on_sent(1_000, now)) is None:
+        sent += 1_000
+    pacing.on_probe_sent(number, {"base": 0.002})
+    return number, sent
+
+
+def test_probes_are_frequent_where_much_is_on_its_way() -> None:
+    pacing, _ = steady(6_000, 100, 0.002)
+    number, _ = until_probe(pacing, 30.0)
+    pacing.on_answer("base", number, 30.002)
+    number, sent = until_probe(pacing, 30.01)
+    assert pacing.window / 4 + 1_000 < sent <= pacing.window / 2 + 1_000
+    until_probe(pacing, 30.01)
+    pacing.on_answer("base", number, 30.02)
+    assert not pacing.is_calm
+    assert until_probe(pacing, 30.02)[1] <= pacing.window / 4 + 1_000
+
+
+@pytest.mark.parametrize(("trip", "took"), [(0.002, 0.5), (0.3, 0.8)])
+def test_a_late_answer_ends_the_calm(trip: float, took: float) -> None:
+    """Also one that is perhaps late only since a packet was lost."""
+    pacing, _ = steady(6_000, 100, 0.002)
+    number, _ = until_probe(pacing, 31.0)
+    assert pacing.is_calm
+    pacing.on_probe_sent(number, {"base": trip})
+    pacing.on_answer("base", number, 31.0 + took)
+    assert not pacing.is_calm and pacing.unconfirmed_bytes == 0
+
+
 def test_probes_for_nobody() -> None:
     pacing = Pacing()
     number = pacing.on_sent(FIRST_WINDOW, 0.0)

@@ -11,8 +11,9 @@ import pytest
 from pyros1.bridge.exchange.actions import Probe, Send
 from pyros1.bridge.exchange.outgoing import Drop
 from pyros1.bridge.rules.rules import Priority
+from pyros1.bridge.transport.lanes import DIRECT_BYTES
 from pyros1.bridge.transport.pacing import FIRST_WINDOW, SLOW_COUNT
-from pyros1.bridge.transport.sender import DIRECT_BYTES, Sender
+from pyros1.bridge.transport.sender import Sender
 
 PATIENCE = 10.0
 
@@ -227,16 +228,22 @@ def test_close_waits_for_what_is_sent_at_once(link: SlowLink, monkeypatch: pytes
 
 @pytest.mark.parametrize(
     ("took", "laters"),
-    [(0.0006, (0.0, 0.05, 0.04, 0.02)), (2.0, (0.0, 0.2, 199.0, 1.0)), (50.0, (0.0, 0.2, 299.0, 1.0))],
+    [
+        ([0.0006, 0.0006, 0.0006], (0.0, 0.0, 0.05, 0.04, 0.02)),
+        ([0.0006, 0.0004, 0.0006, 0.0006, 0.0], (0.0, 0.0, 0.0, 0.0, 0.05, 0.04, 0.02)),
+        ([2.0, 0.0], (0.0, 0.2, 199.0, 1.0)),
+        ([50.0, 0.0], (0.0, 0.2, 299.0, 1.0)),
+    ],
 )
-def test_after_a_long_wait_the_thread_sends(link: SlowLink, took: float, laters: tuple[float, ...]) -> None:
-    """The longer the thread that put a packet had to wait, the longer it is before that may happen again."""
+def test_after_long_waits_the_thread_sends(link: SlowLink, took: list[float], laters: tuple[float, ...]) -> None:
+    """The longer the thread that put packets had to wait, the longer it is before that may happen again."""
     now = [0.0]
     sender = Sender(link, lambda: now[0], lambda error: None)
     link.sends_directly = True
+    direct = len(took) - 1
 
     def send_slowly(packet: Send) -> bool:
-        now[0] += took
+        now[0] += took.pop(0)
         link.send(packet)
         return True
 
@@ -247,7 +254,7 @@ def test_after_a_long_wait_the_thread_sends(link: SlowLink, took: float, laters:
             sender.put(Send("a", b"", b"x"))
             link.sent.get(timeout=PATIENCE)
         own = threading.current_thread().name
-        assert link.threads == [own, URGENT, URGENT, own]
+        assert link.threads == [*[own] * direct, URGENT, URGENT, own]
     finally:
         sender.close()
 

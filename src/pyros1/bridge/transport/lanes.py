@@ -15,6 +15,10 @@ from pyros1.bridge.transport.queues import OUTBOX_BYTES, OUTBOX_PACKETS, Outbox
 
 COMMON = ""
 """The lane for packets that are for all sites."""
+DIRECT_BYTES = 48 << 10
+"""Maximum size of a packet that is dropped after a millisecond if the link is slow; the rest of a larger one waits."""
+LINK_QUEUE_BYTES = 512 << 10
+"""How many bytes of each priority the link can queue."""
 _MAX_LANES = 300
 
 
@@ -70,17 +74,27 @@ class Lanes:
         return sum(lane.outbox.waiting_bytes for lane in [*self._lanes.values()])
 
     def _name(self, key: str) -> str:
-        return receiver_of(key) if self._is_paced else COMMON
+        return receiver_of(key) if self._is_paced and not key.startswith("t/") else COMMON
 
     def lane_if_idle(self, packet: Send, now: float) -> str | None:
-        """Return the lane of a packet that need not be put, since nothing waits and it may be sent now; else None."""
+        """Return the lane of a packet that need not be put, since nothing waits, it may be sent now, and the link will
+        take it at once; else None.
+        """
         name = self._name(packet.key)
         lane = self._lanes.get(name)
         if lane is None or not self.is_empty:
             return None
         if packet.expires is not None and packet.expires < now:
             return None
+        if len(packet.body) > DIRECT_BYTES and not self._has_room(lane, len(packet.body)):
+            return None
         return name if not self._is_paced or lane.pacing.may_send(now) else None
+
+    def _has_room(self, lane: _Lane, size: int) -> bool:
+        """Return whether the link has room for a large packet besides what may still wait in it."""
+        if not self._is_paced or not lane.pacing.is_calm:
+            return False
+        return size + sum(each.pacing.unconfirmed_bytes for each in self._lanes.values()) <= LINK_QUEUE_BYTES
 
     def put(self, packet: Send, now: float) -> None:
         """Add a packet. If too much waits, the oldest packets of the fullest lane are dropped."""
@@ -100,16 +114,21 @@ class Lanes:
         """Return the packet to send next, and its lane; None if none may be sent now. It is of the most urgent ones,
         and lanes take turns.
         """
-        names = [*self._lanes]
-        start = names.index(self._last) + 1 if self._last in self._lanes else 0
-        ready = [name for name in (*names[start:], *names[:start]) if len(self._lanes[name].outbox)]
+        ready = [name for name, lane in self._lanes.items() if lane.outbox]
         if self._is_paced:
             ready = [name for name in ready if self._lanes[name].pacing.may_send(now)]
-        for name in sorted(ready, key=lambda name: self._lanes[name].outbox.first_priority()):
+        for name in ready if len(ready) <= 1 else self._in_turn(ready):
             if (packet := self._lanes[name].outbox.pop(now)) is not None:
                 self._last = name
                 return name, packet
         return None
+
+    def _in_turn(self, ready: list[str]) -> list[str]:
+        """Return lanes by the priority of their first packets; of those with the same one, the next after the last."""
+        names = [*self._lanes]
+        last = names.index(self._last) if self._last in self._lanes else -1
+        places = {name: (number - last - 1) % len(names) for number, name in enumerate(names)}
+        return sorted(ready, key=lambda name: (self._lanes[name].outbox.first_priority(), places[name]))
 
     def on_sent(self, lane: str, packet: Send, now: float) -> ProbeDue | None:
         """Note that a packet is being sent; return the probe to send after it, if there must be one."""

@@ -4,6 +4,9 @@ A slow network queues what it is given, in places that no priority reaches. So s
 *probe* of the same priority, which the sites that get it answer at once. Not more than a window of bytes is sent beyond
 the last probe that all have answered. The window grows as long as it is used and answers come nearly as fast as they
 ever did, and shrinks when they take longer, since then packets queue on the way. All times are in seconds.
+
+A probe costs each side as much as a message. So where nearly everything is confirmed at once, there are fewer: not one
+in a quarter of the window, but one in a short time, at least one in half the window.
 """
 
 from __future__ import annotations
@@ -23,6 +26,8 @@ PATIENCE = 2.0
 SLOW_COUNT = 3
 SLOW_TIME = 20.0
 """A site is slow if its answers alone made the window shrink so many times within this time."""
+_CALM_PERIOD = 0.15
+"""Seconds between probes where nearly everything is confirmed at once."""
 _FIRST_PERIOD = 1.0
 """Seconds between probes that follow the first packet after a pause."""
 _LOSS_ROUND_TRIPS = 3
@@ -65,10 +70,11 @@ class Pacing:
         self._sent = 0  # bytes so far
         self._arrived = 0
         self._probed = 0
+        self._calm_bytes = 0.0  # how much is sent in `_CALM_PERIOD`; 0 if it is not confirmed at once
         self._best: dict[str, float] = {}  # site -> the shortest time of an answer
         self._round_trips: dict[str, float] = {}
         self._growth = 1.0  # of what is confirmed; so the window doubles with each round trip until it is too large
-        self._probed_at = self._used_at = self._shrunk_at = float("-inf")
+        self._probed_at = self._used_at = self._shrunk_at = self._confirmed_at = float("-inf")
         self._late_alone: dict[str, deque[float]] = {}  # site -> when it alone has made the window shrink
         self._slow: list[str] = []
         self._late_at_smallest = 0
@@ -79,8 +85,20 @@ class Pacing:
         """Whether everything that was sent has been confirmed."""
         return not self._probes
 
+    @property
+    def unconfirmed_bytes(self) -> int:
+        """How many bytes may still be on their way."""
+        return self._sent - self._arrived
+
+    @property
+    def is_calm(self) -> bool:
+        """Whether nearly everything is confirmed at once."""
+        return self._calm_bytes > 0
+
     def may_send(self, now: float) -> bool:
         """Return whether a packet may be sent now; of any size, so that large ones are possible."""
+        if not self._probes:
+            return True
         for number, probe in [*self._probes.items()]:
             if now - probe.sent_at <= PATIENCE:
                 break
@@ -95,7 +113,8 @@ class Pacing:
         if self._sent - self._arrived >= self.window / 2:
             self._used_at = now
         is_first = not self._probes and now - self._probed_at >= _FIRST_PERIOD  # it meets no queue of ours
-        if self._sent - self._probed < self.window / 4 and not is_first:
+        enough = min(self.window / 2, max(self.window / 4, self._calm_bytes))
+        if self._sent - self._probed < enough and not is_first:
             return None
         self._probed, self._probed_at = self._sent, now
         number = next(self._numbers)
@@ -152,10 +171,14 @@ class Pacing:
             self._late_at_smallest, self._late_at = 0, None
             if self._used_at >= probe.sent_at:  # otherwise nobody knows whether a larger one is possible
                 self.window = min(LARGEST_WINDOW, self.window + (probe.total - self._arrived) * self._growth)
+            is_calm = self._sent - probe.total < self.window / 4
+            took = probe.sent_at - self._confirmed_at
+            self._calm_bytes = (probe.total - self._arrived) / max(took, 1e-6) * _CALM_PERIOD if is_calm else 0.0
         elif self._late_at is None and self._may_be_loss(probe):
+            self._calm_bytes = 0.0
             self._late_at = now  # a queue stays
         elif probe.sent_at >= (self._late_at or self._shrunk_at):  # what was sent before has met the same queue
-            self._growth = _CAREFUL_GROWTH
+            self._growth, self._calm_bytes = _CAREFUL_GROWTH, 0.0
             self._learn_longer_way(probe)
             self.window = max(SMALLEST_WINDOW, self.window / 2)
             self._shrunk_at, self._late_at = now, None
@@ -194,5 +217,6 @@ class Pacing:
     def _finish(self, number: int) -> None:
         """Count everything up to a probe as arrived."""
         self._arrived = max(self._arrived, self._probes[number].total)
+        self._confirmed_at = max(self._confirmed_at, self._probes[number].sent_at)
         for earlier in [each for each in self._probes if each <= number]:
             del self._probes[earlier]

@@ -1,6 +1,6 @@
-"""How packets get to the link: small ones at once where nothing waits, since a change of threads costs as much as all
-the rest; others in threads that may wait for the network, one for urgent packets and for what to listen to, one for
-other packets.
+"""How packets get to the link: at once where nothing waits, since a change of threads costs as much as all the rest;
+others in threads that may wait for the network, one for urgent packets and for what to listen to, one for other
+packets.
 """
 
 from __future__ import annotations
@@ -13,16 +13,17 @@ from time import monotonic
 
 from pyros1.bridge.exchange.actions import Probe, Send
 from pyros1.bridge.rules.rules import Priority
-from pyros1.bridge.transport.lanes import Lanes
+from pyros1.bridge.transport.lanes import Lanes, ProbeDue
 from pyros1.bridge.transport.link import Link
 
 MakeProbes = Callable[[str, int, Priority], list[Probe]]
 _PACING_PERIOD = 0.1
 """Seconds between looks at answers that do not come."""
-DIRECT_BYTES = 48 << 10
-"""Maximum size of a packet that is sent at once, which fits into a batch of zenoh's, so nothing waits."""
 _DIRECT_TIME = 0.0005
-"""Seconds that this may take; if it takes longer, the network takes no more, or the machine is busy."""
+"""Seconds that this may take. If two packets in succession take longer, or one takes much longer, the network takes no
+more; a single one may have waited for the processor on a busy machine.
+"""
+_LONG_DIRECT_TIME = 0.02
 _DIRECT_PAUSE = 0.1
 _LONGEST_PAUSE = 300.0
 _PAUSE_FACTOR = 100
@@ -31,6 +32,10 @@ most, and for each second that it took, so that a hundredth of the time is lost.
 """
 FLUSH_TIME = 0.5
 """Maximum seconds to wait at the end until waiting packets are sent."""
+
+
+def _make_none(*_: object) -> list[Probe]:
+    return []
 
 
 class SendingThread:
@@ -57,7 +62,7 @@ class SendingThread:
         on_slow: Callable[[str], object] = lambda _: None,
     ) -> None:
         self.lanes = Lanes(is_paced=make_probes is not None)
-        self._make_probes = make_probes
+        self._make_probes = make_probes or _make_none
         self._on_slow = on_slow
         self._tasks: deque[Callable[[], object]] = deque()
         self._link = link
@@ -69,6 +74,7 @@ class SendingThread:
         self._is_flushing = False
         self._is_sending = False
         self._direct_from = float("-inf")
+        self._was_slow = False  # whether the last packet that was sent at once took long
         self._thread = threading.Thread(target=self._run, name=name, daemon=True)
         self._thread.start()
 
@@ -80,7 +86,7 @@ class SendingThread:
                 return
             lane = None
             can_send_directly = not self._is_sending and not self._tasks and now >= self._direct_from
-            if can_send_directly and len(packet.body) <= DIRECT_BYTES:
+            if can_send_directly:
                 lane = self.lanes.lane_if_idle(packet, now)
             if lane is None:
                 self.lanes.put(packet, now)
@@ -88,19 +94,24 @@ class SendingThread:
                     self._changed.notify()
                 return
             self._is_sending = True
-        self._send_directly(lane, packet, now)
+            probe = self.lanes.on_sent(lane, packet, now)
+        self._send_directly(packet, probe, now)
 
-    def _send_directly(self, lane: str, packet: Send, start: float) -> None:
+    def _send_directly(self, packet: Send, probe: ProbeDue | None, start: float) -> None:
         try:
             try:
-                self._send(lane, packet, self._transmit_directly)
+                self._transmit_directly(packet)
+                if probe is not None:
+                    self._send_probes(probe, packet.priority, self._transmit_directly)
             except Exception as error:  # noqa: BLE001 - the link's library has errors of its own
                 self._on_error(error)
         finally:
             end = self._clock()
             with self._lock:
-                if (took := end - start) > _DIRECT_TIME:
+                took = end - start
+                if took > _LONG_DIRECT_TIME or (took > _DIRECT_TIME and self._was_slow):
                     self._direct_from = end + min(_LONGEST_PAUSE, max(_DIRECT_PAUSE, _PAUSE_FACTOR * took))
+                self._was_slow = took > _DIRECT_TIME
                 self._is_sending = False
                 if self._tasks or not self.lanes.is_empty or self._is_flushing:
                     self._changed.notify_all()
@@ -144,15 +155,17 @@ class SendingThread:
         if self._tasks:
             return self._tasks.popleft()
         popped = self.lanes.pop(self._clock())
-        return None if popped is None else partial(self._send, *popped, self._link.send)
+        return None if popped is None else partial(self._send, *popped)
 
-    def _send(self, lane: str, packet: Send, transmit: Callable[[Send], object]) -> None:
-        transmit(packet)
+    def _send(self, lane: str, packet: Send) -> None:
+        self._link.send(packet)
         with self._lock:
             probe = self.lanes.on_sent(lane, packet, self._clock())
-        if probe is None or self._make_probes is None:
-            return
-        probes = self._make_probes(lane, probe.number, packet.priority)
+        if probe is not None:
+            self._send_probes(probe, packet.priority, self._link.send)
+
+    def _send_probes(self, probe: ProbeDue, priority: Priority, transmit: Callable[[Send], object]) -> None:
+        probes = self._make_probes(probe.lane, probe.number, priority)
         with self._lock:
             self.lanes.on_probe_sent(probe, {each.site: each.round_trip for each in probes})
         for each in probes:
@@ -197,7 +210,7 @@ class Sender:
         link: Link,
         clock: Callable[[], float],
         on_error: Callable[[Exception], object],
-        make_probes: MakeProbes = lambda *_: [],
+        make_probes: MakeProbes = _make_none,
         on_slow: Callable[[str], object] = lambda _: None,
     ) -> None:
         self._link = link

@@ -241,9 +241,10 @@ class ZenohLink(ZenohSession):
         return found
 
     def try_send(self, packet: Send) -> bool:
-        """Send a small packet, unless that would have to wait for something to be declared. Where a connection takes
-        nothing, zenoh waits a millisecond before it drops the packet; but where it forwards a large packet of the same
-        priority from one connection to another, until that is sent. So then only urgent packets are sent at once.
+        """Send a packet that fits into the queue, unless that would have to wait for something to be declared. Where a
+        connection takes nothing, zenoh waits a millisecond before it drops the packet; but where it forwards a large
+        packet of the same priority from one connection to another, until that is sent. So then only urgent packets are
+        sent at once.
         """
         if self._may_forward and packet.priority > Priority.HIGH:
             return False
