@@ -1,0 +1,57 @@
+"""The attachment that each message, request and response of rmw_zenoh has; without it, rmw_zenoh drops them. No I/O.
+
+zenoh's serialization writes integers in little endian, and texts and lists of bytes after their length.
+"""
+
+from __future__ import annotations
+
+import struct
+from typing import NamedTuple
+
+from pyros1.ground.errors import SerializationError
+
+GID_SIZE = 16
+"""Size in bytes of a GID, the identifier of a publisher, client and so on."""
+_FORM = struct.Struct("<qqB16s")
+# rmw_zenoh of ROS 2 Humble before version 0.1.2.
+_KEYED_FORM = struct.Struct("<16sq17sq12s16s")
+_KEYS = (b"\x0fsequence_number", b"\x10source_timestamp", b"\x0asource_gid\x10")
+_LIMIT = 1 << 63
+
+
+class Attachment(NamedTuple):
+    """What is said of a message, request or response.
+
+    Attributes:
+        sequence_number: number of the message among those of its publisher, from 1 on; of the request among those of
+            its client; of the request that is answered.
+        source_time: time at which it was sent, in nanoseconds since 1970.
+        gid: 16 bytes that identify its publisher or, also in responses, the client.
+    """
+
+    sequence_number: int
+    source_time: int
+    gid: bytes
+
+
+def encode_attachment(attachment: Attachment) -> bytes:
+    """Return an attachment as 33 bytes.
+
+    Raises:
+        SerializationError: a number is out of range, or the GID is not of 16 bytes.
+    """
+    number, time, gid = attachment
+    if not (-_LIMIT <= number < _LIMIT and -_LIMIT <= time < _LIMIT and len(gid) == GID_SIZE):
+        raise SerializationError("an attachment has two numbers of 64 bits and 16 bytes")
+    return _FORM.pack(number, time, GID_SIZE, gid)
+
+
+def decode_attachment(data: bytes) -> Attachment | None:
+    """Return an attachment that another program has written, now or before version 0.1.2; None if it is not one."""
+    if len(data) == _FORM.size:
+        number, time, size, gid = _FORM.unpack(data)
+        return Attachment(number, time, gid) if size == GID_SIZE else None
+    if len(data) == _KEYED_FORM.size:
+        key, number, time_key, time, gid_key, gid = _KEYED_FORM.unpack(data)
+        return Attachment(number, time, gid) if (key, time_key, gid_key) == _KEYS else None
+    return None

@@ -1,0 +1,87 @@
+"""Calls of services over zenoh, as rmw_zenoh makes them: a call is a query, and its response a reply to it."""
+
+from __future__ import annotations
+
+import time
+from contextlib import suppress
+from typing import TYPE_CHECKING, Any
+
+from pyros1.bridge.transport.zenoh_link import MAX_PACKET
+from pyros1.ground.errors import ServiceRefusal
+from pyros1.ground.terminal_text import one_line
+from pyros1.ros2.zenoh.attachments import Attachment, decode_attachment, encode_attachment
+from pyros1.ros2.zenoh.names import DataKey, data_key
+
+if TYPE_CHECKING:
+    import zenoh
+
+_MAX_ATTACHMENT = 1000
+_MAX_ERROR = 1000
+
+
+class IncomingCall:
+    """A call that a client in ROS 2 has made. Whoever gets it must end it, by one of its methods.
+
+    Args:
+        key: the key of the service.
+        query: zenoh's query.
+
+    Attributes:
+        key: the key of the service.
+        body: the encoded request; empty if it is not valid.
+        origin: what the client says of the request; None if the call is not one of a ROS 2 node, and must be dropped.
+    """
+
+    def __init__(self, key: DataKey, query: zenoh.Query) -> None:
+        self.key = key
+        self.body = b""
+        self.origin: Attachment | None = None
+        self._query: Any = query
+        payload, attachment = query.payload, query.attachment
+        if payload is None or attachment is None or str(query.key_expr) != data_key(key):
+            return
+        if len(attachment) < _MAX_ATTACHMENT and len(payload) <= MAX_PACKET:
+            self.origin = decode_attachment(attachment.to_bytes())
+            self.body = payload.to_bytes()
+
+    def respond(self, body: bytes) -> None:
+        """Send the encoded response.
+
+        Raises:
+            Exception: zenoh's, if the session is closed meanwhile.
+        """
+        assert self.origin is not None
+        attachment = encode_attachment(self.origin._replace(source_time=time.time_ns()))
+        try:
+            self._query.reply(data_key(self.key), body, attachment=attachment)
+        finally:
+            self.drop()
+
+    def fail(self, text: str) -> None:
+        """Tell the client why there will be no response. ROS 2 has no errors of services: rmw_zenoh logs the text, and
+        its client waits on.
+        """
+        with suppress(Exception):  # zenoh's, if the session is closed meanwhile
+            self._query.reply_err(text.encode("utf-8", "replace")[:_MAX_ERROR])
+        self.drop()
+
+    def drop(self) -> None:
+        """End the call without a reply."""
+        self._query.drop()
+
+
+def response_of(reply: zenoh.Reply | None) -> bytes:
+    """Return the encoded response in a reply.
+
+    Args:
+        reply: the first reply to a call; None if there was none.
+
+    Raises:
+        ServiceRefusal: there was none, or it is an error.
+    """
+    if reply is None:
+        raise ServiceRefusal("the service in ROS 2 does not respond")
+    if reply.ok is None:
+        text = "" if reply.err is None else reply.err.payload.to_bytes()[:_MAX_ERROR].decode("utf-8", "replace")
+        raise ServiceRefusal(f"the service in ROS 2 does not respond: {one_line(text, _MAX_ERROR)}")
+    return bytes(reply.ok.payload.to_bytes())

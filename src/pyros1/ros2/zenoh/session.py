@@ -1,0 +1,292 @@
+"""The zenoh session of a bridge: a node of ROS 2 with all that it has, as rmw_zenoh makes it.
+
+zenoh's callbacks run on its own threads, so what they call must return at once.
+"""
+
+from __future__ import annotations
+
+import json
+import secrets
+import time
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import partial
+from itertools import count
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from pyros1.bridge.exchange.actions import Send
+from pyros1.bridge.plugin_ros1.session import FirstReply
+from pyros1.bridge.rules.rules import Priority
+from pyros1.bridge.transport.zenoh_link import MAX_PACKET, ZenohSession
+from pyros1.ground.errors import Error, ServiceRefusal
+from pyros1.ground.terminal_text import one_line
+from pyros1.ros2.zenoh.attachments import Attachment, encode_attachment
+from pyros1.ros2.zenoh.calls import IncomingCall, response_of
+from pyros1.ros2.zenoh.names import DataKey, data_key
+from pyros1.ros2.zenoh.qos import Qos
+from pyros1.ros2.zenoh.tokens import Entity, Kind, encode_token, gid, tokens_of
+
+if TYPE_CHECKING:
+    import zenoh
+
+_HEARTBEAT = 0.5
+"""Seconds between the notes of a latched publisher by which subscribers notice what they have missed."""
+_SERVICE_QOS = Qos()
+"""What ROS 2's nodes have for services by default."""
+_Published = tuple[DataKey, Qos, Priority]
+_Name = TypeVar("_Name", str, DataKey)
+_How = TypeVar("_How")
+
+
+def make_zid() -> str:
+    """Return a new id of a session in zenoh: it must not begin with a zero."""
+    return "a" + secrets.token_hex(15) + "a"
+
+
+class DeclarationError(Error):
+    """zenoh refuses a key."""
+
+
+class _Endpoint:
+    """A publisher, subscriber or service with its liveliness token; or that of a client, which has nothing else."""
+
+    def __init__(self, declared: Any, session: Any, token: str) -> None:
+        self.declared = declared
+        self._gid = gid(token)
+        self._token = session.liveliness().declare_token(token)
+        self._numbers = count(1)
+
+    def attachment(self) -> bytes:
+        """Return what goes with the next message."""
+        return encode_attachment(Attachment(next(self._numbers), time.time_ns(), self._gid))
+
+    def undeclare(self) -> None:
+        """End it."""
+        self._token.undeclare()
+        if self.declared is not None:
+            self.declared.undeclare()
+
+
+class Ros2Session(ZenohSession):
+    """A zenoh session; see `pyros1.bridge.transport.link.Link` for what the sender uses of it.
+
+    Args:
+        zid: its id in zenoh.
+        node: the name of its node in ROS 2.
+        domain: the ROS domain.
+        on_token: called with the key of each entity of ROS 2, and whether it is there or gone, on zenoh's threads.
+        on_message: called with the key, the encoded message and the attachment of each message, on zenoh's threads.
+        on_call: called with each call of a service that is offered, on zenoh's threads.
+        connect, listen, settings: see `pyros1.bridge.transport.zenoh_link.ZenohSession`.
+
+    Raises:
+        LinkError: eclipse-zenoh is not installed, or cannot listen or use a setting.
+    """
+
+    def __init__(
+        self,
+        zid: str,
+        node: str,
+        domain: int,
+        on_token: Callable[[str, bool], object],
+        on_message: Callable[[DataKey, bytes, bytes], object],
+        on_call: Callable[[IncomingCall], object],
+        connect: Sequence[str] = (),
+        listen: Sequence[str] = (),
+        settings: Mapping[str, str] = {},
+    ) -> None:
+        self._zid = zid
+        self._node = node
+        self._domain = domain
+        self._on_token = on_token
+        self._on_message = on_message
+        self._on_call = on_call
+        self._publishers: dict[tuple[str, _Published], _Endpoint] = {}
+        self._subscribers: dict[tuple[DataKey, Qos], _Endpoint] = {}
+        self._services: dict[tuple[DataKey, None], _Endpoint] = {}
+        self._clients: dict[tuple[DataKey, None], _Endpoint] = {}
+        self._calls: set[FirstReply] = set()
+        self._by_key: dict[str, _Endpoint] = {}
+        self._entity_ids = count(1)
+        self._fixed: list[Any] = []
+        super().__init__("ROS 2", connect, listen, {"timestamping/enabled": "true", "id": json.dumps(zid), **settings})
+
+    def on_open(self) -> None:
+        """Declare the node, and listen to all others. Called with the lock."""
+        liveliness = self.session.liveliness()
+        node = Entity(self._domain, self._zid, 0, 0, Kind.NODE, self._node)
+        self._fixed = [
+            liveliness.declare_token(encode_token(node)),
+            liveliness.declare_subscriber(tokens_of(self._domain), self._on_liveliness, history=True),
+        ]
+
+    def _token(self, kind: Kind, key: DataKey, qos: Qos) -> str:
+        number = next(self._entity_ids)
+        entity = Entity(
+            self._domain, self._zid, 0, number, kind, self._node, topic=key.name, type=key.type, hash=key.hash, qos=qos
+        )
+        return encode_token(entity)
+
+    def _on_liveliness(self, sample: zenoh.Sample) -> None:
+        self._on_token(str(sample.key_expr), bool(sample.kind == self.zenoh.SampleKind.PUT))
+
+    # Declarations -----------------------------------------------------------------------------------------------------
+
+    def declare(
+        self,
+        publishers: Mapping[str, _Published],
+        subscribers: Mapping[DataKey, Qos],
+        services: Iterable[DataKey] = (),
+        clients: Iterable[DataKey] = (),
+    ) -> None:
+        """Have exactly these declarations from now on; nothing happens before there is a connection.
+
+        Args:
+            publishers: the publishers, by what their packets have as their keys: each with its key in ROS 2, QoS, and
+                the priority of its messages.
+            subscribers: the keys to subscribe to, each with QoS.
+            services: the keys of services to offer.
+            clients: the keys of services to call.
+
+        Raises:
+            DeclarationError: zenoh refuses one of them.
+        """
+        with self.lock:
+            if self.session is None or self.is_closing:
+                return
+            try:
+                _adjust(self._publishers, publishers, self._publish)
+                _adjust(self._subscribers, subscribers, self._subscribe)
+                _adjust(self._services, dict.fromkeys(services), self._offer)
+                _adjust(self._clients, dict.fromkeys(clients), self._make_client)
+            except self.zenoh.ZError as error:
+                raise DeclarationError(f"zenoh refuses a topic or service: {one_line(error, 200)}") from error
+            self._by_key = {route: endpoint for (route, _), endpoint in self._publishers.items()}
+
+    def _publish(self, _route: str, how: _Published) -> _Endpoint:
+        key, qos, priority = how[0], how[1], self.priorities[how[2]]
+        remote, drop = self.zenoh.Locality.REMOTE, self.zenoh.CongestionControl.DROP
+        if qos.transient_local:
+            ext = self.zenoh.ext
+            declared = ext.declare_advanced_publisher(
+                self.session,
+                data_key(key),
+                congestion_control=drop,
+                priority=priority,
+                allowed_destination=remote,
+                cache=ext.CacheConfig(qos.depth),
+                publisher_detection=True,
+                sample_miss_detection=ext.MissDetectionConfig(sporadic_heartbeat=_HEARTBEAT),
+            )
+        else:
+            declared = self.session.declare_publisher(
+                data_key(key), congestion_control=drop, priority=priority, allowed_destination=remote
+            )
+        return _Endpoint(declared, self.session, self._token(Kind.PUBLISHER, key, qos))
+
+    def _subscribe(self, key: DataKey, qos: Qos) -> _Endpoint:
+        callback, remote = partial(self._on_sample, key), self.zenoh.Locality.REMOTE
+        if qos.transient_local:
+            ext = self.zenoh.ext
+            declared = ext.declare_advanced_subscriber(
+                self.session,
+                data_key(key),
+                callback,
+                allowed_origin=remote,
+                history=ext.HistoryConfig(detect_late_publishers=True, max_samples=qos.depth),
+                recovery=ext.RecoveryConfig(heartbeat=True),
+                subscriber_detection=True,
+            )
+        else:
+            declared = self.session.declare_subscriber(data_key(key), callback, allowed_origin=remote)
+        return _Endpoint(declared, self.session, self._token(Kind.SUBSCRIBER, key, qos))
+
+    def _offer(self, key: DataKey, _how: None) -> _Endpoint:
+        declared = self.session.declare_queryable(
+            data_key(key),
+            lambda query: self._on_call(IncomingCall(key, query)),
+            complete=True,
+            allowed_origin=self.zenoh.Locality.REMOTE,
+        )
+        return _Endpoint(declared, self.session, self._token(Kind.SERVICE, key, _SERVICE_QOS))
+
+    def _make_client(self, key: DataKey, _how: None) -> _Endpoint:
+        return _Endpoint(None, self.session, self._token(Kind.CLIENT, key, _SERVICE_QOS))
+
+    # Messages ---------------------------------------------------------------------------------------------------------
+
+    def _on_sample(self, key: DataKey, sample: zenoh.Sample) -> None:
+        attachment = sample.attachment
+        if sample.kind != self.zenoh.SampleKind.PUT or attachment is None:
+            return
+        if len(attachment) < 1000 and len(sample.payload) <= MAX_PACKET:
+            self._on_message(key, sample.payload.to_bytes(), attachment.to_bytes())
+
+    def send(self, packet: Send) -> None:
+        """Send a message. While the network takes nothing, this waits a short time; then it is lost."""
+        endpoint = self._by_key.get(packet.key)
+        if endpoint is not None and not self.is_closing:
+            endpoint.declared.put(packet.body, attachment=endpoint.attachment())
+
+    def try_send(self, packet: Send) -> bool:
+        """Send nothing: what is large may have to wait."""
+        return False
+
+    def listen(self, site: str, key: str, on: bool) -> None:
+        """Do nothing: `declare` says what to receive."""
+
+    # Calls ------------------------------------------------------------------------------------------------------------
+
+    def call(self, key: DataKey, request: bytes, timeout: float) -> bytes:
+        """Call a service in ROS 2 for which there is a client, and return the encoded response.
+
+        Args:
+            key: the key of the service.
+            request: the encoded request.
+            timeout: maximum number of seconds to wait.
+
+        Raises:
+            ServiceRefusal: there was no response, or an error.
+        """
+        replies = FirstReply()
+        with self.lock:
+            client = self._clients.get((key, None))
+            if client is None or self.is_closing:
+                raise ServiceRefusal("the bridge has no connection to ROS 2")
+            self._calls.add(replies)
+            attachment = client.attachment()
+        try:
+            self.session.get(
+                data_key(key),
+                self.zenoh.handlers.Callback(replies.put, partial(replies.put, None)),
+                payload=request,
+                attachment=attachment,
+                target=self.zenoh.QueryTarget.ALL_COMPLETE,
+                consolidation=self.zenoh.ConsolidationMode.NONE,
+                timeout=timeout,
+                congestion_control=self.zenoh.CongestionControl.DROP,  # of the response, too
+                allowed_destination=self.zenoh.Locality.REMOTE,
+            )
+            return response_of(replies.get(timeout + 1))
+        except self.zenoh.ZError as error:
+            raise ServiceRefusal(f"the bridge cannot call it: {one_line(error, 200)}") from error
+        finally:
+            with self.lock:
+                self._calls.discard(replies)
+
+    def on_close(self) -> None:
+        """End the calls that wait for responses. Called with the lock."""
+        for replies in self._calls:
+            replies.put(None)
+
+
+def _adjust(
+    declared: dict[tuple[_Name, _How], _Endpoint],
+    wanted: Mapping[_Name, _How],
+    declare: Callable[[_Name, _How], _Endpoint],
+) -> None:
+    """Declare what is missing, and undeclare what is not wanted."""
+    for each in declared.keys() - {*wanted.items()}:
+        declared.pop(each).undeclare()
+    for key, how in wanted.items():
+        if (key, how) not in declared:
+            declared[key, how] = declare(key, how)
