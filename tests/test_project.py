@@ -32,6 +32,7 @@ LEVELS = [
     {"launch", "bag", "topic_tools", "turtlesim"},
     {"doctor", "test_nodes", "testing", "guide", "drop_in"},
     {"web", "bridge"},
+    {"ros2"},
     {"cli"},
 ]
 LEVEL = {room: level for level, rooms in enumerate(LEVELS) for room in rooms}
@@ -51,6 +52,14 @@ PURE += [
     f"bridge/plugin_ros1/{name}.py"
     for name in ("keys", "beacons", "rules", "plan", "state", "arrivals", "config", "explanation")
 ]
+
+
+PURE += [
+    f"ros2/types/{name}.py"
+    for name in ("model", "definitions", "nesting", "interfaces", "type_hash", "ros1_definitions", "transcoder")
+]
+PURE += [f"ros2/zenoh/{name}.py" for name in ("names", "qos", "attachments", "tokens", "graph")]
+PURE += [f"ros2/bridge/{name}.py" for name in ("plan", "rules", "arrivals")]
 
 
 def sources() -> list[Path]:

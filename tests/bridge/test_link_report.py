@@ -35,6 +35,16 @@ def test_no_connection() -> None:
     assert report.update(102.0) == [Log("connected to other sites")] and report.update(103.0) == []
 
 
+def test_what_it_connects_to() -> None:
+    link = FakeLink()
+    report = LinkReport(link, (), "ROS 2")
+    link.problem = "refused"
+    report.update(0.0)
+    assert report.update(PATIENCE) == [Log("no connection to ROS 2 yet: refused", is_warning=True)]
+    link.problem = ""
+    assert report.update(PATIENCE + 1) == [Log("connected to ROS 2")]
+
+
 def test_a_short_wait_is_not_logged() -> None:
     link = FakeLink()
     report = LinkReport(link, ())

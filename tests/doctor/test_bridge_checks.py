@@ -65,6 +65,12 @@ def test_nothing_when_all_is_well() -> None:
         ({"ignored": {f"red: {OTHER_VERSION}": 7}}, "bridge-protocol", ("/bridge_base: red",)),
         ({"link": "no route\x1b", "sites": []}, "bridge-link", ("/bridge_base: no route\\x1b",)),
         ({"sites": []}, "bridge-alone", ("/bridge_base",)),
+        (
+            {"link": "refused\x1b", "sites": [], "dialect": "ros2"},
+            "bridge-ros2-link",
+            ("/bridge_base: refused\\x1b",),
+        ),
+        ({"sites": [], "dialect": "ros2"}, "bridge-ros2-alone", ("/bridge_base",)),
         ({"sites": [{"name": "red", "state": "lost"}]}, "bridge-site", ("/bridge_base: red",)),
         ({"sites": [{"name": "red", "state": "present", "shared": True}]}, "bridge-name", ("/bridge_base: red",)),
         (

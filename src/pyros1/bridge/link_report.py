@@ -18,10 +18,12 @@ class LinkReport:
     Args:
         link: the link.
         allowed: the names in certificates of those who may do something; empty for all.
+        whom: what it connects to.
     """
 
-    def __init__(self, link: Link, allowed: Collection[str]) -> None:
+    def __init__(self, link: Link, allowed: Collection[str], whom: str = "other sites") -> None:
         self._link = link
+        self._whom = whom
         self._connections = Connections(allowed)
         self._since: float | None = None
         self._logged = ""
@@ -36,11 +38,11 @@ class LinkReport:
         problem = self._link.problem
         if not problem:
             if self._logged:
-                lines.append(Log("connected to other sites"))
+                lines.append(Log(f"connected to {self._whom}"))
             self._since, self._logged = None, ""
         else:
             self._since = now if self._since is None else self._since
             if now - self._since >= PATIENCE and problem != self._logged:
                 self._logged = problem
-                lines.append(Log(f"no connection to other sites yet: {problem}", is_warning=True))
+                lines.append(Log(f"no connection to {self._whom} yet: {problem}", is_warning=True))
         return lines

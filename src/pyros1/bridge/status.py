@@ -199,6 +199,10 @@ def _add(*drops: Mapping[str, int]) -> dict[str, int]:
     return dict(total)
 
 
+ROS2 = "ros2"
+"""What a bridge to ROS 2 says in its status instead of a dialect of zenoh."""
+
+
 def status_lines(status: Mapping[str, Any]) -> Iterator[str]:
     """Yield lines that describe a status for people.
 
@@ -206,14 +210,16 @@ def status_lines(status: Mapping[str, Any]) -> Iterator[str]:
         status: what `status_json` has written; from another program, so it may have any names.
     """
     dialect, name = status.get("dialect"), one_line(status["site"])
-    if dialect:
+    if dialect == ROS2:
+        yield f"bridge to ROS 2, domain {one_line(status['domain'])}"
+    elif dialect:
         where = "without a namespace" if name == "*" else f"in namespace {name}"
         yield f"bridge of {one_line(dialect)}, {where}"
     else:
         yield f"site {name}"
     if status["link"]:
         yield f"  no connection yet: {one_line(status['link'])}"
-    for site in status["sites"]:
+    for site in status["sites"] if dialect != ROS2 else ():
         trip = site["round_trip"]
         yield (
             f"  {one_line(site['name'])}: {one_line(site['state'])}"
@@ -221,7 +227,12 @@ def status_lines(status: Mapping[str, Any]) -> Iterator[str]:
             + (", slower than others: gets packets of its own" if site.get("slow") else "")
             + (", but two bridges call themselves so" if site.get("shared") else "")
         )
-    if not status["sites"]:
+    if nodes := [one_line(node) for node in status.get("ros2_nodes", ())]:
+        more = len(nodes) - _NAMED
+        yield f"  nodes: {' '.join(nodes[:_NAMED])}" + (f" and {more} more" if more > 0 else "")
+    elif dialect == ROS2:
+        yield "  no nodes of ROS 2 found"
+    elif not status["sites"]:
         yield "  no topics or services that are taken found yet" if dialect else "  no other site found yet"
     yield from _table("sends", status["sent"], _sent_cells)
     yield from _table("takes", [entry for entry in status["received"] if entry["local"]], _received_cells)

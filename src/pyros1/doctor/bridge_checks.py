@@ -10,6 +10,8 @@ from pyros1.doctor.facts import System
 from pyros1.doctor.finding import ERROR, WARNING, Finding
 from pyros1.ground.terminal_text import one_line
 
+ROS2 = "ros2"
+"""The dialect in the status of a bridge to ROS 2."""
 LOST, PRESENT = "lost", "present"
 """States of other sites in a status."""
 NO_RULE = "no rule takes it"
@@ -99,7 +101,29 @@ def _check_versions(statuses: _Statuses, system: System) -> Iterator[Finding]:
 
 
 def _check_links(statuses: _Statuses, system: System) -> Iterator[Finding]:
-    items = tuple(f"{name}: {one_line(status['link'])}" for name, status in statuses.items() if status["link"])
+    unreached = {name: one_line(status["link"]) for name, status in statuses.items() if status["link"]}
+    alone = [name for name, status in statuses.items() if not status["link"] and not status["sites"]]
+    to_ros2 = {name for name, status in statuses.items() if status.get("dialect") == ROS2}
+    items = tuple(f"{name}: {problem}" for name, problem in unreached.items() if name in to_ros2)
+    if items:
+        yield Finding(
+            "bridge-ros2-link",
+            ERROR,
+            "The following bridges have no connection to ROS 2:",
+            "start its router there (ros2 run rmw_zenoh_cpp rmw_zenohd), or let the bridge be the router "
+            "(pyros1 bridge ros2 --listen tcp/localhost:7447)",
+            items,
+        )
+    if items := tuple(name for name in alone if name in to_ros2):
+        yield Finding(
+            "bridge-ros2-alone",
+            WARNING,
+            "The following bridges have found no nodes of ROS 2:",
+            "check that nodes run there with RMW_IMPLEMENTATION=rmw_zenoh_cpp, with the same router, and with the "
+            "bridge's ROS_DOMAIN_ID (pyros1 bridge status shows it)",
+            items,
+        )
+    items = tuple(f"{name}: {problem}" for name, problem in unreached.items() if name not in to_ros2)
     if items:
         yield Finding(
             "bridge-link",
@@ -109,15 +133,14 @@ def _check_links(statuses: _Statuses, system: System) -> Iterator[Finding]:
             "and that no firewall blocks the port",
             items,
         )
-    alone = tuple(name for name, status in statuses.items() if not status["link"] and not status["sites"])
-    if alone:
+    if items := tuple(name for name in alone if name not in to_ros2):
         yield Finding(
             "bridge-alone",
             WARNING,
             "The following bridges have not found another site yet:",
             "start the bridges of the other sites; if they run, compare --sites, --to and --listen (pyros1 bridge "
             "--check)",
-            alone,
+            items,
         )
 
 

@@ -28,6 +28,6 @@ COMMAND = Command(
     "exchange topics with other masters, over networks that may break",
     group="run",
     heading="usage: {program} [run] --site NAME [options]\n       {program} <command> [arguments]\n\nCommands:",
-    order=("run", "status", "param", "keys", "router"),
+    order=("run", "status", "param", "ros2", "keys", "router"),
     dispatch=_dispatch,
 )

@@ -1,0 +1,183 @@
+"""``bridge ros2``: exchanges topics and services with ROS 2, without an installation of it."""
+
+from __future__ import annotations
+
+import hashlib
+import sys
+from typing import TYPE_CHECKING, Any
+
+from pyros1.cli.commands.bridge._settings import INSECURE_FLAG, check_connections, read_keys
+from pyros1.cli.failures import CommandError, UsageError
+from pyros1.cli.invocation import Invocation
+from pyros1.cli.records import Flag, Option, Verb
+from pyros1.ground.errors import Error
+from pyros1.ground.terminal_text import one_line
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from pyros1.ros2.bridge.rules import Ros2Rules
+
+_ROUTER = "tcp/localhost:7447"
+"""Where the router of rmw_zenoh listens by default."""
+_MAX_DOMAIN = 232
+
+
+def run(invocation: Invocation, options: Any, args: list[str]) -> int | None:
+    """Run the bridge until its node shuts down, or explain what it would do."""
+    from pyros1.bridge.transport.access_control import security_settings  # noqa: PLC0415
+    from pyros1.bridge.transport.certificates import KeysError  # noqa: PLC0415
+    from pyros1.bridge.transport.endpoints import EndpointError  # noqa: PLC0415
+    from pyros1.ros2.bridge.rules import Ros2Rules, Ros2RulesError  # noqa: PLC0415
+    from pyros1.ros2.types.distribution import distribution_types  # noqa: PLC0415
+
+    send, take = ([word for words in given for word in words] for given in (options.send, options.take))
+    connect = options.connect or ([] if options.listen else [_ROUTER])
+    try:
+        domain = _domain(options.domain, invocation.environ)
+        rules = Ros2Rules(send, take)
+        check_connections(connect, options.listen, options.keys or "", (), options.insecure, {})
+        settings: Mapping[str, str] = {}
+        if options.keys and not options.check:
+            settings = security_settings(read_keys(options.keys), ())
+    except (Ros2RulesError, EndpointError, KeysError) as error:
+        raise CommandError(str(error), 2) from None
+    if options.check:
+        distribution_types(options.distribution)  # an unknown one is refused
+        print(f"ROS 2: domain {domain}, through {_where(connect, options.listen)}")
+        print(*map(one_line, rules.explain()), sep="\n")
+        return None
+    return _run(invocation, rules, domain, options.distribution, connect, options.listen, settings)
+
+
+def _domain(given: int | None, environ: Mapping[str, str]) -> int:
+    """Return the ROS domain: from the command line, from ROS_DOMAIN_ID, or 0."""
+    text = str(given) if given is not None else environ.get("ROS_DOMAIN_ID") or "0"
+    if not text.isascii() or not text.isdigit() or int(text[:9]) > _MAX_DOMAIN:
+        what = "ROS_DOMAIN_ID" if given is None else "the domain"
+        raise UsageError(f"{what} must be a number from 0 to {_MAX_DOMAIN}, not {text!r:.40}")
+    return int(text)
+
+
+def _where(connect: list[str], listen: list[str]) -> str:
+    return " and ".join([*connect, *(f"{each} (as a router)" for each in listen)])
+
+
+def _run(
+    invocation: Invocation,
+    rules: Ros2Rules,
+    domain: int,
+    distribution: str,
+    connect: list[str],
+    listen: list[str],
+    settings: Mapping[str, str],
+) -> int:
+    from pyros1.bridge.transport.zenoh_link import check_installed  # noqa: PLC0415
+
+    check_installed()
+    invocation.master.ping()  # fail before slow imports if no master is running
+    from pyros1.node import Node  # noqa: PLC0415
+    from pyros1.ros2.bridge.runner import Ros2Bridge  # noqa: PLC0415
+    from pyros1.ros2.bridge.type_pairs import TypePairs  # noqa: PLC0415
+    from pyros1.ros2.zenoh.session import Ros2Session  # noqa: PLC0415
+
+    types = TypePairs(distribution)
+    with Node(
+        "bridge_ros2", argv=invocation.remapping_args, environ=invocation.environ, wait_for_master=0.0, wall_time=True
+    ) as node:
+        name = f"pyros1_bridge_{_master_id(invocation)}"
+        bridge = Ros2Bridge(
+            node,
+            name,
+            domain,
+            rules,
+            types,
+            lambda zid, on_token, on_message, on_call: Ros2Session(
+                zid, name, domain, on_token, on_message, on_call, connect, listen, settings
+            ),
+        )
+        try:
+            print(
+                f"bridge to ROS 2, domain {domain}, through {_where(connect, listen)}; "
+                "to see what flows: pyros1 bridge status",
+                file=sys.stderr,
+                flush=True,
+            )
+            node.spin()
+        finally:
+            bridge.close()
+    return 0
+
+
+def _master_id(invocation: Invocation) -> str:
+    """Return what is the same for all bridges of a master, and only for them, so that they ignore each other."""
+    try:
+        run_id = str(invocation.master.get_param("/run_id"))
+    except Error:
+        run_id = ""
+    return hashlib.sha256(f"{run_id} {invocation.master.uri}".encode()).hexdigest()[:8]
+
+
+def _parse(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:
+    from pyros1.cli.shared.argparsing import add_options_and_arguments, make_parser  # noqa: PLC0415
+
+    parser = make_parser(invocation, verb)
+    add_options_and_arguments(parser, invocation, *verb.options)
+    return parser.parse_args(invocation.args), []
+
+
+VERB = Verb(
+    "ros2",
+    "exchange topics and services with ROS 2 (rmw_zenoh), without an installation of it",
+    Option(
+        "--to",
+        dest="connect",
+        action="append",
+        default=[],
+        metavar="ENDPOINT",
+        help=f"where ROS 2's router (rmw_zenohd) listens; default: {_ROUTER}",
+    ),
+    Option(
+        "--listen",
+        action="append",
+        default=[],
+        metavar="ENDPOINT",
+        help="be the router oneself, on this endpoint: nodes of ROS 2 on this machine look for tcp/localhost:7447",
+    ),
+    Option("--domain", type=int, metavar="NUMBER", help="the ROS domain; default: ROS_DOMAIN_ID, or 0"),
+    Option(
+        "--send",
+        nargs="+",
+        action="append",
+        default=[],
+        metavar="NAME",
+        help="topics and services of ROS 1 that ROS 2 may see: /odom, /camera/** (all below), !/secret (not this one)",
+    ),
+    Option(
+        "--take",
+        nargs="+",
+        action="append",
+        default=[],
+        metavar="NAME",
+        help="topics and services of ROS 2 that ROS 1 may see; without --send and --take, all are exchanged",
+    ),
+    Option(
+        "--distribution",
+        default="jazzy",
+        metavar="NAME",
+        help="the distribution of ROS 2 whose types to use where nobody there says which: humble, jazzy (default), ...",
+    ),
+    Option("--keys", metavar="FOLDER", help="keys made by `pyros1 bridge keys`, for tls/ and quic/"),
+    Flag("--check", help="explain what would be exchanged, and exit"),
+    INSECURE_FLAG,
+    description="Exchange topics and services with nodes of ROS 2 whose RMW_IMPLEMENTATION is rmw_zenoh_cpp. Each side "
+    "sees those of the other one; messages pass only where somebody subscribes.",
+    examples=[
+        ("", "through ROS 2's router on this machine"),
+        ("--listen tcp/localhost:7447", "the same, if none is running"),
+        ("--to tcp/robot:7447 --insecure --send /cmd_vel --take '/scan' '/tf*'", "with a robot; only these topics"),
+    ],
+    stock="",
+    parse=_parse,
+    run=run,
+)

@@ -1,0 +1,85 @@
+"""What has come from ROS 2 and waits, bounded. No I/O.
+
+Who is there waits in a queue of its own, and goes first: a flood of messages costs only messages. That somebody is gone
+must not be lost, since nobody says it twice; of each, only the last word waits.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+
+from pyros1.ros2.zenoh.names import MAX_KEY_LENGTH, DataKey
+
+MAX_TOKENS = 50_000
+"""Maximum number of tokens that are known to be there at a time."""
+MAX_BYTES = 64 << 20
+"""Maximum total size in bytes of the messages that wait; at least one may."""
+MAX_MESSAGES = 10_000
+Token = tuple[str, bool]
+"""The key of an entity of ROS 2, and whether it is there or gone."""
+Message = tuple[DataKey, bytes, bytes]
+"""A message: its key, the message, and its attachment."""
+
+
+class Arrivals:
+    """Tokens and messages that wait.
+
+    Attributes:
+        dropped: how many were dropped because too many waited.
+    """
+
+    def __init__(self, max_bytes: int = MAX_BYTES, max_messages: int = MAX_MESSAGES) -> None:
+        self.dropped = 0
+        self._max_bytes = max_bytes
+        self._max_messages = max_messages
+        self._tokens: dict[str, bool] = {}
+        self._told: set[str] = set()  # the tokens that were popped as being there
+        self._new = 0  # how many wait that are there, and have not been popped
+        self._messages: deque[Message] = deque()
+        self._bytes = 0
+
+    @property
+    def is_empty(self) -> bool:
+        """Whether nothing waits."""
+        return not self._tokens and not self._messages
+
+    def put_token(self, key: str, is_there: bool) -> None:
+        """Add a token, unless there are too many, or it is too long to be one."""
+        if not is_there:
+            if key in self._told:
+                self._tokens[key] = False
+            elif self._tokens.pop(key, False):
+                self._new -= 1
+        elif key in self._told:
+            self._tokens.pop(key, None)
+        elif key not in self._tokens and len(key) <= MAX_KEY_LENGTH:
+            if self._new + len(self._told) >= MAX_TOKENS:
+                self.dropped += 1
+                return
+            self._tokens[key] = True
+            self._new += 1
+
+    def put_message(self, key: DataKey, body: bytes, attachment: bytes) -> None:
+        """Add a message. If there are too many, the oldest is dropped."""
+        self._messages.append((key, body, attachment))
+        self._bytes += len(body)
+        while len(self._messages) > 1 and (self._bytes > self._max_bytes or len(self._messages) > self._max_messages):
+            self._bytes -= len(self._messages.popleft()[1])
+            self.dropped += 1
+
+    def pop(self) -> tuple[Token | None, Message | None]:
+        """Return what to handle next: a token, or a message, or neither if nothing waits."""
+        if self._tokens:
+            key = next(iter(self._tokens))
+            is_there = self._tokens.pop(key)
+            if is_there:
+                self._told.add(key)
+                self._new -= 1
+            else:
+                self._told.discard(key)
+            return (key, is_there), None
+        if not self._messages:
+            return None, None
+        message = self._messages.popleft()
+        self._bytes -= len(message[1])
+        return None, message

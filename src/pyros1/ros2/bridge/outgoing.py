@@ -1,0 +1,104 @@
+"""What a bridge sends to ROS 2: subscribes in ROS 1, and converts the messages."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Mapping, Sequence
+from functools import partial
+
+from pyros1.bridge.exchange.actions import Send
+from pyros1.bridge.local_graph import LocalGraph
+from pyros1.bridge.publishing import BRIDGE_FIELD
+from pyros1.bridge.transport.sender import Sender
+from pyros1.ground.errors import Error
+from pyros1.ground.names import FullName
+from pyros1.ground.terminal_text import one_line
+from pyros1.msgs import AnyMsg
+from pyros1.node import Node
+from pyros1.node.subscribing.subscriber import Subscriber
+from pyros1.ros2.bridge.counts import Counts
+from pyros1.ros2.bridge.early import EarlyMessages
+from pyros1.ros2.bridge.plan import Announced
+from pyros1.ros2.zenoh.names import DataKey
+
+_QUEUE_SIZE = 1000
+Wanted = Mapping[str, Sequence[tuple[DataKey, Announced]]]
+"""Topics of ROS 1 that somebody in ROS 2 subscribes to, each with the keys to send it with."""
+
+
+class Outgoing:
+    """The subscribers of a bridge. All methods but `on_message` are for one thread.
+
+    Args:
+        node: the bridge's node; it must run callbacks inline.
+        graph: is told which types publishers send.
+        sender: sends the packets.
+        counts: counts the messages.
+        warn: logs a text with an error.
+
+    Attributes:
+        wanted: what to send; set by the caller.
+    """
+
+    def __init__(
+        self, node: Node, graph: LocalGraph, sender: Sender, counts: Counts, warn: Callable[[str, Exception], object]
+    ) -> None:
+        self.wanted: Wanted = {}
+        self._node = node
+        self._graph = graph
+        self._sender = sender
+        self._counts = counts
+        self._warn = warn
+        self._publishers: Collection[str] = frozenset()  # those in ROS 2
+        self._early = EarlyMessages()
+        self._subscribers: dict[str, Subscriber[AnyMsg]] = {}
+
+    def on_message(self, local: str, message: AnyMsg) -> None:
+        """Send a message. Called in the node's threads."""
+        header = message._connection_header or {}
+        publisher, md5sum = header.get("callerid", ""), header.get("md5sum", "")
+        self._graph.check_type(publisher, local, md5sum)
+        if BRIDGE_FIELD in header:
+            return  # whatever bridge it was, this could be a loop
+        flow = self._counts.to_ros2(local)
+        for key, announced in self.wanted.get(local, ()):
+            if md5sum != announced.local.md5sum:
+                flow.drop("with a different md5sum")
+                continue
+            try:
+                body = announced.pair.transcoder.to_cdr(message._buff)
+            except Error as error:
+                flow.drop("could not be converted")
+                self._warn(f"cannot convert a message on {one_line(local)}: %s", error)
+                continue
+            packet = Send(announced.route(key, publisher), b"", body, announced.priority)
+            if packet.key in self._publishers:
+                self._sender.put(packet)
+            else:
+                self._early.put(packet)
+            flow.count(len(body))
+
+    def set_publishers(self, publishers: Collection[str]) -> None:
+        """Note which publishers there are in ROS 2."""
+        self._publishers = publishers
+
+    def send_early(self) -> None:
+        """Send the messages that came before there was a publisher in ROS 2 for them."""
+        for packet in self._early.pop(self._publishers):
+            self._sender.put(packet)
+
+    def adjust(self, problems: dict[str, str]) -> None:
+        """Subscribe to what is wanted, and to nothing else; add what cannot be done to `problems`."""
+        for topic in self._subscribers.keys() - self.wanted.keys():
+            self._subscribers.pop(topic).unregister()
+        for topic in self.wanted.keys() - self._subscribers.keys():
+            try:
+                self._subscribers[topic] = self._node.subscribe(
+                    FullName(topic), AnyMsg, partial(self.on_message, topic), queue_size=_QUEUE_SIZE
+                )
+            except Error as error:
+                problems[topic] = one_line(error)
+
+    def close(self) -> None:
+        """Subscribe to nothing any longer."""
+        for subscriber in [*self._subscribers.values()]:  # the master thread may still wait for the master
+            subscriber.unregister()

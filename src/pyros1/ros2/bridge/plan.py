@@ -1,0 +1,210 @@
+"""What a bridge to ROS 2 does, given the topics of both sides. No I/O.
+
+Each side sees the topics of the other one, but messages are exchanged only where somebody subscribes. The plan is made
+anew after each change, and whoever drives the bridge then does what is missing and ends what is not in the plan.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Mapping
+from dataclasses import dataclass, field
+from typing import NamedTuple, Protocol
+
+from pyros1.bridge.exchange.sending import LocalTopic
+from pyros1.bridge.names import Pattern
+from pyros1.bridge.rules.rules import Priority, Rule
+from pyros1.ground.errors import Error
+from pyros1.ros2.bridge.rules import Ros2Rules
+from pyros1.ros2.bridge.type_pairs import TypePair
+from pyros1.ros2.zenoh.names import DataKey, data_key, is_full_name
+from pyros1.ros2.zenoh.qos import Qos
+from pyros1.ros2.zenoh.tokens import Entity
+
+QUEUE = 10
+"""The depth of the history that our publishers and subscribers announce."""
+LATCHED_DEPTH = 1
+"""The same for the publishers of a latched topic: there is one for each publisher of ROS 1, with its last message."""
+
+
+class Types(Protocol):
+    """What knows the types of both sides, see `pyros1.ros2.bridge.type_pairs.TypePairs`."""
+
+    def for_ros1(self, type: str, md5sum: str, definition: str, hash: str | None = None) -> TypePair:
+        """Return how a type of ROS 1 is exchanged."""
+        ...
+
+    def for_ros2(self, type: str, hash: str, local: LocalTopic | None = None) -> TypePair:
+        """Return how a type of ROS 2 is exchanged."""
+        ...
+
+
+class Announced(NamedTuple):
+    """A topic of ROS 1 that ROS 2 sees.
+
+    Attributes:
+        local: the topic.
+        pair: its type on both sides.
+        qos: how it is published.
+        wanted: whether somebody in ROS 2 subscribes.
+        priority: that of its messages.
+    """
+
+    local: LocalTopic
+    pair: TypePair
+    qos: Qos
+    wanted: bool
+    priority: Priority
+
+    def route(self, key: DataKey, publisher: str) -> str:
+        """Return what stands for the publisher in ROS 2 of a publisher's messages."""
+        return f"{data_key(key)} {publisher}" if self.qos.transient_local else data_key(key)
+
+    def routes(self, key: DataKey) -> list[str]:
+        """Return all that `route` may return."""
+        return [*dict.fromkeys(self.route(key, publisher) for publisher in self.local.publishers)]
+
+
+@dataclass
+class Taken:
+    """A topic of ROS 2 that ROS 1 sees.
+
+    Attributes:
+        pair: its type here.
+        keys: the keys to subscribe to, each with its type on both sides and how to subscribe.
+        latched: whether late subscribers get messages that were published before.
+        publishers: the names of the nodes that publish it.
+    """
+
+    pair: TypePair
+    keys: dict[DataKey, tuple[TypePair, Qos]] = field(default_factory=dict)
+    latched: bool = False
+    publishers: list[str] = field(default_factory=list)
+
+
+@dataclass
+class Plan:
+    """What a bridge does.
+
+    Attributes:
+        announces: what ROS 2 sees, by key.
+        takes: what ROS 1 sees, by topic.
+        problems: topic -> why it is not exchanged, or not with everybody.
+    """
+
+    announces: dict[DataKey, Announced] = field(default_factory=dict)
+    takes: dict[str, Taken] = field(default_factory=dict)
+    problems: dict[str, str] = field(default_factory=dict)
+
+    def listened_to(self, demand: Collection[str]) -> dict[DataKey, Qos]:
+        """Return the keys of ROS 2 to subscribe to.
+
+        Args:
+            demand: the topics published here that nodes subscribe to.
+        """
+        return {
+            key: qos for topic, taken in self.takes.items() if topic in demand for key, (_, qos) in taken.keys.items()
+        }
+
+    def publishers(self) -> dict[str, tuple[DataKey, Qos, Priority]]:
+        """Return the publishers in ROS 2, by what stands for them: the key, how to publish, and the priority."""
+        return {
+            route: (key, announced.qos, announced.priority)
+            for key, announced in self.announces.items()
+            for route in announced.routes(key)
+        }
+
+    def wanted(self) -> dict[str, list[tuple[DataKey, Announced]]]:
+        """Return the topics of ROS 1 that somebody in ROS 2 subscribes to, each with the keys to send it with."""
+        found: dict[str, list[tuple[DataKey, Announced]]] = {}
+        for key, announced in self.announces.items():
+            if announced.wanted:
+                found.setdefault(announced.local.name, []).append((key, announced))
+        return found
+
+
+def make_plan(
+    domain: int,
+    rules: Ros2Rules,
+    topics: Iterable[LocalTopic],
+    publishers: Mapping[str, Collection[Entity]],
+    subscribers: Mapping[str, Collection[Entity]],
+    types: Types,
+) -> Plan:
+    """Return what to do.
+
+    Args:
+        domain: the ROS domain.
+        rules: what may be exchanged.
+        topics: what nodes other than bridges publish in ROS 1.
+        publishers, subscribers: those of ROS 2 by topic, without those of bridges of the same master.
+        types: knows the types of both sides.
+    """
+    plan = Plan()
+    by_name = {topic.name: topic for topic in topics}
+    for topic in by_name.values():
+        if rules.sends(topic.name):
+            _announce(plan, domain, topic, subscribers.get(topic.name, ()), types)
+    for name in sorted(publishers):
+        if rules.takes(name):
+            _take(plan, domain, name, publishers[name], by_name.get(name), types)
+    return plan
+
+
+def _announce(plan: Plan, domain: int, topic: LocalTopic, subscribers: Collection[Entity], types: Types) -> None:
+    if not is_full_name(topic.name):
+        plan.problems[topic.name] = "ROS 2 does not allow such a name"
+        return
+    try:
+        usual = types.for_ros1(topic.type, topic.md5sum, topic.definition)
+    except Error as error:
+        plan.problems[topic.name] = str(error)
+        return
+    pairs = {usual.hash: usual}
+    wanted = set()
+    for subscriber in subscribers:
+        if subscriber.type != usual.ros2:
+            plan.problems[topic.name] = f"{subscriber.full_node_name} expects {subscriber.type}, not {usual.ros2}"
+            continue
+        try:
+            if subscriber.hash not in pairs:
+                pairs[subscriber.hash] = types.for_ros1(topic.type, topic.md5sum, topic.definition, subscriber.hash)
+            wanted.add(subscriber.hash)
+        except Error as error:
+            plan.problems[topic.name] = f"{subscriber.full_node_name}: {error}"
+    qos = Qos(True, topic.latched, LATCHED_DEPTH if topic.latched else QUEUE)
+    priority = Rule(Pattern(topic.name)).settings(topic.name, topic.type).priority
+    for type_hash, pair in pairs.items():
+        if type_hash in wanted or not wanted:
+            key = DataKey(domain, topic.name, pair.ros2, type_hash)
+            plan.announces[key] = Announced(topic, pair, qos, type_hash in wanted, priority)
+
+
+def _take(
+    plan: Plan, domain: int, name: str, publishers: Collection[Entity], local: LocalTopic | None, types: Types
+) -> None:
+    for publisher in publishers:
+        try:
+            pair = types.for_ros2(publisher.type, publisher.hash, local)
+        except Error as error:
+            plan.problems[name] = str(error)
+            continue
+        if local is not None and local.md5sum != pair.md5sum:
+            plan.problems[name] = (
+                f"{local.publishers[0]} publishes it as {local.type}, "
+                f"{publisher.full_node_name} of ROS 2 as {pair.ros2}"
+            )
+            continue
+        taken = plan.takes.setdefault(name, Taken(pair))
+        if taken.pair.md5sum != pair.md5sum:
+            plan.problems[name] = f"it has two types in ROS 2: {taken.pair.ros2} and {pair.ros2}"
+            continue
+        offered = publisher.qos
+        key = DataKey(domain, name, pair.ros2, publisher.hash)
+        before = taken.keys.get(key)
+        # Whoever expects more than a publisher offers gets nothing of it.
+        reliable = offered.reliable and (before is None or before[1].reliable)
+        latched = offered.transient_local and (before is None or before[1].transient_local)
+        taken.keys[key] = (pair, Qos(reliable, latched, max(QUEUE, min(offered.depth, 1000)) if latched else QUEUE))
+        taken.latched = taken.latched or offered.transient_local
+        if publisher.full_node_name not in taken.publishers:
+            taken.publishers.append(publisher.full_node_name)

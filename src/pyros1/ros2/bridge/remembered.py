@@ -1,0 +1,109 @@
+"""Remembers what was found, and what could not be found, since looking it up takes long. No I/O.
+
+A program of ROS 2 can name any number of types that nobody knows. So only so much time is spent on such names, and only
+so many of them are remembered; those that were found are remembered apart from them, and stay.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from typing import Generic, TypeVar
+
+from pyros1.ground.errors import Error, UnknownTypeError
+
+MAX_FAILURES = 25_000
+"""Maximum number of failures that are remembered: more than there can be publishers, subscribers and so on."""
+_MAX_FOUND = 5_000
+_BUDGET = 2.0
+_BUDGET_RATE = 0.2
+_MAX_TEXT = 1000
+_Found = TypeVar("_Found")
+_Key = tuple[str | None, ...]
+
+
+class Budget:
+    """How much of a thread's time may be spent.
+
+    Args:
+        seconds: how much at once, after a pause.
+        rate: how much per second.
+        clock: returns seconds.
+        spent: returns the seconds of the processor that this thread has taken.
+    """
+
+    def __init__(
+        self,
+        seconds: float = _BUDGET,
+        rate: float = _BUDGET_RATE,
+        clock: Callable[[], float] = time.monotonic,
+        spent: Callable[[], float] = time.thread_time,
+    ) -> None:
+        self._seconds = self._left = seconds
+        self._rate = rate
+        self._clock = clock
+        self._spent = spent
+        self._at = clock()
+
+    @property
+    def is_left(self) -> bool:
+        """Whether some is left."""
+        now = self._clock()
+        self._left = min(self._seconds, self._left + (now - self._at) * self._rate)
+        self._at = now
+        return self._left > 0
+
+    def spend(self, find: Callable[[], _Found]) -> _Found:
+        """Call a function, and count the time that it takes."""
+        start = self._spent()
+        try:
+            return find()
+        finally:
+            self._left -= self._spent() - start
+
+
+class Remembered(Generic[_Found]):
+    """Remembers by keys. For one thread.
+
+    Args:
+        budget: the time for what is limited.
+    """
+
+    def __init__(self, budget: Budget) -> None:
+        self._budget = budget
+        self._found: dict[_Key, _Found] = {}
+        # Only the texts: an exception holds all that its callers had, such as whole plans.
+        self._failures: dict[_Key, str] = {}
+
+    def get(self, key: _Key, find: Callable[[], _Found], *, is_limited: bool) -> _Found:
+        """Return what is known under a key.
+
+        Args:
+            key: the key.
+            find: finds it, or raises an Error.
+            is_limited: whether finding it counts against the budget.
+
+        Raises:
+            UnknownTypeError: it was not found, or there is no time to look for it now.
+        """
+        if key in self._found:
+            return self._found[key]
+        if key not in self._failures:
+            if is_limited and not self._budget.is_left:
+                raise UnknownTypeError("ROS 2 has too many types that are not known here; it is looked up later")
+            try:
+                found = self._budget.spend(find) if is_limited else find()
+            except Error as error:
+                if len(self._failures) >= MAX_FAILURES:
+                    del self._failures[next(iter(self._failures))]
+                self._failures[key] = str(error)[:_MAX_TEXT]
+            else:
+                self.put(key, found)
+                return found
+        raise UnknownTypeError(self._failures[key])
+
+    def put(self, key: _Key, found: _Found) -> None:
+        """Remember what has been found."""
+        if len(self._found) >= _MAX_FOUND and key not in self._found:
+            del self._found[next(iter(self._found))]
+        self._found[key] = found

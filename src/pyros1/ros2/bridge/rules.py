@@ -1,0 +1,112 @@
+"""Which topics and services a bridge to ROS 2 may exchange. No I/O."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from pyros1.bridge.local_graph import STAND_IN_SERVICE
+from pyros1.bridge.names import Pattern, SiteNameError
+from pyros1.bridge.parameters import PARAMETER_SERVICE
+from pyros1.doctor.bridge_status import STATUS_SERVICE
+from pyros1.ground.errors import Error
+
+NEVER = ("/rosout", "/rosout_agg", "/parameter_events", "/statistics")
+"""Topics that each side has for itself."""
+NEVER_SERVICES = (
+    "get_loggers",
+    "set_logger_level",
+    "tf2_frames",
+    STATUS_SERVICE,
+    STAND_IN_SERVICE,
+    PARAMETER_SERVICE,
+    "describe_parameters",
+    "get_parameters",
+    "get_parameter_types",
+    "list_parameters",
+    "set_parameters",
+    "set_parameters_atomically",
+    "get_type_description",
+    "get_logger_levels",
+    "set_logger_levels",
+)
+"""The last parts of the names of services that each node has for itself."""
+_ACTION = "/_action/"
+"""What the names of the services of ROS 2's actions contain."""
+
+
+class Ros2RulesError(Error, ValueError):
+    """A pattern is not valid."""
+
+
+class Ros2Rules:
+    """The rules of a bridge to ROS 2.
+
+    Args:
+        send: patterns of the topics and services of ROS 1 that ROS 2 may see, such as ``/odom`` or ``/camera/**``;
+            ``!/secret`` excludes.
+        take: the same for those of ROS 2 that ROS 1 may see. If both are empty, everything is exchanged.
+
+    Raises:
+        Ros2RulesError: a pattern is not valid.
+    """
+
+    def __init__(self, send: Iterable[str] = (), take: Iterable[str] = ()) -> None:
+        send, take = [*send], [*take]
+        if not any(not word.startswith("!") for word in (*send, *take)):
+            send, take = ["/**", *send], ["/**", *take]
+        self._send = _Names(send)
+        self._take = _Names(take)
+
+    def sends(self, topic: str) -> bool:
+        """Return whether ROS 2 may see a topic of ROS 1."""
+        return topic not in NEVER and self._send.includes(topic)
+
+    def takes(self, topic: str) -> bool:
+        """Return whether ROS 1 may see a topic of ROS 2."""
+        return topic not in NEVER and self._take.includes(topic)
+
+    def serves(self, service: str) -> bool:
+        """Return whether ROS 2 may call a service of ROS 1."""
+        return not _is_nodes_own(service) and self._send.includes(service)
+
+    def calls(self, service: str) -> bool:
+        """Return whether ROS 1 may call a service of ROS 2."""
+        return not _is_nodes_own(service) and self._take.includes(service)
+
+    def explain(self) -> list[str]:
+        """Return lines that say what is exchanged."""
+        return [
+            f"from ROS 1 to ROS 2: {self._send}",
+            f"from ROS 2 to ROS 1: {self._take}",
+            f"never: {', '.join(NEVER)}",
+            f"never, services: {', '.join('*/' + name for name in NEVER_SERVICES)}",
+        ]
+
+
+def _is_nodes_own(service: str) -> bool:
+    return service.rpartition("/")[2] in NEVER_SERVICES or _ACTION in service
+
+
+class _Names:
+    def __init__(self, words: list[str]) -> None:
+        self._allowed = [_pattern(word) for word in words if not word.startswith("!")]
+        self._denied = [_pattern(word[1:]) for word in words if word.startswith("!")]
+
+    def includes(self, name: str) -> bool:
+        return any(each.matches_name(name) for each in self._allowed) and not any(
+            each.matches_name(name) for each in self._denied
+        )
+
+    def __str__(self) -> str:
+        allowed = ", ".join(each.text for each in self._allowed) or "nothing"
+        return allowed + "".join(f", but not {each.text}" for each in self._denied)
+
+
+def _pattern(word: str) -> Pattern:
+    try:
+        pattern = Pattern(word)
+    except SiteNameError:
+        pattern = None
+    if pattern is None or pattern.site:
+        raise Ros2RulesError(f"{word!r:.80} is not a pattern of topics and services: write /odom or /camera/**")
+    return pattern

@@ -1,0 +1,341 @@
+"""A running bridge to ROS 2: a node of ROS 1, a zenoh session that is a node of ROS 2, and the plan between them.
+
+A lock guards the graph of ROS 2 and the plan; nothing waits while it is held. These are the threads:
+
+- the node's threads convert messages and hand them to the sender (`outgoing`);
+- the worker handles what comes from ROS 2: who is there, and messages, which it publishes (`incoming`);
+- the master thread asks the master, and does what the plan says, all of which may wait for the master;
+- the sender has two threads, which may wait for the network;
+- calls of services have threads of their own, see `pyros1.ros2.bridge.services`.
+"""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable, Iterable
+
+from pyros1.bridge.clock import steady_now
+from pyros1.bridge.exchange.sending import LocalTopic
+from pyros1.bridge.link_report import LinkReport
+from pyros1.bridge.local_graph import LocalGraph
+from pyros1.bridge.publishing import Publishing
+from pyros1.bridge.transport.sender import Sender
+from pyros1.doctor.bridge_status import STATUS_SERVICE
+from pyros1.graph import Graph
+from pyros1.ground.errors import Error
+from pyros1.ground.terminal_text import one_line
+from pyros1.node import Node
+from pyros1.node.log.levels import INFO, WARN
+from pyros1.ros2.bridge.arrivals import Arrivals
+from pyros1.ros2.bridge.counts import Counts
+from pyros1.ros2.bridge.incoming import Incoming
+from pyros1.ros2.bridge.outgoing import Outgoing
+from pyros1.ros2.bridge.plan import Plan, make_plan
+from pyros1.ros2.bridge.rules import Ros2Rules
+from pyros1.ros2.bridge.services import CALL_TIME, SITE, Ros2Services
+from pyros1.ros2.bridge.status import status_json
+from pyros1.ros2.bridge.type_pairs import TypePairs
+from pyros1.ros2.zenoh.calls import IncomingCall
+from pyros1.ros2.zenoh.graph import Changes, Ros2Graph, Service
+from pyros1.ros2.zenoh.names import DataKey
+from pyros1.ros2.zenoh.session import Ros2Session, make_zid
+from pyros1.ros2.zenoh.tokens import Entity
+
+POLL_PERIOD = 1.0
+"""Seconds between questions to the master."""
+ADJUST_PERIOD = 0.2
+"""Seconds between looks at who receives what on both sides."""
+_JOIN_TIME = 3.0
+_PLAN_PERIOD = 5.0
+"""Seconds after which a plan is made anew even if nothing has changed."""
+_SHORTEST_PAUSE = 0.02
+_LONGEST_PAUSE = 5.0
+_PAUSE_FACTOR = 4
+"""Seconds without planning: at least, at most, and for each second of the processor that planning took, since others
+can let things come and go as often as they like.
+"""
+_POLL_FACTOR = 10
+"""Seconds between questions to the master, for each second of the processor that they take."""
+MakeSession = Callable[
+    [
+        str,
+        Callable[[str, bool], object],
+        Callable[[DataKey, bytes, bytes], object],
+        Callable[[IncomingCall], object],
+    ],
+    Ros2Session,
+]
+
+
+class Ros2Bridge:
+    """A running bridge. It ends when its node shuts down, or by `close`.
+
+    Args:
+        node: the bridge's node in ROS 1; it must run callbacks inline.
+        ros2_name: the name of its node in ROS 2; bridges of the same master have the same one.
+        domain: the ROS domain.
+        rules: what it exchanges.
+        types: knows the types of both sides.
+        make_session: returns its session, given its id in zenoh and the functions that take what comes.
+        call_time: maximum number of seconds for the response of a service.
+
+    Raises:
+        LinkError: the session cannot start.
+        NodeError: the node cannot provide the bridge's service.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        ros2_name: str,
+        domain: int,
+        rules: Ros2Rules,
+        types: TypePairs,
+        make_session: MakeSession,
+        call_time: float = CALL_TIME,
+    ) -> None:
+        self._node = node
+        self._ros2_name = ros2_name
+        self._domain = domain
+        self._rules = rules
+        self._types = types
+        self._lock = threading.Lock()
+        zid = make_zid()
+        self._ros2 = Ros2Graph(domain, zid)
+        self._topics: list[LocalTopic] = []
+        self._plan = Plan()
+        self._publishing = Publishing(node, SITE)
+        self._graph = LocalGraph(Graph(node.master), rules.sends)
+        self._counts = Counts()
+        self._incoming = Incoming(self._publishing, self._counts, self._warn)
+        self._arrivals = Arrivals()
+        self._arrived = threading.Condition()
+        self._next_poll = self._next_plan = 0.0
+        self._planned_from: object = None  # what ROS 1 had when the plan was made
+        self._declared: object = None  # what the session was last told
+        self._problems: dict[str, str] = {}
+        self._trouble: dict[str, int] = {}
+        self._is_closing = False
+        self._is_closed = False
+        self._close_lock = threading.Lock()
+        self._woken = threading.Event()
+        self._ended = threading.Event()
+        self._session = make_session(zid, self._on_token, self._on_sample, self._on_call)
+        self._link_report = LinkReport(self._session, (), "ROS 2")
+        self._services = Ros2Services(node, self._session, domain, rules, types, self._warn, call_time)
+        self._sender = Sender(self._session, steady_now, self._on_send_error)
+        self._outgoing = Outgoing(node, self._graph, self._sender, self._counts, self._warn)
+        self._worker = threading.Thread(target=self._work, name="bridge: messages", daemon=True)
+        self._master_thread = threading.Thread(target=self._run_master_thread, name="bridge: master", daemon=True)
+        self._worker.start()
+        self._master_thread.start()
+        node.on_shutdown(self.close)  # at once, if the node has ended meanwhile: so not before there are threads to end
+        try:
+            node.advertise_service(f"~{STATUS_SERVICE}", "std_srvs/Trigger", lambda _: (True, self.status()))
+        except BaseException:
+            self.close()
+            raise
+
+    # What comes from ROS 2 --------------------------------------------------------------------------------------------
+
+    def _on_token(self, key: str, is_there: bool) -> None:
+        """Note that something is there in ROS 2, or gone. Called on zenoh's threads."""
+        with self._arrived:
+            self._arrivals.put_token(key, is_there)
+            self._arrived.notify()
+
+    def _on_sample(self, key: DataKey, body: bytes, attachment: bytes) -> None:
+        """Note a message. Called on zenoh's threads."""
+        with self._arrived:
+            self._arrivals.put_message(key, body, attachment)
+            self._arrived.notify()
+
+    def _on_call(self, call: IncomingCall) -> None:
+        """Pass on a call; there are none before `declare`. Called on zenoh's threads."""
+        self._services.on_call(call)
+
+    def _work(self) -> None:
+        while not self._is_closing:
+            with self._arrived:
+                self._arrived.wait_for(lambda: self._is_closing or not self._arrivals.is_empty)
+                token, message = self._arrivals.pop()
+            try:
+                if token is not None:
+                    self._take_token(*token)
+                elif message is not None:
+                    self._take(*message)
+            except Error as error:
+                self._warn("cannot publish a message of ROS 2: %s", error)
+            except Exception as error:  # noqa: BLE001 - a mistake of ours must not end the bridge silently
+                if not self._is_closing:
+                    self._node.log.internal_error(error)
+
+    def _take_token(self, key: str, is_there: bool) -> None:
+        with self._lock:
+            is_changed = self._ros2.add(key) if is_there else self._ros2.remove(key)
+        if is_changed:
+            self._woken.set()
+
+    def _take(self, key: DataKey, body: bytes, attachment: bytes) -> None:
+        with self._lock:
+            plan = self._plan
+        self._incoming.take(plan, key, body, attachment)
+
+    def _warn(self, text: str, error: Exception) -> None:
+        if self._node.ok() and not self._is_closing:
+            self._node.log.peer_event(WARN, text, one_line(" ".join(str(error).splitlines()), 300))
+
+    def _on_send_error(self, error: Exception) -> None:
+        self._trouble["messages that could not be sent"] = self._trouble.get("messages that could not be sent", 0) + 1
+        self._warn("cannot send to ROS 2: %s", error)
+
+    # The master thread ------------------------------------------------------------------------------------------------
+
+    def _run_master_thread(self) -> None:
+        while not self._is_closing:
+            self._woken.clear()
+            start = time.thread_time()
+            try:
+                self._adjust()
+            except Error as error:
+                self._warn("cannot bridge: %s", error)
+            except Exception as error:  # noqa: BLE001 - zenoh's, or a mistake of ours: neither may end the bridge
+                if not self._is_closing:
+                    self._node.log.internal_error(error)
+            # That there are many new publishers in ROS 1 is no reason to wait.
+            took = 0.0 if self._graph.is_behind else time.thread_time() - start
+            self._ended.wait(min(_LONGEST_PAUSE, max(_SHORTEST_PAUSE, _PAUSE_FACTOR * took)))
+            self._woken.wait(POLL_PERIOD if self._problems else ADJUST_PERIOD)
+
+    def _adjust(self) -> None:
+        """Make the plan, and do what it says, as far as it has not been done."""
+        if time.monotonic() >= self._next_poll:
+            for log in self._link_report.update(steady_now()):
+                self._node.log.peer_event(WARN if log.is_warning else INFO, "%s", log.text)
+            self._poll()
+        if self._must_plan():
+            # First, so that no message of a type that ends is published as one of the next type.
+            plan = self._make_plan()
+            with self._lock:
+                self._plan = plan
+            self._outgoing.wanted = plan.wanted()
+            self._planned_from = self._topics, self._services.seen
+            self._next_plan = time.monotonic() + _PLAN_PERIOD
+        plan = self._plan
+        problems = {**plan.problems, **self._services.plan.problems}
+        self._incoming.adjust(plan, problems)
+        self._declare(plan)
+        self._outgoing.send_early()
+        problems.update(self._services.adjust())
+        self._outgoing.adjust(problems)
+        for topic in problems.keys() - self._problems.keys():
+            self._warn(f"{one_line(topic)}: %s", Error(problems[topic]))
+        self._problems = problems
+
+    def _poll(self) -> None:
+        start = time.thread_time()
+        self._next_poll = time.monotonic() + POLL_PERIOD
+        try:
+            self._topics = self._graph.topics()
+            self._services.look(self._graph.state)
+        except Error as error:
+            self._warn("cannot ask the master: %s", error)
+            return
+        took = time.thread_time() - start
+        self._next_poll = 0.0 if self._graph.is_behind else time.monotonic() + max(POLL_PERIOD, _POLL_FACTOR * took)
+
+    def _must_plan(self) -> bool:
+        """Return whether the plan may be out of date."""
+        with self._lock:
+            has_changed = self._ros2.take_changes() != Changes()
+        if has_changed or self._planned_from != (self._topics, self._services.seen):
+            self._planned_from = None  # until the plan has been made
+        return self._planned_from is None or time.monotonic() >= self._next_plan
+
+    def _declare(self, plan: Plan) -> None:
+        """Tell the session what to declare, unless it has declared that."""
+        demand = self._publishing.demand(self._graph.bridges)
+        if (plan, self._services.plan, demand) == self._declared:  # mostly, these are the same objects
+            return
+        self._declared = None
+        is_open = self._session.session is not None
+        publishers = plan.publishers()
+        self._session.declare(
+            publishers,
+            plan.listened_to(demand),
+            self._services.plan.offers,
+            (provided.key for provided in self._services.plan.provides.values()),
+        )
+        if is_open:
+            self._outgoing.set_publishers(publishers.keys())
+            self._declared = (plan, self._services.plan, demand)
+
+    def _make_plan(self) -> Plan:
+        with self._lock:
+            topics, services, nodes = self._ros2.topics(), self._ros2.services(), self._ros2.nodes()
+        self._services.make_plan(
+            {
+                name: Service(tuple(self._of_others(each.servers)), tuple(self._of_others(each.clients)))
+                for name, each in services.items()
+            }
+        )
+        plan = make_plan(
+            self._domain,
+            self._rules,
+            self._topics,
+            {name: self._of_others(topic.publishers) for name, topic in topics.items()},
+            {name: self._of_others(topic.subscribers) for name, topic in topics.items()},
+            self._types,
+        )
+        if others := [node.full_node_name for node in nodes if node.node_name == self._ros2_name]:
+            plan.problems[others[0]] = "it is another bridge of this master, so messages come twice"
+        return plan
+
+    def _of_others(self, entities: Iterable[Entity]) -> list[Entity]:
+        """Leave out other bridges of the same master: messages and calls would go round in circles."""
+        return [entity for entity in entities if entity.node_name != self._ros2_name]
+
+    # The end ----------------------------------------------------------------------------------------------------------
+
+    def status(self) -> str:
+        """Return the bridge's status as JSON, see `pyros1.ros2.bridge.status`."""
+        problems = {**self._graph.problems, **self._services.problems, **self._problems}
+        with self._lock:
+            plan, nodes = self._plan, [node.full_node_name for node in self._ros2.nodes()]
+            refused = self._ros2.refused
+        demand = self._publishing.demand(self._graph.bridges)
+        trouble = self._trouble | ({"more of ROS 2 than is kept": refused} if refused else {})
+        return status_json(
+            self._domain,
+            plan,
+            nodes,
+            demand,
+            self._session.problem,
+            self._sender,
+            problems,
+            self._counts,
+            self._services,
+            trouble,
+            self._arrivals.dropped,
+        )
+
+    def close(self) -> None:
+        """End all threads. May be called repeatedly."""
+        with self._close_lock:
+            if self._is_closed:
+                return
+            self._is_closed = True
+        self._is_closing = True
+        self._ended.set()
+        self._woken.set()
+        with self._arrived:
+            self._arrived.notify_all()
+        for thread in (self._worker, self._master_thread):
+            thread.join(_JOIN_TIME)
+        self._sender.close()
+        self._session.close()
+        self._services.close()
+        if self._node.ok():  # otherwise it unregisters everything at once
+            self._outgoing.close()
+            self._publishing.close()

@@ -1,0 +1,151 @@
+"""Which services a bridge to ROS 2 offers and provides, given those of both sides. No I/O.
+
+As for topics, each side sees all services of the other one that may be exchanged, and calls pass when they are made.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import NamedTuple, Protocol
+
+from pyros1.bridge.exchange.services.served import LocalService
+from pyros1.ground.errors import Error
+from pyros1.ros2.bridge.rules import Ros2Rules
+from pyros1.ros2.bridge.type_pairs import ServicePair
+from pyros1.ros2.zenoh.graph import Service
+from pyros1.ros2.zenoh.names import DataKey, is_full_name
+from pyros1.ros2.zenoh.tokens import Entity
+
+
+class ServiceTypes(Protocol):
+    """What knows the types of services of both sides, see `pyros1.ros2.bridge.type_pairs.TypePairs`."""
+
+    def service_for_ros1(self, type: str, md5sum: str, hash: str | None = None) -> ServicePair:
+        """Return how the calls of a service of ROS 1 are exchanged."""
+        ...
+
+    def service_for_ros2(self, type: str, hash: str) -> ServicePair:
+        """Return how the calls of a service of ROS 2 are exchanged."""
+        ...
+
+
+class Offered(NamedTuple):
+    """A service of ROS 1 that ROS 2 can call, and its type on both sides."""
+
+    local: LocalService
+    pair: ServicePair
+
+
+class Provided(NamedTuple):
+    """A service of ROS 2 that ROS 1 can call.
+
+    Attributes:
+        key: its key in ROS 2.
+        pair: its type on both sides.
+        node: the full name of the node that offers it.
+    """
+
+    key: DataKey
+    pair: ServicePair
+    node: str
+
+
+@dataclass
+class ServicePlan:
+    """What a bridge does about services.
+
+    Attributes:
+        offers: those of ROS 1, by their keys in ROS 2.
+        provides: those of ROS 2, by name.
+        problems: service -> why it is not exchanged, or not with everybody.
+    """
+
+    offers: dict[DataKey, Offered] = field(default_factory=dict)
+    provides: dict[str, Provided] = field(default_factory=dict)
+    problems: dict[str, str] = field(default_factory=dict)
+
+
+def plan_services(
+    domain: int,
+    rules: Ros2Rules,
+    local: Iterable[LocalService],
+    taken: Mapping[str, str],
+    services: Mapping[str, Service],
+    offered: Collection[str],
+    types: ServiceTypes,
+) -> ServicePlan:
+    """Return what to do.
+
+    Args:
+        domain: the ROS domain.
+        rules: what may be exchanged.
+        local: the services of ROS 1 that nodes other than bridges provide, as far as their types are known.
+        taken: the services that others than this bridge provide in ROS 1, and their nodes.
+        services: those of ROS 2, without bridges of the same master.
+        offered: the names of those that the bridge offers in ROS 2 already.
+        types: knows the types of both sides.
+    """
+    plan = ServicePlan()
+    for each in local:
+        if rules.serves(each.name):
+            _offer(plan, domain, each, services.get(each.name, Service()), each.name in offered, types)
+    for name in sorted(services):
+        if rules.calls(name) and services[name].servers:
+            _provide(plan, domain, name, services[name].servers, taken.get(name), types)
+    return plan
+
+
+def _offer(
+    plan: ServicePlan, domain: int, local: LocalService, there: Service, is_offered: bool, types: ServiceTypes
+) -> None:
+    if not is_full_name(local.name):
+        plan.problems[local.name] = "ROS 2 does not allow such a name"
+        return
+    if there.servers and not is_offered:
+        # With two, each call would be made twice. But two bridges that both offer one must not give way to each other
+        # again and again.
+        plan.problems[local.name] = _conflict(local.node, there.servers)
+        return
+    try:
+        usual = types.service_for_ros1(local.type, local.md5sum)
+    except Error as error:
+        plan.problems[local.name] = str(error)
+        return
+    pairs = {usual.hash: usual}
+    wanted = set()
+    for client in there.clients:
+        if client.type != usual.ros2:
+            plan.problems[local.name] = f"{client.full_node_name} calls it as {client.type}, not {usual.ros2}"
+            continue
+        try:
+            if client.hash not in pairs:
+                pairs[client.hash] = types.service_for_ros1(local.type, local.md5sum, client.hash)
+            wanted.add(client.hash)
+        except Error as error:
+            plan.problems[local.name] = str(error)
+    for type_hash, pair in pairs.items():
+        if type_hash in wanted or not wanted:
+            plan.offers[DataKey(domain, local.name, pair.ros2, type_hash)] = Offered(local, pair)
+
+
+def _provide(
+    plan: ServicePlan, domain: int, name: str, servers: Sequence[Entity], taken_by: str | None, types: ServiceTypes
+) -> None:
+    if taken_by is not None:
+        plan.problems[name] = _conflict(taken_by, servers)
+        return
+    for server in servers:
+        try:
+            pair = types.service_for_ros2(server.type, server.hash)
+        except Error as error:
+            plan.problems[name] = str(error)
+            continue
+        provided = Provided(DataKey(domain, name, server.type, server.hash), pair, server.full_node_name)
+        first = plan.provides.setdefault(name, provided)
+        if first.key != provided.key:
+            plan.problems[name] = f"it has two types in ROS 2, or two versions of one: that of {first.node} is called"
+
+
+def _conflict(node: str, servers: Sequence[Entity]) -> str:
+    return f"{node} provides it in ROS 1, and {servers[0].full_node_name} in ROS 2"

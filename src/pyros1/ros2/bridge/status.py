@@ -1,0 +1,121 @@
+"""The status of a bridge to ROS 2, as JSON, in the form of `pyros1.bridge.status`: ROS 2 is its only other site."""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from collections.abc import Collection, Mapping
+
+from pyros1.bridge.exchange.services.call_packets import CallCounts
+from pyros1.bridge.status import ROS2
+from pyros1.bridge.transport.sender import Sender
+from pyros1.ros2.bridge.counts import Counts
+from pyros1.ros2.bridge.plan import Plan
+from pyros1.ros2.bridge.services import Ros2Services
+
+OTHER_SITE = "ROS 2"
+_MAX_NODES = 1000
+
+
+def status_json(
+    domain: int,
+    plan: Plan,
+    nodes: Collection[str],
+    demand: Collection[str],
+    link_problem: str,
+    sender: Sender,
+    problems: Mapping[str, str],
+    counts: Counts,
+    services: Ros2Services,
+    trouble: Mapping[str, int],
+    dropped: int,
+) -> str:
+    """Return the status as JSON.
+
+    Args:
+        domain: the ROS domain.
+        plan: what the bridge does.
+        nodes: the full names of the nodes in ROS 2.
+        demand: the topics of ROS 2 to which nodes here subscribe.
+        link_problem: why there is no connection; empty if there is one.
+        sender: what waits to be sent.
+        problems: topic or service -> why it is not exchanged.
+        counts: what was exchanged.
+        services: the services of both sides.
+        trouble: what went wrong, and how often.
+        dropped: how much was dropped because it came too fast.
+    """
+    status = {
+        "dialect": ROS2,
+        "site": "ROS 1",
+        "domain": domain,
+        "link": link_problem,
+        "sites": [{"name": OTHER_SITE, "state": "present", "round_trip": None}] if nodes else [],
+        "ros2_nodes": sorted(nodes)[:_MAX_NODES],
+        "sent": [
+            {
+                "topic": key.name,
+                "local": announced.local.name,
+                "type": announced.pair.ros2,
+                "publishers": [*announced.local.publishers],
+                "wanted_by": [OTHER_SITE] if announced.wanted else [],
+                "messages": counts.to_ros2(announced.local.name).messages,
+                "bytes": counts.to_ros2(announced.local.name).bytes,
+                "dropped": _drops(counts.to_ros2(announced.local.name).drops, sender, announced.routes(key)),
+            }
+            for key, announced in plan.announces.items()
+        ],
+        "received": [
+            {
+                "topic": topic,
+                "from": OTHER_SITE,
+                "local": topic,
+                "type": taken.pair.ros1,
+                "publishers": [*taken.publishers],
+                "state": "subscribed" if topic in demand else "nobody here subscribes",
+                "messages": counts.to_ros1(topic).messages,
+                "bytes": counts.to_ros1(topic).bytes,
+                "dropped": counts.to_ros1(topic).drops,
+            }
+            for topic, taken in plan.takes.items()
+        ],
+        "served": [
+            {
+                "service": name,
+                "local": name,
+                "type": type_name,
+                **_call_cells(services.counts("served", name)),
+            }
+            for name, type_name in {
+                key.name: offered.pair.ros1 for key, offered in services.plan.offers.items()
+            }.items()
+        ],
+        "called": [
+            {
+                "service": name,
+                "from": OTHER_SITE,
+                "local": name,
+                "type": provided.pair.ros1,
+                "state": "",
+                **_call_cells(services.counts("called", name)),
+            }
+            for name, provided in services.plan.provides.items()
+        ],
+        "waiting_bytes": sender.waiting_bytes,
+        "overflowed": dropped,
+        "ignored": {},
+        "problems": dict(problems),
+        "trouble": dict(trouble),
+    }
+    return json.dumps(status)
+
+
+def _call_cells(counts: CallCounts) -> dict[str, int | str]:
+    return {"calls": counts.calls, "errors": counts.errors, "last_error": counts.last_error}
+
+
+def _drops(first: Mapping[str, int], sender: Sender, routes: Collection[str]) -> dict[str, int]:
+    total = Counter(first)
+    for route in routes:
+        total.update(sender.drops(route))
+    return dict(total)

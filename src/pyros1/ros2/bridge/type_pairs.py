@@ -1,0 +1,239 @@
+"""Which type of ROS 2 a type of ROS 1 is, and how messages and calls are converted: finds definitions by name and hash.
+
+The definitions of services are those of ROS 1. Those of the standard packages are the same in ROS 2, up to the messages
+that they use, and no distribution's definitions of services are at hand.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import NamedTuple
+
+from pyros1.bridge.exchange.sending import LocalTopic
+from pyros1.ground.errors import MessageError, UnknownTypeError
+from pyros1.msgs import DefinitionCache, load_message, load_service
+from pyros1.msgs.digest import split_full_text
+from pyros1.msgs.spec import HEADER_TYPE, MessageSpec, parse_message, parse_service
+from pyros1.ros2.bridge.remembered import Budget, Remembered
+from pyros1.ros2.types.counterparts import Counterparts
+from pyros1.ros2.types.distribution import distribution_types
+from pyros1.ros2.types.model import Types
+from pyros1.ros2.types.nesting import LayeredTypes
+from pyros1.ros2.types.ros1_definitions import ros1_definition
+from pyros1.ros2.types.transcoder import Transcoder
+from pyros1.ros2.types.type_hash import service_hash, type_hash
+from pyros1.ros2.zenoh.names import HUMBLE_HASH, dds_type
+
+DISTRIBUTIONS = ("jazzy", "kilted", "lyrical", "iron", "humble")
+"""The distributions of ROS 2 among whose types a hash is looked up, in this order."""
+
+
+class TypePair(NamedTuple):
+    """A message type on both sides.
+
+    Attributes:
+        ros1: its name in ROS 1.
+        md5sum, definition: its md5 sum and full definition there.
+        ros2: its name in ROS 2.
+        hash: its hash there.
+        transcoder: converts messages.
+    """
+
+    ros1: str
+    md5sum: str
+    definition: str
+    ros2: str
+    hash: str
+    transcoder: Transcoder
+
+
+class ServicePair(NamedTuple):
+    """A service type on both sides.
+
+    Attributes:
+        ros1, md5sum: its name and md5 sum in ROS 1.
+        ros2, hash: its name and hash in ROS 2.
+        request, response: these convert requests and responses.
+    """
+
+    ros1: str
+    md5sum: str
+    ros2: str
+    hash: str
+    request: Transcoder
+    response: Transcoder
+
+
+class TypePairs:
+    """Finds the types of both sides, and remembers what it has found, also what it could not find. For one thread.
+
+    Args:
+        distribution: the distribution of ROS 2 whose types are used where nobody says which.
+
+    Raises:
+        UnknownTypeError: the distribution is not known.
+    """
+
+    def __init__(self, distribution: str = "jazzy") -> None:
+        self._usual = distribution
+        self._distributions = {distribution: distribution_types(distribution)}
+        self._counterparts = Counterparts(self._distributions[distribution])
+        self._definitions = DefinitionCache(prefer_installed=True)
+        # What ROS 2 asks for may be anything, and costs up to 20 ms; what ROS 1 publishes is always looked up.
+        budget = Budget()
+        self._found = Remembered[TypePair](budget)
+        self._found_services = Remembered[ServicePair](budget)
+
+    def for_ros1(self, type: str, md5sum: str, definition: str, hash: str | None = None) -> TypePair:
+        """Return how a type of ROS 1 is exchanged.
+
+        Args:
+            type, md5sum, definition: the type.
+            hash: the hash that ROS 2 expects; None for the one of the usual distribution.
+
+        Raises:
+            Error: it is not known, or ROS 2 expects another type of this name.
+        """
+        # With another definition, it may be known.
+        key = (type, md5sum, hash, definition)
+        pair = self._found.get(key, lambda: self._for_ros1(type, md5sum, definition, hash), is_limited=hash is not None)
+        self._found.put((type, md5sum, pair.hash, definition), pair)
+        return pair
+
+    def for_ros2(self, type: str, hash: str, local: LocalTopic | None = None) -> TypePair:
+        """Return how a type of ROS 2 is exchanged.
+
+        Args:
+            type, hash: the type.
+            local: the topic of ROS 1 with the same name, if there is one.
+
+        Raises:
+            Error: its definition is not known.
+        """
+        is_same = local is not None and self._counterparts.to_ros2(local.type) == type
+        if local is not None and is_same:
+            return self.for_ros1(local.type, local.md5sum, local.definition, hash)
+        return self._found.get((type, hash), lambda: self._for_ros2(type, hash), is_limited=True)
+
+    def service_for_ros1(self, type: str, md5sum: str, hash: str | None = None) -> ServicePair:
+        """Return how the calls of a service of ROS 1 are exchanged.
+
+        Args:
+            type, md5sum: the type of the service.
+            hash: the hash that ROS 2 expects; None for the one of the usual distribution.
+
+        Raises:
+            Error: its definition is not known here, or ROS 2 expects another type of this name.
+        """
+        key = (type, md5sum, hash)
+        return self._found_services.get(key, lambda: self._service(type, md5sum, hash), is_limited=hash is not None)
+
+    def service_for_ros2(self, type: str, hash: str) -> ServicePair:
+        """Return how the calls of a service of ROS 2 are exchanged.
+
+        Args:
+            type, hash: the type of the service.
+
+        Raises:
+            Error: ROS 1 has no service type of this name here, or another one.
+        """
+        return self._found_services.get(
+            (type, hash), lambda: self._service(self._counterparts.to_ros1(type), "*", hash), is_limited=True
+        )
+
+    def _for_ros1(self, type: str, md5sum: str, definition: str, hash: str | None) -> TypePair:
+        message_class = self._definitions.get(type, md5sum, definition)
+        if message_class._md5sum != md5sum:
+            raise MessageError(f"the definition of {type} that its publisher sends is not the one of its messages")
+        text = message_class._full_text
+        specs = _specs(type, text)
+        name = _checked(self._counterparts.to_ros2(type))
+        for types in self._candidates(name, type, specs, hash):
+            own_hash = hash if hash == HUMBLE_HASH else type_hash(name, types)
+            if hash is None or hash == own_hash:
+                return TypePair(type, md5sum, text, name, own_hash or "", Transcoder(type, specs, name, types))
+        raise UnknownTypeError(f"ROS 2 expects another definition of {name} than those that are known here")
+
+    def _for_ros2(self, type: str, hash: str) -> TypePair:
+        name = self._counterparts.to_ros1(type)
+        try:
+            message_class = load_message(name)
+            return self._for_ros1(name, message_class._md5sum, message_class._full_text, hash)
+        except MessageError:
+            pass
+        for types in self._candidates(type, name, {}, hash):
+            if hash in (HUMBLE_HASH, type_hash(type, types)):
+                text = ros1_definition(type, types, self._counterparts.to_ros1, _installed)
+                message_class = self._definitions.get(name, "*", text)
+                transcoder = Transcoder(name, _specs(name, text), type, types)
+                return TypePair(name, message_class._md5sum, text, type, hash, transcoder)
+        raise UnknownTypeError(f"the definition of {type} is not known here; install a package of ROS 1 with {name}")
+
+    def _service(self, type: str, md5sum: str, hash: str | None) -> ServicePair:
+        service_class = load_service(type)
+        if md5sum not in ("*", service_class._md5sum):
+            raise MessageError(f"the definition of {type} that is installed here is not the one of its provider")
+        texts = split_full_text(type, service_class._full_text)
+        spec = parse_service(type, texts[type])
+        specs = _specs(type, service_class._full_text, {each.name: each for each in (spec.request, spec.response)})
+        name = _checked(self._counterparts.service_to_ros2(type))
+        derived = self._counterparts.derive_service(spec, specs.__getitem__)
+        for distribution in self._all_types(hash):
+            types = LayeredTypes(derived, distribution, self._distributions[self._usual])
+            own_hash = hash if hash == HUMBLE_HASH else service_hash(name, types)
+            if hash is None or hash == own_hash:
+                request = Transcoder(spec.request.name, specs, f"{name}_Request", types)
+                response = Transcoder(spec.response.name, specs, f"{name}_Response", types)
+                return ServicePair(type, service_class._md5sum, name, own_hash or "", request, response)
+        raise UnknownTypeError(f"ROS 2 has another definition of {name} than ROS 1 has here")
+
+    def _all_types(self, hash: str | None) -> Iterator[Types]:
+        """Yield the types of the distributions that can have a type with such a hash."""
+        order = ("humble",) if hash == HUMBLE_HASH else (self._usual, *DISTRIBUTIONS)
+        for distribution in dict.fromkeys(order):
+            if distribution not in self._distributions:
+                self._distributions[distribution] = distribution_types(distribution)
+            yield self._distributions[distribution]
+
+    def _candidates(self, name: str, root: str, specs: dict[str, MessageSpec], hash: str | None) -> Iterator[Types]:
+        """Yield types of ROS 2 among which one of that name may be the right one: those of distributions, and the one
+        that follows from the definition in ROS 1, if that is given.
+        """
+        yield from (types for types in self._all_types(hash) if name in types)
+        if root in specs:
+            usual = self._distributions[self._usual]
+            yield LayeredTypes(self._counterparts.derive(specs[root], specs.__getitem__), usual)
+
+
+def _checked(name: str) -> str:
+    """Return a name of a type in ROS 2.
+
+    Raises:
+        InvalidNameError: it cannot be part of a key, since it is too long; the bridge must not try.
+    """
+    dds_type(name)
+    return name
+
+
+def _installed(name: str) -> MessageSpec | None:
+    try:
+        message_class = load_message(name)
+    except MessageError:
+        return None
+    return parse_message(name, split_full_text(name, message_class._full_text)[name])
+
+
+def _specs(type: str, text: str, service: Mapping[str, MessageSpec] | None = None) -> dict[str, MessageSpec]:
+    """Return the types in a full text.
+
+    Args:
+        type, text: its name, and the text.
+        service: request and response, if it is one of a service.
+    """
+    texts = split_full_text(type, text)
+    if service is not None:
+        del texts[type]
+    specs = {name: parse_message(name, part) for name, part in texts.items()} | dict(service or {})
+    if HEADER_TYPE not in specs:
+        specs[HEADER_TYPE] = parse_message(HEADER_TYPE, "uint32 seq\ntime stamp\nstring frame_id\n")
+    return specs

@@ -1,0 +1,79 @@
+"""bridge ros2: options, what is refused, and a running bridge."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+import pytest
+
+from pyros1.cli.running import run_command
+from pyros1.node import Node
+
+pytest.importorskip("zenoh")
+Run = Callable[..., tuple[int, str, str]]
+
+
+@pytest.fixture
+def run(environ: dict[str, str], monkeypatch: pytest.MonkeyPatch, call_main: Any) -> Run:
+    for key, value in environ.items():
+        monkeypatch.setenv(key, value)
+    monkeypatch.delenv("ROS_DOMAIN_ID", raising=False)
+    return partial(call_main, partial(run_command, "bridge"), "ros2")
+
+
+def test_check_explains(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    code, out, err = run("--check", "--send", "/odom", "--listen", "tcp/localhost:7447", "--domain", "5")
+    assert (code, err) == (0, "") and out.splitlines()[:3] == [
+        "ROS 2: domain 5, through tcp/localhost:7447 (as a router)",
+        "from ROS 1 to ROS 2: /odom",
+        "from ROS 2 to ROS 1: nothing",
+    ]
+    monkeypatch.setenv("ROS_DOMAIN_ID", "7")
+    assert run("--check")[1].startswith("ROS 2: domain 7, through tcp/localhost:7447\n")
+
+
+@pytest.mark.parametrize(
+    ("words", "complaint"),
+    [
+        (["--send", "odom"], "'odom' is not a pattern of"),
+        (["--domain", "233"], "the domain must be a number from 0 to 232, not '233'"),
+        (["--domain", "-1"], "the domain must be a number from 0 to 232, not '-1'"),
+        (["--to", "tcp/robot:7447"], "is not encrypted"),
+        (["--to", "robot"], "robot"),
+        (["--to", "tls/localhost:7447", "--keys", "/nowhere"], "/nowhere"),
+        (["--distribution", "jassy"], "the ROS 2 distribution 'jassy' are not known"),
+        (["--check", "--distribution", "jassy"], "the ROS 2 distribution 'jassy' are not known"),
+    ],
+)
+def test_what_is_refused(run: Run, words: list[str], complaint: str) -> None:
+    code, out, err = run(*words)
+    assert code != 0 and complaint in err and not out and "Traceback" not in err
+
+
+def test_a_domain_that_is_no_number(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("ROS_DOMAIN_ID", "lab")
+    assert "ROS_DOMAIN_ID must be a number from 0 to 232, not 'lab'" in run("--check")[2]
+
+
+def test_without_a_master(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("ROS_MASTER_URI", "http://localhost:9/")
+    code, _, err = run()
+    assert code != 0 and "Unable to communicate with master" in err
+
+
+def test_a_running_bridge(make_node: Callable[..., Node], environ: dict[str, str]) -> None:
+    command = [sys.executable, "-m", "pyros1", "bridge", "ros2", "--listen", "tcp/127.0.0.1:0"]
+    with subprocess.Popen(command, env={**os.environ, **environ}, stderr=subprocess.PIPE, text=True) as process:
+        assert process.stderr is not None
+        try:
+            line = process.stderr.readline()
+            assert line.startswith("bridge to ROS 2, domain 0, through tcp/127.0.0.1:0 (as a router)"), line
+        finally:
+            process.send_signal(signal.SIGINT)
+        assert process.wait(20) in (0, 130, -signal.SIGINT) and "Traceback" not in process.stderr.read()
