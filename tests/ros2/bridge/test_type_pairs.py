@@ -8,11 +8,14 @@ import pytest
 
 from pyros1.bridge.exchange.sending import LocalTopic
 from pyros1.ground.errors import Error, UnknownTypeError
-from pyros1.msgs import from_definition, load_message
+from pyros1.msgs import from_definition, load_message, load_service
 from pyros1.ros2.bridge.remembered import Budget
 from pyros1.ros2.bridge.type_pairs import DISTRIBUTIONS, TypePair, TypePairs
+from pyros1.ros2.types.definitions import parse_types
 from pyros1.ros2.types.distribution import distribution_types
-from pyros1.ros2.types.type_hash import type_hash
+from pyros1.ros2.types.mapping import PackageRule, TypeMapping, TypeRule
+from pyros1.ros2.types.nesting import LayeredTypes
+from pyros1.ros2.types.type_hash import service_hash, type_hash
 from pyros1.ros2.zenoh.names import HUMBLE_HASH
 
 STRING = "RIHS01_df668c740482bbd48fb39d76a70dfd4bd59db1288021743503259e948f6b1a18"
@@ -139,3 +142,69 @@ def test_a_name_that_no_key_can_have(name: str) -> None:
     message_class = from_definition(name, "int32 number\n")
     with pytest.raises(Error, match="is not the name of a ROS 2 type"):
         TypePairs().for_ros1(name, message_class._md5sum, message_class._full_text)
+
+
+FLAT = "builtin_interfaces/Time stamp\nfloat64 x\nfloat64 y\nstring extra\n"
+
+
+def flat_pairs(installed: bool = True, distribution: str = "jazzy") -> TypePairs:
+    rule = TypeRule(
+        "geometry_msgs/PointStamped",
+        "flat_msgs/msg/Flat",
+        {"header.stamp": "stamp", "point.x": "y", "point.y": "x"},
+        place="map.yaml:1",
+    )
+    mapping = TypeMapping([rule], [PackageRule("std_srvs", "my_srvs")])
+    return TypePairs(distribution, mapping, parse_types("flat_msgs/msg/Flat", FLAT) if installed else {})
+
+
+def test_a_type_of_a_mapping_file() -> None:
+    types = LayeredTypes(parse_types("flat_msgs/msg/Flat", FLAT), distribution_types())
+    pair = of_ros1(flat_pairs(), "geometry_msgs/PointStamped")
+    assert (pair.ros2, pair.hash) == ("flat_msgs/msg/Flat", type_hash("flat_msgs/msg/Flat", types))
+    body = struct.pack("<IIII3d", 7, 1, 2, 0, 3.0, 4.0, 5.0)
+    cdr = b"\0\1\0\0" + struct.pack("<iI2dI", 1, 2, 4.0, 3.0, 1) + b"\0"
+    assert pair.transcoder.to_cdr(body) == cdr
+    assert pair.transcoder.from_cdr(cdr, 7) == body[:-8] + bytes(8)
+    back = flat_pairs().for_ros2(pair.ros2, pair.hash)
+    assert (back.ros1, back.md5sum) == ("geometry_msgs/PointStamped", pair.md5sum)
+    with pytest.raises(Error, match="the definition of flat_msgs/msg/Flat is needed"):
+        of_ros1(flat_pairs(installed=False), "geometry_msgs/PointStamped")
+
+
+def test_a_type_of_ros1_that_is_not_known_here() -> None:
+    rule = TypeRule("nowhere_msgs/A", "std_msgs/msg/String", {"text": "data"})
+    pairs = TypePairs("jazzy", TypeMapping([rule]))
+    with pytest.raises(UnknownTypeError, match="the definition of nowhere_msgs/A is not known here"):
+        pairs.for_ros2("std_msgs/msg/String", STRING)
+    message_class = from_definition("nowhere_msgs/A", "string text\n")
+    local = LocalTopic("/a", "nowhere_msgs/A", message_class._md5sum, message_class._full_text, False, ("/n",))
+    assert pairs.for_ros2("std_msgs/msg/String", STRING, local).ros1 == "nowhere_msgs/A", "a topic here has it"
+
+
+def test_services_of_a_mapping_file() -> None:
+    rule = TypeRule("std_srvs/SetBool", "my_interfaces/srv/Switch", {"data": "on"}, None)
+    pairs = TypePairs("jazzy", TypeMapping([rule]))
+    message_class = load_service("std_srvs/SetBool")
+    pair = pairs.service_for_ros1("std_srvs/SetBool", message_class._md5sum)
+    text = "bool on\n---\nbool success\nstring message\n"
+    types = LayeredTypes(parse_types("my_interfaces/srv/Switch", text), distribution_types())
+    assert (pair.ros2, pair.hash) == ("my_interfaces/srv/Switch", service_hash("my_interfaces/srv/Switch", types))
+    assert pair.request.to_cdr(b"\1") == b"\0\1\0\0\1"
+    assert pairs.service_for_ros2(pair.ros2, pair.hash).ros1 == "std_srvs/SetBool"
+    text = "string more\nbool on\n---\nbool success\nstring message\n"
+    installed = parse_types("my_interfaces/srv/Switch", text)
+    pair = TypePairs("jazzy", TypeMapping([rule]), installed).service_for_ros1(
+        "std_srvs/SetBool", message_class._md5sum
+    )
+    assert pair.request.to_cdr(b"\1") == b"\0\1\0\0\1\0\0\0\0\1" and pair.request.only_ros2 == ["more"]
+    assert flat_pairs().service_for_ros1("std_srvs/SetBool", message_class._md5sum).ros2 == "my_srvs/srv/SetBool"
+
+
+def test_definitions_of_ros2_on_this_machine() -> None:
+    installed = parse_types("my_msgs/msg/Thing", "int32 number\nstring<=5 text\n")
+    pairs = TypePairs("jazzy", installed=installed)
+    hash = type_hash("my_msgs/msg/Thing", installed)
+    assert pairs.for_ros2("my_msgs/msg/Thing", hash).definition == "int32 number\nstring text\n"
+    pair = pairs.for_ros2("my_msgs/msg/Thing", hash, own_topic())
+    assert (pair.md5sum, pair.transcoder.only_ros1) == (own_topic().md5sum, ["header"])

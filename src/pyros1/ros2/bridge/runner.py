@@ -29,6 +29,7 @@ from pyros1.node import Node
 from pyros1.node.log.levels import INFO, WARN
 from pyros1.ros2.bridge.arrivals import Arrivals
 from pyros1.ros2.bridge.counts import Counts
+from pyros1.ros2.bridge.differences import Differences
 from pyros1.ros2.bridge.incoming import Incoming
 from pyros1.ros2.bridge.outgoing import Outgoing
 from pyros1.ros2.bridge.plan import Plan, make_plan
@@ -108,6 +109,7 @@ class Ros2Bridge:
         self._publishing = Publishing(node, SITE)
         self._graph = LocalGraph(Graph(node.master), rules.sends)
         self._counts = Counts()
+        self._differences = Differences()
         self._incoming = Incoming(self._publishing, self._counts, self._warn)
         self._arrivals = Arrivals()
         self._arrived = threading.Condition()
@@ -220,6 +222,8 @@ class Ros2Bridge:
             with self._lock:
                 self._plan = plan
             self._outgoing.wanted = plan.wanted()
+            for line in self._differences.new(plan, self._services.plan):
+                self._node.log.peer_event(INFO, "%s", one_line(line, 1000))
             self._planned_from = self._topics, self._services.seen
             self._next_plan = time.monotonic() + _PLAN_PERIOD
         plan = self._plan

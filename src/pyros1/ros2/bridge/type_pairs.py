@@ -1,22 +1,25 @@
 """Which type of ROS 2 a type of ROS 1 is, and how messages and calls are converted: finds definitions by name and hash.
 
-The definitions of services are those of ROS 1. Those of the standard packages are the same in ROS 2, up to the messages
-that they use, and no distribution's definitions of services are at hand.
+A service has the definition of a package of ROS 2 that is on this machine, if there is one, and otherwise that of
+ROS 1. Those of the standard packages are the same in ROS 2, up to the messages that they use, and no distribution's
+definitions of services are at hand.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from types import MappingProxyType
 from typing import NamedTuple
 
 from pyros1.bridge.exchange.sending import LocalTopic
 from pyros1.ground.errors import MessageError, UnknownTypeError
 from pyros1.msgs import DefinitionCache, load_message, load_service
 from pyros1.msgs.digest import split_full_text
-from pyros1.msgs.spec import HEADER_TYPE, MessageSpec, parse_message, parse_service
+from pyros1.msgs.spec import HEADER_TYPE, MessageSpec, ServiceSpec, parse_message, parse_service
 from pyros1.ros2.bridge.remembered import Budget, Remembered
 from pyros1.ros2.types.counterparts import Counterparts
 from pyros1.ros2.types.distribution import distribution_types
+from pyros1.ros2.types.mapping import TypeMapping
 from pyros1.ros2.types.model import Types
 from pyros1.ros2.types.nesting import LayeredTypes
 from pyros1.ros2.types.ros1_definitions import ros1_definition
@@ -69,15 +72,25 @@ class TypePairs:
 
     Args:
         distribution: the distribution of ROS 2 whose types are used where nobody says which.
+        mapping: which types and fields have other names; None for the standard ones.
+        installed: the types of packages of ROS 2 on this machine; they are tried first.
 
     Raises:
         UnknownTypeError: the distribution is not known.
     """
 
-    def __init__(self, distribution: str = "jazzy") -> None:
+    def __init__(
+        self,
+        distribution: str = "jazzy",
+        mapping: TypeMapping | None = None,
+        installed: Types = MappingProxyType({}),
+    ) -> None:
         self._usual = distribution
         self._distributions = {distribution: distribution_types(distribution)}
-        self._counterparts = Counterparts(self._distributions[distribution])
+        self._installed = installed
+        self._mapping = mapping or TypeMapping()
+        self._known = LayeredTypes(installed, self._distributions[distribution])
+        self._counterparts = Counterparts(self._known, self._mapping)
         self._definitions = DefinitionCache(prefer_installed=True)
         # What ROS 2 asks for may be anything, and costs up to 20 ms; what ROS 1 publishes is always looked up.
         budget = Budget()
@@ -138,8 +151,21 @@ class TypePairs:
             Error: ROS 1 has no service type of this name here, or another one.
         """
         return self._found_services.get(
-            (type, hash), lambda: self._service(self._counterparts.to_ros1(type), "*", hash), is_limited=True
+            (type, hash), lambda: self._service(self._ros1_service(type), "*", hash), is_limited=True
         )
+
+    def _ros1_service(self, type: str) -> str:
+        """Return the name in ROS 1 of a service of ROS 2: the one that rules say, or the same one if only that is known
+        here.
+        """
+        name = self._counterparts.to_ros1(type)
+        package, _, short = type.split("/")
+        same_name = f"{package}/{short}"
+        return name if _is_known_service(name) or not _is_known_service(same_name) else same_name
+
+    def knows_ros2(self, type: str) -> bool:
+        """Return whether there is a definition of a message or service of ROS 2, other than that of ROS 1."""
+        return type in self._known or f"{type}_Request" in self._known
 
     def _for_ros1(self, type: str, md5sum: str, definition: str, hash: str | None) -> TypePair:
         message_class = self._definitions.get(type, md5sum, definition)
@@ -151,8 +177,12 @@ class TypePairs:
         for types in self._candidates(name, type, specs, hash):
             own_hash = hash if hash == HUMBLE_HASH else type_hash(name, types)
             if hash is None or hash == own_hash:
-                return TypePair(type, md5sum, text, name, own_hash or "", Transcoder(type, specs, name, types))
-        raise UnknownTypeError(f"ROS 2 expects another definition of {name} than those that are known here")
+                transcoder = Transcoder(type, specs, name, types, self._mapping.fields)
+                return TypePair(type, md5sum, text, name, own_hash or "", transcoder)
+        raise UnknownTypeError(
+            f"ROS 2 expects another definition of {name} than those that are known here; --ros2-packages names a "
+            "folder with packages of ROS 2"
+        )
 
     def _for_ros2(self, type: str, hash: str) -> TypePair:
         name = self._counterparts.to_ros1(type)
@@ -161,11 +191,17 @@ class TypePairs:
             return self._for_ros1(name, message_class._md5sum, message_class._full_text, hash)
         except MessageError:
             pass
+        rule = self._mapping.fields.get((name, type))
+        if rule is not None and _installed(name) is None:
+            raise UnknownTypeError(
+                f"the definition of {name} is not known here, and its fields have other names than those of {type}; "
+                f"install a package of ROS 1 with {name}"
+            )
         for types in self._candidates(type, name, {}, hash):
             if hash in (HUMBLE_HASH, type_hash(type, types)):
                 text = ros1_definition(type, types, self._counterparts.to_ros1, _installed)
                 message_class = self._definitions.get(name, "*", text)
-                transcoder = Transcoder(name, _specs(name, text), type, types)
+                transcoder = Transcoder(name, _specs(name, text), type, types, self._mapping.fields)
                 return TypePair(name, message_class._md5sum, text, type, hash, transcoder)
         raise UnknownTypeError(f"the definition of {type} is not known here; install a package of ROS 1 with {name}")
 
@@ -177,13 +213,12 @@ class TypePairs:
         spec = parse_service(type, texts[type])
         specs = _specs(type, service_class._full_text, {each.name: each for each in (spec.request, spec.response)})
         name = _checked(self._counterparts.service_to_ros2(type))
-        derived = self._counterparts.derive_service(spec, specs.__getitem__)
-        for distribution in self._all_types(hash):
-            types = LayeredTypes(derived, distribution, self._distributions[self._usual])
+        fields = self._mapping.fields
+        for types in self._service_candidates(name, spec, specs, hash):
             own_hash = hash if hash == HUMBLE_HASH else service_hash(name, types)
             if hash is None or hash == own_hash:
-                request = Transcoder(spec.request.name, specs, f"{name}_Request", types)
-                response = Transcoder(spec.response.name, specs, f"{name}_Response", types)
+                request = Transcoder(spec.request.name, specs, f"{name}_Request", types, fields)
+                response = Transcoder(spec.response.name, specs, f"{name}_Response", types, fields)
                 return ServicePair(type, service_class._md5sum, name, own_hash or "", request, response)
         raise UnknownTypeError(f"ROS 2 has another definition of {name} than ROS 1 has here")
 
@@ -199,10 +234,21 @@ class TypePairs:
         """Yield types of ROS 2 among which one of that name may be the right one: those of distributions, and the one
         that follows from the definition in ROS 1, if that is given.
         """
+        if name in self._installed:
+            yield self._known
         yield from (types for types in self._all_types(hash) if name in types)
         if root in specs:
-            usual = self._distributions[self._usual]
-            yield LayeredTypes(self._counterparts.derive(specs[root], specs.__getitem__), usual)
+            yield LayeredTypes(self._counterparts.derive(specs[root], specs.__getitem__), self._known)
+
+    def _service_candidates(
+        self, name: str, spec: ServiceSpec, specs: dict[str, MessageSpec], hash: str | None
+    ) -> Iterator[Types]:
+        """Yield types of ROS 2 among which the service of that name may be the right one."""
+        if f"{name}_Request" in self._installed:
+            yield self._known
+        derived = self._counterparts.derive_service(spec, specs.__getitem__)
+        for distribution in self._all_types(hash):
+            yield LayeredTypes(derived, distribution, self._known)
 
 
 def _checked(name: str) -> str:
@@ -213,6 +259,14 @@ def _checked(name: str) -> str:
     """
     dds_type(name)
     return name
+
+
+def _is_known_service(name: str) -> bool:
+    try:
+        load_service(name)
+    except MessageError:
+        return False
+    return True
 
 
 def _installed(name: str) -> MessageSpec | None:

@@ -1,7 +1,7 @@
 """Tells which type of ROS 1 is which type of ROS 2, and derives the types that ROS 2 does not have.
 
-The names are those that bags get when they are converted (`pyros1.bag.export`), so that recorded and bridged topics
-have the same types.
+Without rules of the user, the names are those that bags get when they are converted (`pyros1.bag.export`), so that
+recorded and bridged topics have the same types.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from pyros1.msgs.digest import Digests
 from pyros1.msgs.spec import Field as Ros1Field
 from pyros1.msgs.spec import MessageSpec, ServiceSpec, is_type_name
 from pyros1.ros2.types.definitions import full_type_name
+from pyros1.ros2.types.mapping import TypeMapping
 from pyros1.ros2.types.model import Field, FieldType, Length, MessageType, Types
 
 _DERIVED_BASES = {
@@ -38,18 +39,18 @@ class Counterparts:
     An object remembers the names that it has chosen, so use one object for a whole program.
 
     Args:
-        distribution_types: the types of a ROS 2 distribution.
+        distribution_types: the types that ROS 2 is known to have: those of a distribution, and others.
+        mapping: which types have other names.
     """
 
-    def __init__(self, distribution_types: Types) -> None:
-        # These modules import rosbags, which is slow and not needed by all that import this module.
+    def __init__(self, distribution_types: Types, mapping: TypeMapping | None = None) -> None:
+        # This module imports rosbags, which is slow and not needed by all that import this module.
         from pyros1.bag.export.legal_names import LegalNames  # noqa: PLC0415
-        from pyros1.bag.export.rosbags_types import ros2_name  # noqa: PLC0415
 
         self._distribution_types = distribution_types
         self._names = LegalNames(distribution_types)
         self._new_legal_names = LegalNames
-        self._ros2_name = ros2_name
+        self._mapping = mapping or TypeMapping()
         self._ros1_names: dict[str, str] = {}
 
     def to_ros2(self, name: str) -> str:
@@ -62,7 +63,7 @@ class Counterparts:
             DefinitionError: `name` is not of the form ``package/Type``.
         """
         _check_ros1_name(name)
-        return self._legal_type(name, self._ros2_name(name))
+        return self._to_ros2(name, "msg")
 
     def service_to_ros2(self, name: str) -> str:
         """Return the name of a service type in ROS 2, ``std_srvs/srv/SetBool`` for ``std_srvs/SetBool``.
@@ -84,7 +85,8 @@ class Counterparts:
         """Return the name of a type in ROS 1: ``std_msgs/String`` for ``std_msgs/msg/String``.
 
         This is the inverse of the other methods, for names that they have returned. If two types of ROS 1 are one in
-        ROS 2, it is the one with the same name: ``tf2_msgs/TFMessage``, not ``tf/tfMessage``.
+        ROS 2, it is the one that a rule says first, or the one with the same name: ``tf2_msgs/TFMessage``, not
+        ``tf/tfMessage``.
 
         Args:
             name: full name of a message, service or action, or of a part of a service or action:
@@ -97,7 +99,8 @@ class Counterparts:
         suffixes = () if folder == "msg" else _PART_SUFFIXES
         suffix = next((suffix for suffix in suffixes if short.endswith(suffix)), "")
         short = short.removesuffix(suffix)
-        ros1_name = self._ros1_names.get(f"{package}/{folder}/{short}", f"{package}/{short}")
+        whole = f"{package}/{folder}/{short}"
+        ros1_name = self._mapping.to_ros1(whole) or self._ros1_names.get(whole, f"{package}/{short}")
         return ros1_name + suffix[1:]
 
     def derive(self, spec: MessageSpec, resolve: Callable[[str], MessageSpec]) -> dict[str, MessageType]:
@@ -115,7 +118,7 @@ class Counterparts:
             DefinitionError: a type contains itself, is nested too deeply, uses more than 1000 types, or has an array of
                 0 elements, which ROS 2 does not allow.
         """
-        if self._ros2_name(spec.name) in self._distribution_types:
+        if self._mapping.to_ros2(spec.name, "msg") in self._distribution_types:
             return {}
         return self._derive_all([spec], resolve)
 
@@ -150,8 +153,7 @@ class Counterparts:
 
     def _to_ros2(self, name: str, folder: str) -> str:
         _check_ros1_name(name)
-        package, _, short = name.partition("/")
-        return self._legal_type(name, f"{package}/{folder}/{short}")
+        return self._legal_type(name, self._mapping.to_ros2(name, folder))
 
     def _legal_type(self, ros1_name: str, ros2_name: str) -> str:
         legal = self._names.legal_type(ros2_name)
@@ -163,7 +165,7 @@ class Counterparts:
         self, parts: dict[str, MessageSpec], resolve: Callable[[str], MessageSpec]
     ) -> dict[str, MessageType]:
         types = self._derive_all(list(parts.values()), resolve, with_roots=False)
-        return types | {name: MessageType(name, self._derive_fields(spec)) for name, spec in parts.items()}
+        return types | {name: MessageType(name, self._derive_fields(spec, name)) for name, spec in parts.items()}
 
     def _derive_all(
         self, roots: list[MessageSpec], resolve: Callable[[str], MessageSpec], *, with_roots: bool = True
@@ -171,17 +173,36 @@ class Counterparts:
         specs = {spec.name: spec for spec in roots} if with_roots else {}
         digests = Digests(resolve)
         specs |= {name: resolve(name) for root in roots for name in digests.dependencies(root)}
-        missing = {name: spec for name, spec in specs.items() if self._ros2_name(name) not in self._distribution_types}
+        ros2_names = {name: self._mapping.to_ros2(name, "msg") for name in specs}
+        missing = {name: spec for name, spec in specs.items() if ros2_names[name] not in self._distribution_types}
         if len(missing) > MAX_TYPES:
             raise DefinitionError(f"the type uses {len(missing)} types; the limit is {MAX_TYPES}", roots[0].name)
         # All at once, so that those whose names are legal keep them.
-        self._names.legal_types({self._ros2_name(name): ([], []) for name in missing})
-        types = (MessageType(self.to_ros2(name), self._derive_fields(spec)) for name, spec in missing.items())
-        return {each.name: each for each in types}
+        self._names.legal_types({ros2_names[name]: ([], []) for name in missing})
+        derived = {}
+        for name, spec in missing.items():
+            new_name = self.to_ros2(name)
+            derived[new_name] = MessageType(new_name, self._derive_fields(spec, new_name))
+        return derived
 
-    def _derive_fields(self, spec: MessageSpec) -> tuple[Field, ...]:
+    def _derive_fields(self, spec: MessageSpec, ros2_name: str) -> tuple[Field, ...]:
         types = [self._derive_field_type(spec, field) for field in spec.fields]
-        return tuple(map(Field, self._legal_field_names(spec), types))
+        rule = self._mapping.fields.get((spec.name, ros2_name))
+        if rule is None:
+            return tuple(map(Field, self._legal_field_names(spec), types))
+        known = {field.name for field in spec.fields}
+        if not known.issuperset(rule.fields) or any("." in path for path in rule.fields.values()):
+            raise DefinitionError(
+                f"the definition of {ros2_name} is needed, since the rule for its fields does not say what all of them "
+                "are: use --ros2-packages",
+                rule.place or None,
+            )
+        # Its other fields, if it has any, are not known.
+        return tuple(
+            Field(rule.fields[field.name], type)
+            for field, type in zip(spec.fields, types, strict=True)
+            if field.name in rule.fields
+        )
 
     def _derive_field_type(self, spec: MessageSpec, field: Ros1Field) -> FieldType:
         base = _DERIVED_BASES.get(field.base, field.base) if field.is_builtin else self.to_ros2(field.base)

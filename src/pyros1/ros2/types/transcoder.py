@@ -10,6 +10,7 @@ from collections.abc import Mapping
 
 from pyros1.ground.errors import DefinitionError, MessageError
 from pyros1.msgs.spec import MessageSpec
+from pyros1.ros2.types.mapping import STANDARD_FIELDS, FieldRules
 from pyros1.ros2.types.model import Types
 from pyros1.ros2.types.transcoder_plan import Planner
 from pyros1.ros2.types.transcoder_source import Generator
@@ -23,29 +24,40 @@ _HEADER_SIZE = 4
 class Transcoder:
     """Converts the messages of one ROS 1 type to those of one ROS 2 type, and back.
 
-    Fields are matched by name; nested types likewise, whatever their own names are. A field that one side lacks is
-    dropped, or zero or empty there. Only the ``seq`` of ROS 1 headers is counted up from 1 by each transcoder, unless
-    it is given; all headers of a message have the same.
+    Fields are matched by name, unless a rule says otherwise; nested types likewise, whatever their own names are. A
+    field that one side lacks is dropped, or zero or empty there. Only the ``seq`` of ROS 1 headers is counted up from 1
+    by each transcoder, unless it is given; all headers of a message have the same.
 
     Args:
         ros1_name: full name of the ROS 1 type, ``package/Type``.
         specs: the ROS 1 types by full names, with all that it uses.
         ros2_name: full name of the ROS 2 type, ``package/msg/Type``.
         types: the ROS 2 types, with all that it uses.
+        rules: which fields of which types belong together, where their names do not say so.
 
     Attributes:
         only_ros1: dotted names of the fields that ROS 2's type lacks, for example ``pose.covariance``; without the
             fields in such fields, and without the ``seq`` of headers.
         only_ros2: dotted names of the fields that ROS 1's type lacks.
 
+    Integers of different sizes are converted if one type has all values of the other one, and so are floats; a value
+    that the other side's type does not have is an error.
+
     Raises:
-        DefinitionError: two fields of one name have types that cannot be converted into each other, or a type is
-            unknown, or too large.
+        DefinitionError: two fields that belong together have types that cannot be converted into each other, a rule
+            names a field that is not there, or a type is unknown, or too large.
     """
 
-    def __init__(self, ros1_name: str, specs: Mapping[str, MessageSpec], ros2_name: str, types: Types) -> None:
+    def __init__(
+        self,
+        ros1_name: str,
+        specs: Mapping[str, MessageSpec],
+        ros2_name: str,
+        types: Types,
+        rules: FieldRules = STANDARD_FIELDS,
+    ) -> None:
         self._ros1_name, self._ros2_name, self._types = ros1_name, ros2_name, types
-        planner = Planner(specs, types)
+        planner = Planner(specs, types, rules)
         try:
             record = planner.record(ros1_name, ros2_name)
             self._to_cdr = Generator(to_cdr=True).compile(record)
@@ -66,7 +78,8 @@ class Transcoder:
             Little-endian CDR with its header.
 
         Raises:
-            MessageError: the bytes are not such a message, or an array or string is too long for ROS 2's type.
+            MessageError: the bytes are not such a message, an array or string is too long for ROS 2's type, or a number
+                too large.
         """
         try:
             return self._to_cdr(body if body.__class__ is bytes else memoryview(body).cast("B"), 0)
@@ -84,7 +97,8 @@ class Transcoder:
             The ROS 1 message, without a length before it.
 
         Raises:
-            MessageError: the bytes are not such a message, or an array does not have the length of ROS 1's type.
+            MessageError: the bytes are not such a message, an array does not have the length of ROS 1's type, or a
+                number is too large for it.
         """
         try:
             data = data if data.__class__ is bytes else memoryview(data).cast("B")

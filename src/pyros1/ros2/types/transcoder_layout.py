@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import struct
 from collections.abc import Iterable
 
-from pyros1.ros2.types.transcoder_plan import Array, Node, Numbers, Record, Text
+from pyros1.ros2.types.transcoder_plan import Array, Changed, Node, Numbers, Record, Text
 
 _MAX_NUMBERS = 1000
 
@@ -20,6 +21,8 @@ def minimum_size(node: Node, *, in_ros1: bool) -> int:
         return 0
     if isinstance(node, Numbers):
         return node.width * node.amount
+    if isinstance(node, Changed):
+        return struct.calcsize("<" + (node.ros1 if in_ros1 else node.ros2))
     if isinstance(node, Text):
         return 4
     if isinstance(node, Array):
@@ -77,6 +80,10 @@ def _collect(node: Node, numbers: list[tuple[int, int]], *, source_is_cdr: bool,
         if node.amount:
             numbers.append((node.width, node.amount))
         return len(numbers) <= _MAX_NUMBERS
+    if isinstance(node, Changed):
+        if skip:
+            numbers.append((struct.calcsize("<" + (node.ros2 if source_is_cdr else node.ros1)), 1))
+        return skip and len(numbers) <= _MAX_NUMBERS
     if not isinstance(node, Record):
         return False
     order = node.ros2 if source_is_cdr else node.ros1

@@ -36,8 +36,9 @@ class Atom(NamedTuple):
         amount: how many.
         reads: whether the source has them.
         writes: whether the target has them.
-        name: the variable to read the value into, a uint32; empty to copy its bytes.
-        expression: what to write, a uint32; empty to copy the bytes, or for zero if the source lacks them.
+        name: the variable to read the value into; empty to copy its bytes.
+        expression: what to write; empty to copy the bytes, or for zero if the source lacks them.
+        code: code of the type of the variable and the expression, as in the module struct: a uint32.
     """
 
     width: int
@@ -46,6 +47,7 @@ class Atom(NamedTuple):
     writes: bool
     name: str = ""
     expression: str = ""
+    code: str = "I"
 
     @property
     def is_copied(self) -> bool:
@@ -311,7 +313,7 @@ def _format(pieces: list[list[Atom]], pads: list[int], *, reads: bool) -> str:
         pad, index = pads[index], index + len(piece)
         if not (atom.reads if reads else atom.writes):
             continue
-        code = "I" if (atom.name if reads else atom.expression) else f"{size}s" if atom.is_copied else f"{size}x"
+        code = atom.code if (atom.name if reads else atom.expression) else f"{size}s" if atom.is_copied else f"{size}x"
         codes.append(f"{pad}x{code}" if pad else code)
     return "<" + "".join(codes)
 

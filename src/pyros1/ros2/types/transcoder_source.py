@@ -10,12 +10,13 @@ elements of an array is compared with the bytes left, before a loop.
 
 from __future__ import annotations
 
+import struct
 from collections.abc import Callable
 
 from pyros1.ground.errors import DefinitionError, MessageError
 from pyros1.ros2.types import transcoder_text as texts
 from pyros1.ros2.types.transcoder_layout import bulk_layout, minimum_size, weight
-from pyros1.ros2.types.transcoder_plan import Array, Node, Numbers, Record, Text
+from pyros1.ros2.types.transcoder_plan import Array, Changed, Node, Numbers, Record, Text
 from pyros1.ros2.types.transcoder_runs import ANY, HEADER_SIZE, Atom, Runs
 
 MAX_LOOP_DEPTH = 12
@@ -94,6 +95,8 @@ class Generator:
         if isinstance(node, Numbers):
             is_seq = node.is_sequence_number and writes and not reads
             self._runs.add(Atom(node.width, node.amount, reads, writes, expression="seq" if is_seq else ""))
+        elif isinstance(node, Changed):
+            self._changed(node, writes)
         elif isinstance(node, Text):
             self._text(node, reads, writes)
         elif isinstance(node, Array):
@@ -140,6 +143,15 @@ class Generator:
             runs.flush()
         self._emit(f"p = {end[0]}")
         runs.source = end[1]
+
+    def _changed(self, node: Changed, writes: bool) -> None:
+        source, target = (node.ros1, node.ros2) if self._to_cdr else (node.ros2, node.ros1)
+        name = self._runs.unique_name("number") if writes else ""
+        self._runs.add(Atom(struct.calcsize("<" + source), 1, True, False, name=name, code=source))
+        if writes:
+            convert = self._ref(node.to_ros2 if self._to_cdr else node.to_ros1, "change")
+            width = struct.calcsize("<" + target)
+            self._runs.add(Atom(width, 1, False, True, expression=f"{convert}({name})", code=target))
 
     def _text(self, node: Text, reads: bool, writes: bool) -> None:
         runs, wide = self._runs, node.is_wide

@@ -8,6 +8,7 @@ import subprocess
 import sys
 from collections.abc import Callable
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -54,6 +55,28 @@ def test_check_explains(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
 def test_what_is_refused(run: Run, words: list[str], complaint: str) -> None:
     code, out, err = run(*words)
     assert code != 0 and complaint in err and not out and "Traceback" not in err
+
+
+def test_mapping_files(run: Run, tmp_path: Path) -> None:
+    (tmp_path / "flat_msgs/msg").mkdir(parents=True)
+    (tmp_path / "flat_msgs/msg/Flat.msg").write_text("float64 east\nfloat64 north\n")
+    rule = "- {ros1_package_name: geometry_msgs, ros1_message_name: Point,"
+    rule += " ros2_package_name: flat_msgs, ros2_message_name: Flat, fields_1_to_2: {x: east, y: north}}\n"
+    path = tmp_path / "map.yaml"
+    path.write_text(rule)
+    words = ["--check", "--mapping", str(path), "--ros2-packages", str(tmp_path)]
+    code, out, err = run(*words)
+    assert (code, err) == (0, "") and out.splitlines()[-2:] == [
+        f"{path}:1: geometry_msgs/Point is flat_msgs/msg/Flat",
+        "    geometry_msgs/Point is flat_msgs/msg/Flat, but only ROS 1 has z: left out on the way there, zero or "
+        "empty on the way back",
+    ]
+    path.write_text(rule + rule)
+    code, out, err = run(*words)
+    assert (code, out) == (2, "") and f"{path}:2: there is already a rule" in err
+    for word in ("--mapping", "--ros2-packages"):
+        code, out, err = run("--check", word, str(tmp_path / "missing"))
+        assert (code, out) == (2, "") and "missing" in err and "Traceback" not in err
 
 
 def test_a_domain_that_is_no_number(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -17,6 +17,8 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from pyros1.ros2.bridge.rules import Ros2Rules
+    from pyros1.ros2.bridge.type_pairs import TypePairs
+    from pyros1.ros2.types.mapping import TypeMapping
 
 _ROUTER = "tcp/localhost:7447"
 """Where the router of rmw_zenoh listens by default."""
@@ -28,8 +30,8 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int | None:
     from pyros1.bridge.transport.access_control import security_settings  # noqa: PLC0415
     from pyros1.bridge.transport.certificates import KeysError  # noqa: PLC0415
     from pyros1.bridge.transport.endpoints import EndpointError  # noqa: PLC0415
+    from pyros1.ros2.bridge.mapping_check import check_mapping  # noqa: PLC0415
     from pyros1.ros2.bridge.rules import Ros2Rules, Ros2RulesError  # noqa: PLC0415
-    from pyros1.ros2.types.distribution import distribution_types  # noqa: PLC0415
 
     send, take = ([word for words in given for word in words] for given in (options.send, options.take))
     connect = options.connect or ([] if options.listen else [_ROUTER])
@@ -42,12 +44,41 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int | None:
             settings = security_settings(read_keys(options.keys), ())
     except (Ros2RulesError, EndpointError, KeysError) as error:
         raise CommandError(str(error), 2) from None
+    mapping = _read_mappings(options.mapping)
     if options.check:
-        distribution_types(options.distribution)  # an unknown one is refused
+        types = _make_types(options, mapping, invocation.environ)
         print(f"ROS 2: domain {domain}, through {_where(connect, options.listen)}")
         print(*map(one_line, rules.explain()), sep="\n")
+        for line, _ in check_mapping(mapping, types):
+            print(one_line(line, 1000))
         return None
-    return _run(invocation, rules, domain, options.distribution, connect, options.listen, settings)
+    return _run(invocation, options, rules, domain, mapping, connect, settings)
+
+
+def _read_mappings(paths: list[str]) -> TypeMapping:
+    """Return the rules of mapping files."""
+    from pyros1.bridge.rules.file_reader import RulesError  # noqa: PLC0415
+    from pyros1.ros2.bridge.mapping_file import read_mappings  # noqa: PLC0415
+    from pyros1.values.reading import YamlError  # noqa: PLC0415
+
+    try:
+        return read_mappings(paths)
+    except OSError as error:
+        raise CommandError(f"cannot read {error.filename}: {error.strerror}", 2) from None
+    except (RulesError, YamlError) as error:
+        raise CommandError(str(error), 2) from None
+
+
+def _make_types(options: Any, mapping: TypeMapping, environ: Mapping[str, str]) -> TypePairs:
+    """Return what knows the types of both sides."""
+    from pyros1.ros2.bridge.type_pairs import TypePairs  # noqa: PLC0415
+    from pyros1.ros2.types.installed import InstalledTypes, PackagesError, environment_folders  # noqa: PLC0415
+
+    try:
+        installed = InstalledTypes([*options.ros2_packages, *environment_folders(environ)])
+    except PackagesError as error:
+        raise CommandError(str(error), 2) from None
+    return TypePairs(options.distribution, mapping, installed)
 
 
 def _domain(given: int | None, environ: Mapping[str, str]) -> int:
@@ -65,11 +96,11 @@ def _where(connect: list[str], listen: list[str]) -> str:
 
 def _run(
     invocation: Invocation,
+    options: Any,
     rules: Ros2Rules,
     domain: int,
-    distribution: str,
+    mapping: TypeMapping,
     connect: list[str],
-    listen: list[str],
     settings: Mapping[str, str],
 ) -> int:
     from pyros1.bridge.transport.zenoh_link import check_installed  # noqa: PLC0415
@@ -77,11 +108,13 @@ def _run(
     check_installed()
     invocation.master.ping()  # fail before slow imports if no master is running
     from pyros1.node import Node  # noqa: PLC0415
+    from pyros1.ros2.bridge.mapping_check import check_mapping  # noqa: PLC0415
     from pyros1.ros2.bridge.runner import Ros2Bridge  # noqa: PLC0415
-    from pyros1.ros2.bridge.type_pairs import TypePairs  # noqa: PLC0415
     from pyros1.ros2.zenoh.session import Ros2Session  # noqa: PLC0415
 
-    types = TypePairs(distribution)
+    listen = options.listen
+    types = _make_types(options, mapping, invocation.environ)
+    problems = [line for line, can_be_used in check_mapping(mapping, types) if not can_be_used]
     with Node(
         "bridge_ros2", argv=invocation.remapping_args, environ=invocation.environ, wait_for_master=0.0, wall_time=True
     ) as node:
@@ -103,6 +136,8 @@ def _run(
                 file=sys.stderr,
                 flush=True,
             )
+            for line in problems:
+                node.log.warn("%s", one_line(line, 1000))
             node.spin()
         finally:
             bridge.close()
@@ -166,6 +201,21 @@ VERB = Verb(
         default="jazzy",
         metavar="NAME",
         help="the distribution of ROS 2 whose types to use where nobody there says which: humble, jazzy (default), ...",
+    ),
+    Option(
+        "--mapping",
+        action="append",
+        default=[],
+        metavar="FILE",
+        help="which types and fields have other names in ROS 2: a YAML file of rules as for ros1_bridge",
+    ),
+    Option(
+        "--ros2-packages",
+        action="append",
+        default=[],
+        metavar="FOLDER",
+        help="packages of ROS 2 whose definitions to use, such as a workspace's src or install; besides those of "
+        "AMENT_PREFIX_PATH",
     ),
     Option("--keys", metavar="FOLDER", help="keys made by `pyros1 bridge keys`, for tls/ and quic/"),
     Flag("--check", help="explain what would be exchanged, and exit"),

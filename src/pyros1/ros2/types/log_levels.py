@@ -1,0 +1,35 @@
+"""How values are converted that are others in ROS 2 for the same meaning: the levels of log messages. No I/O."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+
+class ValueRule(NamedTuple):
+    """How a ``uint8`` or ``byte`` is converted.
+
+    Attributes:
+        to_ros2: the value in ROS 2 for each of the 256 values in ROS 1.
+        to_ros1: the value in ROS 1 for each of the 256 values in ROS 2.
+    """
+
+    to_ros2: Sequence[int]
+    to_ros1: Sequence[int]
+
+
+# DEBUG, INFO, WARN, ERROR, FATAL in rosgraph_msgs/Log and in rcl_interfaces/msg/Log
+_ROS1_LEVELS = (1, 2, 4, 8, 16)
+_ROS2_LEVELS = (10, 20, 30, 40, 50)
+
+
+def _level(value: int, levels: Sequence[int], others: Sequence[int]) -> int:
+    """Return the level of the other side for a value, which may lie between those that have names."""
+    return next((other for level, other in zip(levels[::-1], others[::-1], strict=True) if value >= level), others[0])
+
+
+LOG_LEVELS = ValueRule(
+    bytes(_level(value, _ROS1_LEVELS, _ROS2_LEVELS) for value in range(256)),
+    bytes(_level(value, _ROS2_LEVELS, _ROS1_LEVELS) for value in range(256)),
+)
+"""The levels of log messages."""
