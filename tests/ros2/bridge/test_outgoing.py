@@ -30,7 +30,9 @@ def outgoing(latched: bool = False) -> tuple[Outgoing, Counts, list[Send], list[
     packets, warnings, counts = [], [], Counts()
     pair = TypePairs().for_ros1("std_msgs/String", STRING._md5sum, STRING._full_text)
     local = LocalTopic("/a", pair.ros1, pair.md5sum, pair.definition, latched, ("/talker",))
-    found = Outgoing(Mock(), Mock(), Mock(put=packets.append), counts, lambda text, error: warnings.append(text))
+    found = Outgoing(
+        Mock(), Mock(bridges={"/bridge"}), Mock(put=packets.append), counts, lambda text, error: warnings.append(text)
+    )
     found.wanted = {"/a": [(KEY, Announced(local, pair, Qos(transient_local=latched), True, Priority.LOW))]}
     found.set_publishers([f"{ROUTE} /talker" if latched else ROUTE])
     return found, counts, packets, warnings
@@ -56,6 +58,7 @@ def test_a_message_is_converted_and_counted() -> None:
         (message(md5sum="0" * 32), {"with a different md5sum": 1}),
         (message(b"\xff\0\0\0"), {"could not be converted": 1}),
         (message(**{BRIDGE_FIELD: "red"}), {}),
+        (message(callerid="/bridge"), {}),
     ],
 )
 def test_what_is_not_sent(unusable: Any, drops: dict[str, int]) -> None:

@@ -64,6 +64,13 @@ def key(name: str, hash: str = "new", type: str = "std_msgs/msg/String") -> Data
     return DataKey(7, name, type, hash)
 
 
+def test_the_log_is_not_latched() -> None:
+    latched = Qos(transient_local=True, depth=1000)
+    made = plan([], [entity("/rosout", qos=latched), entity("/map", qos=latched)])
+    assert [(name, taken.latched) for name, taken in made.takes.items()] == [("/map", True), ("/rosout", False)]
+    assert made.takes["/rosout"].keys[key("/rosout")][1] == Qos(True, False, QUEUE)
+
+
 def test_ros2_sees_topics_that_nobody_subscribes_to() -> None:
     made = plan([topic("/a"), topic("/map", latched=True)])
     assert {each: announced.qos for each, announced in made.announces.items()} == {

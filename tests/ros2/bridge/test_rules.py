@@ -13,6 +13,19 @@ def test_without_rules_everything_is_exchanged() -> None:
     assert not any(rules.sends(name) or rules.takes(name) for name in NEVER)
 
 
+def test_the_log_of_ros1_must_be_named() -> None:
+    for rules, ways in (
+        (Ros2Rules(), "from ROS 2 to ROS 1"),
+        (Ros2Rules(["/rosout", "/odom"]), "from ROS 1 to ROS 2"),
+        (Ros2Rules(["/rosout"], ["/**"]), "from ROS 2 to ROS 1 and from ROS 1 to ROS 2"),
+        (Ros2Rules(take=["/scan"]), "not exchanged"),
+        (Ros2Rules(take=["!/rosout"]), "not exchanged"),
+        (Ros2Rules(["/rosout*"]), "not exchanged"),
+    ):
+        assert rules.sends("/rosout") == ("to ROS 2" in ways) and rules.takes("/rosout") == ("to ROS 1" in ways)
+        assert f"the log (/rosout): {ways}" in rules.explain()
+
+
 def test_services_that_each_node_has_are_not_exchanged() -> None:
     rules = Ros2Rules()
     assert rules.serves("/map_server/load_map") and rules.calls("/map_server/load_map")
@@ -52,5 +65,6 @@ def test_explanation() -> None:
     assert lines == [
         "from ROS 1 to ROS 2: /odom, but not /x",
         "from ROS 2 to ROS 1: nothing",
-        "never: /rosout, /rosout_agg, /parameter_events, /statistics",
+        "the log (/rosout): not exchanged",
+        "never: /rosout_agg, /parameter_events, /statistics",
     ]

@@ -57,8 +57,10 @@ class Outgoing:
         header = message._connection_header or {}
         publisher, md5sum = header.get("callerid", ""), header.get("md5sum", "")
         self._graph.check_type(publisher, local, md5sum)
-        if BRIDGE_FIELD in header:
-            return  # whatever bridge it was, this could be a loop
+        # Whatever bridge it was, this could be a loop. A bridge publishes the log of ROS 2 on the connections of its own
+        # log, which may have begun without the field.
+        if BRIDGE_FIELD in header or publisher in self._graph.bridges:
+            return
         flow = self._counts.to_ros2(local)
         for key, announced in self.wanted.get(local, ()):
             if md5sum != announced.local.md5sum:

@@ -14,7 +14,7 @@ from pyros1.bridge.exchange.sending import LocalTopic
 from pyros1.bridge.names import Pattern
 from pyros1.bridge.rules.rules import Priority, Rule
 from pyros1.ground.errors import Error
-from pyros1.ros2.bridge.rules import Ros2Rules
+from pyros1.ros2.bridge.rules import LOG, Ros2Rules
 from pyros1.ros2.bridge.type_pairs import TypePair
 from pyros1.ros2.zenoh.names import DataKey, data_key, is_full_name
 from pyros1.ros2.zenoh.qos import Qos
@@ -203,8 +203,10 @@ def _take(
         before = taken.keys.get(key)
         # Whoever expects more than a publisher offers gets nothing of it.
         reliable = offered.reliable and (before is None or before[1].reliable)
-        latched = offered.transient_local and (before is None or before[1].transient_local)
+        # The log's last lines before the bridge came are nothing that late subscribers in ROS 1 expect.
+        is_latched = offered.transient_local and name != LOG
+        latched = is_latched and (before is None or before[1].transient_local)
         taken.keys[key] = (pair, Qos(reliable, latched, max(QUEUE, min(offered.depth, 1000)) if latched else QUEUE))
-        taken.latched = taken.latched or offered.transient_local
+        taken.latched = taken.latched or is_latched
         if publisher.full_node_name not in taken.publishers:
             taken.publishers.append(publisher.full_node_name)

@@ -10,7 +10,9 @@ from pyros1.bridge.parameters import PARAMETER_SERVICE
 from pyros1.doctor.bridge_status import STATUS_SERVICE
 from pyros1.ground.errors import Error
 
-NEVER = ("/rosout", "/rosout_agg", "/parameter_events", "/statistics")
+LOG = "/rosout"
+"""The topic of the log. ROS 1 sees that of ROS 2's nodes, but ROS 2 sees that of ROS 1's only if it is named."""
+NEVER = ("/rosout_agg", "/parameter_events", "/statistics")
 """Topics that each side has for itself."""
 NEVER_SERVICES = (
     "get_loggers",
@@ -59,6 +61,8 @@ class Ros2Rules:
 
     def sends(self, topic: str) -> bool:
         """Return whether ROS 2 may see a topic of ROS 1."""
+        if topic == LOG and not self._send.names(LOG):
+            return False
         return topic not in NEVER and self._send.includes(topic)
 
     def takes(self, topic: str) -> bool:
@@ -78,9 +82,14 @@ class Ros2Rules:
         return [
             f"from ROS 1 to ROS 2: {self._send}",
             f"from ROS 2 to ROS 1: {self._take}",
+            f"the log ({LOG}): {self._explain_log()}",
             f"never: {', '.join(NEVER)}",
             f"never, services: {', '.join('*/' + name for name in NEVER_SERVICES)}",
         ]
+
+    def _explain_log(self) -> str:
+        ways = ["from ROS 2 to ROS 1"] * self.takes(LOG) + ["from ROS 1 to ROS 2"] * self.sends(LOG)
+        return " and ".join(ways) or "not exchanged"
 
 
 def _is_nodes_own(service: str) -> bool:
@@ -96,6 +105,10 @@ class _Names:
         return any(each.matches_name(name) for each in self._allowed) and not any(
             each.matches_name(name) for each in self._denied
         )
+
+    def names(self, name: str) -> bool:
+        """Return whether a name is there as such, and not only by a pattern."""
+        return any(each.text == name for each in self._allowed)
 
     def __str__(self) -> str:
         allowed = ", ".join(each.text for each in self._allowed) or "nothing"
