@@ -57,7 +57,7 @@ class Outgoing:
         header = message._connection_header or {}
         publisher, md5sum = header.get("callerid", ""), header.get("md5sum", "")
         self._graph.check_type(publisher, local, md5sum)
-        # Whatever bridge it was, this could be a loop. A bridge publishes the log of ROS 2 on the connections of its own
+        # Whatever bridge it was, this could be a loop. A bridge publishes the log of ROS 2 over connections of its own
         # log, which may have begun without the field.
         if BRIDGE_FIELD in header or publisher in self._graph.bridges:
             return

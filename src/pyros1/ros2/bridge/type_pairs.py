@@ -30,6 +30,8 @@ from pyros1.ros2.zenoh.names import HUMBLE_HASH, dds_type
 DISTRIBUTIONS = ("jazzy", "kilted", "lyrical", "iron", "humble")
 """The distributions of ROS 2 among whose types a hash is looked up, in this order."""
 
+_HINT = "--ros2-packages names a folder with packages of ROS 2"
+
 
 class TypePair(NamedTuple):
     """A message type on both sides.
@@ -179,10 +181,7 @@ class TypePairs:
             if hash is None or hash == own_hash:
                 transcoder = Transcoder(type, specs, name, types, self._mapping.fields)
                 return TypePair(type, md5sum, text, name, own_hash or "", transcoder)
-        raise UnknownTypeError(
-            f"ROS 2 expects another definition of {name} than those that are known here; --ros2-packages names a "
-            "folder with packages of ROS 2"
-        )
+        raise UnknownTypeError(f"ROS 2 expects another definition of {name} than those that are known here; {_HINT}")
 
     def _for_ros2(self, type: str, hash: str) -> TypePair:
         name = self._counterparts.to_ros1(type)
@@ -203,6 +202,8 @@ class TypePairs:
                 message_class = self._definitions.get(name, "*", text)
                 transcoder = Transcoder(name, _specs(name, text), type, types, self._mapping.fields)
                 return TypePair(name, message_class._md5sum, text, type, hash, transcoder)
+        if self.knows_ros2(type):
+            raise UnknownTypeError(f"ROS 2 has another definition of {type} than those that are known here; {_HINT}")
         raise UnknownTypeError(f"the definition of {type} is not known here; install a package of ROS 1 with {name}")
 
     def _service(self, type: str, md5sum: str, hash: str | None) -> ServicePair:
