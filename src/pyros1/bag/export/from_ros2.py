@@ -15,11 +15,20 @@ from rosbags.typesys.store import Typestore
 
 from pyros1.bag.errors import BagError
 from pyros1.bag.export.import_result import ImportResult
-from pyros1.bag.export.rosbags_types import Converter, copy_types, empty_store, make_converter, parse_types, used_types
+from pyros1.bag.export.rosbags_types import (
+    Converter,
+    copy_types,
+    empty_store,
+    make_converter,
+    make_ruled_converter,
+    parse_types,
+    used_types,
+)
 from pyros1.bag.format.records import RECORD_OVERHEAD
 from pyros1.bag.format.writer import BagWriter
 from pyros1.ground.errors import MessageError, UnknownTypeError
 from pyros1.msgs import from_definition, load_message
+from pyros1.ros2.types.mapping import MOVED_MESSAGES, MOVED_TO_ROS1
 
 _TRANSIENT_LOCAL = 1
 
@@ -136,7 +145,12 @@ class _Ros1Types:
             raise _NotInRos1(f"{name} is not a message type")
         if name not in self._source.fielddefs:
             raise _NotInRos1(f"the definition of {name} is missing")
-        ros1_name = f"{package}/{short_name}"
+        ros1_name = MOVED_TO_ROS1.get(name, f"{package}/{short_name}")
+        if ros1_name in MOVED_MESSAGES:
+            cls = load_message(ros1_name)
+            ruled = make_ruled_converter(ros1_name, cls._full_text, name, to_ros2=False)
+            if ruled is not None:
+                return _Ros1Type(ros1_name, cls._md5sum, cls._full_text, ruled)
         installed = self._register_installed(name)
         copy_types(self._target, self._source, name)
         convert = make_converter(self._source, self._target, name, name, to_ros2=False)

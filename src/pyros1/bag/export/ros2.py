@@ -17,7 +17,15 @@ from rosbags.typesys import Stores, TypesysError, get_typestore
 
 from pyros1.bag.errors import BagError
 from pyros1.bag.export.legal_names import LegalNames
-from pyros1.bag.export.rosbags_types import Converter, copy_types, empty_store, make_converter, parse_types, ros2_name
+from pyros1.bag.export.rosbags_types import (
+    Converter,
+    copy_types,
+    empty_store,
+    make_converter,
+    make_ruled_converter,
+    parse_types,
+    ros2_name,
+)
 from pyros1.bag.format.reader import RawMessage
 from pyros1.bag.format.records import Connection
 from pyros1.ground.errors import MessageError
@@ -74,7 +82,7 @@ class Ros2Writer:
                 entry = self._connections[id(connection)] = self._add_connection(connection)
                 self._sources.append(connection)
             self._writer.write(entry[0], stored.time, self._convert(entry[1], stored))
-        except (TypesysError, SerdeError, WriterError, KeyError, UnicodeDecodeError) as error:
+        except (TypesysError, SerdeError, WriterError, MessageError, KeyError, UnicodeDecodeError) as error:
             message_label = f"message on {connection.topic} at {stored.time / 1e9:.6f} ({connection.type})"
             raise BagError(str(self.path), f"{message_label} cannot be converted: {error}") from error
         except sqlite3.Error as error:  # SQLite's errors for a full disk and similar problems
@@ -127,12 +135,18 @@ class Ros2Writer:
     def _converter_for(self, connection: Connection) -> Converter:
         key = (connection.type, connection.md5sum)
         if key not in self._converters:
-            source = empty_store()
-            source.register(self.names.legal_types(parse_types(connection.type, connection.definition)))
-            name = self.names.legal_type(ros2_name(connection.type))
-            copy_types(self._typestore, source, name)
-            self._converters[key] = make_converter(source, self._typestore, name, name, to_ros2=True)
+            self._converters[key] = self._make_converter(connection)
         return self._converters[key]
+
+    def _make_converter(self, connection: Connection) -> Converter:
+        name = self.names.legal_type(ros2_name(connection.type))
+        ruled = make_ruled_converter(connection.type, connection.definition, name, to_ros2=True)
+        if ruled is not None:
+            return ruled
+        source = empty_store()
+        source.register(self.names.legal_types(parse_types(connection.type, connection.definition)))
+        copy_types(self._typestore, source, name)
+        return make_converter(source, self._typestore, name, name, to_ros2=True)
 
 
 class Ros2McapWriter(Ros2Writer):

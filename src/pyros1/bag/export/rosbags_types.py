@@ -7,11 +7,17 @@ from collections.abc import Callable, Iterator
 from functools import partial
 from typing import Any
 
-from rosbags.convert.converter import STATIC_MSGTYPE_RENAMES, is_same_wireformat, migrate_bytes
+from rosbags.convert.converter import is_same_wireformat, migrate_bytes
 from rosbags.interfaces import Nodetype
 from rosbags.interfaces.typing import Typesdict
 from rosbags.typesys import Stores, TypesysError, get_types_from_msg, get_typestore
 from rosbags.typesys.store import Typestore
+
+from pyros1.msgs.digest import split_full_text
+from pyros1.msgs.spec import parse_message
+from pyros1.ros2.types.distribution import distribution_types
+from pyros1.ros2.types.mapping import MOVED_MESSAGES, STANDARD_FIELDS
+from pyros1.ros2.types.transcoder import Transcoder
 
 _CONSTANT_PATTERN = re.compile(r"^[ \t]*\w+[ \t]+\w+[ \t]*=.*$", re.MULTILINE)
 
@@ -22,8 +28,7 @@ Converter = Callable[[bytes], memoryview]
 def ros2_name(type_name: str) -> str:
     """Return a type's name in ROS 2: ``std_msgs/msg/String`` for ``std_msgs/String``."""
     package, _, name = type_name.partition("/")
-    full_name = f"{package}/msg/{name}"
-    return STATIC_MSGTYPE_RENAMES.get(full_name, full_name)
+    return MOVED_MESSAGES.get(type_name, f"{package}/msg/{name}")
 
 
 def distributions() -> dict[str, str]:
@@ -106,3 +111,25 @@ def make_converter(source: Typestore, target: Typestore, name: str, target_name:
         return source.cdr_to_ros1(data, name) if is_little_endian else migrate(data)
 
     return to_ros1
+
+
+def make_ruled_converter(ros1_name: str, definition: str, name: str, *, to_ros2: bool) -> Converter | None:
+    """Return the function that converts messages of two standard types with other names or values of fields in ROS 2,
+    such as log messages; None if there is no rule for these types.
+
+    Args:
+        ros1_name: the type in ROS 1, ``package/Type``.
+        definition: its definition there, followed by the definitions of all types that it uses.
+        name: the type in ROS 2, ``package/msg/Type``.
+        to_ros2: as for `make_converter`.
+
+    Raises:
+        DefinitionError: it is not the standard definition.
+    """
+    if (ros1_name, name) not in STANDARD_FIELDS:
+        return None
+    texts = split_full_text(ros1_name, definition)
+    specs = {each: parse_message(each, text) for each, text in texts.items()}
+    transcoder = Transcoder(ros1_name, specs, name, distribution_types())
+    convert = transcoder.to_cdr if to_ros2 else transcoder.from_cdr
+    return lambda data: memoryview(convert(data))

@@ -18,7 +18,11 @@ MOVED_SERVICES: Mapping[str, str] = MappingProxyType(
         "rospy_tutorials/AddTwoInts": "example_interfaces/srv/AddTwoInts",
     }
 )
-"""The same for services. Where two of ROS 1 are one in ROS 2, it is the first one in ROS 1."""
+"""The same for services."""
+MOVED_TO_ROS1: Mapping[str, str] = MappingProxyType(
+    {"rcl_interfaces/msg/Log": "rosgraph_msgs/Log", "example_interfaces/srv/AddTwoInts": "roscpp_tutorials/TwoInts"}
+)
+"""Types of ROS 2 that have another name in ROS 1. tf2_msgs/msg/TFMessage has not: it is there under both names."""
 
 _NO_VALUES: Mapping[str, ValueRule] = MappingProxyType({})
 
@@ -141,13 +145,7 @@ class TypeMapping:
         package, _, short = name.split("/")
         if package in self._packages_to_ros1:
             return f"{self._packages_to_ros1[package]}/{short}"
-        return _STANDARD_TO_ROS1.get(name)
-
-
-_STANDARD_TO_ROS1: Mapping[str, str] = MappingProxyType(
-    # tf2_msgs/msg/TFMessage is a type of ROS 1 with the same name. Of two, the first one counts.
-    {"rcl_interfaces/msg/Log": "rosgraph_msgs/Log"} | {ros2: ros1 for ros1, ros2 in reversed([*MOVED_SERVICES.items()])}
-)
+        return MOVED_TO_ROS1.get(name)
 
 
 def _field_rules(rules: Iterable[TypeRule]) -> dict[tuple[str, str], FieldRule]:
