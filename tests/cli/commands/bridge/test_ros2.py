@@ -79,6 +79,20 @@ def test_mapping_files(run: Run, tmp_path: Path) -> None:
         assert (code, out) == (2, "") and "missing" in err and "Traceback" not in err
 
 
+def test_parameters_of_ros1_bridge(run: Run, tmp_path: Path) -> None:
+    path = tmp_path / "bridge.yaml"
+    path.write_text("topics:\n- {topic: /chatter, type: std_msgs/msg/String, qos: {depth: 3}}\n")
+    code, out, err = run("--check", "--parameters", str(path), "--take", "/scan")
+    assert (code, err) == (0, "") and out.splitlines()[1:3] == [
+        "from ROS 1 to ROS 2: /chatter",
+        "from ROS 2 to ROS 1: /scan, /chatter",
+    ]
+    assert f"{path}:2: qos is not used" in out.splitlines()[-1]
+    path.write_text("topics: 3\n")
+    code, out, err = run("--check", "--parameters", str(path))
+    assert (code, out) == (2, "") and f"{path}:1: expected a mapping" in err
+
+
 def test_a_domain_that_is_no_number(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("ROS_DOMAIN_ID", "lab")
     assert "ROS_DOMAIN_ID must be a number from 0 to 232, not 'lab'" in run("--check")[2]

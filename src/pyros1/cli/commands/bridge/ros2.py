@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import sys
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 from pyros1.cli.commands.bridge._settings import INSECURE_FLAG, check_connections, read_keys
@@ -14,7 +15,7 @@ from pyros1.ground.errors import Error
 from pyros1.ground.terminal_text import one_line
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterator, Mapping
 
     from pyros1.ros2.bridge.rules import Ros2Rules
     from pyros1.ros2.bridge.type_pairs import TypePairs
@@ -34,6 +35,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int | None:
     from pyros1.ros2.bridge.rules import Ros2Rules, Ros2RulesError  # noqa: PLC0415
 
     send, take = ([word for words in given for word in words] for given in (options.send, options.take))
+    notes = _add_parameters(options.parameters, send, take)
     connect = options.connect or ([] if options.listen else [_ROUTER])
     try:
         domain = _domain(options.domain, invocation.environ)
@@ -49,24 +51,46 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int | None:
         types = _make_types(options, mapping, invocation.environ)
         print(f"ROS 2: domain {domain}, through {_where(connect, options.listen)}")
         print(*map(one_line, rules.explain()), sep="\n")
-        for line, _ in check_mapping(mapping, types):
+        for line in (*notes, *(line for line, _ in check_mapping(mapping, types))):
             print(one_line(line, 1000))
         return None
-    return _run(invocation, options, rules, domain, mapping, connect, settings)
+    return _run(invocation, options, rules, domain, mapping, notes, connect, settings)
 
 
-def _read_mappings(paths: list[str]) -> TypeMapping:
-    """Return the rules of mapping files."""
+def _add_parameters(paths: list[str], send: list[str], take: list[str]) -> list[str]:
+    """Add what files of parameter_bridge name; return what they say in vain."""
+    from pyros1.ros2.bridge.parameter_file import read_parameters  # noqa: PLC0415
+
+    notes = []
+    for path in paths:
+        with _reading():
+            parameters = read_parameters(path)
+        send += parameters.send
+        take += parameters.take
+        notes += parameters.notes
+    return notes
+
+
+@contextmanager
+def _reading() -> Iterator[None]:
+    """Turn what is wrong with a file into an error of the command."""
     from pyros1.bridge.rules.file_reader import RulesError  # noqa: PLC0415
-    from pyros1.ros2.bridge.mapping_file import read_mappings  # noqa: PLC0415
     from pyros1.values.reading import YamlError  # noqa: PLC0415
 
     try:
-        return read_mappings(paths)
+        yield
     except OSError as error:
         raise CommandError(f"cannot read {error.filename}: {error.strerror}", 2) from None
     except (RulesError, YamlError) as error:
         raise CommandError(str(error), 2) from None
+
+
+def _read_mappings(paths: list[str]) -> TypeMapping:
+    """Return the rules of mapping files."""
+    from pyros1.ros2.bridge.mapping_file import read_mappings  # noqa: PLC0415
+
+    with _reading():
+        return read_mappings(paths)
 
 
 def _make_types(options: Any, mapping: TypeMapping, environ: Mapping[str, str]) -> TypePairs:
@@ -100,6 +124,7 @@ def _run(
     rules: Ros2Rules,
     domain: int,
     mapping: TypeMapping,
+    notes: list[str],
     connect: list[str],
     settings: Mapping[str, str],
 ) -> int:
@@ -114,7 +139,7 @@ def _run(
 
     listen = options.listen
     types = _make_types(options, mapping, invocation.environ)
-    problems = [line for line, can_be_used in check_mapping(mapping, types) if not can_be_used]
+    problems = notes + [line for line, can_be_used in check_mapping(mapping, types) if not can_be_used]
     with Node(
         "bridge_ros2", argv=invocation.remapping_args, environ=invocation.environ, wait_for_master=0.0, wall_time=True
     ) as node:
@@ -201,6 +226,13 @@ VERB = Verb(
         default="jazzy",
         metavar="NAME",
         help="the distribution of ROS 2 whose types to use where nobody there says which: humble, jazzy (default), ...",
+    ),
+    Option(
+        "--parameters",
+        action="append",
+        default=[],
+        metavar="FILE",
+        help="the topics and services in a YAML file of ros1_bridge's parameter_bridge, besides --send and --take",
     ),
     Option(
         "--mapping",
