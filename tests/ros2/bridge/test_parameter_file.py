@@ -35,8 +35,7 @@ def read(folder: Path, text: str) -> BridgeParameters:
 
 def test_all_lists(tmp_path: Path) -> None:
     assert read(tmp_path, EXAMPLE) == BridgeParameters(
-        ["/chatter", "/map", "/add_two_ints"],
-        ["/chatter", "/map", "/clear"],
+        ["/chatter", "/map", "/add_two_ints", "/clear"],
         [f"{tmp_path}/bridge.yaml:8: qos is not used: that of /map follows from what its nodes offer"],
     )
 

@@ -9,6 +9,9 @@ A file has any of these lists; other parameters in it are not looked at::
     - {service: /add_two_ints, type: example_interfaces/srv/AddTwoInts}
     services_2_to_1:
     - {service: /clear, type: std_srvs/Empty}
+
+Its documentation and its code do not agree about which list has the services of which side, so both lists are taken
+alike: each service is called where it is. The types are those that the nodes have, whatever the file says.
 """
 
 from __future__ import annotations
@@ -23,25 +26,23 @@ from pyros1.ros2.zenoh.names import is_full_name
 MAX_SIZE = 1 << 20
 """Maximum size of a file in characters."""
 _LISTS = {"topics": "topic", "services_1_to_2": "service", "services_2_to_1": "service"}
-_KEYS = {"topic": ("topic", "type", "queue_size", "qos"), "service": ("service", "type")}
+_KEYS = {"topic": ("topic", "type", "queue_size", "qos"), "service": ("service", "type", "package")}
 
 
 class BridgeParameters(NamedTuple):
     """What a file says.
 
     Attributes:
-        send: the names of topics and services of ROS 1 that ROS 2 may see.
-        take: the same for those of ROS 2.
+        names: the names of topics and services that may be exchanged, in both directions.
         notes: what the bridge does not do as the file says, with file and line.
     """
 
-    send: list[str]
-    take: list[str]
+    names: list[str]
     notes: list[str]
 
 
 def read_parameters(path: str | os.PathLike[str]) -> BridgeParameters:
-    """Return what a file says. Each topic is exchanged in both directions.
+    """Return what a file says.
 
     Raises:
         OSError: the file cannot be read.
@@ -58,7 +59,7 @@ def read_parameters(path: str | os.PathLike[str]) -> BridgeParameters:
 class _ParameterFile(FileReader):
     def read(self) -> BridgeParameters:
         """Return what the file says."""
-        found = BridgeParameters([], [], [])
+        found = BridgeParameters([], [])
         file = self._mapping(self._value, (), None)
         for key, kind in _LISTS.items():
             for item, path in self._items(file, key):
@@ -66,14 +67,11 @@ class _ParameterFile(FileReader):
                 if kind not in fields:
                     self._fail(path, f"{kind} is missing")
                 name = self._checked((*path, kind), _check_name, self._text(fields[kind], (*path, kind)))
-                if key != "services_2_to_1":
-                    found.send.append(name)
-                if key != "services_1_to_2":
-                    found.take.append(name)
+                found.names.append(name)
                 if "qos" in fields:
                     place = self._place((*path, "qos"))
                     found.notes.append(f"{place}: qos is not used: that of {name} follows from what its nodes offer")
-        if not found.send and not found.take:
+        if not found.names:
             self._fail((), f"there are no lists {', '.join(_LISTS)} here")
         return found
 

@@ -65,8 +65,8 @@ def _add_parameters(paths: list[str], send: list[str], take: list[str]) -> list[
     for path in paths:
         with _reading():
             parameters = read_parameters(path)
-        send += parameters.send
-        take += parameters.take
+        send += parameters.names
+        take += parameters.names
         notes += parameters.notes
     return notes
 
