@@ -70,7 +70,7 @@ def test_several_files_and_files_without_rules(tmp_path: Path) -> None:
         ("- ros1_package_name: 3\n  ros2_package_name: c\n", 1, "expected a string"),
         (MESSAGE + MESSAGE, 5, "there is already a rule for a_msgs/Pose2 and a_interfaces/msg/Flat"),
         (MESSAGE + MESSAGE.replace("Flat", "Other"), 5, "is already a_interfaces/msg/Flat in ROS 2"),
-        (PACKAGES + PACKAGES.replace("a_int", "b_int"), 3, "is already a_interfaces in ROS 2"),
+        (PACKAGES + PACKAGES, 3, "there is already a rule for a_msgs and a_interfaces"),
     ],
 )
 def test_what_is_refused(tmp_path: Path, text: str, line: int | None, complaint: str) -> None:
@@ -78,6 +78,11 @@ def test_what_is_refused(tmp_path: Path, text: str, line: int | None, complaint:
     with pytest.raises(RulesError) as caught:
         read_mappings([path])
     assert str(caught.value).startswith(f"{path}:{line}: " if line else str(path)) and complaint in str(caught.value)
+
+
+def test_a_package_may_be_several(tmp_path: Path) -> None:
+    path = write(tmp_path, PACKAGES + PACKAGES.replace("a_int", "b_int"))
+    assert [rule.ros2 for rule in read_mappings([path]).packages] == ["a_interfaces", "b_interfaces"]
 
 
 def test_a_message_and_a_service_of_one_name_are_two(tmp_path: Path) -> None:

@@ -53,6 +53,18 @@ def test_names_by_rules() -> None:
     assert counterparts.to_ros2("std_msgs/String") == "std_msgs/msg/String"
 
 
+def test_packages_that_were_split_or_joined() -> None:
+    packages = [PackageRule("old", "one"), PackageRule("old", "two"), PackageRule("older", "two")]
+    types = LayeredTypes(parse_types("two/msg/A", "int8 a"), parse_types("two/srv/S", "---\n"), STANDARD)
+    counterparts = Counterparts(types, TypeMapping((), packages), lambda name, is_service: name == "older/A")
+    assert counterparts.to_ros2("old/A") == "two/msg/A", "it is known there"
+    assert counterparts.service_to_ros2("old/S") == "two/srv/S"
+    assert counterparts.to_ros2("old/B") == "one/msg/B"
+    assert counterparts.to_ros1("one/msg/B") == "old/B"
+    assert counterparts.to_ros1("two/msg/A") == "older/A", "it is known there"
+    assert counterparts.to_ros1("two/msg/C") == "old/C"
+
+
 def test_standard_names() -> None:
     counterparts = Counterparts(STANDARD)
     assert counterparts.to_ros2("rosgraph_msgs/Log") == "rcl_interfaces/msg/Log"

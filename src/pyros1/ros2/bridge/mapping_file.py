@@ -69,7 +69,7 @@ def _check_new(rule: TypeRule | PackageRule, others: Iterable[TypeRule | Package
                 "together"
             )
         kinds = [each.ros2.split("/")[1:2] for each in (rule, other)]
-        if rule.ros1 == other.ros1 and kinds[0] == kinds[1]:
+        if rule.ros1 == other.ros1 and kinds[0] == kinds[1] != []:
             raise RulesError(
                 f"{rule.place}: {rule.ros1} is already {other.ros2} in ROS 2, by {other.place}; it cannot be two"
             )

@@ -92,7 +92,7 @@ class TypePairs:
         self._installed = installed
         self._mapping = mapping or TypeMapping()
         self._known = LayeredTypes(installed, self._distributions[distribution])
-        self._counterparts = Counterparts(self._known, self._mapping)
+        self._counterparts = Counterparts(self._known, self._mapping, _is_in_ros1)
         self._definitions = DefinitionCache(prefer_installed=True)
         # What ROS 2 asks for may be anything, and costs up to 20 ms; what ROS 1 publishes is always looked up.
         budget = Budget()
@@ -163,7 +163,7 @@ class TypePairs:
         name = self._counterparts.to_ros1(type)
         package, _, short = type.split("/")
         same_name = f"{package}/{short}"
-        return name if _is_known_service(name) or not _is_known_service(same_name) else same_name
+        return name if _is_in_ros1(name, True) or not _is_in_ros1(same_name, True) else same_name
 
     def knows_ros2(self, type: str) -> bool:
         """Return whether there is a definition of a message or service of ROS 2, other than that of ROS 1."""
@@ -262,9 +262,9 @@ def _checked(name: str) -> str:
     return name
 
 
-def _is_known_service(name: str) -> bool:
+def _is_in_ros1(name: str, is_service: bool) -> bool:
     try:
-        load_service(name)
+        (load_service if is_service else load_message)(name)
     except MessageError:
         return False
     return True

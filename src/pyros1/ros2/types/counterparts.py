@@ -41,9 +41,16 @@ class Counterparts:
     Args:
         distribution_types: the types that ROS 2 is known to have: those of a distribution, and others.
         mapping: which types have other names.
+        is_in_ros1: returns whether ROS 1 is known to have a message, ``package/Type``, or a service, if its second
+            argument is True.
     """
 
-    def __init__(self, distribution_types: Types, mapping: TypeMapping | None = None) -> None:
+    def __init__(
+        self,
+        distribution_types: Types,
+        mapping: TypeMapping | None = None,
+        is_in_ros1: Callable[[str, bool], bool] = lambda name, is_service: True,
+    ) -> None:
         # This module imports rosbags, which is slow and not needed by all that import this module.
         from pyros1.bag.export.legal_names import LegalNames  # noqa: PLC0415
 
@@ -51,6 +58,7 @@ class Counterparts:
         self._names = LegalNames(distribution_types)
         self._new_legal_names = LegalNames
         self._mapping = mapping or TypeMapping()
+        self._is_in_ros1 = is_in_ros1
         self._ros1_names: dict[str, str] = {}
 
     def to_ros2(self, name: str) -> str:
@@ -100,7 +108,10 @@ class Counterparts:
         suffix = next((suffix for suffix in suffixes if short.endswith(suffix)), "")
         short = short.removesuffix(suffix)
         whole = f"{package}/{folder}/{short}"
-        ros1_name = self._mapping.to_ros1(whole) or self._ros1_names.get(whole, f"{package}/{short}")
+        is_service = folder == "srv"
+        ros1_name = self._mapping.to_ros1(
+            whole, lambda each: self._is_in_ros1(each, is_service)
+        ) or self._ros1_names.get(whole, f"{package}/{short}")
         return ros1_name + suffix[1:]
 
     def derive(self, spec: MessageSpec, resolve: Callable[[str], MessageSpec]) -> dict[str, MessageType]:
@@ -118,7 +129,7 @@ class Counterparts:
             DefinitionError: a type contains itself, is nested too deeply, uses more than 1000 types, or has an array of
                 0 elements, which ROS 2 does not allow.
         """
-        if self._mapping.to_ros2(spec.name, "msg") in self._distribution_types:
+        if self._mapping.to_ros2(spec.name, "msg", self._distribution_types) in self._distribution_types:
             return {}
         return self._derive_all([spec], resolve)
 
@@ -153,7 +164,7 @@ class Counterparts:
 
     def _to_ros2(self, name: str, folder: str) -> str:
         _check_ros1_name(name)
-        return self._legal_type(name, self._mapping.to_ros2(name, folder))
+        return self._legal_type(name, self._mapping.to_ros2(name, folder, self._distribution_types))
 
     def _legal_type(self, ros1_name: str, ros2_name: str) -> str:
         legal = self._names.legal_type(ros2_name)
@@ -173,7 +184,7 @@ class Counterparts:
         specs = {spec.name: spec for spec in roots} if with_roots else {}
         digests = Digests(resolve)
         specs |= {name: resolve(name) for root in roots for name in digests.dependencies(root)}
-        ros2_names = {name: self._mapping.to_ros2(name, "msg") for name in specs}
+        ros2_names = {name: self._mapping.to_ros2(name, "msg", self._distribution_types) for name in specs}
         missing = {name: spec for name, spec in specs.items() if ros2_names[name] not in self._distribution_types}
         if len(missing) > MAX_TYPES:
             raise DefinitionError(f"the type uses {len(missing)} types; the limit is {MAX_TYPES}", roots[0].name)

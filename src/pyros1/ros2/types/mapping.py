@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Container, Iterable, Mapping
 from types import MappingProxyType
 from typing import NamedTuple
 
@@ -97,7 +97,8 @@ class TypeMapping:
     Args:
         rules: types that belong together. If several have the same type of one side, the first one counts when the
             other side's name is wanted.
-        packages: packages that belong together; `rules` take precedence.
+        packages: packages that belong together; `rules` take precedence. A package may be several of the other side: a
+            type is then the first one that is known there.
 
     Attributes:
         rules, packages: as given.
@@ -113,38 +114,48 @@ class TypeMapping:
             folder = rule.ros2.split("/")[1]
             self._to_ros2.setdefault((folder, rule.ros1), rule.ros2)
             self._to_ros1.setdefault(rule.ros2, rule.ros1)
-        self._packages_to_ros2 = {rule.ros1: rule.ros2 for rule in reversed(self.packages)}
-        self._packages_to_ros1 = {rule.ros2: rule.ros1 for rule in reversed(self.packages)}
+        self._packages_to_ros2: dict[str, list[str]] = {}
+        self._packages_to_ros1: dict[str, list[str]] = {}
+        for package in self.packages:
+            self._packages_to_ros2.setdefault(package.ros1, []).append(package.ros2)
+            self._packages_to_ros1.setdefault(package.ros2, []).append(package.ros1)
         self.fields: FieldRules = {**STANDARD_FIELDS, **_field_rules(self.rules)}
 
-    def to_ros2(self, name: str, folder: str) -> str:
+    def to_ros2(self, name: str, folder: str, known: Container[str] = ()) -> str:
         """Return the name of a type in ROS 2, as far as the rules say; otherwise the one with the same name.
 
         Args:
             name: its name in ROS 1, ``package/Type``.
             folder: ``msg``, ``srv`` or ``action``.
+            known: the types that ROS 2 is known to have, and the parts of services and actions.
         """
         found = self._to_ros2.get((folder, name))
         if found is not None:
             return found
         package, _, short = name.partition("/")
-        if package in self._packages_to_ros2:
-            return f"{self._packages_to_ros2[package]}/{folder}/{short}"
+        candidates = [f"{each}/{folder}/{short}" for each in self._packages_to_ros2.get(package, ())]
+        if candidates:
+            part = {"srv": "_Request", "action": "_Goal"}.get(folder, "")
+            return next((each for each in candidates if each + part in known), candidates[0])
         standard = {"msg": MOVED_MESSAGES, "srv": MOVED_SERVICES}.get(folder, {})
         return standard.get(name, f"{package}/{folder}/{short}")
 
-    def to_ros1(self, name: str) -> str | None:
+    def to_ros1(self, name: str, is_known: Callable[[str], bool] = bool) -> str | None:
         """Return the name of a type in ROS 1; None if the rules say nothing about it.
 
         Args:
             name: its name in ROS 2, ``package/msg/Type``.
+            is_known: returns whether ROS 1 is known to have a type; not called if there is only one that it can be.
         """
         found = self._to_ros1.get(name)
         if found is not None:
             return found
         package, _, short = name.split("/")
-        if package in self._packages_to_ros1:
-            return f"{self._packages_to_ros1[package]}/{short}"
+        candidates = [f"{each}/{short}" for each in self._packages_to_ros1.get(package, ())]
+        if len(candidates) > 1:
+            return next((each for each in candidates if is_known(each)), candidates[0])
+        if candidates:
+            return candidates[0]
         return MOVED_TO_ROS1.get(name)
 
 
