@@ -202,5 +202,8 @@ def test_log_messages() -> None:
         cdr = convert.to_cdr(body)
         assert cdr[:15] == b"\0\1\0\0" + struct.pack("<iIB", 5, 6, level2) + b"\0\0"
         assert convert.from_cdr(cdr, 3) == body
+    mapping = TypeMapping([TypeRule("rosgraph_msgs/Log", "rcl_interfaces/msg/Log", {"level": "level", "msg": "name"})])
+    own = Transcoder("rosgraph_msgs/Log", found, "rcl_interfaces/msg/Log", STANDARD, mapping.fields)
+    assert own.to_cdr(body)[12] == 50, "a user's rule for the fields does not change what levels mean"
     for level2, level1 in ((0, 1), (19, 1), (25, 2), (255, 16)):  # others than those that have names
         assert convert.from_cdr(b"\0\1\0\0" + bytes(8) + bytes([level2]) + bytes(27))[16] == level1

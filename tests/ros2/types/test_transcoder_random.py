@@ -8,7 +8,9 @@ import pytest
 from reference_codec import TypePair, Writer
 
 from pyros1.ground.errors import MessageError
+from pyros1.ros2.types.mapping import FieldRule
 from pyros1.ros2.types.transcoder import Transcoder
+from pyros1.ros2.types.transcoder_fields import partners
 
 
 def _make(seed: int) -> tuple[TypePair, Transcoder]:
@@ -33,6 +35,29 @@ def test_random_messages(block: int) -> None:
                 cdr = Writer(2, order, filler=0xA5).message(pair.root, value)
                 assert transcoder.from_cdr(cdr) == body, (seed, order)
                 assert transcoder.from_cdr(memoryview(cdr + b"\0\0\0")) == body, (seed, order)
+
+
+def test_fields_with_other_names() -> None:
+    for seed in range(60):
+        pair, transcoder = _make(seed)
+        types = {
+            name: each
+            if [field.name for field in each.fields] == ["sec", "nanosec"]
+            else each._replace(fields=tuple(field._replace(name=f"new_{field.name}") for field in each.fields))
+            for name, each in pair.types.items()
+        }
+        rules = {}
+        for spec in pair.specs.values():
+            for each in pair.types.values():
+                found = partners(*({field.name: None for field in one.fields} for one in (spec, each)))
+                rules[spec.name, each.name] = FieldRule({name: f"new_{other}" for name, other in found.items()})
+        name = pair.root.name
+        renamed = Transcoder(f"x/{name}", pair.specs, f"x/msg/{name}", types, rules)
+        body = Writer(1).message(pair.root, pair.value(1))
+        assert renamed.to_cdr(body) == transcoder.to_cdr(body), seed
+        cdr = Writer(2).message(pair.root, pair.value(2))
+        assert renamed.from_cdr(cdr, 1) == transcoder.from_cdr(cdr, 1), seed
+        assert renamed.only_ros1 == transcoder.only_ros1
 
 
 def test_truncated_messages_are_refused() -> None:
