@@ -38,6 +38,15 @@ def test_packages_of_a_workspace(tmp_path: Path) -> None:
     assert "std_msgs/msg/String" not in types and len(types) == 6
 
 
+def test_other_folders_of_packages_are_not_looked_at(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    write(tmp_path, "p/package.xml", "<package><name>p</name></package>")
+    write(tmp_path, "p/msg/T.msg", "int8 x\n")
+    for number in range(20):
+        write(tmp_path, f"p/cmake/{number}/msg/T.msg", "int8 x\n")
+    monkeypatch.setattr(installed, "MAX_FOLDERS", 3)
+    assert [*InstalledTypes([tmp_path])] == ["p/msg/T"]
+
+
 def test_the_first_folder_counts(tmp_path: Path) -> None:
     for number, folder in enumerate("ab"):
         write(tmp_path, f"{folder}/p/msg/T.msg", f"int8[{number + 1}] x\n")

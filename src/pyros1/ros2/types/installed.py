@@ -81,6 +81,8 @@ def _definitions(top: Path) -> Iterator[tuple[str, Path]]:
         folders[:] = sorted(
             name for name in folders if depth < _MAX_DEPTH and name not in _SKIPPED and not name.startswith(".")
         )
+        if "package.xml" in files:  # there are no packages in packages, and many other folders
+            folders[:] = [name for name in folders if name in PARTS]
         kind = path.name
         if kind not in PARTS:
             continue
