@@ -24,7 +24,7 @@ from pyros1.bridge.exchange.streams import Delivery, LatchedStream, NewestStream
 
 from .simulation import Simulation
 
-COUNT = int(os.environ.get("PYROS1_BRIDGE_SCHEDULES", "40"))
+COUNT = int(os.environ.get("PYROS1_BRIDGE_SCHEDULES", "24"))
 PARTS = 8
 
 
