@@ -134,6 +134,7 @@ class RunningBridge:
             TypePairs(),
             partial(self._make_session, ros2_name, where),
             self._call_time,
+            poll_period=0.05,
         )
 
     def _make_session(self, name: str, where: Any, zid: str, *callbacks: Any) -> Ros2Session:

@@ -61,7 +61,6 @@ def test_nothing_is_planned_while_nothing_changes(bridge: RunningBridge, monkeyp
     bridge.node.advertise("/ours", "std_msgs/String", queue_size=1)
     bridge.on_token(token(1, key("/theirs")), True)
     wait_until(lambda: bridge.status()["sent"] and "/theirs" in bridge.topics(), "all is planned")
-    monkeypatch.setattr(runner, "POLL_PERIOD", 0.01)
     monkeypatch.setattr(runner, "ADJUST_PERIOD", 0.01)
     polls = count_calls(monkeypatch, LocalGraph, "topics")
     wait_until(lambda: len(polls) >= 2, "what was on the way is done")

@@ -295,6 +295,7 @@ def make_config(
         "listen/exit_on_failure": True,
         "scouting/multicast/enabled": False,
         "scouting/gossip/enabled": False,  # else sites connect to addresses that they were not given
+        "scouting/delay": 0,  # milliseconds; a router waits so long for what scouting finds, though it is off
         **{f"{_QUEUE}/size/{priority}": _BATCHES for priority in _QUEUED_PRIORITIES},
         f"{_QUEUE}/congestion_control/drop/max_wait_before_drop_fragments": _FRAGMENTS_TIME,
         "transport/link/rx/max_message_size": MAX_PACKET + (1 << 16),

@@ -44,7 +44,7 @@ from pyros1.ros2.zenoh.session import Ros2Session, make_zid
 from pyros1.ros2.zenoh.tokens import Entity
 
 POLL_PERIOD = 1.0
-"""Seconds between questions to the master."""
+"""Seconds between questions to the master, by default."""
 ADJUST_PERIOD = 0.2
 """Seconds between looks at who receives what on both sides."""
 _JOIN_TIME = 3.0
@@ -80,6 +80,7 @@ class Ros2Bridge:
         types: knows the types of both sides.
         make_session: returns its session, given its id in zenoh and the functions that take what comes.
         call_time: maximum number of seconds for the response of a service.
+        poll_period: number of seconds between questions to the master.
 
     Raises:
         LinkError: the session cannot start.
@@ -95,6 +96,7 @@ class Ros2Bridge:
         types: TypePairs,
         make_session: MakeSession,
         call_time: float = CALL_TIME,
+        poll_period: float = POLL_PERIOD,
     ) -> None:
         self._node = node
         self._ros2_name = ros2_name
@@ -113,6 +115,7 @@ class Ros2Bridge:
         self._incoming = Incoming(self._publishing, self._counts, self._warn)
         self._arrivals = Arrivals()
         self._arrived = threading.Condition()
+        self._poll_period = poll_period
         self._next_poll = self._next_plan = 0.0
         self._planned_from: object = None  # what ROS 1 had when the plan was made
         self._declared: object = None  # what the session was last told
@@ -208,7 +211,7 @@ class Ros2Bridge:
             # That there are many new publishers in ROS 1 is no reason to wait.
             took = 0.0 if self._graph.is_behind else time.thread_time() - start
             self._ended.wait(min(_LONGEST_PAUSE, max(_SHORTEST_PAUSE, _PAUSE_FACTOR * took)))
-            self._woken.wait(POLL_PERIOD if self._problems else ADJUST_PERIOD)
+            self._woken.wait(self._poll_period if self._problems else ADJUST_PERIOD)
 
     def _adjust(self) -> None:
         """Make the plan, and do what it says, as far as it has not been done."""
@@ -239,7 +242,7 @@ class Ros2Bridge:
 
     def _poll(self) -> None:
         start = time.thread_time()
-        self._next_poll = time.monotonic() + POLL_PERIOD
+        self._next_poll = time.monotonic() + self._poll_period
         try:
             self._topics = self._graph.topics()
             self._services.look(self._graph.state)
@@ -247,7 +250,8 @@ class Ros2Bridge:
             self._warn("cannot ask the master: %s", error)
             return
         took = time.thread_time() - start
-        self._next_poll = 0.0 if self._graph.is_behind else time.monotonic() + max(POLL_PERIOD, _POLL_FACTOR * took)
+        pause = 0.0 if self._graph.is_behind else max(self._poll_period, _POLL_FACTOR * took)
+        self._next_poll = time.monotonic() + pause
 
     def _must_plan(self) -> bool:
         """Return whether the plan may be out of date."""
