@@ -363,3 +363,18 @@ def test_status_and_problems(bridge: RunningBridge, peer: Ros2Peer) -> None:
     assert [*status_lines(status)][:2] == ["bridge to ROS 2, domain 0", "  nodes: /peer"]
     assert status["problems"]["/strange"].startswith("the definition of strange_msgs/msg/Type is not known here")
     assert status["sent"][0]["type"] == "std_msgs/msg/String" and status["sent"][0]["wanted_by"] == []
+
+
+def test_a_topic_that_zenoh_refuses(bridge: RunningBridge, peer: Ros2Peer, monkeypatch: pytest.MonkeyPatch) -> None:
+    publish = Ros2Session._publish
+
+    def refuse(self: Ros2Session, route: str, how: Any) -> Any:
+        if how[0].name == "/bad":
+            raise self.zenoh.ZError("no such key")
+        return publish(self, route, how)
+
+    monkeypatch.setattr(Ros2Session, "_publish", refuse)
+    for name in ("/a", "/bad", "/c"):
+        bridge.node.advertise(name, "std_msgs/String", queue_size=10)
+    wait_until(lambda: {"/a", "/c"} <= peer.graph.topics().keys(), "ROS 2 sees the others")
+    wait_until(lambda: bridge.status()["problems"].get("/bad") == "zenoh refuses it: no such key", "the status says so")

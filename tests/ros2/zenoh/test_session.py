@@ -7,6 +7,7 @@ import socket
 import time
 from collections.abc import Iterator
 from typing import Any
+from unittest.mock import Mock
 
 import pytest
 
@@ -140,6 +141,34 @@ def test_messages_that_nobody_can_use(peers: tuple[Peer, Peer]) -> None:
     zenoh.delete(data_key(KEY))
     client.send(b"good")
     assert router.messages.get(timeout=PATIENCE)[1] == b"good"
+
+
+def test_a_key_that_is_refused_stops_no_others(peers: tuple[Peer, Peer], monkeypatch: pytest.MonkeyPatch) -> None:
+    router, client = peers
+    client.declare(publishes=VOLATILE)
+    router.await_token(client, Kind.PUBLISHER)
+    names = ("/a", "/bad", "/c")
+    keys = [KEY._replace(name=name) for name in names]
+    refuse: Any = client.session.zenoh.ZError("no such key")
+
+    def declare_subscriber(key: str, *args: Any, **kwargs: Any) -> Any:
+        if "/bad/" in key:
+            raise refuse
+        return original(key, *args, **kwargs)
+
+    original = client.session.session.declare_subscriber
+    stand_in = Mock(wraps=client.session.session, declare_subscriber=declare_subscriber)
+    monkeypatch.setattr(client.session, "session", stand_in)
+    illegal = KEY._replace(name="/not legal")
+    publishers = {data_key(key): (key, VOLATILE, Priority.NORMAL) for key in keys}
+    refused = client.session.declare(
+        {"x": (illegal, VOLATILE, Priority.NORMAL), **publishers}, dict.fromkeys(keys, VOLATILE), [illegal, KEY]
+    )
+    assert {*refused} == {"/bad", "/not legal"} and refused["/bad"] == "zenoh refuses it: no such key"
+    for kind in [Kind.PUBLISHER] * 3 + [Kind.SUBSCRIBER] * 2 + [Kind.SERVICE]:
+        router.await_token(client, kind)
+    monkeypatch.undo()
+    assert "/bad" not in client.session.declare(publishers, dict.fromkeys(keys, VOLATILE)), "it is tried again"
 
 
 def test_ids_of_sessions() -> None:

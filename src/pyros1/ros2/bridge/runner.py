@@ -119,6 +119,7 @@ class Ros2Bridge:
         self._next_poll = self._next_plan = 0.0
         self._planned_from: object = None  # what ROS 1 had when the plan was made
         self._declared: object = None  # what the session was last told
+        self._refused: dict[str, str] = {}  # what it has refused of that
         self._problems: dict[str, str] = {}
         self._trouble: dict[str, int] = {}
         self._is_closing = False
@@ -233,6 +234,7 @@ class Ros2Bridge:
         problems = {**plan.problems, **self._services.plan.problems}
         self._incoming.adjust(plan, problems)
         self._declare(plan)
+        problems.update(self._refused)
         self._outgoing.send_early()
         problems.update(self._services.adjust())
         self._outgoing.adjust(problems)
@@ -269,7 +271,7 @@ class Ros2Bridge:
         self._declared = None
         is_open = self._session.session is not None
         publishers = plan.publishers()
-        self._session.declare(
+        self._refused = self._session.declare(
             publishers,
             plan.listened_to(demand),
             self._services.plan.offers,

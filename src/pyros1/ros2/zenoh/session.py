@@ -8,7 +8,8 @@ from __future__ import annotations
 import json
 import secrets
 import time
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from functools import partial
 from itertools import count
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -42,17 +43,18 @@ def make_zid() -> str:
     return "a" + secrets.token_hex(15) + "a"
 
 
-class DeclarationError(Error):
-    """zenoh refuses a key."""
-
-
 class _Endpoint:
     """A publisher, subscriber or service with its liveliness token; or that of a client, which has nothing else."""
 
     def __init__(self, declared: Any, session: Any, token: str) -> None:
         self.declared = declared
         self._gid = gid(token)
-        self._token = session.liveliness().declare_token(token)
+        try:
+            self._token = session.liveliness().declare_token(token)
+        except Exception:  # zenoh's
+            if declared is not None:
+                declared.undeclare()
+            raise
         self._numbers = count(1)
 
     def attachment(self) -> bytes:
@@ -137,7 +139,7 @@ class Ros2Session(ZenohSession):
         subscribers: Mapping[DataKey, Qos],
         services: Iterable[DataKey] = (),
         clients: Iterable[DataKey] = (),
-    ) -> None:
+    ) -> dict[str, str]:
         """Have exactly these declarations from now on; nothing happens before there is a connection.
 
         Args:
@@ -147,20 +149,44 @@ class Ros2Session(ZenohSession):
             services: the keys of services to offer.
             clients: the keys of services to call.
 
-        Raises:
-            DeclarationError: zenoh refuses one of them.
+        Returns:
+            Topic or service -> why zenoh refuses to declare it; the others are declared.
         """
+        refused: dict[str, str] = {}
         with self.lock:
             if self.session is None or self.is_closing:
-                return
-            try:
-                _adjust(self._publishers, publishers, self._publish)
-                _adjust(self._subscribers, subscribers, self._subscribe)
-                _adjust(self._services, dict.fromkeys(services), self._offer)
-                _adjust(self._clients, dict.fromkeys(clients), self._make_client)
-            except self.zenoh.ZError as error:
-                raise DeclarationError(f"zenoh refuses a topic or service: {one_line(error, 200)}") from error
+                return refused
+            self._adjust(self._publishers, publishers, self._publish, refused)
+            self._adjust(self._subscribers, subscribers, self._subscribe, refused)
+            self._adjust(self._services, dict.fromkeys(services), self._offer, refused)
+            self._adjust(self._clients, dict.fromkeys(clients), self._make_client, refused)
             self._by_key = {route: endpoint for (route, _), endpoint in self._publishers.items()}
+        return refused
+
+    def _adjust(
+        self,
+        declared: dict[tuple[_Name, _How], _Endpoint],
+        wanted: Mapping[_Name, _How],
+        declare: Callable[[_Name, _How], _Endpoint],
+        refused: dict[str, str],
+    ) -> None:
+        """Declare what is missing, and undeclare what is not wanted; add what zenoh refuses to `refused`."""
+        for each in declared.keys() - {*wanted.items()}:
+            with self._noting_refusal(each, refused):
+                declared.pop(each).undeclare()
+        for each in wanted.items():
+            if each not in declared:
+                with self._noting_refusal(each, refused):
+                    declared[each] = declare(*each)
+
+    @contextmanager
+    def _noting_refusal(self, each: tuple[Any, Any], refused: dict[str, str]) -> Iterator[None]:
+        try:
+            yield
+        except (self.zenoh.ZError, Error) as error:
+            name, how = each
+            key: DataKey = name if isinstance(name, DataKey) else how[0]
+            refused[key.name] = f"zenoh refuses it: {one_line(error, 200)}"
 
     def _publish(self, _route: str, how: _Published) -> _Endpoint:
         key, qos, priority = how[0], how[1], self.priorities[how[2]]
@@ -277,16 +303,3 @@ class Ros2Session(ZenohSession):
         """End the calls that wait for responses. Called with the lock."""
         for replies in self._calls:
             replies.put(None)
-
-
-def _adjust(
-    declared: dict[tuple[_Name, _How], _Endpoint],
-    wanted: Mapping[_Name, _How],
-    declare: Callable[[_Name, _How], _Endpoint],
-) -> None:
-    """Declare what is missing, and undeclare what is not wanted."""
-    for each in declared.keys() - {*wanted.items()}:
-        declared.pop(each).undeclare()
-    for key, how in wanted.items():
-        if (key, how) not in declared:
-            declared[key, how] = declare(key, how)
