@@ -105,7 +105,6 @@ class ZenohSession:
         }
         self._name = name
         self._closing = threading.Event()
-        self._opener: threading.Thread | None = None
         is_client = len(connect) == 1 and not listen
         config = make_config(zenoh, "client" if is_client else "router", connect, listen, settings)
         if not is_client:
@@ -115,10 +114,9 @@ class ZenohSession:
                 raise LinkError(f"cannot start the bridge's network: {explain_listening(error, listen)}") from error
         else:
             # A client's session can be opened only while its router can be reached.
-            self._opener = threading.Thread(
+            threading.Thread(
                 target=self._open_client, args=(config, connect[0]), name="bridge: dial", daemon=True
-            )
-            self._opener.start()
+            ).start()
 
     @property
     def is_closing(self) -> bool:
@@ -174,8 +172,7 @@ class ZenohSession:
         closer.join(CLOSE_TIME)
 
     def _close_session(self) -> None:
-        if self._opener is not None:
-            self._opener.join(CLOSE_TIME)
+        # If there is none yet, it is not waited for: dialling takes long, and a session that opens now is closed again.
         if self.session is not None:
             self.session.close()
 
