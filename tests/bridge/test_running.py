@@ -16,6 +16,7 @@ from typing import Any
 import pytest
 
 from pyros1.bridge.transport.sender import Sender
+from pyros1.ground.errors import NodeError
 from pyros1.master.server import Master
 from pyros1.msgs import AnyMsg, from_definition
 from pyros1.net.hosts import parse_uri
@@ -32,6 +33,24 @@ def pair(make_site: MakeSite, endpoint: str) -> tuple[RunningSite, RunningSite]:
     """A base that listens, and a robot that dials it; they exchange everything."""
     base = make_site("base", EVERYTHING, (), (endpoint,))
     return make_site("red", EVERYTHING, (endpoint,)), base
+
+
+def test_a_node_that_has_ended_before_its_bridge_begins(make_site: MakeSite, endpoint: str) -> None:
+    from pyros1.bridge.runner import Bridge
+    from pyros1.bridge.transport.zenoh_link import ZenohLink
+
+    site = make_site("base", EVERYTHING, (), (endpoint,))
+    node = site.make_node("interrupted")
+    node.shutdown()
+    links: list[ZenohLink] = []
+
+    def make_link(receive: Any) -> ZenohLink:
+        links.append(ZenohLink("red", receive, (), ("tcp/127.0.0.1:0",)))
+        return links[0]
+
+    with pytest.raises(NodeError):
+        Bridge(node, site.rules, make_link)
+    assert links[0].is_closing
 
 
 def test_topics_go_both_ways(pair: tuple[RunningSite, RunningSite]) -> None:

@@ -126,11 +126,11 @@ class Bridge:
         self._log_allowance = Allowance(_LOG_RATE, _LOG_BURST)
         self._sender = Sender(self._link, steady_now, self._on_link_error, self._make_probes, self._on_slow)
         self._master_thread = threading.Thread(target=self._run_master_thread, name="bridge: master", daemon=True)
-        node.on_shutdown(self.close)
         with self._lock:
             self._act(self._site.start())
         self._worker.start()
         self._master_thread.start()
+        node.on_shutdown(self.close)  # at once, if the node has ended meanwhile: so not before there are threads to end
         try:
             node.advertise_service(f"~{STATUS_SERVICE}", "std_srvs/Trigger", lambda _: (True, self.status()))
             self._services.start()

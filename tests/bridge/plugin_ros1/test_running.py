@@ -16,7 +16,7 @@ from typing import Any
 import pytest
 
 from pyros1.bridge.plugin_ros1.config import parse_plugin_config
-from pyros1.ground.errors import ServiceError
+from pyros1.ground.errors import NodeError, ServiceError
 from pyros1.master.server import Master
 from pyros1.msgs import AnyMsg, from_definition
 from pyros1.node import Node
@@ -187,6 +187,23 @@ def make_plugin(make_bridge: MakeBridge) -> Iterator[Callable[..., SimulatedPlug
 
 
 MakePlugin = Callable[..., SimulatedPlugin]
+
+
+def test_a_node_that_has_ended_before_its_bridge_begins(make_bridge: MakeBridge, endpoint: str) -> None:
+    from pyros1.bridge.plugin_ros1.runner import PluginBridge
+    from pyros1.bridge.plugin_ros1.session import PluginSession
+
+    node = make_bridge("base", "{}", (), (endpoint,)).make_node("interrupted")
+    node.shutdown()
+    sessions: list[PluginSession] = []
+
+    def make_session(*functions: Any) -> PluginSession:
+        sessions.append(PluginSession(*functions, (), (), ("tcp/127.0.0.1:0",)))
+        return sessions[0]
+
+    with pytest.raises(NodeError):
+        PluginBridge(node, parse_plugin_config("{}", "rules.yaml").rules, make_session)
+    assert sessions[0].is_closing
 
 
 def test_a_topic_of_a_plugin(make_bridge: MakeBridge, make_plugin: MakePlugin, endpoint: str) -> None:

@@ -89,9 +89,9 @@ class PluginBridge:
         self._sender = Sender(self._session, steady_now, self._on_send_error)
         self._worker = threading.Thread(target=self._work, name="bridge: messages", daemon=True)
         self._master_thread = threading.Thread(target=self._run_master_thread, name="bridge: master", daemon=True)
-        node.on_shutdown(self.close)
         self._worker.start()
         self._master_thread.start()
+        node.on_shutdown(self.close)  # at once, if the node has ended meanwhile: so not before there are threads to end
         try:
             node.advertise_service(f"~{STATUS_SERVICE}", "std_srvs/Trigger", lambda _: (True, self.status()))
         except BaseException:
