@@ -27,10 +27,10 @@ def test_no_connection() -> None:
     assert report.update(0.0) == []
     link.problem = "refused"
     assert report.update(1.0) == [] and report.update(PATIENCE) == []
-    assert report.update(1.0 + PATIENCE) == [Log("no connection to other sites yet: refused", is_warning=True)]
+    assert report.update(1.0 + PATIENCE) == [Log("no connection to other sites: refused", is_warning=True)]
     assert report.update(100.0) == []
     link.problem = "no such host"
-    assert report.update(101.0) == [Log("no connection to other sites yet: no such host", is_warning=True)]
+    assert report.update(101.0) == [Log("no connection to other sites: no such host", is_warning=True)]
     link.problem = ""
     assert report.update(102.0) == [Log("connected to other sites")] and report.update(103.0) == []
 
@@ -40,7 +40,7 @@ def test_what_it_connects_to() -> None:
     report = LinkReport(link, (), "ROS 2")
     link.problem = "refused"
     report.update(0.0)
-    assert report.update(PATIENCE) == [Log("no connection to ROS 2 yet: refused", is_warning=True)]
+    assert report.update(PATIENCE) == [Log("no connection to ROS 2: refused", is_warning=True)]
     link.problem = ""
     assert report.update(PATIENCE + 1) == [Log("connected to ROS 2")]
 

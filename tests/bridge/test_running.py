@@ -416,7 +416,7 @@ def test_no_connection_is_logged(make_site: MakeSite, endpoint: str, monkeypatch
     monkeypatch.setattr("pyros1.bridge.link_report.PATIENCE", 0.0)
     red = make_site("red", EVERYTHING, (endpoint,))  # nobody listens there
     log = QueuedSubscriber(red.node, "/rosout", "rosgraph_msgs/Log")
-    while not (text := log.get().msg).startswith("no connection to other sites yet: "):
+    while not (text := log.get().msg).startswith("no connection to other sites: "):
         pass
     assert endpoint in text
     make_site("base", EVERYTHING, (), (endpoint,))

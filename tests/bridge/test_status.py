@@ -127,7 +127,7 @@ def test_a_site_alone() -> None:
     }
     assert [*status_lines(status)] == [
         "site base",
-        "  no connection yet: cannot reach it",
+        "  no connection: cannot reach it",
         "  no other site found yet",
     ]
 

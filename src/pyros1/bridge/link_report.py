@@ -44,5 +44,5 @@ class LinkReport:
             self._since = now if self._since is None else self._since
             if now - self._since >= PATIENCE and problem != self._logged:
                 self._logged = problem
-                lines.append(Log(f"no connection to {self._whom} yet: {problem}", is_warning=True))
+                lines.append(Log(f"no connection to {self._whom}: {problem}", is_warning=True))
         return lines

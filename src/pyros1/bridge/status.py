@@ -218,7 +218,7 @@ def status_lines(status: Mapping[str, Any]) -> Iterator[str]:
     else:
         yield f"site {name}"
     if status["link"]:
-        yield f"  no connection yet: {one_line(status['link'])}"
+        yield f"  no connection: {one_line(status['link'])}"
     for site in status["sites"] if dialect != ROS2 else ():
         trip = site["round_trip"]
         yield (

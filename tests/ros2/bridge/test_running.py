@@ -13,6 +13,7 @@ from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
 from typing import Any
+from unittest.mock import Mock
 
 import pytest
 
@@ -126,8 +127,9 @@ class RunningBridge:
         return self._nodes[-1]
 
     def make_bridge(self, name: str, ros2_name: str, rules: Ros2Rules | None = None, **where: Any) -> Ros2Bridge:
+        self.bridge_node = self.make_node(name)
         return Ros2Bridge(
-            self.make_node(name),
+            self.bridge_node,
             ros2_name,
             0,
             rules or Ros2Rules(),
@@ -378,3 +380,25 @@ def test_a_topic_that_zenoh_refuses(bridge: RunningBridge, peer: Ros2Peer, monke
         bridge.node.advertise(name, "std_msgs/String", queue_size=10)
     wait_until(lambda: {"/a", "/c"} <= peer.graph.topics().keys(), "ROS 2 sees the others")
     wait_until(lambda: bridge.status()["problems"].get("/bad") == "zenoh refuses it: no such key", "the status says so")
+
+
+def test_a_router_that_dies_and_returns(endpoint: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("pyros1.bridge.link_report.PATIENCE", 0.0)
+    listen: Any = lambda: Ros2Session(make_zid(), "router", 0, Mock(), Mock(), Mock(), listen=[endpoint])  # noqa: E731
+    router = listen()
+    bridge = RunningBridge(tmp_path, connect=[endpoint])
+    try:
+        logged: list[str] = []
+        monkeypatch.setattr(
+            bridge.bridge_node.log, "peer_event", lambda level, text, *args: logged.append(text % tuple(args))
+        )
+        wait_until(lambda: bridge.bridge._session.session is not None, "the bridge is connected")
+        router.close()
+        problem = f"no router responds at {endpoint}"
+        wait_until(lambda: bridge.status()["link"] == problem, "the status says that it is gone")
+        wait_until(lambda: f"no connection to ROS 2: {problem}" in logged, "the log does, too")
+        router = listen()
+        wait_until(lambda: "connected to ROS 2" in logged and not bridge.status()["link"], "it is there again")
+    finally:
+        bridge.close()
+        router.close()

@@ -17,7 +17,7 @@ class Link(Protocol):
     """A link to the other sites. Its methods may wait for the network only as long as they say.
 
     Attributes:
-        problem: why there is no connection yet; empty if nothing is known to be wrong.
+        problem: why there is no connection; empty if nothing is known to be wrong.
     """
 
     problem: str

@@ -78,7 +78,7 @@ class ZenohSession:
         LinkError: eclipse-zenoh is not installed, or cannot listen or use a setting.
 
     Attributes:
-        problem: why the first connection has not been made yet; empty once it has.
+        problem: why there is no connection, as far as it is known; empty if there is one.
         zenoh: the module.
         session: zenoh's session; None until there is one.
         lock: guards what is declared in the session.

@@ -217,6 +217,7 @@ class Ros2Bridge:
     def _adjust(self) -> None:
         """Make the plan, and do what it says, as far as it has not been done."""
         if time.monotonic() >= self._next_poll:
+            self._session.look_for_routers()
             for log in self._link_report.update(steady_now()):
                 self._node.log.peer_event(WARN if log.is_warning else INFO, "%s", log.text)
             self._poll()

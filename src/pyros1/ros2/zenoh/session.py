@@ -9,7 +9,7 @@ import json
 import secrets
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from functools import partial
 from itertools import count
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -109,6 +109,7 @@ class Ros2Session(ZenohSession):
         self._calls: set[FirstReply] = set()
         self._by_key: dict[str, _Endpoint] = {}
         self._entity_ids = count(1)
+        self._connect = [*connect]
         self._fixed: list[Any] = []
         super().__init__("ROS 2", connect, listen, {"timestamping/enabled": "true", "id": json.dumps(zid), **settings})
 
@@ -120,6 +121,16 @@ class Ros2Session(ZenohSession):
             liveliness.declare_token(encode_token(node)),
             liveliness.declare_subscriber(tokens_of(self._domain), self._on_liveliness, history=True),
         ]
+
+    def look_for_routers(self) -> None:
+        """Note in `problem` whether there is a router to which this session connects, since zenoh does not say when
+        one is gone: it tries to reach it again and again.
+        """
+        session = self.session
+        if session is not None and self._connect and not self.is_closing:
+            with suppress(self.zenoh.ZError):  # it closes
+                is_there = bool(session.info.routers_zid())
+                self.problem = "" if is_there else f"no router responds at {' or '.join(self._connect)}"
 
     def _token(self, kind: Kind, key: DataKey, qos: Qos) -> str:
         number = next(self._entity_ids)
