@@ -126,7 +126,14 @@ class RunningBridge:
         self._nodes.append(Node(name, argv=[], environ=self.environ, handle_signals=False))
         return self._nodes[-1]
 
-    def make_bridge(self, name: str, ros2_name: str, rules: Ros2Rules | None = None, **where: Any) -> Ros2Bridge:
+    def make_bridge(
+        self,
+        name: str,
+        ros2_name: str,
+        rules: Ros2Rules | None = None,
+        find_name: Callable[[], str] | None = None,
+        **where: Any,
+    ) -> Ros2Bridge:
         self.bridge_node = self.make_node(name)
         return Ros2Bridge(
             self.bridge_node,
@@ -137,6 +144,7 @@ class RunningBridge:
             partial(self._make_session, ros2_name, where),
             self._call_time,
             poll_period=0.05,
+            find_name=find_name,
         )
 
     def _make_session(self, name: str, where: Any, zid: str, *callbacks: Any) -> Ros2Session:
@@ -333,6 +341,29 @@ def test_two_bridges_of_one_master_make_no_loop(bridge: RunningBridge, peer: Ros
     assert bridge.status()["received"] == []
     for running in (bridge.status(), json.loads(second.status())):
         assert "messages come twice" in running["problems"]["/bridge"]
+
+
+def test_bridges_of_a_master_that_is_started_anew(endpoint: str, tmp_path: Path) -> None:
+    name = "one"
+    bridge = RunningBridge(tmp_path, name=name, find_name=lambda: name, listen=[endpoint])
+    peer = Ros2Peer(endpoint)
+    try:
+        second = bridge.make_bridge("another_bridge", name, find_name=lambda: name, connect=[endpoint])
+        statuses = lambda: [bridge.status(), json.loads(second.status())]  # noqa: E731
+        publisher: Any = bridge.node.advertise("/map", "std_msgs/String", queue_size=1, latch=True)
+        publisher.publish("map")
+        peer.subscribe(key("/map"), LATCHED)
+        assert [peer.get() for _ in range(2)] == [("/map", string("map"))] * 2, "once from each bridge"
+        name = "two"
+        wait_until(lambda: all("/two" in status["problems"] for status in statuses()), "each knows the other again")
+        assert [peer.get() for _ in range(2)] == [("/map", string("map"))] * 2, "their publishers are new"
+        wait_until(lambda: [each.node_name for each in peer.graph.nodes()] == ["two", "two"], "they have new names")
+        assert {each.node_name for each in peer.graph.topic("/map").publishers} == {"two"}
+        assert all("/one" not in status["problems"] for status in statuses())
+        assert all(status["received"] == [] for status in statuses())
+    finally:
+        peer.session.close()
+        bridge.close()
 
 
 def test_two_masters_with_ros2_between_them(bridge: RunningBridge, endpoint: str, tmp_path: Path) -> None:

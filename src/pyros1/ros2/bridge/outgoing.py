@@ -101,6 +101,7 @@ class Outgoing:
                 problems[topic] = one_line(error)
 
     def close(self) -> None:
-        """Subscribe to nothing any longer."""
-        for subscriber in [*self._subscribers.values()]:  # the master thread may still wait for the master
-            subscriber.unregister()
+        """Subscribe to nothing any longer, or until the next `adjust`."""
+        for topic in [*self._subscribers]:  # the master thread may still wait for the master
+            if (subscriber := self._subscribers.pop(topic, None)) is not None:
+                subscriber.unregister()

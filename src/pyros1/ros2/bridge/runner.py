@@ -81,6 +81,8 @@ class Ros2Bridge:
         make_session: returns its session, given its id in zenoh and the functions that take what comes.
         call_time: maximum number of seconds for the response of a service.
         poll_period: number of seconds between questions to the master.
+        find_name: returns the present name of its node in ROS 2, which another master at the same address may change;
+            None if it stays the same.
 
     Raises:
         LinkError: the session cannot start.
@@ -97,6 +99,7 @@ class Ros2Bridge:
         make_session: MakeSession,
         call_time: float = CALL_TIME,
         poll_period: float = POLL_PERIOD,
+        find_name: Callable[[], str] | None = None,
     ) -> None:
         self._node = node
         self._ros2_name = ros2_name
@@ -116,6 +119,7 @@ class Ros2Bridge:
         self._arrivals = Arrivals()
         self._arrived = threading.Condition()
         self._poll_period = poll_period
+        self._find_name = find_name
         self._next_poll = self._next_plan = 0.0
         self._planned_from: object = None  # what ROS 1 had when the plan was made
         self._declared: object = None  # what the session was last told
@@ -247,6 +251,8 @@ class Ros2Bridge:
         start = time.thread_time()
         self._next_poll = time.monotonic() + self._poll_period
         try:
+            if self._find_name is not None:
+                self._rename(self._find_name())
             self._topics = self._graph.topics()
             self._services.look(self._graph.state)
         except Error as error:
@@ -255,6 +261,15 @@ class Ros2Bridge:
         took = time.thread_time() - start
         pause = 0.0 if self._graph.is_behind else max(self._poll_period, _POLL_FACTOR * took)
         self._next_poll = time.monotonic() + pause
+
+    def _rename(self, name: str) -> None:
+        """Rename the node in ROS 2, and declare all anew under that name, if the master has been started anew."""
+        if name != self._ros2_name:
+            self._ros2_name = name
+            self._planned_from = self._declared = None
+            # Publishers that have registered anew send their latched messages again only to a new subscriber.
+            self._outgoing.close()
+            self._session.rename(name)
 
     def _must_plan(self) -> bool:
         """Return whether the plan may be out of date."""

@@ -115,12 +115,38 @@ class Ros2Session(ZenohSession):
 
     def on_open(self) -> None:
         """Declare the node, and listen to all others. Called with the lock."""
-        liveliness = self.session.liveliness()
+        others = self.session.liveliness().declare_subscriber(
+            tokens_of(self._domain), self._on_liveliness, history=True
+        )
+        self._fixed = [self._declare_node(), others]
+
+    def _declare_node(self) -> Any:
         node = Entity(self._domain, self._zid, 0, 0, Kind.NODE, self._node)
-        self._fixed = [
-            liveliness.declare_token(encode_token(node)),
-            liveliness.declare_subscriber(tokens_of(self._domain), self._on_liveliness, history=True),
-        ]
+        return self.session.liveliness().declare_token(encode_token(node))
+
+    def rename(self, node: str) -> None:
+        """Give its node another name. All that is declared ends; `declare` declares it anew.
+
+        Args:
+            node: the name.
+        """
+        with self.lock:
+            self._node = node
+            if self.session is None or self.is_closing:
+                return
+            self._by_key = {}
+            all_declared: tuple[dict[Any, _Endpoint], ...] = (
+                self._publishers,
+                self._subscribers,
+                self._services,
+                self._clients,
+            )
+            for declared in all_declared:
+                for endpoint in declared.values():
+                    endpoint.undeclare()
+                declared.clear()
+            self._fixed[0].undeclare()
+            self._fixed[0] = self._declare_node()
 
     def look_for_routers(self) -> None:
         """Note in `problem` whether there is a router to which this session connects, since zenoh does not say when

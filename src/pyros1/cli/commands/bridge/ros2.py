@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import hashlib
 import sys
 from contextlib import contextmanager
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from pyros1.cli.commands.bridge._settings import INSECURE_FLAG, check_connections, read_keys
 from pyros1.cli.failures import CommandError, UsageError
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Flag, Option, Verb
-from pyros1.ground.errors import Error
 from pyros1.ground.terminal_text import one_line
 
 if TYPE_CHECKING:
@@ -134,6 +133,7 @@ def _run(
     invocation.master.ping()  # fail before slow imports if no master is running
     from pyros1.node import Node  # noqa: PLC0415
     from pyros1.ros2.bridge.mapping_check import check_mapping  # noqa: PLC0415
+    from pyros1.ros2.bridge.own_name import own_name  # noqa: PLC0415
     from pyros1.ros2.bridge.runner import Ros2Bridge  # noqa: PLC0415
     from pyros1.ros2.zenoh.session import Ros2Session  # noqa: PLC0415
 
@@ -143,7 +143,7 @@ def _run(
     with Node(
         "bridge_ros2", argv=invocation.remapping_args, environ=invocation.environ, wait_for_master=0.0, wall_time=True
     ) as node:
-        name = f"pyros1_bridge_{_master_id(invocation)}"
+        name = own_name(node.master)
         bridge = Ros2Bridge(
             node,
             name,
@@ -153,6 +153,7 @@ def _run(
             lambda zid, on_token, on_message, on_call: Ros2Session(
                 zid, name, domain, on_token, on_message, on_call, connect, listen, settings
             ),
+            find_name=partial(own_name, node.master),
         )
         try:
             print(
@@ -167,15 +168,6 @@ def _run(
         finally:
             bridge.close()
     return 0
-
-
-def _master_id(invocation: Invocation) -> str:
-    """Return what is the same for all bridges of a master, and only for them, so that they ignore each other."""
-    try:
-        run_id = str(invocation.master.get_param("/run_id"))
-    except Error:
-        run_id = ""
-    return hashlib.sha256(f"{run_id} {invocation.master.uri}".encode()).hexdigest()[:8]
 
 
 def _parse(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:
