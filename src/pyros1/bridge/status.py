@@ -73,7 +73,7 @@ def status_json(
                 "wanted_by": sorted(topic.requests),
                 "messages": flow.messages,
                 "bytes": flow.bytes,
-                **_rate_cells(rates.rate(("", topic.topic))),
+                **rate_cells(rates.rate(("", topic.topic))),
                 "dropped": _add(flow.drops, *(sender.drops(key) for key in _keys(topic))),
             }
             for topic, local, flow in site.sent()
@@ -89,7 +89,7 @@ def status_json(
                 "state": topic.state,
                 "messages": topic.flow.messages,
                 "bytes": topic.flow.bytes,
-                **_rate_cells(rates.rate((topic.peer, topic.topic))),
+                **rate_cells(rates.rate((topic.peer, topic.topic))),
                 "dropped": _add(topic.flow.drops, topic.missed_drops),
             }
             for topic in received
@@ -177,7 +177,8 @@ def flow_counts(site: Site) -> dict[Hashable, Count]:
     return {key: Count(flow.messages, flow.bytes) for key, flow in flows if flow.messages}
 
 
-def _rate_cells(rate: Rate | None) -> dict[str, float | None]:
+def rate_cells(rate: Rate | None) -> dict[str, float | None]:
+    """Return what entries of topics say of a rate."""
     return {
         "messages_per_second": None if rate is None else round(rate.messages, 2),
         "bytes_per_second": None if rate is None else round(rate.bytes, 1),

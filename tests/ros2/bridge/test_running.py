@@ -235,6 +235,19 @@ def test_from_ros1_to_ros2(bridge: RunningBridge, peer: Ros2Peer) -> None:
     assert peer.get() == ("/chatter", string("hello"))
 
 
+def test_rates_are_in_the_status(bridge: RunningBridge, peer: Ros2Peer, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("pyros1.bridge.rates.PERIOD", 0.05)
+    peer.publish(key("/chatter"))
+    QueuedSubscriber(bridge.node, "/chatter")
+    peer.is_subscribed_by("/chatter")
+
+    def is_counted() -> bool:
+        peer.send(key("/chatter"), string("hello"))
+        return bool(bridge.status()["received"][0]["messages_per_second"])
+
+    wait_until(is_counted, "the status has a rate")
+
+
 def test_from_ros2_to_ros1(bridge: RunningBridge, peer: Ros2Peer) -> None:
     peer.publish(key("/chatter"))
     wait_until(lambda: bridge.topics().get("/chatter") == "std_msgs/String", "ROS 1 sees the topic")

@@ -1,10 +1,12 @@
-"""How much a bridge to ROS 2 has exchanged, for its status."""
+"""How much a bridge to ROS 2 has exchanged, and how fast, for its status."""
 
 from __future__ import annotations
 
 import threading
+from collections.abc import Hashable
 
 from pyros1.bridge.exchange.sending import Flow
+from pyros1.bridge.rates import Count, Rate, Rates
 
 MAX_TOPICS = 25_000
 """Maximum number of topics of each side whose counts are kept: more than there can be at a time."""
@@ -16,6 +18,7 @@ class Counts:
     def __init__(self) -> None:
         self._sent: dict[str, Flow] = {}
         self._received: dict[str, Flow] = {}
+        self._rates = Rates()
         self._lock = threading.Lock()
 
     def to_ros2(self, topic: str) -> Flow:
@@ -27,6 +30,29 @@ class Counts:
         """Return what came of a topic of ROS 2."""
         with self._lock:
             return _flow(self._received, topic)
+
+    def sample(self, now: float) -> None:
+        """Note the counts for the rates, if it is time. To be called about once per second.
+
+        Args:
+            now: the time in seconds.
+        """
+        with self._lock:
+            if self._rates.is_due(now):
+                flows: list[tuple[Hashable, Flow]] = [((False, name), flow) for name, flow in self._sent.items()]
+                flows += [((True, name), flow) for name, flow in self._received.items()]
+                counts = {key: Count(flow.messages, flow.bytes) for key, flow in flows if flow.messages}
+                self._rates.add(counts, now)
+
+    def rate_to_ros2(self, topic: str) -> Rate | None:
+        """Return how fast messages of a topic of ROS 1 are sent; None if that is not known yet."""
+        with self._lock:
+            return self._rates.rate((False, topic))
+
+    def rate_to_ros1(self, topic: str) -> Rate | None:
+        """Return how fast messages of a topic of ROS 2 come; None if that is not known yet."""
+        with self._lock:
+            return self._rates.rate((True, topic))
 
 
 def _flow(flows: dict[str, Flow], topic: str) -> Flow:

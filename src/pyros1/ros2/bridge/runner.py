@@ -220,6 +220,7 @@ class Ros2Bridge:
 
     def _adjust(self) -> None:
         """Make the plan, and do what it says, as far as it has not been done."""
+        self._counts.sample(steady_now())
         if time.monotonic() >= self._next_poll:
             self._session.look_for_routers()
             for log in self._link_report.update(steady_now()):

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import json
 from collections import Counter
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterator, Mapping
+from itertools import islice
+from typing import Any
 
+from pyros1 import __version__
 from pyros1.bridge.exchange.services.call_packets import CallCounts
-from pyros1.bridge.status import ROS2
+from pyros1.bridge.status import ROS2, listed, rate_cells
 from pyros1.bridge.transport.sender import Sender
 from pyros1.ros2.bridge.counts import Counts
 from pyros1.ros2.bridge.plan import Plan
@@ -15,6 +18,8 @@ from pyros1.ros2.bridge.services import Ros2Services
 
 OTHER_SITE = "ROS 2"
 _MAX_NODES = 1000
+_MAX_PROBLEMS = 5000
+"""Maximum number of topics and services that are listed with their problems."""
 
 
 def status_json(
@@ -45,9 +50,16 @@ def status_json(
         trouble: what went wrong, and how often.
         dropped: how much was dropped because it came too fast.
     """
+    entries: list[tuple[bool, dict[str, Any]]] = [(True, each) for each in _received(plan, demand, counts)]
+    entries += [(False, each) for each in _called(services)]
+    entries, more = listed(entries, lambda _: OTHER_SITE, _size)
+    named = dict(islice(problems.items(), _MAX_PROBLEMS))
+    if len(named) < len(problems):
+        trouble = {**trouble, "topics and services with problems that are not listed": len(problems) - len(named)}
     status = {
         "dialect": ROS2,
         "site": "ROS 1",
+        "version": __version__,
         "domain": domain,
         "link": link_problem,
         "sites": [{"name": OTHER_SITE, "state": "present", "round_trip": None}] if nodes else [],
@@ -61,24 +73,12 @@ def status_json(
                 "wanted_by": [OTHER_SITE] if announced.wanted else [],
                 "messages": counts.to_ros2(announced.local.name).messages,
                 "bytes": counts.to_ros2(announced.local.name).bytes,
+                **rate_cells(counts.rate_to_ros2(announced.local.name)),
                 "dropped": _drops(counts.to_ros2(announced.local.name).drops, sender, announced.routes(key)),
             }
             for key, announced in plan.announces.items()
         ],
-        "received": [
-            {
-                "topic": topic,
-                "from": OTHER_SITE,
-                "local": topic,
-                "type": taken.pair.ros1,
-                "publishers": [*taken.publishers],
-                "state": "subscribed" if topic in demand else "nobody here subscribes",
-                "messages": counts.to_ros1(topic).messages,
-                "bytes": counts.to_ros1(topic).bytes,
-                "dropped": counts.to_ros1(topic).drops,
-            }
-            for topic, taken in plan.takes.items()
-        ],
+        "received": [entry for is_topic, entry in entries if is_topic],
         "served": [
             {
                 "service": name,
@@ -90,24 +90,49 @@ def status_json(
                 key.name: offered.pair.ros1 for key, offered in services.plan.offers.items()
             }.items()
         ],
-        "called": [
-            {
-                "service": name,
-                "from": OTHER_SITE,
-                "local": name,
-                "type": provided.pair.ros1,
-                "state": "",
-                **_call_cells(services.counts("called", name)),
-            }
-            for name, provided in services.plan.provides.items()
-        ],
+        "called": [entry for is_topic, entry in entries if not is_topic],
+        "not_listed": more,
         "waiting_bytes": sender.waiting_bytes,
         "overflowed": dropped,
         "ignored": {},
-        "problems": dict(problems),
+        "problems": named,
         "trouble": dict(trouble),
     }
     return json.dumps(status)
+
+
+def _received(plan: Plan, demand: Collection[str], counts: Counts) -> Iterator[dict[str, Any]]:
+    for topic, taken in plan.takes.items():
+        flow = counts.to_ros1(topic)
+        yield {
+            "topic": topic,
+            "from": OTHER_SITE,
+            "local": topic,
+            "type": taken.pair.ros1,
+            "publishers": [*taken.publishers],
+            "state": "subscribed" if topic in demand else "nobody here subscribes",
+            "messages": flow.messages,
+            "bytes": flow.bytes,
+            **rate_cells(counts.rate_to_ros1(topic)),
+            "dropped": flow.drops,
+        }
+
+
+def _called(services: Ros2Services) -> Iterator[dict[str, Any]]:
+    for name, provided in services.plan.provides.items():
+        yield {
+            "service": name,
+            "from": OTHER_SITE,
+            "local": name,
+            "type": provided.pair.ros1,
+            "state": "",
+            **_call_cells(services.counts("called", name)),
+        }
+
+
+def _size(entry: tuple[bool, dict[str, Any]]) -> int:
+    """Return the size of an entry in bytes, about."""
+    return 300 + len(str(entry))
 
 
 def _call_cells(counts: CallCounts) -> dict[str, int | str]:
