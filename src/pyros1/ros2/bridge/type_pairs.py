@@ -76,6 +76,10 @@ class TypePairs:
         distribution: the distribution of ROS 2 whose types are used where nobody says which.
         mapping: which types and fields have other names; None for the standard ones.
         installed: the types of packages of ROS 2 on this machine; they are tried first.
+        budget: the time for types that ROS 2 asks for, which may be anything; None for that of a running bridge.
+
+    Attributes:
+        known: the types of ROS 2 that are known, by name.
 
     Raises:
         UnknownTypeError: the distribution is not known.
@@ -86,18 +90,27 @@ class TypePairs:
         distribution: str = "jazzy",
         mapping: TypeMapping | None = None,
         installed: Types = MappingProxyType({}),
+        budget: Budget | None = None,
     ) -> None:
         self._usual = distribution
         self._distributions = {distribution: distribution_types(distribution)}
         self._installed = installed
         self._mapping = mapping or TypeMapping()
-        self._known = LayeredTypes(installed, self._distributions[distribution])
-        self._counterparts = Counterparts(self._known, self._mapping, _is_in_ros1)
+        self.known = LayeredTypes(installed, self._distributions[distribution])
+        self._counterparts = Counterparts(self.known, self._mapping, _is_in_ros1)
         self._definitions = DefinitionCache(prefer_installed=True)
         # What ROS 2 asks for may be anything, and costs up to 20 ms; what ROS 1 publishes is always looked up.
-        budget = Budget()
+        budget = budget or Budget()
         self._found = Remembered[TypePair](budget)
         self._found_services = Remembered[ServicePair](budget)
+
+    def name_in_ros2(self, type: str) -> str:
+        """Return the name that a message type of ROS 1 has in ROS 2.
+
+        Raises:
+            DefinitionError: `type` is not of the form ``package/Type``.
+        """
+        return self._counterparts.to_ros2(type)
 
     def for_ros1(self, type: str, md5sum: str, definition: str, hash: str | None = None) -> TypePair:
         """Return how a type of ROS 1 is exchanged.
@@ -167,7 +180,7 @@ class TypePairs:
 
     def knows_ros2(self, type: str) -> bool:
         """Return whether there is a definition of a message or service of ROS 2, other than that of ROS 1."""
-        return type in self._known or f"{type}_Request" in self._known
+        return type in self.known or f"{type}_Request" in self.known
 
     def _for_ros1(self, type: str, md5sum: str, definition: str, hash: str | None) -> TypePair:
         message_class = self._definitions.get(type, md5sum, definition)
@@ -236,20 +249,20 @@ class TypePairs:
         that follows from the definition in ROS 1, if that is given.
         """
         if name in self._installed:
-            yield self._known
+            yield self.known
         yield from (types for types in self._all_types(hash) if name in types)
         if root in specs:
-            yield LayeredTypes(self._counterparts.derive(specs[root], specs.__getitem__), self._known)
+            yield LayeredTypes(self._counterparts.derive(specs[root], specs.__getitem__), self.known)
 
     def _service_candidates(
         self, name: str, spec: ServiceSpec, specs: dict[str, MessageSpec], hash: str | None
     ) -> Iterator[Types]:
         """Yield types of ROS 2 among which the service of that name may be the right one."""
         if f"{name}_Request" in self._installed:
-            yield self._known
+            yield self.known
         derived = self._counterparts.derive_service(spec, specs.__getitem__)
         for distribution in self._all_types(hash):
-            yield LayeredTypes(derived, distribution, self._known)
+            yield LayeredTypes(derived, distribution, self.known)
 
 
 def _checked(name: str) -> str:

@@ -93,6 +93,18 @@ def test_parameters_of_ros1_bridge(run: Run, tmp_path: Path) -> None:
     assert (code, out) == (2, "") and f"{path}:1: expected a mapping" in err
 
 
+def test_pairs_of_types(run: Run) -> None:
+    assert run("--pairs", "std_msgs/String", "std_srvs/srv/SetBool") == (
+        0,
+        "messages, ROS 1 <-> ROS 2 jazzy:\n  std_msgs/String <-> std_msgs/msg/String\n"
+        "services, ROS 1 <-> ROS 2 jazzy:\n  std_srvs/SetBool <-> std_srvs/srv/SetBool\n",
+        "",
+    )
+    code, out, err = run("--pairs", "nowhere/Nothing", "--distribution", "humble")
+    assert (code, out, err) == (1, "", "nowhere/Nothing: neither ROS 1 nor ROS 2 has such a type here\n")
+    assert "'jassy' are not known" in run("--pairs", "--distribution", "jassy")[2]
+
+
 def test_a_domain_that_is_no_number(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("ROS_DOMAIN_ID", "lab")
     assert "ROS_DOMAIN_ID must be a number from 0 to 232, not 'lab'" in run("--check")[2]

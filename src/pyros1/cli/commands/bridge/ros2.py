@@ -16,6 +16,7 @@ from pyros1.ground.terminal_text import one_line
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
+    from pyros1.ros2.bridge.remembered import Budget
     from pyros1.ros2.bridge.rules import Ros2Rules
     from pyros1.ros2.bridge.type_pairs import TypePairs
     from pyros1.ros2.types.mapping import TypeMapping
@@ -33,6 +34,8 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int | None:
     from pyros1.ros2.bridge.mapping_check import check_mapping  # noqa: PLC0415
     from pyros1.ros2.bridge.rules import Ros2Rules, Ros2RulesError  # noqa: PLC0415
 
+    if options.pairs is not None:
+        return _print_pairs(invocation, options)
     send, take = ([word for words in given for word in words] for given in (options.send, options.take))
     notes = _add_parameters(options.parameters, send, take)
     connect = options.connect or ([] if options.listen else [_ROUTER])
@@ -92,7 +95,9 @@ def _read_mappings(paths: list[str]) -> TypeMapping:
         return read_mappings(paths)
 
 
-def _make_types(options: Any, mapping: TypeMapping, environ: Mapping[str, str]) -> TypePairs:
+def _make_types(
+    options: Any, mapping: TypeMapping, environ: Mapping[str, str], budget: Budget | None = None
+) -> TypePairs:
     """Return what knows the types of both sides."""
     from pyros1.ros2.bridge.type_pairs import TypePairs  # noqa: PLC0415
     from pyros1.ros2.types.installed import InstalledTypes, PackagesError, environment_folders  # noqa: PLC0415
@@ -101,7 +106,37 @@ def _make_types(options: Any, mapping: TypeMapping, environ: Mapping[str, str]) 
         installed = InstalledTypes([*options.ros2_packages, *environment_folders(environ)])
     except PackagesError as error:
         raise CommandError(str(error), 2) from None
-    return TypePairs(options.distribution, mapping, installed)
+    return TypePairs(options.distribution, mapping, installed, budget)
+
+
+def _print_pairs(invocation: Invocation, options: Any) -> int:
+    """Print the pairs of types with these names, or all; return 1 if one of the names has no counterpart."""
+    from math import inf  # noqa: PLC0415
+
+    from pyros1.cli.shared.definitions import MESSAGE_KIND, SERVICE_KIND, library  # noqa: PLC0415
+    from pyros1.ros2.bridge.pair_list import list_messages, list_services  # noqa: PLC0415
+    from pyros1.ros2.bridge.remembered import Budget  # noqa: PLC0415
+
+    wanted = options.pairs
+    types = _make_types(options, _read_mappings(options.mapping), invocation.environ, Budget(inf))
+    messages, services = (
+        [name for package in library().packages() for name in kind.type_names(library(), package)]
+        for kind in (MESSAGE_KIND, SERVICE_KIND)
+    )
+    is_missing, unknown = False, {*wanted}
+    for title, pairs in (
+        ("messages", list_messages(types, messages, types.known, wanted)),
+        ("services", list_services(types, services, wanted)),
+    ):
+        for number, pair in enumerate(pairs):
+            if not number:
+                print(f"{title}, ROS 1 <-> ROS 2 {options.distribution}:")
+            print(f"  {pair}", flush=True)
+            is_missing = is_missing or not (pair.ros1 and pair.ros2)
+            unknown -= {pair.ros1, pair.ros2, pair.ros1.replace("/", "/srv/")}
+    for name in sorted(unknown):
+        print(f"{one_line(name)}: neither ROS 1 nor ROS 2 has such a type here", file=sys.stderr)
+    return 1 if wanted and (is_missing or unknown) else 0
 
 
 def _domain(given: int | None, environ: Mapping[str, str]) -> int:
@@ -243,6 +278,13 @@ VERB = Verb(
     ),
     Option("--keys", metavar="FOLDER", help="keys made by `pyros1 bridge keys`, for tls/ and quic/"),
     Flag("--check", help="explain what would be exchanged, and exit"),
+    Option(
+        "--pairs",
+        nargs="*",
+        metavar="TYPE",
+        help="print which type of ROS 1 is which type of ROS 2, and which have no counterpart and why, and exit: all "
+        "that are installed here, or these",
+    ),
     INSECURE_FLAG,
     description="Exchange topics and services with nodes of ROS 2 whose RMW_IMPLEMENTATION is rmw_zenoh_cpp. Each side "
     "sees those of the other one; messages pass only where somebody subscribes.",
@@ -250,6 +292,7 @@ VERB = Verb(
         ("", "through ROS 2's router on this machine"),
         ("--listen tcp/localhost:7447", "the same, if none is running"),
         ("--to tcp/robot:7447 --insecure --send /cmd_vel --take '/scan' '/tf*'", "with a robot; only these topics"),
+        ("--pairs sensor_msgs/Imu std_srvs/srv/SetBool", "say what these types are on the other side"),
     ],
     stock="",
     parse=_parse,
