@@ -16,7 +16,7 @@ def test_tokens_go_first() -> None:
     waiting.put_token("x", True)
     assert [waiting.pop() for _ in range(3)] == [
         (("x", True), None),
-        (None, (KEY, b"1", b"a")),
+        (None, (KEY, b"1", b"a", "")),
         (None, None),
     ]
 
@@ -26,9 +26,9 @@ def test_the_oldest_messages_are_dropped() -> None:
     for number in range(4):
         waiting.put_message(KEY, b"%d" % number, b"")
     assert waiting.dropped == 1
-    waiting.put_message(KEY, bytes(20), b"")
+    waiting.put_message(KEY, bytes(20), b"", "")
     assert waiting.dropped == 4
-    assert waiting.pop()[1] == (KEY, bytes(20), b"") and waiting.is_empty
+    assert waiting.pop()[1] == (KEY, bytes(20), b"", "") and waiting.is_empty
     waiting.put_message(KEY, bytes(10), b"")
     assert waiting.dropped == 4
 

@@ -11,6 +11,7 @@ import socket
 import struct
 from collections.abc import Callable, Iterator
 from functools import partial
+from itertools import count
 from pathlib import Path
 from typing import Any
 from unittest.mock import Mock
@@ -69,7 +70,7 @@ class Ros2Peer:
     def _on_token(self, token: str, is_there: bool) -> None:
         (self.graph.add if is_there else self.graph.remove)(token)
 
-    def _on_message(self, key: DataKey, body: bytes, attachment: bytes) -> None:
+    def _on_message(self, key: DataKey, body: bytes, attachment: bytes, session: str) -> None:
         self.messages.put((key.name, body))
 
     def publish(self, key: DataKey, qos: Qos = VOLATILE) -> None:
@@ -109,7 +110,7 @@ class RunningBridge:
     """
 
     on_token: Callable[[str, bool], object]
-    on_message: Callable[[DataKey, bytes, bytes], object]
+    on_message: Callable[..., object]
 
     def __init__(
         self, folder: Path, rules: Ros2Rules | None = None, name: str = "bridge", call_time: float = 20.0, **where: Any
@@ -268,6 +269,32 @@ def test_latched_both_ways(bridge: RunningBridge, peer: Ros2Peer) -> None:
     for name in ("first", "late"):
         node = bridge.make_node(name)
         assert QueuedSubscriber(node, "/robot_description").get().data == "robot", name
+
+
+def test_a_latched_message_ends_with_its_publisher(
+    bridge: RunningBridge, peer: Ros2Peer, endpoint: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("pyros1.ros2.bridge.sources.GRACE", 0.0)
+    monkeypatch.setattr("pyros1.ros2.bridge.runner._LOOK_PERIOD", 0.05)
+    other = Ros2Peer(endpoint)
+    static = key("/static")
+    for each, text in ((peer, "one"), (other, "two")):
+        each.publish(static, LATCHED)
+        each.send(static, string(text))
+    subscriber = QueuedSubscriber(bridge.node, "/static")
+    assert {subscriber.get().data for _ in range(2)} == {"one", "two"}
+    other.session.close()
+    names = count()
+
+    def is_forgotten() -> bool:
+        late = bridge.make_node(f"late{next(names)}")
+        kept = QueuedSubscriber(late, "/static")
+        first = kept.get().data
+        assert first == "one" or kept.get().data == "one", "its publisher is there"
+        late.shutdown()
+        return first == "one" and kept.is_silent()
+
+    wait_until(is_forgotten, "late subscribers do not get the message of the publisher that is gone")
 
 
 def test_each_publisher_keeps_its_latched_message(bridge: RunningBridge, peer: Ros2Peer, endpoint: str) -> None:

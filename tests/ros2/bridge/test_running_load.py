@@ -119,7 +119,7 @@ def test_a_message_of_a_type_that_ends_is_not_published_as_the_next_type(
 def test_publishers_are_told_apart_where_messages_are_latched(
     bridge: RunningBridge, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("pyros1.ros2.bridge.incoming.MAX_SOURCES", 3)
+    monkeypatch.setattr("pyros1.ros2.bridge.sources.MAX_SOURCES", 3)
     for number, name in enumerate(("/plain", "/latched")):
         bridge.on_token(token(number, key(name), latched=number == 1), True)
     wait_until(lambda: {"/plain", "/latched"} <= bridge.topics().keys(), "they are published")

@@ -32,7 +32,7 @@ class Peer:
 
     def __init__(self, name: str, **where: Any) -> None:
         self.tokens: queue.Queue[tuple[str, bool]] = queue.Queue()
-        self.messages: queue.Queue[tuple[DataKey, bytes, bytes]] = queue.Queue()
+        self.messages: queue.Queue[tuple[DataKey, bytes, bytes, str]] = queue.Queue()
         self.calls: queue.Queue[IncomingCall] = queue.Queue()
         self.zid = make_zid()
         self.session = Ros2Session(
@@ -90,8 +90,8 @@ def test_messages_with_their_attachments(peers: tuple[Peer, Peer]) -> None:
     client.send(b"one")
     client.send(b"two")
     came = [router.messages.get(timeout=PATIENCE) for _ in range(2)]
-    first, second = (decode_attachment(attachment) for _, _, attachment in came)
-    assert [(key, body) for key, body, _ in came] == [(KEY, b"one"), (KEY, b"two")]
+    first, second = (decode_attachment(attachment) for _, _, attachment, _ in came)
+    assert [(key, body) for key, body, *_ in came] == [(KEY, b"one"), (KEY, b"two")]
     assert first is not None and second is not None and first.gid == second.gid
     assert (first.sequence_number, second.sequence_number) == (1, 2)
     assert before <= first.source_time <= second.source_time <= time.time_ns()
@@ -104,7 +104,8 @@ def test_latched_messages_come_late(peers: tuple[Peer, Peer]) -> None:
     client.send(b"one")
     client.send(b"two")
     router.declare(subscribes=LATCHED)
-    assert [router.messages.get(timeout=PATIENCE)[1] for _ in range(2)] == [b"one", b"two"]
+    came = [router.messages.get(timeout=PATIENCE) for _ in range(2)]
+    assert [(body, session) for _, body, _, session in came] == [(b"one", client.zid), (b"two", client.zid)]
 
 
 def test_what_is_declared_no_longer_is_gone(peers: tuple[Peer, Peer]) -> None:

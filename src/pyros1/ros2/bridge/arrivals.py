@@ -17,8 +17,8 @@ MAX_BYTES = 64 << 20
 MAX_MESSAGES = 10_000
 Token = tuple[str, bool]
 """The key of an entity of ROS 2, and whether it is there or gone."""
-Message = tuple[DataKey, bytes, bytes]
-"""A message: its key, the message, and its attachment."""
+Message = tuple[DataKey, bytes, bytes, str]
+"""A message: its key, the message, its attachment, and the id of its publisher's session; empty if it is not known."""
 
 
 class Arrivals:
@@ -59,9 +59,9 @@ class Arrivals:
             self._tokens[key] = True
             self._new += 1
 
-    def put_message(self, key: DataKey, body: bytes, attachment: bytes) -> None:
+    def put_message(self, key: DataKey, body: bytes, attachment: bytes, session: str = "") -> None:
         """Add a message. If there are too many, the oldest is dropped."""
-        self._messages.append((key, body, attachment))
+        self._messages.append((key, body, attachment, session))
         self._bytes += len(body)
         while len(self._messages) > 1 and (self._bytes > self._max_bytes or len(self._messages) > self._max_messages):
             self._bytes -= len(self._messages.popleft()[1])

@@ -3,25 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from itertools import count
 
-from pyros1.bridge.exchange.actions import Advertise, Forget, Publish, Source
-from pyros1.bridge.names import SharedName
+from pyros1.bridge.clock import steady_now
+from pyros1.bridge.exchange.actions import Advertise, Forget, Publish
 from pyros1.bridge.publishing import Publishing
 from pyros1.ground.errors import Error, MessageError
 from pyros1.ground.terminal_text import one_line
 from pyros1.ros2.bridge.counts import Counts
 from pyros1.ros2.bridge.plan import Plan
 from pyros1.ros2.bridge.services import SITE
+from pyros1.ros2.bridge.sources import Sources, Tokens
 from pyros1.ros2.zenoh.attachments import decode_attachment
 from pyros1.ros2.zenoh.names import DataKey
 
-MAX_SOURCES = 1000
-"""Maximum number of latched publishers of ROS 2 that are told apart, and topics that are not latched."""
-
 
 class Incoming:
-    """The publishers of a bridge. `take` is for one thread, `adjust` for another one.
+    """The publishers of a bridge. `take` and `forget_gone` are for one thread, `adjust` for another one.
 
     Args:
         publishing: publishes in ROS 1.
@@ -34,15 +31,15 @@ class Incoming:
         self._counts = counts
         self._warn = warn
         self._advertised: dict[str, tuple[str, str, bool]] = {}  # topic -> type, md5 sum, whether it is latched
-        self._sources: dict[tuple[str, bytes], Source] = {}
-        self._source_numbers = count(1)
+        self._sources = Sources()
 
-    def take(self, plan: Plan, key: DataKey, body: bytes, attachment: bytes) -> None:
+    def take(self, plan: Plan, key: DataKey, body: bytes, attachment: bytes, session: str = "") -> None:
         """Publish a message.
 
         Args:
             plan: what the bridge does now.
             key, body, attachment: what came.
+            session: the id of the publisher's session in zenoh; empty if it is not known.
 
         Raises:
             Error: it cannot be published.
@@ -60,24 +57,25 @@ class Incoming:
             self._warn(f"cannot convert a message on {one_line(key.name)}: %s", error)
             return
         # Only the last message of each latched publisher is kept.
-        source = self._source(key.name, origin.gid if taken.latched else b"")
+        source, gone = self._sources.get(key.name, origin.gid if taken.latched else b"", session, steady_now())
+        if gone is not None:
+            self._publishing.forget(Forget(*gone))
         if self._publishing.publish(Publish(key.name, source, converted, taken.latched)):
             flow.count(len(converted))
         else:
             flow.drop("came before its topic was advertised")
 
-    def _source(self, topic: str, gid: bytes) -> Source:
-        """Return what stands for a publisher; that of which nothing has come for the longest time is forgotten if there
-        are too many.
+    def forget_gone(self, tokens_of: Callable[[str], Tokens], has_changed: bool) -> None:
+        """Keep the last messages of publishers that are gone no longer, as in ROS 1.
+
+        Args:
+            tokens_of: returns the publishers of a topic that are there, by their tokens.
+            has_changed: whether somebody came or went since the last call.
         """
-        source = self._sources.pop((topic, gid), None)
-        if source is None:
-            source = Source(SITE, SharedName(SITE, topic), next(self._source_numbers))
-            if len(self._sources) >= MAX_SOURCES:
-                oldest = next(iter(self._sources))
-                self._publishing.forget(Forget(oldest[0], self._sources.pop(oldest)))
-        self._sources[topic, gid] = source
-        return source
+        if not has_changed and not self._sources.must_look:
+            return
+        for gone in self._sources.pop_gone(tokens_of, steady_now()):
+            self._publishing.forget(Forget(*gone))
 
     def adjust(self, plan: Plan, problems: dict[str, str]) -> None:
         """Advertise what the plan says, and nothing else; add what cannot be done to `problems`."""

@@ -35,6 +35,7 @@ from pyros1.ros2.bridge.outgoing import Outgoing
 from pyros1.ros2.bridge.plan import Plan, make_plan
 from pyros1.ros2.bridge.rules import Ros2Rules
 from pyros1.ros2.bridge.services import CALL_TIME, SITE, Ros2Services
+from pyros1.ros2.bridge.sources import Tokens
 from pyros1.ros2.bridge.status import status_json
 from pyros1.ros2.bridge.type_pairs import TypePairs
 from pyros1.ros2.zenoh.calls import IncomingCall
@@ -47,6 +48,8 @@ POLL_PERIOD = 1.0
 """Seconds between questions to the master, by default."""
 ADJUST_PERIOD = 0.2
 """Seconds between looks at who receives what on both sides."""
+_LOOK_PERIOD = 1.0
+"""Seconds between looks at whose messages are kept."""
 _JOIN_TIME = 3.0
 _PLAN_PERIOD = 5.0
 """Seconds after which a plan is made anew even if nothing has changed."""
@@ -62,7 +65,7 @@ MakeSession = Callable[
     [
         str,
         Callable[[str, bool], object],
-        Callable[[DataKey, bytes, bytes], object],
+        Callable[[DataKey, bytes, bytes, str], object],
         Callable[[IncomingCall], object],
     ],
     Ros2Session,
@@ -155,10 +158,10 @@ class Ros2Bridge:
             self._arrivals.put_token(key, is_there)
             self._arrived.notify()
 
-    def _on_sample(self, key: DataKey, body: bytes, attachment: bytes) -> None:
+    def _on_sample(self, key: DataKey, body: bytes, attachment: bytes, session: str = "") -> None:
         """Note a message. Called on zenoh's threads."""
         with self._arrived:
-            self._arrivals.put_message(key, body, attachment)
+            self._arrivals.put_message(key, body, attachment, session)
             self._arrived.notify()
 
     def _on_call(self, call: IncomingCall) -> None:
@@ -166,12 +169,18 @@ class Ros2Bridge:
         self._services.on_call(call)
 
     def _work(self) -> None:
+        next_look, has_changed = 0.0, False
         while not self._is_closing:
             with self._arrived:
-                self._arrived.wait_for(lambda: self._is_closing or not self._arrivals.is_empty)
+                self._arrived.wait_for(lambda: self._is_closing or not self._arrivals.is_empty, _LOOK_PERIOD)
                 token, message = self._arrivals.pop()
             try:
+                if time.monotonic() >= next_look:
+                    next_look = time.monotonic() + _LOOK_PERIOD
+                    self._incoming.forget_gone(self._publishers_of, has_changed)
+                    has_changed = False
                 if token is not None:
+                    has_changed = True
                     self._take_token(*token)
                 elif message is not None:
                     self._take(*message)
@@ -187,10 +196,14 @@ class Ros2Bridge:
         if is_changed:
             self._woken.set()
 
-    def _take(self, key: DataKey, body: bytes, attachment: bytes) -> None:
+    def _take(self, key: DataKey, body: bytes, attachment: bytes, session: str) -> None:
         with self._lock:
             plan = self._plan
-        self._incoming.take(plan, key, body, attachment)
+        self._incoming.take(plan, key, body, attachment, session)
+
+    def _publishers_of(self, topic: str) -> Tokens:
+        with self._lock:
+            return self._ros2.publishers(topic)
 
     def _warn(self, text: str, error: Exception) -> None:
         if self._node.ok() and not self._is_closing:

@@ -198,6 +198,10 @@ class Ros2Graph:
         """Return who publishes and subscribes to a topic; nobody if it is not known."""
         return Topic(*_parted(self._topics.get(name, {}).values(), Kind.PUBLISHER))
 
+    def publishers(self, name: str) -> dict[str, Entity]:
+        """Return who publishes a topic, by their tokens."""
+        return {token: entity for token, entity in self._topics.get(name, {}).items() if entity.kind is Kind.PUBLISHER}
+
     def service(self, name: str) -> Service:
         """Return who offers a service, and who has a client for it; nobody if it is not known."""
         return Service(*_parted(self._services.get(name, {}).values(), Kind.SERVICE))

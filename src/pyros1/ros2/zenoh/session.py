@@ -76,7 +76,8 @@ class Ros2Session(ZenohSession):
         node: the name of its node in ROS 2.
         domain: the ROS domain.
         on_token: called with the key of each entity of ROS 2, and whether it is there or gone, on zenoh's threads.
-        on_message: called with the key, the encoded message and the attachment of each message, on zenoh's threads.
+        on_message: called with the key, the encoded message and the attachment of each message, and with the id of its
+            publisher's session, which is empty if zenoh does not say it, on zenoh's threads.
         on_call: called with each call of a service that is offered, on zenoh's threads.
         connect, listen, settings: see `pyros1.bridge.transport.zenoh_link.ZenohSession`.
 
@@ -90,7 +91,7 @@ class Ros2Session(ZenohSession):
         node: str,
         domain: int,
         on_token: Callable[[str, bool], object],
-        on_message: Callable[[DataKey, bytes, bytes], object],
+        on_message: Callable[[DataKey, bytes, bytes, str], object],
         on_call: Callable[[IncomingCall], object],
         connect: Sequence[str] = (),
         listen: Sequence[str] = (),
@@ -282,7 +283,7 @@ class Ros2Session(ZenohSession):
         if sample.kind != self.zenoh.SampleKind.PUT or attachment is None:
             return
         if len(attachment) < 1000 and len(sample.payload) <= MAX_PACKET:
-            self._on_message(key, sample.payload.to_bytes(), attachment.to_bytes())
+            self._on_message(key, sample.payload.to_bytes(), attachment.to_bytes(), _session_of(sample))
 
     def send(self, packet: Send) -> None:
         """Send a message. While the network takes nothing, this waits a short time; then it is lost."""
@@ -340,3 +341,9 @@ class Ros2Session(ZenohSession):
         """End the calls that wait for responses. Called with the lock."""
         for replies in self._calls:
             replies.put(None)
+
+
+def _session_of(sample: zenoh.Sample) -> str:
+    """Return the id of the session that has sent a message; empty if zenoh does not say it."""
+    info = getattr(sample, "source_info", None)
+    return "" if info is None or info.source_id is None else str(info.source_id.zid)

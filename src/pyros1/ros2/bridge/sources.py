@@ -1,0 +1,104 @@
+"""The publishers of ROS 2 whose last messages a bridge keeps in ROS 1, until they are gone. No I/O.
+
+A message names its publisher by a GID. That of another bridge is made from its token, so it is clear whose it is.
+rmw_zenoh makes it in another way, but zenoh says from which session a message of a latched publisher is. So there, a
+message is kept as long as any latched publisher of that session is there, usually that of one program.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from itertools import count
+from typing import NamedTuple
+
+from pyros1.bridge.exchange.actions import Source
+from pyros1.bridge.names import SharedName
+from pyros1.ros2.bridge.services import SITE
+from pyros1.ros2.zenoh.tokens import Entity, gid
+
+MAX_SOURCES = 1000
+"""Maximum number of latched publishers of ROS 2 that are told apart, and topics that are not latched."""
+GRACE = 2.0
+"""Seconds for which a message is kept at least, since it may come before its publisher's token, or after the end."""
+Tokens = Mapping[str, Entity]
+"""The publishers of a topic that are there, by their tokens."""
+
+
+class _Publisher:
+    def __init__(self, source: Source, session: str) -> None:
+        self.source = source
+        self.session = session
+        self.was_found = False  # whether its token was there
+        self.at = 0.0
+
+
+class Gone(NamedTuple):
+    """A publisher whose message is not kept any longer."""
+
+    topic: str
+    source: Source
+
+
+class Sources:
+    """The publishers from which messages have come. For one thread.
+
+    Attributes:
+        must_look: whether to call `pop_gone` even if nobody has gone since its last call.
+    """
+
+    def __init__(self) -> None:
+        self.must_look = False
+        self._publishers: dict[tuple[str, bytes], _Publisher] = {}
+        self._numbers = count(1)
+
+    def get(self, topic: str, gid: bytes, session: str, now: float) -> tuple[Source, Gone | None]:
+        """Return what stands for a publisher, and which one is forgotten for it, if there are too many: that of which
+        nothing has come for the longest time.
+
+        Args:
+            topic: its topic.
+            gid: its GID; empty if messages are not kept.
+            session: the id of its session in zenoh; empty if it is not known.
+            now: the time in seconds.
+        """
+        publisher, gone = self._publishers.pop((topic, gid), None), None
+        if publisher is None:
+            self.must_look = True
+            publisher = _Publisher(Source(SITE, SharedName(SITE, topic), next(self._numbers)), session)
+            if len(self._publishers) >= MAX_SOURCES:
+                oldest = next(iter(self._publishers))
+                gone = Gone(oldest[0], self._publishers.pop(oldest).source)
+        publisher.at = now
+        self._publishers[topic, gid] = publisher
+        return publisher.source, gone
+
+    def pop_gone(self, tokens_of: Callable[[str], Tokens], now: float) -> Iterator[Gone]:
+        """Forget the publishers that are gone, and yield them.
+
+        Args:
+            tokens_of: returns the publishers of a topic that are there.
+            now: the time in seconds.
+        """
+        topics = {topic for topic, own_gid in self._publishers if own_gid}
+        there = {topic: _latched(tokens_of(topic)) for topic in topics}
+        self.must_look = False
+        for (topic, own_gid), publisher in [*self._publishers.items()]:
+            if not own_gid or not self._is_gone(own_gid, publisher, *there[topic]):
+                continue
+            if now - publisher.at < GRACE:
+                self.must_look = True
+                continue
+            del self._publishers[topic, own_gid]
+            yield Gone(topic, publisher.source)
+
+    def _is_gone(self, own_gid: bytes, publisher: _Publisher, gids: set[bytes], sessions: set[str]) -> bool:
+        if own_gid in gids:
+            publisher.was_found = True
+            return False
+        return not sessions or publisher.was_found or bool(publisher.session and publisher.session not in sessions)
+
+
+def _latched(tokens: Tokens) -> tuple[set[bytes], set[str]]:
+    """Return the GIDs and sessions of latched publishers."""
+    latched = {token: entity for token, entity in tokens.items() if entity.qos.transient_local}
+    return {*map(gid, latched)}, {entity.zid for entity in latched.values()}
