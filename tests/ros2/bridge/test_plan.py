@@ -164,3 +164,14 @@ def test_two_definitions_in_ros2() -> None:
 def test_rules() -> None:
     made = plan([topic("/a"), topic("/b")], [entity("/c"), entity("/d")], rules=Ros2Rules(["/a"], ["/c"]))
     assert made.announces.keys() == {key("/a")} and made.takes.keys() == {"/c"}
+
+
+def test_topics_that_come_on_two_ways() -> None:
+    taken: Any = None
+    plan = Plan(takes={"/a": taken, "/b": taken, "/c": taken}, problems={"/c": "another"})
+    publishers = {"/a": ["/x", "/bridge_b", "/bridge_a"], "/b": ["/x"], "/c": ["/bridge_a"], "/d": ["/bridge_a"]}
+    plan.note_ways(publishers, {"/bridge_a", "/bridge_b"})
+    assert plan.problems == {
+        "/a": "/bridge_a brings it to ROS 1, too, so its messages may come twice",
+        "/c": "another",
+    }

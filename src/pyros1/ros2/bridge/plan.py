@@ -105,6 +105,18 @@ class Plan:
             key: qos for topic, taken in self.takes.items() if topic in demand for key, (_, qos) in taken.keys.items()
         }
 
+    def note_ways(self, publishers: Mapping[str, Collection[str]], bridges: Collection[str]) -> None:
+        """Add the topics that other bridges publish in ROS 1, too, to the problems. No message goes round in circles,
+        since no bridge sends what one of them publishes; but the same message may come on two ways.
+
+        Args:
+            publishers: the nodes in ROS 1 that publish each topic.
+            bridges: those of them that are other bridges.
+        """
+        for topic in self.takes.keys() & publishers.keys():
+            if topic not in self.problems and (others := sorted({*publishers[topic]} & {*bridges})):
+                self.problems[topic] = f"{others[0]} brings it to ROS 1, too, so its messages may come twice"
+
     def publishers(self) -> dict[str, tuple[DataKey, Qos, Priority]]:
         """Return the publishers in ROS 2, by what stands for them: the key, how to publish, and the priority."""
         return {

@@ -328,6 +328,7 @@ class Ros2Bridge:
             {name: self._of_others(topic.subscribers) for name, topic in topics.items()},
             self._types,
         )
+        plan.note_ways(self._graph.state.publishers, self._graph.bridges - {self._node.name})
         if others := [node.full_node_name for node in nodes if node.node_name == self._ros2_name]:
             plan.problems[others[0]] = "it is another bridge of this master, so messages come twice"
         return plan
