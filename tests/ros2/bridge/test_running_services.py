@@ -18,6 +18,7 @@ pytest.importorskip("zenoh")
 
 from pyros1.bridge.status import status_lines
 from pyros1.ground.errors import ServiceError, ServiceRefusal
+from pyros1.ros2.bridge import services
 from pyros1.ros2.zenoh.attachments import Attachment, decode_attachment, encode_attachment
 from pyros1.ros2.zenoh.calls import IncomingCall
 from pyros1.ros2.zenoh.names import DataKey, data_key
@@ -336,6 +337,30 @@ def test_too_many_calls_at_once(endpoint: str, tmp_path: Path, monkeypatch: pyte
         released.set()
         bridge.close()
         peer.session.close()
+
+
+def test_a_client_with_many_calls_leaves_room_for_others(bridge: RunningBridge, peer: Ros2Peer) -> None:
+    begun, released = threading.Semaphore(0), threading.Event()
+
+    def wait(request: Any) -> tuple[bool, str]:
+        if request.data:
+            return True, "at once"
+        begun.release()
+        return released.wait(PATIENCE), "late"
+
+    try:
+        bridge.node.advertise_service("/switch", "std_srvs/SetBool", wait)
+        await_offer(peer, "/switch")
+        greedy, other = (encode_attachment(Attachment(1, 1, bytes([number]) * 16)) for number in (1, 2))
+        calls = [Answers(peer, key("/switch"), HEAD + b"\0", greedy) for _ in range(services.MAX_CALLS)]
+        for _ in range(services.MAX_CALLS // 2):
+            assert begun.acquire(timeout=PATIENCE)
+        (reply,) = Answers(peer, key("/switch"), HEAD + b"\1", other).get()
+        assert reply.ok.payload.to_bytes() == response(True, "at once")
+        released.set()
+        assert sum(each.get()[0].ok is None for each in calls) == services.MAX_CALLS // 2, "the others were refused"
+    finally:
+        released.set()
 
 
 def test_calls_end_with_the_bridge(bridge: RunningBridge, peer: Ros2Peer) -> None:

@@ -27,6 +27,7 @@ from pyros1.node import Node
 from pyros1.node.services.client import ServiceClient
 from pyros1.node.services.server import ServiceServer
 from pyros1.node.services.workers import Workers
+from pyros1.ros2.bridge.call_shares import CallShares
 from pyros1.ros2.bridge.rules import Ros2Rules
 from pyros1.ros2.bridge.service_plan import Provided, ServicePlan, ServiceTypes, plan_services
 from pyros1.ros2.zenoh.calls import IncomingCall
@@ -36,8 +37,8 @@ from pyros1.ros2.zenoh.session import Ros2Session
 SITE = "ros2"
 CALL_TIME = 60.0
 """Seconds for the response of a service, in ROS 1 and in ROS 2."""
-MAX_CALLS = 64
-"""Maximum number of calls from ROS 2 in progress; more are refused."""
+MAX_CALLS = 128
+"""Maximum number of calls from ROS 2 in progress, half of them from one client; more are refused."""
 _CLOSE_TIME = 1.0
 
 
@@ -79,6 +80,7 @@ class Ros2Services:
         self._provided: dict[str, tuple[Provided, ServiceServer]] = {}
         self._clients: set[ServiceClient] = set()
         self._workers = Workers(f"{node.name}:call", MAX_CALLS)
+        self._shares = CallShares(MAX_CALLS)
         self._counts: dict[tuple[str, str], CallCounts] = {}
         self._lock = threading.Lock()
         self._is_closing = False
@@ -189,9 +191,25 @@ class Ros2Services:
         if call.origin is None:
             self._count_failure(call.key.name, "a request without a valid attachment was dropped")
             call.drop()
-        elif not self._workers.submit(partial(self._answer, call)):
+        elif not self._begin(call, call.origin.gid):
             self._count_failure(call.key.name, "there were too many calls at once")
             call.fail("the bridge to ROS 1 has too many calls at once")
+
+    def _begin(self, call: IncomingCall, client: bytes) -> bool:
+        """Return whether a call is answered soon, in a thread of the pool."""
+        if not self._shares.begin(client):
+            return False
+
+        def answer() -> None:
+            try:
+                self._answer(call)
+            finally:
+                self._shares.end(client)
+
+        if self._workers.submit(answer):
+            return True
+        self._shares.end(client)
+        return False
 
     def _count_failure(self, name: str, text: str) -> None:
         counts = self.counts("served", name)
