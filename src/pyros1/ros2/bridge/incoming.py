@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from pyros1.bridge.clock import steady_now
+from pyros1.bridge.deferred import RETURN_DELAY
 from pyros1.bridge.exchange.actions import Advertise, Forget, Publish
 from pyros1.bridge.publishing import Publishing
 from pyros1.ground.errors import Error, MessageError
 from pyros1.ground.terminal_text import one_line
 from pyros1.ros2.bridge.counts import Counts
-from pyros1.ros2.bridge.plan import Plan
+from pyros1.ros2.bridge.plan import Plan, Taken
 from pyros1.ros2.bridge.services import SITE
 from pyros1.ros2.bridge.sources import Sources, Tokens
 from pyros1.ros2.zenoh.attachments import decode_attachment
@@ -30,7 +31,9 @@ class Incoming:
         self._publishing = publishing
         self._counts = counts
         self._warn = warn
-        self._advertised: dict[str, tuple[str, str, bool]] = {}  # topic -> type, md5 sum, whether it is latched
+        self._advertised: dict[str, tuple[str, str]] = {}  # topic -> type and md5 sum
+        self._latched: set[str] = set()  # those of them that were advertised as latched
+        self._withdrawn_at: dict[str, float] = {}
         self._sources = Sources()
 
     def take(self, plan: Plan, key: DataKey, body: bytes, attachment: bytes, session: str = "") -> None:
@@ -78,20 +81,31 @@ class Incoming:
             self._publishing.forget(Forget(*gone))
 
     def adjust(self, plan: Plan, problems: dict[str, str]) -> None:
-        """Advertise what the plan says, and nothing else; add what cannot be done to `problems`."""
+        """Advertise what the plan says, and nothing else; add what cannot be done to `problems`. What was withdrawn is
+        advertised again only after `RETURN_DELAY`.
+        """
+        now = steady_now()
+        self._withdrawn_at = {topic: at for topic, at in self._withdrawn_at.items() if now - at < RETURN_DELAY}
         for topic, type_ in [*self._advertised.items()]:
             taken = plan.takes.get(topic)
-            if taken is None or (taken.pair.ros1, taken.pair.md5sum, taken.latched) != type_:
+            if taken is None or (taken.pair.ros1, taken.pair.md5sum) != type_:
                 self._publishing.withdraw(topic)
                 del self._advertised[topic]
+                self._latched.discard(topic)
+                self._withdrawn_at[topic] = now
         for topic, taken in plan.takes.items():
-            if topic not in self._advertised:
-                pair = taken.pair
-                origins = tuple(f"{SITE}:{name}" for name in taken.publishers)
+            # One that is latched no longer stays so, as with a node of ROS 1.
+            is_new = topic not in self._advertised or (taken.latched and topic not in self._latched)
+            if is_new and topic not in self._withdrawn_at:
                 try:
-                    self._publishing.advertise(
-                        Advertise(topic, pair.ros1, pair.md5sum, pair.definition, taken.latched, origins)
-                    )
-                    self._advertised[topic] = (pair.ros1, pair.md5sum, taken.latched)
+                    self._advertise(topic, taken)
                 except Error as error:
                     problems[topic] = one_line(error)
+
+    def _advertise(self, topic: str, taken: Taken) -> None:
+        pair = taken.pair
+        origins = tuple(f"{SITE}:{name}" for name in taken.publishers)
+        self._publishing.advertise(Advertise(topic, pair.ros1, pair.md5sum, pair.definition, taken.latched, origins))
+        self._advertised[topic] = (pair.ros1, pair.md5sum)
+        if taken.latched:
+            self._latched.add(topic)
