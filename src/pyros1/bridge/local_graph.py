@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from functools import partial
-from itertools import islice
 from time import monotonic
 from typing import NamedTuple
 
@@ -23,6 +22,8 @@ _QUERY_TIME = 1.0
 """Seconds for the answers of publishers."""
 _MAX_QUERIES = 32
 """Maximum number of publishers that are asked at a time."""
+_ASKING_TIME = 0.5
+"""Seconds after which no more publishers are asked before the next look at the master."""
 RETRY_PERIOD = 10.0
 """Seconds after which a publisher that did not answer is asked again."""
 _Asked = tuple[str, str]  # publisher and topic
@@ -117,11 +118,16 @@ class LocalGraph:
             or (answer.type is None and now - answer.asked_at >= RETRY_PERIOD)
         ]
         due.sort(key=self._asked_at)  # those that never answer must not keep others waiting
-        self.is_behind = len(due) > _MAX_QUERIES
-        queries = {asked: partial(self._ask_publisher, *asked) for asked in islice(due, _MAX_QUERIES)}
-        for asked, reply in run_concurrently(queries, _QUERY_TIME).items():
-            is_usable = isinstance(reply, ReportedType) and reply.failure is None and "*" not in reply[:2]
-            self._answers[asked] = _Answer(reply if is_usable and isinstance(reply, ReportedType) else None, now)
+        # All that fit into the time, since each call of this function costs a large answer of the master.
+        while due:
+            queries = {asked: partial(self._ask_publisher, *asked) for asked in due[:_MAX_QUERIES]}
+            del due[:_MAX_QUERIES]
+            for asked, reply in run_concurrently(queries, _QUERY_TIME).items():
+                is_usable = isinstance(reply, ReportedType) and reply.failure is None and "*" not in reply[:2]
+                self._answers[asked] = _Answer(reply if is_usable and isinstance(reply, ReportedType) else None, now)
+            if monotonic() - now >= _ASKING_TIME:
+                break
+        self.is_behind = bool(due)
 
     def _asked_at(self, asked: _Asked) -> float:
         answer = self._answers.get(asked)

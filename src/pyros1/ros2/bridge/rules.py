@@ -32,6 +32,8 @@ NEVER_SERVICES = (
     "set_logger_levels",
 )
 """The last parts of the names of services that each node has for itself."""
+_MAX_REMEMBERED = 20_000
+"""Maximum number of names of which it is remembered whether they match."""
 _ACTION = "/_action/"
 """What the names of the services of ROS 2's actions contain."""
 
@@ -100,11 +102,18 @@ class _Names:
     def __init__(self, words: list[str]) -> None:
         self._allowed = [_pattern(word) for word in words if not word.startswith("!")]
         self._denied = [_pattern(word[1:]) for word in words if word.startswith("!")]
+        self._included: dict[str, bool] = {}  # the same names are looked up again and again
 
     def includes(self, name: str) -> bool:
-        return any(each.matches_name(name) for each in self._allowed) and not any(
-            each.matches_name(name) for each in self._denied
-        )
+        found = self._included.get(name)
+        if found is None:
+            found = any(each.matches_name(name) for each in self._allowed) and not any(
+                each.matches_name(name) for each in self._denied
+            )
+            if len(self._included) >= _MAX_REMEMBERED:
+                self._included = {}  # a new one, since other threads may read the old one
+            self._included[name] = found
+        return found
 
     def names(self, name: str) -> bool:
         """Return whether a name is there as such, and not only by a pattern."""
