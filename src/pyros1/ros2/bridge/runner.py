@@ -52,14 +52,17 @@ _LOOK_PERIOD = 1.0
 """Seconds between looks at whose messages are kept."""
 _JOIN_TIME = 3.0
 _PLAN_PERIOD = 5.0
-"""Seconds after which a plan is made anew even if nothing has changed."""
+_PLAN_FACTOR = 100
+"""Seconds after which a plan is made anew even if nothing has changed: at least, and for each second of the processor
+that planning took.
+"""
 _SHORTEST_PAUSE = 0.02
 _LONGEST_PAUSE = 5.0
 _PAUSE_FACTOR = 4
 """Seconds without planning: at least, at most, and for each second of the processor that planning took, since others
 can let things come and go as often as they like.
 """
-_POLL_FACTOR = 10
+_POLL_FACTOR = 20
 """Seconds between questions to the master, for each second of the processor that they take."""
 MakeSession = Callable[
     [
@@ -241,14 +244,17 @@ class Ros2Bridge:
             self._poll()
         if self._must_plan():
             # First, so that no message of a type that ends is published as one of the next type.
+            start = time.thread_time()
             plan = self._make_plan()
-            with self._lock:
-                self._plan = plan
-            self._outgoing.wanted = plan.wanted()
+            took = time.thread_time() - start
+            if plan != self._plan:  # otherwise the old object stays, as it is compared with that again and again
+                with self._lock:
+                    self._plan = plan
+                self._outgoing.wanted = plan.wanted()
             for line in self._differences.new(plan, self._services.plan):
                 self._node.log.peer_event(INFO, "%s", one_line(line, 1000))
             self._planned_from = self._topics, self._services.seen
-            self._next_plan = time.monotonic() + _PLAN_PERIOD
+            self._next_plan = time.monotonic() + max(_PLAN_PERIOD, _PLAN_FACTOR * took)
         plan = self._plan
         problems = {**plan.problems, **self._services.plan.problems}
         self._incoming.adjust(plan, problems)
