@@ -248,6 +248,7 @@ def status_lines(status: Mapping[str, Any]) -> Iterator[str]:
     )
     yield from _refused_lines("not provided", "services", [each for each in called if each["state"]], "service")
     yield from _plugin_services(status.get("plugin_services", ()))
+    yield from _action_lines(status.get("actions", ()))
     for topic, problem in status["problems"].items():
         yield f"  {one_line(topic)}: {one_line(problem)}"
     if status["overflowed"]:
@@ -295,6 +296,14 @@ def _service_lines(title: str, entries: list[tuple[Any, str]]) -> Iterator[str]:
         if errors:
             text += f", {errors} error{'s' * (errors != 1)}, the last: {one_line(entry['last_error'])}"
         yield text
+
+
+def _action_lines(actions: Iterable[Mapping[str, Any]]) -> Iterator[str]:
+    for number, each in enumerate(actions):
+        if not number:
+            yield "  actions:"
+        where = f"server {one_line(each['node'])} in {one_line(each['server'])}"
+        yield f"    {one_line(each['action'])} ({one_line(each['type'])}): {where}"
 
 
 def _plugin_services(services: Iterable[Mapping[str, Any]]) -> Iterator[str]:

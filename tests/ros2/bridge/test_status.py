@@ -26,7 +26,7 @@ def status(plan: Plan, counts: Counts, provides: Mapping[str, Any] = {}, problem
         plan=SimpleNamespace(offers={}, provides=provides), counts=lambda kind, name: CallCounts()
     )
     sender: Any = Mock(waiting_bytes=0)
-    return json.loads(status_json(0, plan, ["/far"], ["/a"], "", sender, problems, counts, services, {}, 0))
+    return json.loads(status_json(0, plan, ["/far"], ["/a"], "", sender, problems, counts, services, [], {}, 0))
 
 
 def test_rates_and_version() -> None:

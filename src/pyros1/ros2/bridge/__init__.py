@@ -1,1 +1,1 @@
-"""``pyros1 bridge ros2``: exchanges topics and services with ROS 2."""
+"""``pyros1 bridge ros2``: exchanges topics, services and actions with ROS 2."""

@@ -34,6 +34,8 @@ NEVER_SERVICES = (
 """The last parts of the names of services that each node has for itself."""
 _MAX_REMEMBERED = 20_000
 """Maximum number of names of which it is remembered whether they match."""
+ACTION_TOPICS = ("goal", "cancel", "status", "feedback", "result")
+"""The last parts of the names of an action's topics in ROS 1."""
 _ACTION = "/_action/"
 """What the names of the services of ROS 2's actions contain."""
 
@@ -66,6 +68,11 @@ class Ros2Rules:
         if topic == LOG and not self._send.names(LOG):
             return False
         return topic not in NEVER and self._send.includes(topic)
+
+    def asks(self, topic: str) -> bool:
+        """Return whether the type of a topic of ROS 1 matters: ROS 2 may see it, or the action that it belongs to."""
+        name, _, last = topic.rpartition("/")
+        return self.sends(topic) or (last in ACTION_TOPICS and self._send.includes(name))
 
     def takes(self, topic: str) -> bool:
         """Return whether ROS 1 may see a topic of ROS 2."""

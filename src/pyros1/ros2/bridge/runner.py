@@ -27,6 +27,7 @@ from pyros1.ground.errors import Error
 from pyros1.ground.terminal_text import one_line
 from pyros1.node import Node
 from pyros1.node.log.levels import INFO, WARN
+from pyros1.ros2.bridge.actions.exchange import Ros2Actions
 from pyros1.ros2.bridge.arrivals import Arrivals
 from pyros1.ros2.bridge.counts import Counts
 from pyros1.ros2.bridge.differences import Differences
@@ -39,7 +40,7 @@ from pyros1.ros2.bridge.sources import Tokens
 from pyros1.ros2.bridge.status import status_json
 from pyros1.ros2.bridge.type_pairs import TypePairs
 from pyros1.ros2.zenoh.calls import IncomingCall
-from pyros1.ros2.zenoh.graph import Changes, Ros2Graph, Service
+from pyros1.ros2.zenoh.graph import Changes, Ros2Graph, Service, Topic
 from pyros1.ros2.zenoh.names import DataKey
 from pyros1.ros2.zenoh.session import Ros2Session, make_zid
 from pyros1.ros2.zenoh.tokens import Entity
@@ -118,7 +119,7 @@ class Ros2Bridge:
         self._topics: list[LocalTopic] = []
         self._plan = Plan()
         self._publishing = Publishing(node, SITE)
-        self._graph = LocalGraph(Graph(node.master), rules.sends)
+        self._graph = LocalGraph(Graph(node.master), rules.asks)
         self._counts = Counts()
         self._differences = Differences()
         self._incoming = Incoming(self._publishing, self._counts, self._warn)
@@ -141,6 +142,17 @@ class Ros2Bridge:
         self._link_report = LinkReport(self._session, (), "ROS 2")
         self._services = Ros2Services(node, self._session, domain, rules, types, self._warn, call_time)
         self._sender = Sender(self._session, steady_now, self._on_send_error)
+        self._actions = Ros2Actions(
+            node,
+            domain,
+            rules,
+            types.actions,
+            self._sender.put,
+            self._session.start_call,
+            call_time,
+            self._warn,
+            node.log.internal_error,
+        )
         self._outgoing = Outgoing(node, self._graph, self._sender, self._counts, self._warn)
         self._worker = threading.Thread(target=self._work, name="bridge: messages", daemon=True)
         self._master_thread = threading.Thread(target=self._run_master_thread, name="bridge: master", daemon=True)
@@ -169,7 +181,8 @@ class Ros2Bridge:
 
     def _on_call(self, call: IncomingCall) -> None:
         """Pass on a call; there are none before `declare`. Called on zenoh's threads."""
-        self._services.on_call(call)
+        if not self._actions.on_call(call):
+            self._services.on_call(call)
 
     def _work(self) -> None:
         next_look, has_changed = 0.0, False
@@ -200,6 +213,8 @@ class Ros2Bridge:
             self._woken.set()
 
     def _take(self, key: DataKey, body: bytes, attachment: bytes, session: str) -> None:
+        if self._actions.on_message(key, body):
+            return
         with self._lock:
             plan = self._plan
         self._incoming.take(plan, key, body, attachment, session)
@@ -253,7 +268,7 @@ class Ros2Bridge:
                 self._outgoing.wanted = plan.wanted()
             for line in self._differences.new(plan, self._services.plan):
                 self._node.log.peer_event(INFO, "%s", one_line(line, 1000))
-            self._planned_from = self._topics, self._services.seen
+            self._planned_from = self._seen()
             self._next_plan = time.monotonic() + max(_PLAN_PERIOD, _PLAN_FACTOR * took)
         plan = self._plan
         problems = {**plan.problems, **self._services.plan.problems}
@@ -262,6 +277,7 @@ class Ros2Bridge:
         problems.update(self._refused)
         self._outgoing.send_early()
         problems.update(self._services.adjust())
+        problems.update(self._actions.adjust())
         self._outgoing.adjust(problems)
         for topic in problems.keys() - self._problems.keys():
             self._warn(f"{one_line(topic)}: %s", Error(problems[topic]))
@@ -275,6 +291,7 @@ class Ros2Bridge:
                 self._rename(self._find_name())
             self._topics = self._graph.topics()
             self._services.look(self._graph.state)
+            self._actions.look(self._topics, self._graph.state, self._graph.bridges)
         except Error as error:
             self._warn("cannot ask the master: %s", error)
             return
@@ -295,43 +312,54 @@ class Ros2Bridge:
         """Return whether the plan may be out of date."""
         with self._lock:
             has_changed = self._ros2.take_changes() != Changes()
-        if has_changed or self._planned_from != (self._topics, self._services.seen):
+        if has_changed or self._planned_from != self._seen():
             self._planned_from = None  # until the plan has been made
         return self._planned_from is None or time.monotonic() >= self._next_plan
+
+    def _seen(self) -> object:
+        """Return what there is in ROS 1; plans made from what is equal are equal."""
+        return self._topics, self._services.seen, self._actions.seen
 
     def _declare(self, plan: Plan) -> None:
         """Tell the session what to declare, unless it has declared that."""
         demand = self._publishing.demand(self._graph.bridges)
-        if (plan, self._services.plan, demand) == self._declared:  # mostly, these are the same objects
+        of_actions = self._actions.publishers(), self._actions.subscribers()
+        wanted = plan, self._services.plan, demand, of_actions
+        if wanted == self._declared:  # mostly, these are the same objects
             return
         self._declared = None
         is_open = self._session.session is not None
         publishers = plan.publishers()
         self._refused = self._session.declare(
-            publishers,
-            plan.listened_to(demand),
-            self._services.plan.offers,
-            (provided.key for provided in self._services.plan.provides.values()),
+            publishers | of_actions[0],
+            plan.listened_to(demand) | of_actions[1],
+            [*self._services.plan.offers, *self._actions.services()],
+            [*(provided.key for provided in self._services.plan.provides.values()), *self._actions.clients()],
         )
         if is_open:
             self._outgoing.set_publishers(publishers.keys())
-            self._declared = (plan, self._services.plan, demand)
+            self._actions.on_declared()
+            self._declared = wanted
 
     def _make_plan(self) -> Plan:
         with self._lock:
             topics, services, nodes = self._ros2.topics(), self._ros2.services(), self._ros2.nodes()
-        self._services.make_plan(
-            {
-                name: Service(tuple(self._of_others(each.servers)), tuple(self._of_others(each.clients)))
-                for name, each in services.items()
-            }
+        of_services = {
+            name: Service(tuple(self._of_others(each.servers)), tuple(self._of_others(each.clients)))
+            for name, each in services.items()
+        }
+        self._services.make_plan(of_services)
+        publishers = {name: self._of_others(topic.publishers) for name, topic in topics.items()}
+        subscribers = {name: self._of_others(topic.subscribers) for name, topic in topics.items()}
+        self._actions.make_plan(
+            of_services, {name: Topic(tuple(each), tuple(subscribers[name])) for name, each in publishers.items()}
         )
         plan = make_plan(
             self._domain,
             self._rules,
-            self._topics,
-            {name: self._of_others(topic.publishers) for name, topic in topics.items()},
-            {name: self._of_others(topic.subscribers) for name, topic in topics.items()},
+            [topic for topic in self._topics if not self._actions.includes(topic.name)],
+            {name: each for name, each in publishers.items() if not self._actions.includes(name)},
+            subscribers,
             self._types,
         )
         plan.note_ways(self._graph.state.publishers, self._graph.bridges - {self._node.name})
@@ -363,6 +391,7 @@ class Ros2Bridge:
             problems,
             self._counts,
             self._services,
+            self._actions.status(),
             trouble,
             self._arrivals.dropped,
         )
@@ -380,6 +409,7 @@ class Ros2Bridge:
             self._arrived.notify_all()
         for thread in (self._worker, self._master_thread):
             thread.join(_JOIN_TIME)
+        self._actions.close()
         self._sender.close()
         self._session.close()
         self._services.close()

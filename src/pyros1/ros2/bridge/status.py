@@ -32,6 +32,7 @@ def status_json(
     problems: Mapping[str, str],
     counts: Counts,
     services: Ros2Services,
+    actions: list[dict[str, str]],
     trouble: Mapping[str, int],
     dropped: int,
 ) -> str:
@@ -47,6 +48,7 @@ def status_json(
         problems: topic or service -> why it is not exchanged.
         counts: what was exchanged.
         services: the services of both sides.
+        actions: the actions of both sides.
         trouble: what went wrong, and how often.
         dropped: how much was dropped because it came too fast.
     """
@@ -92,6 +94,7 @@ def status_json(
         ],
         "called": [entry for is_topic, entry in entries if not is_topic],
         "not_listed": more,
+        "actions": actions,
         "waiting_bytes": sender.waiting_bytes,
         "overflowed": dropped,
         "ignored": {},

@@ -16,6 +16,7 @@ from pyros1.ground.errors import MessageError, UnknownTypeError
 from pyros1.msgs import DefinitionCache, load_message, load_service
 from pyros1.msgs.digest import split_full_text
 from pyros1.msgs.spec import HEADER_TYPE, MessageSpec, ServiceSpec, parse_message, parse_service
+from pyros1.ros2.bridge.actions.pairs import ActionPair, ActionPairs
 from pyros1.ros2.bridge.remembered import Budget, Remembered
 from pyros1.ros2.types.counterparts import Counterparts
 from pyros1.ros2.types.distribution import distribution_types
@@ -80,6 +81,7 @@ class TypePairs:
 
     Attributes:
         known: the types of ROS 2 that are known, by name.
+        actions: finds the types of actions.
 
     Raises:
         UnknownTypeError: the distribution is not known.
@@ -103,6 +105,14 @@ class TypePairs:
         budget = budget or Budget()
         self._found = Remembered[TypePair](budget)
         self._found_services = Remembered[ServicePair](budget)
+        self.actions = ActionPairs(
+            self._counterparts,
+            self._all_types,
+            self.known,
+            self._mapping.fields,
+            self._definitions,
+            Remembered[ActionPair](budget),
+        )
 
     def name_in_ros2(self, type: str) -> str:
         """Return the name that a message type of ROS 1 has in ROS 2.

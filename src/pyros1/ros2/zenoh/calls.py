@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import threading
 import time
+from collections.abc import Callable
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
@@ -68,6 +70,34 @@ class IncomingCall:
     def drop(self) -> None:
         """End the call without a reply."""
         self._query.drop()
+
+
+class LaterReply:
+    """Passes on the first reply to a call; there may be more, which are ignored.
+
+    Args:
+        done: called once with the encoded response, or with why there is none, on any thread. It must return at once.
+    """
+
+    def __init__(self, done: Callable[[bytes | ServiceRefusal], object]) -> None:
+        self._done: Callable[[bytes | ServiceRefusal], object] | None = done
+        self._lock = threading.Lock()
+
+    @property
+    def is_done(self) -> bool:
+        """Whether `done` has been called."""
+        return self._done is None
+
+    def put(self, reply: zenoh.Reply | None) -> None:
+        """Note a reply; None if there are no more."""
+        with self._lock:
+            done, self._done = self._done, None
+        if done is not None:
+            try:
+                response: bytes | ServiceRefusal = response_of(reply)
+            except ServiceRefusal as error:
+                response = error
+            done(response)
 
 
 def response_of(reply: zenoh.Reply | None) -> bytes:

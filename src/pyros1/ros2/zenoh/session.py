@@ -21,7 +21,7 @@ from pyros1.bridge.transport.zenoh_link import MAX_PACKET, ZenohSession
 from pyros1.ground.errors import Error, ServiceRefusal
 from pyros1.ground.terminal_text import one_line
 from pyros1.ros2.zenoh.attachments import Attachment, encode_attachment
-from pyros1.ros2.zenoh.calls import IncomingCall, response_of
+from pyros1.ros2.zenoh.calls import IncomingCall, LaterReply, response_of
 from pyros1.ros2.zenoh.names import DataKey, data_key
 from pyros1.ros2.zenoh.qos import Qos
 from pyros1.ros2.zenoh.tokens import Entity, Kind, encode_token, gid, tokens_of
@@ -107,7 +107,7 @@ class Ros2Session(ZenohSession):
         self._subscribers: dict[tuple[DataKey, Qos], _Endpoint] = {}
         self._services: dict[tuple[DataKey, None], _Endpoint] = {}
         self._clients: dict[tuple[DataKey, None], _Endpoint] = {}
-        self._calls: set[FirstReply] = set()
+        self._calls: set[FirstReply | LaterReply] = set()
         self._by_key: dict[str, _Endpoint] = {}
         self._entity_ids = count(1)
         self._connect = [*connect]
@@ -312,6 +312,39 @@ class Ros2Session(ZenohSession):
             ServiceRefusal: there was no response, or an error.
         """
         replies = FirstReply()
+        try:
+            self._query(key, request, timeout, replies)
+            return response_of(replies.get(timeout + 1))
+        finally:
+            with self.lock:
+                self._calls.discard(replies)
+
+    def start_call(
+        self, key: DataKey, request: bytes, timeout: float, done: Callable[[bytes | ServiceRefusal], object]
+    ) -> None:
+        """Call a service in ROS 2 as `call` does, without waiting for the response.
+
+        Args:
+            key: the key of the service.
+            request: the encoded request.
+            timeout: maximum number of seconds until there is a response.
+            done: called once with the encoded response, or with why there is none, on any thread; it must return at
+                once. This also happens if the session closes.
+
+        Raises:
+            ServiceRefusal: the call cannot be made; `done` is not called then.
+        """
+        replies = LaterReply(done)
+        with self.lock:  # those that have ended since the last call
+            self._calls = {each for each in self._calls if not (isinstance(each, LaterReply) and each.is_done)}
+        self._query(key, request, timeout, replies)
+
+    def _query(self, key: DataKey, request: bytes, timeout: float, replies: FirstReply | LaterReply) -> None:
+        """Make a call.
+
+        Raises:
+            ServiceRefusal: it cannot be made.
+        """
         with self.lock:
             client = self._clients.get((key, None))
             if client is None or self.is_closing:
@@ -330,12 +363,10 @@ class Ros2Session(ZenohSession):
                 congestion_control=self.zenoh.CongestionControl.DROP,  # of the response, too
                 allowed_destination=self.zenoh.Locality.REMOTE,
             )
-            return response_of(replies.get(timeout + 1))
         except self.zenoh.ZError as error:
-            raise ServiceRefusal(f"the bridge cannot call it: {one_line(error, 200)}") from error
-        finally:
             with self.lock:
                 self._calls.discard(replies)
+            raise ServiceRefusal(f"the bridge cannot call it: {one_line(error, 200)}") from error
 
     def on_close(self) -> None:
         """End the calls that wait for responses. Called with the lock."""

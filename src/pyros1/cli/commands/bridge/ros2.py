@@ -1,4 +1,4 @@
-"""``bridge ros2``: exchanges topics and services with ROS 2, without an installation of it."""
+"""``bridge ros2``: exchanges topics, services and actions with ROS 2, without an installation of it."""
 
 from __future__ import annotations
 
@@ -215,7 +215,7 @@ def _parse(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:
 
 VERB = Verb(
     "ros2",
-    "exchange topics and services with ROS 2 (rmw_zenoh), without an installation of it",
+    "exchange topics, services and actions with ROS 2 (rmw_zenoh), without an installation of it",
     Option(
         "--to",
         dest="connect",
@@ -238,7 +238,8 @@ VERB = Verb(
         action="append",
         default=[],
         metavar="NAME",
-        help="topics and services of ROS 1 that ROS 2 may see: /odom, /camera/** (all below), !/secret (not this one)",
+        help="what ROS 2 may see of the topics, services and actions of ROS 1: /odom, /camera/** (all below), "
+        "!/secret (not this one)",
     ),
     Option(
         "--take",
@@ -246,7 +247,7 @@ VERB = Verb(
         action="append",
         default=[],
         metavar="NAME",
-        help="topics and services of ROS 2 that ROS 1 may see; without --send and --take, all are exchanged",
+        help="the same for what ROS 1 may see of ROS 2; without --send and --take, all are exchanged",
     ),
     Option(
         "--distribution",
@@ -286,8 +287,8 @@ VERB = Verb(
         "that are installed here, or these",
     ),
     INSECURE_FLAG,
-    description="Exchange topics and services with nodes of ROS 2 whose RMW_IMPLEMENTATION is rmw_zenoh_cpp. Each side "
-    "sees those of the other one; messages pass only where somebody subscribes.",
+    description="Exchange topics, services and actions with nodes of ROS 2 whose RMW_IMPLEMENTATION is rmw_zenoh_cpp. "
+    "Each side sees those of the other one; messages pass only where somebody subscribes.",
     examples=[
         ("", "through ROS 2's router on this machine"),
         ("--listen tcp/localhost:7447", "the same, if none is running"),

@@ -1,0 +1,1 @@
+"""Actions between ROS 1 and ROS 2, in both directions."""

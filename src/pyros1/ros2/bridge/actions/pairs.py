@@ -1,0 +1,214 @@
+"""Which action type of ROS 2 an action type of ROS 1 is, and how goals, results and feedback are converted.
+
+As for services, the definitions are those of ROS 1: no distribution's definitions of actions are at hand.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from io import BytesIO
+from typing import Any, NamedTuple
+
+from pyros1.ground.errors import MessageError, UnknownTypeError
+from pyros1.msgs import DefinitionCache, load_message
+from pyros1.msgs.digest import split_full_text
+from pyros1.msgs.spec import HEADER_TYPE, MessageSpec, parse_message
+from pyros1.ros2.bridge.remembered import Remembered
+from pyros1.ros2.types.counterparts import Counterparts
+from pyros1.ros2.types.interfaces import action_types
+from pyros1.ros2.types.mapping import FieldRules
+from pyros1.ros2.types.model import Field, FieldType, Length, MessageType, Types
+from pyros1.ros2.types.nesting import LayeredTypes
+from pyros1.ros2.types.transcoder import Transcoder
+from pyros1.ros2.types.type_hash import service_hash, type_hash
+from pyros1.ros2.zenoh.names import HUMBLE_HASH
+from pyros1.wire.handshake import TopicType
+
+CANCEL_TYPE = "action_msgs/srv/CancelGoal"
+STATUS_TYPE = "action_msgs/msg/GoalStatusArray"
+_GOAL_INFO = FieldType("action_msgs/msg/GoalInfo")
+_CANCEL_PARTS = {
+    each.name: each
+    for each in (
+        MessageType(f"{CANCEL_TYPE}_Request", (Field("goal_info", _GOAL_INFO),)),
+        MessageType(
+            f"{CANCEL_TYPE}_Response",
+            (
+                Field("return_code", FieldType("int8")),
+                Field("goals_canceling", FieldType(_GOAL_INFO.base, Length.UNBOUNDED)),
+            ),
+        ),
+    )
+}
+_UUID = "unique_identifier_msgs/UUID"
+_UUID_SPEC = parse_message(_UUID, "uint8[16] uuid\n")
+_PARTS = ("Goal", "Result", "Feedback")
+
+
+class ActionHashes(NamedTuple):
+    """The hashes of the types that an action's services and topics have in ROS 2."""
+
+    send_goal: str
+    get_result: str
+    feedback: str
+    cancel_goal: str
+    status: str
+
+
+class ActionPair(NamedTuple):
+    """An action type on both sides.
+
+    Attributes:
+        ros1: its name in ROS 1, ``actionlib_tutorials/Fibonacci``.
+        goal, result, feedback: the types of its topics in ROS 1.
+        ros2: its name in ROS 2.
+        hashes: its hashes there.
+        to_goal, to_result, to_feedback: these convert a UUID and a goal, a status in one byte and a result, and a UUID
+            and feedback; at the side of ROS 1, one follows the other.
+        empty_result: a result without values, as ROS 1 encodes it.
+    """
+
+    ros1: str
+    goal: TopicType
+    result: TopicType
+    feedback: TopicType
+    ros2: str
+    hashes: ActionHashes
+    to_goal: Transcoder
+    to_result: Transcoder
+    to_feedback: Transcoder
+    empty_result: bytes
+
+
+class ActionPairs:
+    """Finds the action types of both sides, and remembers what it has found. For one thread.
+
+    Args:
+        counterparts: tells the names.
+        all_types: yields the types of the distributions that can have a type with such a hash, or with any for None.
+        usual: the types of the distribution that is used where nobody says which, and of packages on this machine.
+        fields: which fields have other names.
+        definitions: finds the classes for definitions of ROS 1.
+        found: remembers.
+    """
+
+    def __init__(
+        self,
+        counterparts: Counterparts,
+        all_types: Callable[[str | None], Iterator[Types]],
+        usual: Types,
+        fields: FieldRules,
+        definitions: DefinitionCache,
+        found: Remembered[ActionPair],
+    ) -> None:
+        self._counterparts = counterparts
+        self._all_types = all_types
+        self._usual = usual
+        self._fields = fields
+        self._definitions = definitions
+        self._found = found
+
+    def for_ros1(self, type: str, topics: Mapping[str, TopicType], hash: str | None = None) -> ActionPair:
+        """Return how an action of ROS 1 is exchanged.
+
+        Args:
+            type: its name, ``package/Type``.
+            topics: the types of the topics ``goal``, ``result`` and ``feedback``, as far as they are known; the
+                definitions of the others must be installed.
+            hash: the hash of the service ``send_goal`` that ROS 2 expects; None for that of the usual distribution.
+
+        Raises:
+            Error: a definition is not known, or ROS 2 expects another type of this name.
+        """
+        words = [word for name, topic in sorted(topics.items()) for word in (name, topic.md5sum, topic.definition)]
+        return self._found.get(
+            (type, hash, *words), lambda: self._find(type, topics, hash), is_limited=hash is not None
+        )
+
+    def for_ros2(self, type: str, hash: str) -> ActionPair:
+        """Return how an action of ROS 2 is exchanged.
+
+        Args:
+            type: its name, ``package/action/Type``.
+            hash: the hash of its service ``send_goal``.
+
+        Raises:
+            Error: ROS 1 has no action of this name here, or another one.
+        """
+        return self._found.get(
+            (type, hash), lambda: self._find(self._counterparts.to_ros1(type), {}, hash), is_limited=True
+        )
+
+    def _find(self, type: str, topics: Mapping[str, TopicType], hash: str | None) -> ActionPair:
+        classes: dict[str, Any] = {part: self._class(type, part, topics.get(part.lower())) for part in _PARTS}
+        specs = _specs(type, (each._full_text for each in classes.values()))
+        name = self._counterparts.action_to_ros2(type)
+        for known in self._candidates(name, type, specs, hash):
+            types = LayeredTypes(action_types(name, known), known)
+            hashes = _hashes(name, types, hash)
+            if hash is None or hash == hashes.send_goal:
+                result = BytesIO()
+                classes["Result"]().result.serialize(result)
+                goal_type, result_type, feedback_type = (
+                    TopicType(each._type, each._md5sum, each._full_text) for each in classes.values()
+                )
+                return ActionPair(
+                    type,
+                    goal_type,
+                    result_type,
+                    feedback_type,
+                    name,
+                    hashes,
+                    Transcoder(f"{type}SendGoal", specs, f"{name}_SendGoal_Request", types, self._fields),
+                    Transcoder(f"{type}GetResult", specs, f"{name}_GetResult_Response", types, self._fields),
+                    Transcoder(f"{type}FeedbackMessage", specs, f"{name}_FeedbackMessage", types, self._fields),
+                    result.getvalue(),
+                )
+        raise UnknownTypeError(f"ROS 2 has another definition of {name} than ROS 1 has here")
+
+    def _candidates(self, name: str, type: str, specs: Mapping[str, MessageSpec], hash: str | None) -> Iterator[Types]:
+        """Yield types of ROS 2 among which the parts of the action may be the right ones."""
+        if f"{name}_Goal" in self._usual:
+            yield self._usual
+        derived = self._counterparts.derive_action(type, specs.__getitem__)
+        for distribution in self._all_types(hash):
+            yield LayeredTypes(derived, distribution, self._usual)
+
+    def _class(self, type: str, part: str, topic: TopicType | None) -> Any:
+        """Return the class of the messages on a topic."""
+        name = f"{type}Action{part}"
+        if topic is None:
+            return load_message(name)
+        found = self._definitions.get(name, topic.md5sum, topic.definition)
+        if found._md5sum != topic.md5sum:
+            raise MessageError(f"the definition of {name} that its publisher sends is not the one of its messages")
+        return found
+
+
+def _specs(type: str, texts: Iterable[str]) -> dict[str, MessageSpec]:
+    """Return the types in the full texts of an action's messages, and what stands for ROS 2's messages."""
+    specs = {HEADER_TYPE: parse_message(HEADER_TYPE, "uint32 seq\ntime stamp\nstring frame_id\n"), _UUID: _UUID_SPEC}
+    for part, text in zip(_PARTS, texts, strict=True):
+        specs |= {
+            name: parse_message(name, definition)
+            for name, definition in split_full_text(f"{type}Action{part}", text).items()
+        }
+    for name, text in {
+        f"{type}SendGoal": f"{_UUID} goal_id\n{type}Goal goal\n",
+        f"{type}GetResult": f"int8 status\n{type}Result result\n",
+        f"{type}FeedbackMessage": f"{_UUID} goal_id\n{type}Feedback feedback\n",
+    }.items():
+        specs[name] = parse_message(name, text)
+    return specs
+
+
+def _hashes(name: str, types: Types, hash: str | None) -> ActionHashes:
+    if hash == HUMBLE_HASH:
+        return ActionHashes(*[HUMBLE_HASH] * len(ActionHashes._fields))
+    return ActionHashes(
+        service_hash(f"{name}_SendGoal", types),
+        service_hash(f"{name}_GetResult", types),
+        type_hash(f"{name}_FeedbackMessage", types),
+        service_hash(CANCEL_TYPE, LayeredTypes(_CANCEL_PARTS, types)),
+        type_hash(STATUS_TYPE, types),
+    )
