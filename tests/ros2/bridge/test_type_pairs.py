@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import struct
+from pathlib import Path
 
 import pytest
 
@@ -15,6 +16,7 @@ from pyros1.ros2.types.definitions import parse_types
 from pyros1.ros2.types.distribution import distribution_types
 from pyros1.ros2.types.mapping import PackageRule, TypeMapping, TypeRule
 from pyros1.ros2.types.nesting import LayeredTypes
+from pyros1.ros2.types.rclpy_packages import RclpyPackages
 from pyros1.ros2.types.type_hash import service_hash, type_hash
 from pyros1.ros2.zenoh.names import HUMBLE_HASH
 
@@ -142,6 +144,44 @@ def test_a_name_that_no_key_can_have(name: str) -> None:
     message_class = from_definition(name, "int32 number\n")
     with pytest.raises(Error, match="is not the name of a ROS 2 type"):
         TypePairs().for_ros1(name, message_class._md5sum, message_class._full_text)
+
+
+@pytest.fixture
+def beside_rclpy(tmp_path: Path) -> TypePairs:
+    """Pairs with the types of two packages that are installed beside rclpy."""
+    texts = {
+        "std_msgs/msg/String.msg": "string data\n",
+        "std_srvs/srv/SetBool.srv": "bool data\n---\nbool success\nstring message\n",
+        "std_srvs/srv/Trigger.srv": "---\nbool success\nstring message\nint32 added\n",
+    }
+    for name, text in texts.items():
+        path = tmp_path / "share" / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text)
+    return TypePairs(beside_rclpy=RclpyPackages([tmp_path]))
+
+
+def test_installed_types(beside_rclpy: TypePairs) -> None:
+    assert of_ros1(beside_rclpy, "std_msgs/String").hash == STRING
+    assert beside_rclpy.for_ros2("std_msgs/msg/String", STRING).ros1 == "std_msgs/String"
+    usual = TypePairs().service_for_ros1("std_srvs/SetBool", "*")
+    assert beside_rclpy.service_for_ros1("std_srvs/SetBool", "*").hash == usual.hash
+    added = beside_rclpy.service_for_ros2(
+        "std_srvs/srv/Trigger", beside_rclpy.service_for_ros1("std_srvs/Trigger", "*").hash
+    )
+    assert added.response.from_cdr(b"\0\1\0\0\1\0\0\0\1\0\0\0\0\0\0\0\5\0\0\0") == b"\1\0\0\0\0"
+
+
+def test_types_that_are_not_installed(beside_rclpy: TypePairs) -> None:
+    missing = "package geometry_msgs is not installed beside rclpy"
+    with pytest.raises(UnknownTypeError, match=missing):
+        of_ros1(beside_rclpy, "geometry_msgs/Point")
+    with pytest.raises(UnknownTypeError, match=missing):
+        beside_rclpy.for_ros2("geometry_msgs/msg/Point", HUMBLE_HASH)
+    with pytest.raises(UnknownTypeError, match="package nav_msgs is not installed beside rclpy"):
+        beside_rclpy.service_for_ros1("nav_msgs/GetMap", "*")
+    with pytest.raises(UnknownTypeError, match="ROS 2 expects another definition of std_msgs/msg/String"):
+        of_ros1(beside_rclpy, "std_msgs/String", STRING[:-1] + "0")
 
 
 FLAT = "builtin_interfaces/Time stamp\nfloat64 x\nfloat64 y\nstring extra\n"

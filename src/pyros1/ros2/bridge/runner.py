@@ -1,4 +1,4 @@
-"""A running bridge to ROS 2: a node of ROS 1, a zenoh session that is a node of ROS 2, and the plan between them.
+"""A running bridge to ROS 2: a node of ROS 1, a session that is a node of ROS 2, and the plan between them.
 
 A lock guards the graph of ROS 2 and the plan; nothing waits while it is held. These are the threads:
 
@@ -36,13 +36,13 @@ from pyros1.ros2.bridge.outgoing import Outgoing
 from pyros1.ros2.bridge.plan import Plan, make_plan
 from pyros1.ros2.bridge.rules import Ros2Rules
 from pyros1.ros2.bridge.services import CALL_TIME, SITE, Ros2Services
+from pyros1.ros2.bridge.side import Call, MakeSide
 from pyros1.ros2.bridge.sources import Tokens
 from pyros1.ros2.bridge.status import status_json
 from pyros1.ros2.bridge.type_pairs import TypePairs
-from pyros1.ros2.zenoh.calls import IncomingCall
 from pyros1.ros2.zenoh.graph import Changes, Ros2Graph, Service, Topic
 from pyros1.ros2.zenoh.names import DataKey
-from pyros1.ros2.zenoh.session import Ros2Session, make_zid
+from pyros1.ros2.zenoh.session import make_zid
 from pyros1.ros2.zenoh.tokens import Entity
 
 POLL_PERIOD = 1.0
@@ -65,15 +65,6 @@ can let things come and go as often as they like.
 """
 _POLL_FACTOR = 20
 """Seconds between questions to the master, for each second of the processor that they take."""
-MakeSession = Callable[
-    [
-        str,
-        Callable[[str, bool], object],
-        Callable[[DataKey, bytes, bytes, str], object],
-        Callable[[IncomingCall], object],
-    ],
-    Ros2Session,
-]
 
 
 class Ros2Bridge:
@@ -85,7 +76,7 @@ class Ros2Bridge:
         domain: the ROS domain.
         rules: what it exchanges.
         types: knows the types of both sides.
-        make_session: returns its session, given its id in zenoh and the functions that take what comes.
+        make_session: returns its session, see `pyros1.ros2.bridge.side.MakeSide`.
         call_time: maximum number of seconds for the response of a service.
         poll_period: number of seconds between questions to the master.
         find_name: returns the present name of its node in ROS 2, which another master at the same address may change;
@@ -103,7 +94,7 @@ class Ros2Bridge:
         domain: int,
         rules: Ros2Rules,
         types: TypePairs,
-        make_session: MakeSession,
+        make_session: MakeSide,
         call_time: float = CALL_TIME,
         poll_period: float = POLL_PERIOD,
         find_name: Callable[[], str] | None = None,
@@ -168,19 +159,19 @@ class Ros2Bridge:
     # What comes from ROS 2 --------------------------------------------------------------------------------------------
 
     def _on_token(self, key: str, is_there: bool) -> None:
-        """Note that something is there in ROS 2, or gone. Called on zenoh's threads."""
+        """Note that something is there in ROS 2, or gone. Called on the session's threads."""
         with self._arrived:
             self._arrivals.put_token(key, is_there)
             self._arrived.notify()
 
     def _on_sample(self, key: DataKey, body: bytes, attachment: bytes, session: str = "") -> None:
-        """Note a message. Called on zenoh's threads."""
+        """Note a message. Called on the session's threads."""
         with self._arrived:
             self._arrivals.put_message(key, body, attachment, session)
             self._arrived.notify()
 
-    def _on_call(self, call: IncomingCall) -> None:
-        """Pass on a call; there are none before `declare`. Called on zenoh's threads."""
+    def _on_call(self, call: Call) -> None:
+        """Pass on a call; there are none before `declare`. Called on the session's threads."""
         if not self._actions.on_call(call):
             self._services.on_call(call)
 
@@ -241,7 +232,7 @@ class Ros2Bridge:
                 self._adjust()
             except Error as error:
                 self._warn("cannot bridge: %s", error)
-            except Exception as error:  # noqa: BLE001 - zenoh's, or a mistake of ours: neither may end the bridge
+            except Exception as error:  # noqa: BLE001 - the session's, or a mistake of ours: neither may end the bridge
                 if not self._is_closing:
                     self._node.log.internal_error(error)
             # That there are many new publishers in ROS 1 is no reason to wait.

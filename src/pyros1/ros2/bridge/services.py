@@ -30,9 +30,8 @@ from pyros1.node.services.workers import Workers
 from pyros1.ros2.bridge.call_shares import CallShares
 from pyros1.ros2.bridge.rules import Ros2Rules
 from pyros1.ros2.bridge.service_plan import Provided, ServicePlan, ServiceTypes, plan_services
-from pyros1.ros2.zenoh.calls import IncomingCall
+from pyros1.ros2.bridge.side import Call, Ros2Side
 from pyros1.ros2.zenoh.graph import Service
-from pyros1.ros2.zenoh.session import Ros2Session
 
 SITE = "ros2"
 CALL_TIME = 60.0
@@ -58,7 +57,7 @@ class Ros2Services:
     def __init__(
         self,
         node: Node,
-        session: Ros2Session,
+        session: Ros2Side,
         domain: int,
         rules: Ros2Rules,
         types: ServiceTypes,
@@ -186,8 +185,8 @@ class Ros2Services:
 
     # Calls from ROS 2 -------------------------------------------------------------------------------------------------
 
-    def on_call(self, call: IncomingCall) -> None:
-        """Take a call, to answer it later. Called on zenoh's threads."""
+    def on_call(self, call: Call) -> None:
+        """Take a call, to answer it later. Called on the session's threads."""
         if call.origin is None:
             self._count_failure(call.key.name, "a request without a valid attachment was dropped")
             call.drop()
@@ -195,7 +194,7 @@ class Ros2Services:
             self._count_failure(call.key.name, "there were too many calls at once")
             call.fail("the bridge to ROS 1 has too many calls at once")
 
-    def _begin(self, call: IncomingCall, client: bytes) -> bool:
+    def _begin(self, call: Call, client: bytes) -> bool:
         """Return whether a call is answered soon, in a thread of the pool."""
         if not self._shares.begin(client):
             return False
@@ -216,13 +215,13 @@ class Ros2Services:
         counts.calls += 1
         counts.fail(text.encode("utf-8", "replace"))
 
-    def _answer(self, call: IncomingCall) -> None:
+    def _answer(self, call: Call) -> None:
         """Call a service of ROS 1 for a client in ROS 2. Called in a thread of the pool."""
         name = call.key.name
         try:
             call.respond(self._call_ros1(call))
             self.counts("served", name).calls += 1
-        except Exception as error:  # noqa: BLE001 - zenoh's, the node's, or a mistake of ours: the call must end
+        except Exception as error:  # noqa: BLE001 - the session's, the node's, or a mistake of ours: the call must end
             text = _error_text(error)
             self._count_failure(name, text)
             call.fail(text)
@@ -231,7 +230,7 @@ class Ros2Services:
             elif not self._is_closing:
                 self._node.log.internal_error(error)
 
-    def _call_ros1(self, call: IncomingCall) -> bytes:
+    def _call_ros1(self, call: Call) -> bytes:
         """Return the response of a service of ROS 1 as CDR.
 
         Raises:

@@ -23,6 +23,7 @@ from pyros1.ros2.types.distribution import distribution_types
 from pyros1.ros2.types.mapping import TypeMapping
 from pyros1.ros2.types.model import Types
 from pyros1.ros2.types.nesting import LayeredTypes
+from pyros1.ros2.types.rclpy_packages import RclpyPackages
 from pyros1.ros2.types.ros1_definitions import ros1_definition
 from pyros1.ros2.types.transcoder import Transcoder
 from pyros1.ros2.types.type_hash import service_hash, type_hash
@@ -78,6 +79,7 @@ class TypePairs:
         mapping: which types and fields have other names; None for the standard ones.
         installed: the types of packages of ROS 2 on this machine; they are tried first.
         budget: the time for types that ROS 2 asks for, which may be anything; None for that of a running bridge.
+        beside_rclpy: the types of the packages that rclpy can use; if given, no others are used.
 
     Attributes:
         known: the types of ROS 2 that are known, by name.
@@ -93,9 +95,13 @@ class TypePairs:
         mapping: TypeMapping | None = None,
         installed: Types = MappingProxyType({}),
         budget: Budget | None = None,
+        beside_rclpy: RclpyPackages | None = None,
     ) -> None:
         self._usual = distribution
-        self._distributions = {distribution: distribution_types(distribution)}
+        self._beside_rclpy = beside_rclpy
+        self._distributions: dict[str, Types] = {
+            distribution: distribution_types(distribution) if beside_rclpy is None else beside_rclpy
+        }
         self._installed = installed
         self._mapping = mapping or TypeMapping()
         self.known = LayeredTypes(installed, self._distributions[distribution])
@@ -204,7 +210,10 @@ class TypePairs:
             if hash is None or hash == own_hash:
                 transcoder = Transcoder(type, specs, name, types, self._mapping.fields)
                 return TypePair(type, md5sum, text, name, own_hash or "", transcoder)
-        raise UnknownTypeError(f"ROS 2 expects another definition of {name} than those that are known here; {_HINT}")
+        raise UnknownTypeError(
+            self._not_installed(name)
+            or f"ROS 2 expects another definition of {name} than those that are known here; {_HINT}"
+        )
 
     def _for_ros2(self, type: str, hash: str) -> TypePair:
         name = self._counterparts.to_ros1(type)
@@ -225,6 +234,8 @@ class TypePairs:
                 message_class = self._definitions.get(name, "*", text)
                 transcoder = Transcoder(name, _specs(name, text), type, types, self._mapping.fields)
                 return TypePair(name, message_class._md5sum, text, type, hash, transcoder)
+        if problem := self._not_installed(type):
+            raise UnknownTypeError(problem)
         if self.knows_ros2(type):
             raise UnknownTypeError(f"ROS 2 has another definition of {type} than those that are known here; {_HINT}")
         raise UnknownTypeError(f"the definition of {type} is not known here; install a package of ROS 1 with {name}")
@@ -237,6 +248,8 @@ class TypePairs:
         spec = parse_service(type, texts[type])
         specs = _specs(type, service_class._full_text, {each.name: each for each in (spec.request, spec.response)})
         name = _checked(self._counterparts.service_to_ros2(type))
+        if problem := self._not_installed(name):
+            raise UnknownTypeError(problem)
         fields = self._mapping.fields
         for types in self._service_candidates(name, spec, specs, hash):
             own_hash = hash if hash == HUMBLE_HASH else service_hash(name, types)
@@ -249,10 +262,16 @@ class TypePairs:
     def _all_types(self, hash: str | None) -> Iterator[Types]:
         """Yield the types of the distributions that can have a type with such a hash."""
         order = ("humble",) if hash == HUMBLE_HASH else (self._usual, *DISTRIBUTIONS)
+        if self._beside_rclpy is not None:
+            order = (self._usual,)
         for distribution in dict.fromkeys(order):
             if distribution not in self._distributions:
                 self._distributions[distribution] = distribution_types(distribution)
             yield self._distributions[distribution]
+
+    def _not_installed(self, name: str) -> str:
+        """Return why rclpy cannot use a type; empty if it can, or if the bridge does not use rclpy."""
+        return "" if self._beside_rclpy is None else self._beside_rclpy.problem(name)
 
     def _candidates(self, name: str, root: str, specs: dict[str, MessageSpec], hash: str | None) -> Iterator[Types]:
         """Yield types of ROS 2 among which one of that name may be the right one: those of distributions, and the one
@@ -261,7 +280,7 @@ class TypePairs:
         if name in self._installed:
             yield self.known
         yield from (types for types in self._all_types(hash) if name in types)
-        if root in specs:
+        if root in specs and self._beside_rclpy is None:
             yield LayeredTypes(self._counterparts.derive(specs[root], specs.__getitem__), self.known)
 
     def _service_candidates(
@@ -270,7 +289,7 @@ class TypePairs:
         """Yield types of ROS 2 among which the service of that name may be the right one."""
         if f"{name}_Request" in self._installed:
             yield self.known
-        derived = self._counterparts.derive_service(spec, specs.__getitem__)
+        derived = {} if self._beside_rclpy is not None else self._counterparts.derive_service(spec, specs.__getitem__)
         for distribution in self._all_types(hash):
             yield LayeredTypes(derived, distribution, self.known)
 

@@ -34,10 +34,12 @@ _TYPE_IDS = {
     "wstring": 18,
 }
 _BOUNDED_STRING_IDS = {"string": 21, "wstring": 22}
+BASES = {number: base for ids in (_TYPE_IDS, _BOUNDED_STRING_IDS) for base, number in ids.items()}
+"""The primitive types and strings, by their numbers."""
 _LENGTH_OFFSETS = {Length.SINGLE: 0, Length.FIXED: 48, Length.BOUNDED: 96, Length.UNBOUNDED: 144}
 
-# rosidl adds this field to types without any, since a C struct cannot be empty.
-_FILLER = Field("structure_needs_at_least_one_member", FieldType("uint8"))
+FILLER = Field("structure_needs_at_least_one_member", FieldType("uint8"))
+"""rosidl adds this field to types without any, since a C struct cannot be empty."""
 
 
 def type_hash(name: str, types: Types) -> str:
@@ -91,7 +93,7 @@ def action_hash(name: str, types: Types) -> str:
 
 
 def _describe(message_type: MessageType) -> dict[str, object]:
-    fields = message_type.fields or (_FILLER,)
+    fields = message_type.fields or (FILLER,)
     # The order of the keys is that of the text that is hashed.
     return {
         "type_name": message_type.name,

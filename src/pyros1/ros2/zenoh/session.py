@@ -83,6 +83,9 @@ class Ros2Session(ZenohSession):
 
     Raises:
         LinkError: eclipse-zenoh is not installed, or cannot listen or use a setting.
+
+    Attributes:
+        refused: empty; see `pyros1.ros2.bridge.side.Ros2Side`.
     """
 
     def __init__(
@@ -97,6 +100,7 @@ class Ros2Session(ZenohSession):
         listen: Sequence[str] = (),
         settings: Mapping[str, str] = {},
     ) -> None:
+        self.refused: dict[str, str] = {}
         self._zid = zid
         self._node = node
         self._domain = domain

@@ -6,7 +6,7 @@ import os
 import signal
 import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -36,7 +36,7 @@ def test_check_explains(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
         "from ROS 2 to ROS 1: nothing",
     ]
     monkeypatch.setenv("ROS_DOMAIN_ID", "7")
-    assert run("--check")[1].startswith("ROS 2: domain 7, through tcp/localhost:7447\n")
+    assert run("--check", "--via", "zenoh")[1].startswith("ROS 2: domain 7, through tcp/localhost:7447\n")
 
 
 @pytest.mark.parametrize(
@@ -49,12 +49,67 @@ def test_check_explains(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
         (["--to", "robot"], "robot"),
         (["--to", "tls/localhost:7447", "--keys", "/nowhere"], "/nowhere"),
         (["--distribution", "jassy"], "the ROS 2 distribution 'jassy' are not known"),
+        (["--via", "rclpy", "--listen", "tcp/localhost:7447"], "--listen has no meaning with --via rclpy"),
+        (["--via", "rclpy", "--insecure"], "--insecure has no meaning with --via rclpy"),
+        (["--via", "dds"], "dds"),
         (["--check", "--distribution", "jassy"], "the ROS 2 distribution 'jassy' are not known"),
     ],
 )
 def test_what_is_refused(run: Run, words: list[str], complaint: str) -> None:
     code, out, err = run(*words)
     assert code != 0 and complaint in err and not out and "Traceback" not in err
+
+
+class Finding:
+    """Which rclpy there is: None for none, or the folder with one."""
+
+    def __init__(self, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+        self.folder = folder
+        self._monkeypatch = monkeypatch
+        for name in [name for name in sys.modules if name.partition(".")[0] == "rclpy"]:
+            monkeypatch.delitem(sys.modules, name)
+
+    def write(self, node: str) -> None:
+        """Let there be one with this code in its module ``node``."""
+        package = self.folder / "rclpy"
+        package.mkdir()
+        (package / "__init__.py").write_text("")
+        (package / "node.py").write_text(node)
+        (package / "utilities.py").write_text("def get_rmw_implementation_identifier():\n    return 'rmw_of_tests'\n")
+        self._monkeypatch.syspath_prepend(self.folder)
+
+
+@pytest.fixture
+def finding(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Finding]:
+    yield Finding(tmp_path, monkeypatch)
+    for name in [name for name in sys.modules if name.partition(".")[0] == "rclpy"]:
+        del sys.modules[name]
+
+
+def test_through_rclpy(run: Run, finding: Finding) -> None:
+    finding.write("")
+    (finding.folder / "share" / "lab_msgs" / "msg").mkdir(parents=True)
+    (finding.folder / "share" / "lab_msgs" / "msg" / "Bench.msg").write_text("string data\n")
+    for words in ([], ["--via", "rclpy"]):
+        code, out, err = run("--check", *words)
+        assert (code, err) == (0, "") and out.startswith("ROS 2: domain 0, through rclpy with rmw_of_tests\n")
+        assert out.endswith("types of these packages, which are installed beside rclpy: lab_msgs\n")
+    assert "through tcp/localhost:7447 (as a router)\n" in run("--check", "--listen", "tcp/localhost:7447")[1]
+
+
+def test_without_rclpy(run: Run, finding: Finding, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("pyros1.cli.commands.bridge._ros2_via.find_spec", lambda _: None)
+    expected = "ROS 2: domain 0, through tcp/localhost:7447 (zenoh, since rclpy is not installed here)\n"
+    assert run("--check")[1].startswith(expected)
+    code, _, err = run("--check", "--via", "rclpy")
+    assert code != 0 and "rclpy is not installed here; run `source" in err
+
+
+def test_an_rclpy_of_another_python(run: Run, finding: Finding) -> None:
+    finding.write("raise ImportError('no C library')\n")
+    assert "(zenoh, since rclpy cannot be imported: no C library)\n" in run("--check")[1]
+    code, _, err = run("--via", "rclpy")
+    assert code != 0 and "rclpy cannot be imported: no C library" in err and "Traceback" not in err
 
 
 def test_mapping_files(run: Run, tmp_path: Path) -> None:

@@ -1,4 +1,4 @@
-"""``bridge ros2``: exchanges topics, services and actions with ROS 2, without an installation of it."""
+"""``bridge ros2``: exchanges topics, services and actions with ROS 2, with or without an installation of it."""
 
 from __future__ import annotations
 
@@ -7,6 +7,15 @@ from contextlib import contextmanager
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
+from pyros1.cli.commands.bridge._ros2_via import (
+    WAYS,
+    Way,
+    check_way,
+    choose_way,
+    describe_way,
+    make_side,
+    packages_line,
+)
 from pyros1.cli.commands.bridge._settings import INSECURE_FLAG, check_connections, read_keys
 from pyros1.cli.failures import CommandError, UsageError
 from pyros1.cli.invocation import Invocation
@@ -38,7 +47,8 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int | None:
         return _print_pairs(invocation, options)
     send, take = ([word for words in given for word in words] for given in (options.send, options.take))
     notes = _add_parameters(options.parameters, send, take)
-    connect = options.connect or ([] if options.listen else [_ROUTER])
+    way = choose_way(options)
+    connect = options.connect or ([] if options.listen or way.name == "rclpy" else [_ROUTER])
     try:
         domain = _domain(options.domain, invocation.environ)
         rules = Ros2Rules(send, take)
@@ -50,13 +60,15 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int | None:
         raise CommandError(str(error), 2) from None
     mapping = _read_mappings(options.mapping)
     if options.check:
-        types = _make_types(options, mapping, invocation.environ)
-        print(f"ROS 2: domain {domain}, through {_where(connect, options.listen)}")
+        types = _make_types(options, mapping, invocation.environ, way)
+        print(f"ROS 2: domain {domain}, through {describe_way(way, connect, options.listen)}")
         print(*map(one_line, rules.explain()), sep="\n")
+        if way.name == "rclpy":
+            print(one_line(packages_line(), 4000))
         for line in (*notes, *(line for line, _ in check_mapping(mapping, types))):
             print(one_line(line, 1000))
         return None
-    return _run(invocation, options, rules, domain, mapping, notes, connect, settings)
+    return _run(invocation, options, rules, domain, mapping, notes, way, connect, settings)
 
 
 def _add_parameters(paths: list[str], send: list[str], take: list[str]) -> list[str]:
@@ -96,12 +108,15 @@ def _read_mappings(paths: list[str]) -> TypeMapping:
 
 
 def _make_types(
-    options: Any, mapping: TypeMapping, environ: Mapping[str, str], budget: Budget | None = None
+    options: Any, mapping: TypeMapping, environ: Mapping[str, str], way: Way, budget: Budget | None = None
 ) -> TypePairs:
     """Return what knows the types of both sides."""
     from pyros1.ros2.bridge.type_pairs import TypePairs  # noqa: PLC0415
     from pyros1.ros2.types.installed import InstalledTypes, PackagesError, environment_folders  # noqa: PLC0415
+    from pyros1.ros2.types.rclpy_packages import RclpyPackages  # noqa: PLC0415
 
+    if way.name == "rclpy":
+        return TypePairs(options.distribution, mapping, budget=budget, beside_rclpy=RclpyPackages())
     try:
         installed = InstalledTypes([*options.ros2_packages, *environment_folders(environ)])
     except PackagesError as error:
@@ -118,7 +133,7 @@ def _print_pairs(invocation: Invocation, options: Any) -> int:
     from pyros1.ros2.bridge.remembered import Budget  # noqa: PLC0415
 
     wanted = options.pairs
-    types = _make_types(options, _read_mappings(options.mapping), invocation.environ, Budget(inf))
+    types = _make_types(options, _read_mappings(options.mapping), invocation.environ, Way("zenoh"), Budget(inf))
     messages, services = (
         [name for package in library().packages() for name in kind.type_names(library(), package)]
         for kind in (MESSAGE_KIND, SERVICE_KIND)
@@ -148,10 +163,6 @@ def _domain(given: int | None, environ: Mapping[str, str]) -> int:
     return int(text)
 
 
-def _where(connect: list[str], listen: list[str]) -> str:
-    return " and ".join([*connect, *(f"{each} (as a router)" for each in listen)])
-
-
 def _run(
     invocation: Invocation,
     options: Any,
@@ -159,21 +170,19 @@ def _run(
     domain: int,
     mapping: TypeMapping,
     notes: list[str],
+    way: Way,
     connect: list[str],
     settings: Mapping[str, str],
 ) -> int:
-    from pyros1.bridge.transport.zenoh_link import check_installed  # noqa: PLC0415
-
-    check_installed()
+    check_way(way)
+    where = describe_way(way, connect, options.listen)
     invocation.master.ping()  # fail before slow imports if no master is running
     from pyros1.node import Node  # noqa: PLC0415
     from pyros1.ros2.bridge.mapping_check import check_mapping  # noqa: PLC0415
     from pyros1.ros2.bridge.own_name import own_name  # noqa: PLC0415
     from pyros1.ros2.bridge.runner import Ros2Bridge  # noqa: PLC0415
-    from pyros1.ros2.zenoh.session import Ros2Session  # noqa: PLC0415
 
-    listen = options.listen
-    types = _make_types(options, mapping, invocation.environ)
+    types = _make_types(options, mapping, invocation.environ, way)
     problems = notes + [line for line, can_be_used in check_mapping(mapping, types) if not can_be_used]
     with Node(
         "bridge_ros2", argv=invocation.remapping_args, environ=invocation.environ, wait_for_master=0.0, wall_time=True
@@ -185,15 +194,12 @@ def _run(
             domain,
             rules,
             types,
-            lambda zid, on_token, on_message, on_call: Ros2Session(
-                zid, name, domain, on_token, on_message, on_call, connect, listen, settings
-            ),
+            make_side(way, name, domain, connect, options.listen, settings),
             find_name=partial(own_name, node.master),
         )
         try:
             print(
-                f"bridge to ROS 2, domain {domain}, through {_where(connect, listen)}; "
-                "to see what flows: pyros1 bridge status",
+                f"bridge to ROS 2, domain {domain}, through {where}; to see what flows: pyros1 bridge status",
                 file=sys.stderr,
                 flush=True,
             )
@@ -215,7 +221,14 @@ def _parse(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:
 
 VERB = Verb(
     "ros2",
-    "exchange topics, services and actions with ROS 2 (rmw_zenoh), without an installation of it",
+    "exchange topics, services and actions with ROS 2, with or without an installation of it",
+    Option(
+        "--via",
+        choices=WAYS,
+        metavar="WAY",
+        help="rclpy: the ROS 2 that is installed here, with its middleware; zenoh: nothing of ROS 2, whose nodes must "
+        "use rmw_zenoh; default: zenoh if --to, --listen, --keys or --insecure is given, or rclpy cannot be imported",
+    ),
     Option(
         "--to",
         dest="connect",
@@ -253,7 +266,8 @@ VERB = Verb(
         "--distribution",
         default="jazzy",
         metavar="NAME",
-        help="the distribution of ROS 2 whose types to use where nobody there says which: humble, jazzy (default), ...",
+        help="the distribution of ROS 2 whose types to use where nobody there says which: humble, jazzy (default), "
+        "...; through rclpy, those that are installed are used",
     ),
     Option(
         "--parameters",
@@ -287,11 +301,12 @@ VERB = Verb(
         "that are installed here, or these",
     ),
     INSECURE_FLAG,
-    description="Exchange topics, services and actions with nodes of ROS 2 whose RMW_IMPLEMENTATION is rmw_zenoh_cpp. "
-    "Each side sees those of the other one; messages pass only where somebody subscribes.",
+    description="Exchange topics, services and actions with nodes of ROS 2: through rclpy, if ROS 2 is installed "
+    "here, or else with those whose RMW_IMPLEMENTATION is rmw_zenoh_cpp. Each side sees those of the other one; "
+    "messages pass only where somebody subscribes.",
     examples=[
-        ("", "through ROS 2's router on this machine"),
-        ("--listen tcp/localhost:7447", "the same, if none is running"),
+        ("", "through rclpy or, without that, through ROS 2's router (rmw_zenohd) on this machine"),
+        ("--listen tcp/localhost:7447", "be that router, if none is running"),
         ("--to tcp/robot:7447 --insecure --send /cmd_vel --take '/scan' '/tf*'", "with a robot; only these topics"),
         ("--pairs sensor_msgs/Imu std_srvs/srv/SetBool", "say what these types are on the other side"),
     ],

@@ -26,7 +26,7 @@ from pyros1.ros2.bridge.actions.plan import (
 )
 from pyros1.ros2.bridge.actions.provided import ProvidedAction, StartCall
 from pyros1.ros2.bridge.rules import Ros2Rules
-from pyros1.ros2.zenoh.calls import IncomingCall
+from pyros1.ros2.bridge.side import Call
 from pyros1.ros2.zenoh.graph import Service, Topic
 from pyros1.ros2.zenoh.names import DataKey
 from pyros1.ros2.zenoh.qos import Qos
@@ -205,7 +205,7 @@ class Ros2Actions:
 
     # What comes from ROS 2 --------------------------------------------------------------------------------------------
 
-    def on_call(self, call: IncomingCall) -> bool:
+    def on_call(self, call: Call) -> bool:
         """Take a call, if it is one of an action, and return whether it is. Called on any thread."""
         if HIDDEN not in call.key.name:
             return False

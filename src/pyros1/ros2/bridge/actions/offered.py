@@ -21,7 +21,7 @@ from pyros1.ros2.bridge.actions.goals_to_ros1 import GoalsToRos1, Step
 from pyros1.ros2.bridge.actions.inbox import Inbox
 from pyros1.ros2.bridge.actions.plan import OfferedPlan
 from pyros1.ros2.bridge.actions.ros1_messages import NO_STAMP
-from pyros1.ros2.zenoh.calls import IncomingCall
+from pyros1.ros2.bridge.side import Call
 from pyros1.ros2.zenoh.names import DataKey, data_key
 from pyros1.ros2.zenoh.qos import Qos
 from pyros1.wire.handshake import TopicType
@@ -123,7 +123,7 @@ class OfferedAction:
     def _on_result(self, body: bytes) -> None:
         self._do(self._goals.on_result(*ros1_messages.read_result(body), time.monotonic()))
 
-    def on_call(self, call: IncomingCall) -> None:
+    def on_call(self, call: Call) -> None:
         """Handle a call of a client in ROS 2."""
         keys = self.plan.keys
         try:
@@ -178,7 +178,7 @@ class OfferedAction:
             case steps.AnswerCancel(call, code, goals):
                 _respond(call, ros2_messages.write_cancel_response(code, goals))
             case steps.Refuse(call, text):
-                assert isinstance(call, IncomingCall)
+                assert isinstance(call, Call)
                 call.fail(text)
             case steps.SendFeedback(uuid, feedback):
                 body = pair.to_feedback.to_cdr(uuid + feedback)
@@ -209,7 +209,7 @@ class OfferedAction:
 
 
 def _respond(call: object, body: bytes) -> None:
-    assert isinstance(call, IncomingCall)
+    assert isinstance(call, Call)
     try:
         call.respond(body)
     except Exception as error:  # noqa: BLE001 - zenoh's, if the session is closed meanwhile

@@ -1,0 +1,127 @@
+"""The two ways of ``bridge ros2`` to ROS 2: which one is taken, and how each is started."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from importlib import import_module
+from importlib.util import find_spec
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from pyros1.cli.failures import CommandError, UsageError
+from pyros1.ground.terminal_text import one_line
+
+if TYPE_CHECKING:
+    from pyros1.ros2.bridge.side import MakeSide
+
+WAYS = ("rclpy", "zenoh")
+_ZENOH_OPTIONS = {"connect": "--to", "listen": "--listen", "keys": "--keys", "insecure": "--insecure"}
+
+
+class Way(NamedTuple):
+    """How the bridge gets to ROS 2.
+
+    Attributes:
+        name: ``rclpy`` or ``zenoh``.
+        note: why it is zenoh, if that is not what was asked for; otherwise empty.
+    """
+
+    name: str
+    note: str = ""
+
+
+def choose_way(options: Any) -> Way:
+    """Return the way that the command line asks for; without any, rclpy if it can be imported.
+
+    Raises:
+        UsageError: it asks for rclpy, and for something that only zenoh has.
+        CommandError: it asks for rclpy, which cannot be imported.
+    """
+    given = [option for name, option in _ZENOH_OPTIONS.items() if getattr(options, name)]
+    if options.via == "rclpy" and given:
+        raise UsageError(f"{given[0]} has no meaning with --via rclpy: ROS 2's own middleware finds the other nodes")
+    if options.via == "zenoh" or (options.via is None and given):
+        return Way("zenoh")
+    problem = _rclpy_problem()
+    if not problem:
+        return Way("rclpy")
+    if options.via == "rclpy":
+        raise CommandError(
+            f"{problem}; run `source /opt/ros/.../setup.bash`, and pyros1 with the Python that this ROS 2 is made for"
+        )
+    return Way("zenoh", f"zenoh, since {problem}")
+
+
+def _rclpy_problem() -> str:
+    """Return why rclpy cannot be used; empty if it can."""
+    if find_spec("rclpy") is None:
+        return "rclpy is not installed here"
+    try:
+        import_module("rclpy.node")
+    except Exception as error:  # noqa: BLE001 - with libraries of another ROS 2 or Python, anything may be raised
+        return f"rclpy cannot be imported: {one_line(error, 200)}"
+    return ""
+
+
+def describe_way(way: Way, connect: Sequence[str], listen: Sequence[str]) -> str:
+    """Return through what the bridge connects.
+
+    Args:
+        way: how it gets to ROS 2.
+        connect, listen: the endpoints of zenoh.
+    """
+    if way.name == "rclpy":
+        from pyros1.ros2.rclpy_side.rclpy_modules import rmw_name  # noqa: PLC0415
+
+        try:
+            return f"rclpy with {one_line(rmw_name())}"
+        except Exception as error:  # noqa: BLE001 - rclpy's own, of any kind
+            raise CommandError(f"rclpy has no middleware: {one_line(error, 300)}") from None
+    note = f" ({way.note})" if way.note else ""
+    return " and ".join([*connect, *(f"{each} (as a router)" for each in listen)]) + note
+
+
+def packages_line() -> str:
+    """Return a line that says which packages of ROS 2 a bridge through rclpy knows."""
+    from pyros1.ros2.types.rclpy_packages import RclpyPackages  # noqa: PLC0415
+
+    return f"types of these packages, which are installed beside rclpy: {', '.join(RclpyPackages().packages())}"
+
+
+def check_way(way: Way) -> None:
+    """Raise an error if something that the way needs is not installed."""
+    from pyros1.bridge.transport.zenoh_link import check_installed  # noqa: PLC0415
+
+    if way.name == "zenoh":
+        check_installed()
+
+
+def make_side(
+    way: Way,
+    name: str,
+    domain: int,
+    connect: Sequence[str],
+    listen: Sequence[str],
+    settings: Mapping[str, str],
+) -> MakeSide:
+    """Return what makes the bridge's side in ROS 2.
+
+    Args:
+        way: how it gets to ROS 2.
+        name: the name of its node there.
+        domain: the ROS domain.
+        connect, listen, settings: of zenoh.
+    """
+    if way.name == "rclpy":
+        from pyros1.ros2.rclpy_side.session import RclpySession  # noqa: PLC0415
+        from pyros1.ros2.rclpy_side.type_classes import TypeClasses  # noqa: PLC0415
+        from pyros1.ros2.types.rclpy_packages import RclpyPackages  # noqa: PLC0415
+
+        # The session uses types in threads of its own, so it has a collection of its own.
+        return lambda _, on_token, on_message, on_call: RclpySession(
+            name, domain, TypeClasses(RclpyPackages()), on_token, on_message, on_call
+        )
+    from pyros1.ros2.zenoh.session import Ros2Session  # noqa: PLC0415
+
+    return lambda zid, on_token, on_message, on_call: Ros2Session(
+        zid, name, domain, on_token, on_message, on_call, connect, listen, settings
+    )

@@ -1,0 +1,87 @@
+"""Tells messages that come back from our own publishers: unlike zenoh, rclpy cannot leave them out.
+
+Newer versions of rclpy (since Kilted) say which publisher a message is of. With older ones, a message is taken for an
+own one if it has the same bytes as one that was sent just before.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections import OrderedDict
+from collections.abc import Callable, Mapping
+from hashlib import blake2b
+
+MAX_GIDS = 10_000
+MAX_SENT = 1_000
+"""Maximum number of messages of a topic that are remembered until they come back."""
+
+
+class Echoes:
+    """What was sent, and by whom. May be used in several threads.
+
+    Args:
+        look_up: returns the identifiers of a topic's publishers, and whether each is an own one.
+        tells_publishers: whether rclpy is said to tell whose a message is. A middleware may not do so all the same,
+            which is noticed at its first message.
+    """
+
+    def __init__(self, look_up: Callable[[str], Mapping[bytes, bool]], tells_publishers: bool) -> None:
+        self._look_up = look_up
+        self._tells_publishers = tells_publishers
+        self._gids: dict[bytes, bool] = {}
+        self._sent: dict[str, OrderedDict[bytes, int]] = {}
+        self._lock = threading.Lock()
+
+    def expect(self, topics: set[str]) -> None:
+        """Look for own messages on exactly these topics from now on.
+
+        Args:
+            topics: those with own publishers as well as own subscribers.
+        """
+        with self._lock:
+            self._sent = {topic: self._sent.get(topic, OrderedDict()) for topic in topics}
+
+    def on_send(self, topic: str, body: bytes) -> None:
+        """Note that a message is about to be sent."""
+        if self._tells_publishers or topic not in self._sent:
+            return
+        digest = _digest(body)
+        with self._lock:
+            sent = self._sent.get(topic)
+            if sent is not None:
+                sent[digest] = sent.pop(digest, 0) + 1
+                if len(sent) > MAX_SENT:
+                    sent.popitem(last=False)
+
+    def is_echo(self, topic: str, body: bytes, gid: bytes) -> bool:
+        """Return whether a message is of an own publisher.
+
+        Args:
+            topic, body: the message.
+            gid: the identifier of its publisher; empty if rclpy does not say it.
+        """
+        if gid:
+            return self._is_own(topic, gid)
+        self._tells_publishers = False
+        if topic not in self._sent:
+            return False
+        digest = _digest(body)
+        with self._lock:
+            sent = self._sent.get(topic, OrderedDict())
+            times = sent.pop(digest, 0)
+            if times > 1:
+                sent[digest] = times - 1
+        return times > 0
+
+    def _is_own(self, topic: str, gid: bytes) -> bool:
+        is_own = self._gids.get(gid)
+        if is_own is None:
+            if len(self._gids) >= MAX_GIDS:
+                self._gids = {}
+            self._gids.update(self._look_up(topic))
+            is_own = self._gids.get(gid, False)
+        return is_own
+
+
+def _digest(body: bytes) -> bytes:
+    return blake2b(body, digest_size=16).digest()

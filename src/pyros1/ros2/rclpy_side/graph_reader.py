@@ -1,0 +1,149 @@
+"""Asks rclpy what there is in ROS 2, and puts it as the tokens by which rmw_zenoh's nodes say that, so that a bridge
+need not know where it comes from. Does not import rclpy: its node is passed.
+
+rclpy has no public way to be told of changes, so this is asked again and again.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import suppress
+from hashlib import blake2b
+from typing import Any
+
+from pyros1.ground.errors import Error
+from pyros1.ros2.rclpy_side.qos import from_rclpy
+from pyros1.ros2.zenoh.graph import MAX_ENTITIES
+from pyros1.ros2.zenoh.names import HUMBLE_HASH
+from pyros1.ros2.zenoh.tokens import Entity, Kind, encode_token
+
+IGNORED_TOPICS = ("/rosout", "/parameter_events")
+"""Topics that nearly all nodes have, and that are never bridged."""
+GID_SIZE = 16
+"""Bytes of the identifier of an endpoint that count: some versions of rclpy add zeros."""
+_PREFIX_SIZE = 12
+"""Bytes of it that a participant of DDS, so a process, has in common. With another middleware, they are any bytes."""
+
+
+class GraphReader:
+    """Reads the graph of ROS 2.
+
+    Args:
+        node: the bridge's node; what it has itself is left out.
+        domain: the ROS domain.
+        own_name: the name of the node; others with this name are shown, but not what they have.
+        hash_of: returns the hash of a type that is installed, or raises an `Error`. It is used where ROS 2 does not
+            tell the hash: for services, and for nodes of Humble.
+    """
+
+    def __init__(self, node: Any, domain: int, own_name: str, hash_of: Callable[[str], str]) -> None:
+        self._node = node
+        self._domain = domain
+        self._own_name = own_name
+        self._hash_of = hash_of
+
+    def follow(self, node: Any, own_name: str) -> None:
+        """Use another node from now on."""
+        self._node = node
+        self._own_name = own_name
+
+    def read(self) -> set[str]:
+        """Return the tokens of all that there is, as far as its names are legal, and not more than `MAX_ENTITIES`."""
+        tokens: set[str] = set()
+        for entity in self._entities():
+            with suppress(Error):  # a name that no node of ROS 2 could have
+                tokens.add(encode_token(entity))
+            if len(tokens) >= MAX_ENTITIES:
+                break
+        return tokens
+
+    def own_gids(self, topic: str) -> dict[bytes, bool]:
+        """Return the identifiers of the publishers of a topic, and which of them are those of nodes with this name."""
+        return {_gid(each): self._is_own(each.node_name) for each in self._node.get_publishers_info_by_topic(topic)}
+
+    def _is_own(self, node_name: str) -> bool:
+        return node_name == self._own_name
+
+    def _entities(self) -> Iterator[Entity]:
+        is_first = True
+        for name, namespace in self._node.get_node_names_and_namespaces():
+            node = self._entity(Kind.NODE, f"{namespace} {name}", name, namespace)
+            if not self._is_own(name):
+                yield node
+                yield from self._services(node, name, namespace)
+            elif not is_first:  # otherwise, it is our own one
+                yield node
+            is_first = is_first and not self._is_own(name)
+        for topic, _ in self._node.get_topic_names_and_types():
+            if topic not in IGNORED_TOPICS:
+                yield from self._ends(Kind.PUBLISHER, topic, self._node.get_publishers_info_by_topic(topic))
+                yield from self._ends(Kind.SUBSCRIBER, topic, self._node.get_subscriptions_info_by_topic(topic))
+
+    def _services(self, node: Entity, name: str, namespace: str) -> Iterator[Entity]:
+        for kind, ask in (
+            (Kind.SERVICE, self._node.get_service_names_and_types_by_node),
+            (Kind.CLIENT, self._node.get_client_names_and_types_by_node),
+        ):
+            try:
+                found = ask(name, namespace)
+            except Exception:  # noqa: BLE001 - it has ended; where rclpy has this exception depends on its version
+                return
+            for service, types in found:
+                for type_name in types:
+                    number = _number(f"{kind.value} {namespace} {name} {service} {type_name}".encode())
+                    yield node._replace(
+                        kind=kind, entity_id=number, topic=service, type=type_name, hash=self._hash(type_name)
+                    )
+
+    def _ends(self, kind: Kind, topic: str, infos: Iterable[Any]) -> Iterator[Entity]:
+        for info in infos:
+            if self._is_own(info.node_name):
+                continue
+            gid, name = _gid(info), info.topic_type
+            told = str(getattr(info, "topic_type_hash", ""))
+            yield self._entity(
+                kind, f"{info.node_namespace} {info.node_name}", info.node_name, info.node_namespace
+            )._replace(
+                zid=process_id(gid),
+                entity_id=_number(gid),
+                topic=topic,
+                type=name,
+                hash=told if told.startswith("RIHS") else self._hash(name),
+                qos=from_rclpy(info.qos_profile),
+            )
+
+    def _entity(self, kind: Kind, full_name: str, name: str, namespace: str) -> Entity:
+        number = _number(full_name.encode())
+        # A program that uses DDS without ROS has no node, and rclpy says so in the place of its names.
+        return Entity(
+            self._domain,
+            _zid(full_name.encode()),
+            number,
+            number,
+            kind,
+            name,
+            namespace if namespace.startswith("/") else "/",
+        )
+
+    def _hash(self, name: str) -> str:
+        try:
+            return self._hash_of(name)
+        except Error:
+            return HUMBLE_HASH  # nobody knows it, and the plan says why
+
+
+def process_id(gid: bytes) -> str:
+    """Return what stands for the process of an endpoint, as the id of its session in tokens."""
+    return _zid(gid[:_PREFIX_SIZE])
+
+
+def _gid(info: Any) -> bytes:
+    return bytes(info.endpoint_gid)[:GID_SIZE]
+
+
+def _number(data: bytes) -> int:
+    return int.from_bytes(blake2b(data, digest_size=7).digest(), "big")
+
+
+def _zid(data: bytes) -> str:
+    return f"a{blake2b(data, digest_size=12).hexdigest()}"

@@ -1,0 +1,169 @@
+"""Calls of services in ROS 2 through rclpy: those that wait in the thread that makes them, and those that do not."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from typing import Any
+
+from pyros1.ground.errors import Error, ServiceRefusal
+from pyros1.ground.terminal_text import one_line
+from pyros1.ros2.rclpy_side.rclpy_modules import RclpyModules
+
+READY_TIME = 5.0
+"""Seconds to wait until a service is found: before that, DDS drops requests."""
+_READY_PERIOD = 0.02
+
+
+class OwnCalls:
+    """The calls that a bridge makes. May be used in several threads.
+
+    Args:
+        rclpy: encodes and decodes.
+    """
+
+    def __init__(self, rclpy: RclpyModules) -> None:
+        self._rclpy = rclpy
+        self._waiting: set[threading.Event] = set()
+        self._started: set[_StartedCall] = set()
+        self._closing = threading.Event()
+
+    def call(self, client: Any, request_class: Any, request: bytes, timeout: float) -> bytes:
+        """Return the encoded response of a service.
+
+        Args:
+            client: rclpy's client.
+            request_class: the class of its requests.
+            request: the encoded request.
+            timeout: maximum number of seconds to wait.
+
+        Raises:
+            ServiceRefusal: there was no response, or an error.
+        """
+        done, future = threading.Event(), None
+        self._waiting.add(done)
+        try:
+            deadline = time.monotonic() + timeout
+            self._await_service(client, min(timeout, READY_TIME))
+            future = client.call_async(self._rclpy.deserialize(request, request_class))
+            future.add_done_callback(lambda _: done.set())
+            if self._closing.is_set() or not done.wait(max(0.0, deadline - time.monotonic())) or not future.done():
+                raise ServiceRefusal("the service in ROS 2 does not respond")
+            return bytes(self._rclpy.serialize(future.result()))
+        except Error:
+            raise
+        except Exception as error:
+            raise ServiceRefusal(f"the bridge cannot call it: {one_line(error, 200)}") from error
+        finally:
+            self._waiting.discard(done)
+            if future is not None:
+                client.remove_pending_request(future)
+
+    def start(
+        self,
+        client: Any,
+        request_class: Any,
+        request: bytes,
+        timeout: float,
+        done: Callable[[bytes | ServiceRefusal], object],
+    ) -> None:
+        """Call a service without waiting; see `pyros1.ros2.zenoh.session.Ros2Session.start_call`.
+
+        Raises:
+            ServiceRefusal: the request cannot be sent.
+        """
+        try:
+            message = self._rclpy.deserialize(request, request_class)
+        except Exception as error:
+            raise ServiceRefusal(f"the bridge cannot call it: {one_line(error, 200)}") from error
+        call = _StartedCall(client, message, timeout, done, self._rclpy.serialize)
+        self._started.add(call)
+        call.look()
+        if self._closing.is_set():
+            call.end(ServiceRefusal("the bridge ends"))
+
+    def look(self) -> None:
+        """Send what waits for its service, and end what has waited too long. To be called again and again."""
+        for call in [*self._started]:
+            call.look()
+            if call.is_done:
+                self._started.discard(call)
+
+    def _await_service(self, client: Any, timeout: float) -> None:
+        deadline = time.monotonic() + timeout
+        while not client.service_is_ready():
+            if self._closing.wait(_READY_PERIOD) or time.monotonic() >= deadline:
+                raise ServiceRefusal("the service in ROS 2 is not there")
+
+    def close(self) -> None:
+        """End all calls, and refuse new ones."""
+        self._closing.set()
+        for done in [*self._waiting]:
+            done.set()
+        for call in [*self._started]:
+            call.end(ServiceRefusal("the bridge ends"))
+
+
+class _StartedCall:
+    """A call for which nobody waits."""
+
+    def __init__(
+        self,
+        client: Any,
+        message: Any,
+        timeout: float,
+        done: Callable[[bytes | ServiceRefusal], object],
+        serialize: Callable[[Any], Any],
+    ) -> None:
+        now = time.monotonic()
+        self.is_done = False
+        self._client = client
+        self._message = message
+        self._deadline = now + timeout
+        self._ready_deadline = now + min(timeout, READY_TIME)
+        self._done = done
+        self._serialize = serialize
+        self._future: Any = None
+        self._lock = threading.Lock()
+
+    def look(self) -> None:
+        """Send the request if the service is there, and end if it is too late."""
+        now, is_new = time.monotonic(), False
+        try:
+            with self._lock:
+                if self._future is None and not self.is_done and self._client.service_is_ready():
+                    self._future, is_new = self._client.call_async(self._message), True
+                    self._message = None
+                future = self._future
+        except Exception as error:  # noqa: BLE001 - rclpy's own, of any kind
+            self.end(ServiceRefusal(f"the bridge cannot call it: {one_line(error, 200)}"))
+            return
+        if future is None:
+            if now >= self._ready_deadline:
+                self.end(ServiceRefusal("the service in ROS 2 is not there"))
+        elif is_new:
+            future.add_done_callback(self._end_with)
+        elif now >= self._deadline:
+            self.end(ServiceRefusal("the service in ROS 2 does not respond"))
+
+    def _end_with(self, future: Any) -> None:
+        try:
+            response = bytes(self._serialize(future.result()))
+        except Exception as error:  # noqa: BLE001 - rclpy's own, of any kind
+            self.end(ServiceRefusal(f"the service in ROS 2 does not respond: {one_line(error, 200)}"))
+        else:
+            self.end(response)
+
+    def end(self, response: bytes | ServiceRefusal) -> None:
+        """Pass on the response, if none was passed on before."""
+        with self._lock:
+            if self.is_done:
+                return
+            self.is_done = True
+            future = self._future
+        if future is not None:
+            with suppress(Exception):  # rclpy's own, if the client has ended
+                self._client.remove_pending_request(future)
+        self._done(response)

@@ -1,0 +1,42 @@
+"""Translates QoS profiles from and to rclpy's. Does not import rclpy: its module is passed."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pyros1.ros2.zenoh.qos import Qos
+
+UNKNOWN_DEPTH = 100
+"""The depth that is assumed of a publisher, since DDS does not tell it. With less, a bridge could miss messages that a
+latched publisher sends to a new subscriber at once.
+"""
+# Numbers of rmw; those for "system default", "unknown" and "best available" are read like the usual ones.
+_BEST_EFFORT = 2
+_TRANSIENT_LOCAL = 1
+_KEEP_ALL = 2
+
+
+def to_rclpy(qos: Qos, module: Any) -> Any:
+    """Return a profile as rclpy's.
+
+    Args:
+        qos: the profile.
+        module: ``rclpy.qos``.
+    """
+    history, durability, reliability = module.HistoryPolicy, module.DurabilityPolicy, module.ReliabilityPolicy
+    return module.QoSProfile(
+        depth=qos.depth,
+        history=history.KEEP_ALL if qos.keep_all else history.KEEP_LAST,
+        durability=durability.TRANSIENT_LOCAL if qos.transient_local else durability.VOLATILE,
+        reliability=reliability.RELIABLE if qos.reliable else reliability.BEST_EFFORT,
+    )
+
+
+def from_rclpy(profile: Any) -> Qos:
+    """Return rclpy's profile of a publisher or subscriber of others."""
+    return Qos(
+        reliable=int(profile.reliability) != _BEST_EFFORT,
+        transient_local=int(profile.durability) == _TRANSIENT_LOCAL,
+        depth=int(profile.depth) or UNKNOWN_DEPTH,
+        keep_all=int(profile.history) == _KEEP_ALL,
+    )

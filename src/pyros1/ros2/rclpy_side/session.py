@@ -1,0 +1,404 @@
+"""A bridge's node in ROS 2 through rclpy.
+
+Messages are sent and received encoded. Two threads belong to a session: one runs rclpy's executor, and makes and ends
+all that the node has, so that rclpy never waits for what ends meanwhile; the other one looks what there is in ROS 2.
+"""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable, Iterable, Mapping
+from contextlib import suppress
+from functools import partial
+from itertools import count
+from typing import Any, TypeVar
+
+from pyros1.bridge.exchange.actions import Send
+from pyros1.bridge.rules.rules import Priority
+from pyros1.bridge.transport.connections import Connection
+from pyros1.bridge.transport.zenoh_link import LinkError
+from pyros1.ground.errors import Error, ServiceRefusal
+from pyros1.ground.terminal_text import one_line
+from pyros1.ros2.rclpy_side.calls import NoResponse, RclpyCall
+from pyros1.ros2.rclpy_side.echoes import Echoes
+from pyros1.ros2.rclpy_side.graph_reader import GID_SIZE, GraphReader, process_id
+from pyros1.ros2.rclpy_side.own_calls import OwnCalls
+from pyros1.ros2.rclpy_side.qos import to_rclpy
+from pyros1.ros2.rclpy_side.rclpy_modules import RclpyModules
+from pyros1.ros2.rclpy_side.type_classes import TypeClasses
+from pyros1.ros2.zenoh.attachments import Attachment, encode_attachment
+from pyros1.ros2.zenoh.names import DataKey
+from pyros1.ros2.zenoh.qos import Qos
+
+GRAPH_PERIOD = 0.5
+"""Seconds between looks at what there is in ROS 2."""
+_CHANGING_PERIOD = 0.1
+"""The same while something changes, as at the start."""
+_GRAPH_FACTOR = 10
+"""Seconds between looks for each second that a look takes."""
+_DECLARE_TIME = 10.0
+RETRY_PERIOD = 0.1
+"""Seconds after an error of rclpy."""
+CLOSE_TIME = 3.0
+_Published = tuple[DataKey, Qos, Priority]
+_Name = TypeVar("_Name", str, DataKey)
+_How = TypeVar("_How")
+
+
+class DeclarationError(Error):
+    """rclpy does not declare anything in time."""
+
+
+class RclpySession:
+    """A session; see `pyros1.ros2.bridge.side.Ros2Side`.
+
+    Args:
+        node: the name of its node in ROS 2.
+        domain: the ROS domain.
+        classes: finds the classes of types.
+        on_token: called with a token for each entity of ROS 2, and whether it is there or gone.
+        on_message: called with the key, the encoded message and the attachment of each message, and with what stands
+            for its publisher's process, which is empty if rclpy does not say it.
+        on_call: called with each call of a service that is offered.
+
+    Raises:
+        LinkError: rclpy cannot be imported, or cannot start.
+
+    Attributes:
+        problem: what is wrong with rclpy; empty if nothing is.
+        session: rclpy's node.
+    """
+
+    def __init__(
+        self,
+        node: str,
+        domain: int,
+        classes: TypeClasses,
+        on_token: Callable[[str, bool], object],
+        on_message: Callable[[DataKey, bytes, bytes, str], object],
+        on_call: Callable[[RclpyCall], object],
+    ) -> None:
+        self.problem = ""
+        self._classes = classes
+        self._on_token = on_token
+        self._on_message = on_message
+        self._on_call = on_call
+        self._publishers: dict[tuple[str, _Published], Any] = {}
+        self._subscribers: dict[tuple[DataKey, Qos], Any] = {}
+        self._services: dict[tuple[DataKey, None], Any] = {}
+        self._clients: dict[tuple[DataKey, None], Any] = {}
+        self._by_route: dict[str, tuple[str, Any]] = {}  # the topic, and the publisher
+        self._numbers = count(1)
+        self._pending: set[Any] = set()  # futures of responses
+        self._closing = threading.Event()
+        try:
+            self._rclpy = RclpyModules()
+            self._context, self.session, self._executor = self._rclpy.start(node, domain)
+        except Exception as error:  # rclpy's own, of any kind
+            raise LinkError(f"rclpy cannot start: {one_line(error, 300)}") from error
+        self._own_calls = OwnCalls(self._rclpy)
+        self._domain = domain
+        self._graph = GraphReader(self.session, domain, node, classes.types.hash_of)
+        self._echoes = Echoes(self._graph.own_gids, self._rclpy.tells_publishers)
+        self._threads = [
+            threading.Thread(target=self._spin, name="bridge: rclpy", daemon=True),
+            threading.Thread(target=self._watch, name="bridge: ROS 2's graph", daemon=True),
+        ]
+        for thread in self._threads:
+            thread.start()
+
+    # Threads ----------------------------------------------------------------------------------------------------------
+
+    def _spin(self) -> None:
+        while not self._closing.is_set() or self._pending:
+            try:
+                self._executor.spin_once()
+                self.problem = ""
+            except NoResponse:
+                pass
+            except Exception as error:  # noqa: BLE001 - one callback's or rclpy's own: the others must go on
+                if not self._context.ok():
+                    self.problem = "rclpy was shut down"
+                    return
+                self.problem = f"rclpy fails: {one_line(error, 200)}"
+                self._closing.wait(RETRY_PERIOD)
+
+    def _wake(self) -> None:
+        """Let the executor look for what is done."""
+        self._executor.create_task(lambda: None)
+
+    def _watch(self) -> None:
+        known: set[str] = set()
+        pause = 0.0
+        while not self._closing.wait(pause):
+            start = time.monotonic()
+            self._own_calls.look()
+            try:
+                found = self._graph.read()
+            except Exception as error:  # noqa: BLE001 - rclpy's own, of any kind
+                if not self._closing.is_set():
+                    self.problem = f"rclpy does not say what there is in ROS 2: {one_line(error, 200)}"
+                pause = GRAPH_PERIOD
+                continue
+            for token in known - found:
+                self._on_token(token, False)
+            for token in found - known:
+                self._on_token(token, True)
+            period = GRAPH_PERIOD if found == known else _CHANGING_PERIOD
+            pause = max(period, _GRAPH_FACTOR * (time.monotonic() - start))
+            known = found
+
+    # Declarations -----------------------------------------------------------------------------------------------------
+
+    def declare(
+        self,
+        publishers: Mapping[str, _Published],
+        subscribers: Mapping[DataKey, Qos],
+        services: Iterable[DataKey] = (),
+        clients: Iterable[DataKey] = (),
+    ) -> dict[str, str]:
+        """Have exactly these declarations from now on, but for those that rclpy refuses.
+
+        Args:
+            publishers: the publishers, by what their packets have as their keys: each with its key in ROS 2, QoS, and
+                the priority of its messages, which has no meaning here.
+            subscribers: the keys to subscribe to, each with QoS.
+            services: the keys of services to offer.
+            clients: the keys of services to call.
+
+        Returns:
+            Topic or service -> why rclpy refuses to declare it; the others are declared.
+
+        Raises:
+            DeclarationError: rclpy does not do it in time.
+        """
+        refused: dict[str, str] = {}
+        lists = publishers, subscribers, dict.fromkeys(services), dict.fromkeys(clients)
+        self._in_executor(self._declare, *lists, refused)
+        return refused
+
+    def _in_executor(self, function: Callable[..., None], *arguments: Any) -> None:
+        """Run a function in the executor's thread, and wait for its end.
+
+        Raises:
+            DeclarationError: this takes too long.
+        """
+        done = threading.Event()
+
+        def run() -> None:
+            try:
+                function(*arguments)
+            finally:
+                done.set()
+
+        self._executor.create_task(run)
+        if not done.wait(_DECLARE_TIME) and not self._closing.is_set():
+            raise DeclarationError(f"rclpy has done nothing for {_DECLARE_TIME:.0f} s {self.problem}")
+
+    def _declare(
+        self,
+        publishers: Mapping[str, _Published],
+        subscribers: Mapping[DataKey, Qos],
+        services: Mapping[DataKey, None],
+        clients: Mapping[DataKey, None],
+        refused: dict[str, str],
+    ) -> None:
+        node = self.session
+        if self._closing.is_set():
+            return
+        _adjust(self._publishers, publishers, self._publish, node.destroy_publisher, refused)
+        self._by_route = {route: (how[0].name, each) for (route, how), each in self._publishers.items()}
+        self._echoes.expect({name for name, _ in self._by_route.values()} & {key.name for key in subscribers})
+        _adjust(self._subscribers, subscribers, self._subscribe, node.destroy_subscription, refused)
+        _adjust(self._services, services, self._offer, node.destroy_service, refused)
+        _adjust(self._clients, clients, self._make_client, node.destroy_client, refused)
+
+    def rename(self, node: str) -> None:
+        """Replace the node by one with another name. All that is declared ends; `declare` declares it anew.
+
+        Args:
+            node: the name.
+
+        Raises:
+            DeclarationError: rclpy does not do it in time.
+        """
+        self._in_executor(self._rename, node)
+
+    def _rename(self, name: str) -> None:
+        if self._closing.is_set():
+            return
+        self._declare({}, {}, {}, {}, {})
+        self._executor.remove_node(self.session)
+        self.session.destroy_node()
+        self.session = self._rclpy.make_node(name, self._context, self._executor)
+        self._graph.follow(self.session, name)
+
+    def look_for_routers(self) -> None:
+        """Do nothing: ROS 2's middleware has none, or looks for them itself."""
+
+    def _publish(self, _route: str, how: _Published) -> Any:
+        key, qos, _ = how
+        return self.session.create_publisher(
+            self._classes.message(key.type), key.name, to_rclpy(qos, self._rclpy.qos), callback_group=self._rclpy.group
+        )
+
+    def _subscribe(self, key: DataKey, qos: Qos) -> Any:
+        return self.session.create_subscription(
+            self._classes.message(key.type),
+            key.name,
+            self._receiver(key),
+            to_rclpy(qos, self._rclpy.qos),
+            raw=True,
+            callback_group=self._rclpy.group,
+        )
+
+    def _offer(self, key: DataKey, _how: None) -> Any:
+        service = self._classes.service(key.type)
+
+        async def serve(request: Any, _response: Any) -> Any:
+            if self._closing.is_set():
+                raise NoResponse
+            future = self._rclpy.future(self._executor)
+            self._pending.add(future)
+            try:
+                call = RclpyCall(key, bytes(self._rclpy.serialize(request)), partial(self._end_call, future))
+                self._on_call(call)
+                return self._rclpy.deserialize(await future, service.Response)
+            finally:
+                self._pending.discard(future)
+
+        return self.session.create_service(service, key.name, serve, callback_group=self._rclpy.group)
+
+    def _make_client(self, key: DataKey, _how: None) -> Any:
+        return self.session.create_client(self._classes.service(key.type), key.name, callback_group=self._rclpy.group)
+
+    # Messages ---------------------------------------------------------------------------------------------------------
+
+    def _receiver(self, key: DataKey) -> Callable[..., None]:
+        """Return the callback of a subscriber. rclpy looks at its arguments to know what to pass."""
+
+        def receive(body: bytes, info: Mapping[str, Any]) -> None:
+            gid = bytes((info.get("publisher_gid") or {}).get("data", b""))[:GID_SIZE]
+            self._receive(key, body, gid, info.get("source_timestamp", 0))
+
+        def receive_without_info(body: bytes) -> None:
+            self._receive(key, body, b"", 0)
+
+        return receive if self._rclpy.tells_info else receive_without_info
+
+    def _receive(self, key: DataKey, body: bytes, gid: bytes, source_time: int) -> None:
+        if not self._echoes.is_echo(key.name, body, gid):
+            attachment = Attachment(next(self._numbers), source_time, gid.ljust(GID_SIZE, b"\0"))
+            self._on_message(key, body, encode_attachment(attachment), process_id(gid) if gid else "")
+
+    def send(self, packet: Send) -> None:
+        """Send a message; a publisher that is not there any more sends nothing."""
+        topic, publisher = self._by_route.get(packet.key, ("", None))
+        if publisher is None or self._closing.is_set():
+            return
+        self._echoes.on_send(topic, packet.body)
+        try:
+            publisher.publish(bytes(packet.body))
+        except Exception:  # rclpy's own, of any kind
+            if self._by_route.get(packet.key, ("", None))[1] is publisher and not self._closing.is_set():
+                raise
+
+    def try_send(self, packet: Send) -> bool:
+        """Send a message, since rclpy hands it to other threads or to the network, and hardly ever waits."""
+        self.send(packet)
+        return True
+
+    def listen(self, site: str, key: str, on: bool) -> None:
+        """Do nothing: `declare` says what to receive."""
+
+    def connections(self) -> list[Connection]:
+        """Return none: the middleware does not tell them."""
+        return []
+
+    # Calls ------------------------------------------------------------------------------------------------------------
+
+    def _end_call(self, future: Any, body: bytes | None) -> None:
+        """Pass the response of a call to the executor."""
+        if not future.done():
+            if body is None:
+                future.set_exception(NoResponse())
+            else:
+                future.set_result(body)
+            self._wake()
+
+    def call(self, key: DataKey, request: bytes, timeout: float) -> bytes:
+        """Call a service in ROS 2 for which there is a client, and return the encoded response.
+
+        Args:
+            key: the key of the service.
+            request: the encoded request.
+            timeout: maximum number of seconds to wait.
+
+        Raises:
+            ServiceRefusal: there was no response, or an error.
+        """
+        client = self._clients.get((key, None))
+        if client is None or self._closing.is_set():
+            raise ServiceRefusal("the bridge has no connection to ROS 2")
+        return self._own_calls.call(client, self._classes.service(key.type).Request, request, timeout)
+
+    def start_call(
+        self, key: DataKey, request: bytes, timeout: float, done: Callable[[bytes | ServiceRefusal], object]
+    ) -> None:
+        """Call a service in ROS 2 as `call` does, without waiting for the response.
+
+        Args:
+            key: the key of the service.
+            request: the encoded request.
+            timeout: maximum number of seconds until there is a response.
+            done: called once with the encoded response, or with why there is none, on any thread; it must return at
+                once. This also happens if the session closes.
+
+        Raises:
+            ServiceRefusal: the call cannot be made; `done` is not called then.
+        """
+        client = self._clients.get((key, None))
+        if client is None or self._closing.is_set():
+            raise ServiceRefusal("the bridge has no connection to ROS 2")
+        self._own_calls.start(client, self._classes.service(key.type).Request, request, timeout, done)
+
+    # The end ----------------------------------------------------------------------------------------------------------
+
+    def close(self) -> None:
+        """End the node and the threads. This waits at most some seconds: the middleware may hang."""
+        self._closing.set()
+        self._own_calls.close()
+        closer = threading.Thread(target=self._end, name="bridge: end of rclpy", daemon=True)
+        closer.start()
+        closer.join(CLOSE_TIME)
+
+    def _end(self) -> None:
+        for future in [*self._pending]:
+            self._end_call(future, None)
+        self._wake()
+        for thread in self._threads:
+            thread.join(CLOSE_TIME)
+        with suppress(Exception):  # somebody else may have shut down the context
+            self._executor.shutdown(timeout_sec=0)
+            self.session.destroy_node()
+            self._context.try_shutdown()
+
+
+def _adjust(
+    declared: dict[tuple[_Name, _How], Any],
+    wanted: Mapping[_Name, _How],
+    declare: Callable[[_Name, _How], Any],
+    destroy: Callable[[Any], object],
+    refused: dict[str, str],
+) -> None:
+    """Declare what is missing, and destroy what is not wanted; add what cannot be declared to `refused`."""
+    for each in declared.keys() - {*wanted.items()}:
+        destroy(declared.pop(each))
+    for key, how in wanted.items():
+        if (key, how) not in declared:
+            try:
+                declared[key, how] = declare(key, how)
+            except Exception as error:  # noqa: BLE001 - rclpy's own, of any kind; the others must be declared
+                name = key.name if isinstance(key, DataKey) else key.partition(" ")[0]
+                refused[name] = one_line(error, 300)
