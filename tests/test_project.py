@@ -25,7 +25,7 @@ SOURCE = ROOT / "src" / "pyros1"
 LEVELS = [
     {"ground"},
     {"values", "wire", "msgs"},
-    {"finding", "net"},
+    {"finding", "net", "ros2_types"},
     {"master", "node"},
     {"graph", "aio", "tf", "observe"},
     {"actions", "filters", "reconfigure", "diagnostics", "urdf"},
@@ -55,7 +55,7 @@ PURE += [
 
 
 PURE += [
-    f"ros2/types/{name}.py"
+    f"ros2_types/{name}.py"
     for name in ("model", "definitions", "nesting", "interfaces", "type_hash", "ros1_definitions", "transcoder")
 ]
 PURE += [f"ros2/zenoh/{name}.py" for name in ("names", "qos", "attachments", "tokens", "graph")]

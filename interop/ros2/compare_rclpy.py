@@ -25,13 +25,13 @@ from pyros1.ground.errors import Error
 from pyros1.msgs import from_definition
 from pyros1.msgs.digest import split_full_text
 from pyros1.msgs.spec import parse_message
-from pyros1.ros2.types.counterparts import Counterparts
-from pyros1.ros2.types.definitions import parse_types
-from pyros1.ros2.types.distribution import distribution_types
-from pyros1.ros2.types.model import FieldType, Length, MessageType
-from pyros1.ros2.types.ros1_definitions import ros1_definition
-from pyros1.ros2.types.transcoder import Transcoder
-from pyros1.ros2.types.type_hash import action_hash, service_hash, type_hash
+from pyros1.ros2_types.counterparts import Counterparts
+from pyros1.ros2_types.definitions import parse_types
+from pyros1.ros2_types.distribution import distribution_types
+from pyros1.ros2_types.model import FieldType, Length, MessageType
+from pyros1.ros2_types.ros1_definitions import ros1_definition
+from pyros1.ros2_types.transcoder import Transcoder
+from pyros1.ros2_types.type_hash import action_hash, service_hash, type_hash
 
 SHARE = Path(sys.prefix) / "share"
 MESSAGES = 20

@@ -14,11 +14,11 @@ from typing import NamedTuple
 from pyros1.finding.library import Library
 from pyros1.ground.errors import Error
 from pyros1.msgs.spec import MessageSpec
-from pyros1.ros2.types.counterparts import Counterparts
-from pyros1.ros2.types.distribution import distribution_types
-from pyros1.ros2.types.installed import InstalledTypes
-from pyros1.ros2.types.model import Types
-from pyros1.ros2.types.transcoder import Transcoder
+from pyros1.ros2_types.counterparts import Counterparts
+from pyros1.ros2_types.distribution import distribution_types
+from pyros1.ros2_types.installed import InstalledTypes
+from pyros1.ros2_types.model import Types
+from pyros1.ros2_types.transcoder import Transcoder
 
 SHARE = Path(sys.prefix) / "share"
 PARTS = {"srv": ("Request", "Response"), "action": ("Goal", "Result", "Feedback")}

@@ -11,10 +11,10 @@ from pathlib import Path
 
 from harness import Master, Process, free_port
 
-from pyros1.ros2.types.distribution import distribution_types
-from pyros1.ros2.types.installed import InstalledTypes
-from pyros1.ros2.types.nesting import LayeredTypes
-from pyros1.ros2.types.type_hash import type_hash
+from pyros1.ros2_types.distribution import distribution_types
+from pyros1.ros2_types.installed import InstalledTypes
+from pyros1.ros2_types.nesting import LayeredTypes
+from pyros1.ros2_types.type_hash import type_hash
 
 MASTERS = ("stock",)
 OWN_MASTER = True

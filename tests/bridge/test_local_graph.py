@@ -101,7 +101,7 @@ def test_many_publishers_are_asked_a_few_at_a_time(
     graph = LocalGraph(Graph(node.master), lambda topic: topic.startswith("/many"), query)
     assert len(graph.topics()) == 40 and not graph.is_behind, "there is time for all"
     asked.clear()
-    monkeypatch.setattr("pyros1.bridge.local_graph._ASKING_TIME", 0.0)
+    monkeypatch.setattr("pyros1.bridge.local_graph.ASKING_TIME", 0.0)
     graph = LocalGraph(Graph(node.master), lambda topic: topic.startswith("/many"), query)
     assert len(graph.topics()) == 32 and graph.is_behind
     assert len(graph.topics()) == 40 and not graph.is_behind and len(asked) == 40
@@ -112,7 +112,7 @@ def test_publishers_that_never_answer_do_not_keep_others_waiting(
 ) -> None:
     """All topics of a machine that is gone, and that have to be asked for again as soon as all have been asked for."""
     monkeypatch.setattr("pyros1.bridge.local_graph.RETRY_PERIOD", 0.0)
-    monkeypatch.setattr("pyros1.bridge.local_graph._ASKING_TIME", 0.0)
+    monkeypatch.setattr("pyros1.bridge.local_graph.ASKING_TIME", 0.0)
     node = make_node("bridge")
     for number in range(40):
         node.advertise(f"/dead{number}", String)

@@ -22,7 +22,7 @@ _QUERY_TIME = 1.0
 """Seconds for the answers of publishers."""
 _MAX_QUERIES = 32
 """Maximum number of publishers that are asked at a time."""
-_ASKING_TIME = 0.5
+ASKING_TIME = 0.5
 """Seconds after which no more publishers are asked before the next look at the master."""
 RETRY_PERIOD = 10.0
 """Seconds after which a publisher that did not answer is asked again."""
@@ -125,7 +125,7 @@ class LocalGraph:
             for asked, reply in run_concurrently(queries, _QUERY_TIME).items():
                 is_usable = isinstance(reply, ReportedType) and reply.failure is None and "*" not in reply[:2]
                 self._answers[asked] = _Answer(reply if is_usable and isinstance(reply, ReportedType) else None, now)
-            if monotonic() - now >= _ASKING_TIME:
+            if monotonic() - now >= ASKING_TIME:
                 break
         self.is_behind = bool(due)
 

@@ -22,13 +22,13 @@ from rosbags.interfaces import Nodetype
 import pyros1.bag
 from pyros1.bag import BagWriter
 from pyros1.bag.export.extras import import_extra
-from pyros1.bag.export.legal_names import LegalNames
 from pyros1.cli.running import run_command
 from pyros1.ground.errors import Error
 from pyros1.ground.timing import Duration, Time
 from pyros1.msgs import Message, from_definition, load_message
 from pyros1.msgs.base import nested_classes
 from pyros1.observe import image_files
+from pyros1.ros2_types.legal_names import LegalNames
 
 from ...bodies import encode
 from ..conftest import Make, values

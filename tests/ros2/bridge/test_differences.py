@@ -10,11 +10,11 @@ from pyros1.ros2.bridge.differences import Differences
 from pyros1.ros2.bridge.plan import Announced, Plan, Taken
 from pyros1.ros2.bridge.service_plan import Offered, Provided, ServicePlan
 from pyros1.ros2.bridge.type_pairs import TypePairs
-from pyros1.ros2.types.definitions import parse_types
-from pyros1.ros2.types.distribution import distribution_types
-from pyros1.ros2.types.type_hash import type_hash
 from pyros1.ros2.zenoh.names import DataKey
 from pyros1.ros2.zenoh.qos import Qos
+from pyros1.ros2_types.definitions import parse_types
+from pyros1.ros2_types.distribution import distribution_types
+from pyros1.ros2_types.type_hash import type_hash
 
 LINE = (
     "only ROS 2 has variance: left out on the way there, zero or empty on the way back",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pyros1.ros2.bridge.mapping_check import check_mapping
 from pyros1.ros2.bridge.type_pairs import TypePairs
-from pyros1.ros2.types.mapping import PackageRule, TypeMapping, TypeRule
+from pyros1.ros2_types.mapping import PackageRule, TypeMapping, TypeRule
 
 
 def check(*rules: TypeRule) -> list[tuple[str, bool]]:

@@ -8,7 +8,7 @@ import pytest
 
 from pyros1.bridge.rules.file_reader import RulesError
 from pyros1.ros2.bridge.mapping_file import MAX_SIZE, read_mappings
-from pyros1.ros2.types.mapping import PackageRule, TypeRule
+from pyros1.ros2_types.mapping import PackageRule, TypeRule
 from pyros1.values.reading import YamlError
 
 PACKAGES = "- ros1_package_name: a_msgs\n  ros2_package_name: a_interfaces\n"

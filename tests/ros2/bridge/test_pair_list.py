@@ -9,8 +9,8 @@ import pytest
 from pyros1.ros2.bridge.pair_list import ListedPair, list_messages, list_services
 from pyros1.ros2.bridge.remembered import Budget
 from pyros1.ros2.bridge.type_pairs import TypePairs
-from pyros1.ros2.types.distribution import distribution_types
-from pyros1.ros2.types.model import Field, FieldType, MessageType
+from pyros1.ros2_types.distribution import distribution_types
+from pyros1.ros2_types.model import Field, FieldType, MessageType
 
 INSTALLED = ["std_msgs/String", "tf/tfMessage", "actionlib/TestGoal", "nowhere/Nothing"]
 ALL = {name: distribution_types()[name] for name in ("std_msgs/msg/String", "rcl_interfaces/msg/FloatingPointRange")}

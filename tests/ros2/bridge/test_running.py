@@ -29,13 +29,13 @@ from pyros1.node import Node
 from pyros1.ros2.bridge.rules import Ros2Rules
 from pyros1.ros2.bridge.runner import Ros2Bridge
 from pyros1.ros2.bridge.type_pairs import TypePairs
-from pyros1.ros2.types.distribution import distribution_types
-from pyros1.ros2.types.type_hash import type_hash
 from pyros1.ros2.zenoh.calls import IncomingCall
 from pyros1.ros2.zenoh.graph import Ros2Graph
 from pyros1.ros2.zenoh.names import DataKey, data_key
 from pyros1.ros2.zenoh.qos import Qos
 from pyros1.ros2.zenoh.session import Ros2Session, make_zid
+from pyros1.ros2_types.distribution import distribution_types
+from pyros1.ros2_types.type_hash import type_hash
 
 from ...bridge.conftest import PATIENCE, QueuedSubscriber, wait_until
 
@@ -275,7 +275,7 @@ def test_a_latched_message_ends_with_its_publisher(
     bridge: RunningBridge, peer: Ros2Peer, endpoint: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("pyros1.ros2.bridge.sources.GRACE", 0.0)
-    monkeypatch.setattr("pyros1.ros2.bridge.runner._LOOK_PERIOD", 0.05)
+    monkeypatch.setattr("pyros1.ros2.bridge.runner.LOOK_PERIOD", 0.05)
     other = Ros2Peer(endpoint)
     static = key("/static")
     for each, text in ((peer, "one"), (other, "two")):

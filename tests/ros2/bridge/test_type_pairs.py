@@ -12,13 +12,13 @@ from pyros1.ground.errors import Error, UnknownTypeError
 from pyros1.msgs import from_definition, load_message, load_service
 from pyros1.ros2.bridge.remembered import Budget
 from pyros1.ros2.bridge.type_pairs import DISTRIBUTIONS, TypePair, TypePairs
-from pyros1.ros2.types.definitions import parse_types
-from pyros1.ros2.types.distribution import distribution_types
-from pyros1.ros2.types.mapping import PackageRule, TypeMapping, TypeRule
-from pyros1.ros2.types.nesting import LayeredTypes
-from pyros1.ros2.types.rclpy_packages import RclpyPackages
-from pyros1.ros2.types.type_hash import service_hash, type_hash
 from pyros1.ros2.zenoh.names import HUMBLE_HASH
+from pyros1.ros2_types.definitions import parse_types
+from pyros1.ros2_types.distribution import distribution_types
+from pyros1.ros2_types.mapping import PackageRule, TypeMapping, TypeRule
+from pyros1.ros2_types.nesting import LayeredTypes
+from pyros1.ros2_types.rclpy_packages import RclpyPackages
+from pyros1.ros2_types.type_hash import service_hash, type_hash
 
 STRING = "RIHS01_df668c740482bbd48fb39d76a70dfd4bd59db1288021743503259e948f6b1a18"
 OWN_TEXT = "Header header\nint32 number\nstring text\n"

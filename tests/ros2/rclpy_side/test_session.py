@@ -19,10 +19,10 @@ from pyros1.ros2.rclpy_side.calls import RclpyCall
 from pyros1.ros2.rclpy_side.graph_reader import process_id
 from pyros1.ros2.rclpy_side.session import RclpySession
 from pyros1.ros2.rclpy_side.type_classes import TypeClasses
-from pyros1.ros2.types.rclpy_packages import RclpyPackages
 from pyros1.ros2.zenoh.attachments import Attachment, decode_attachment
 from pyros1.ros2.zenoh.names import DataKey
 from pyros1.ros2.zenoh.qos import Qos
+from pyros1.ros2_types.rclpy_packages import RclpyPackages
 
 from ...bridge.conftest import PATIENCE, wait_until
 from .fake_rclpy import Network, Node, install

@@ -8,7 +8,7 @@ import pytest
 
 from pyros1.ground.errors import UnknownTypeError
 from pyros1.ros2.rclpy_side.type_classes import TypeClasses
-from pyros1.ros2.types.rclpy_packages import RclpyPackages
+from pyros1.ros2_types.rclpy_packages import RclpyPackages
 
 
 @pytest.fixture

@@ -16,11 +16,11 @@ from pyros1.ros2.zenoh.names import (
     data_key,
     dds_type,
     is_full_name,
-    is_type_name,
     parse_data_key,
     read_number,
     type_of_dds,
 )
+from pyros1.ros2_types.model import is_type_name
 
 STRING_HASH = "RIHS01_df668c740482bbd48fb39d76a70dfd4bd59db1288021743503259e948f6b1a18"
 ADD_HASH = "RIHS01_e118de6bf5eeb66a2491b5bda11202e7b68f198d6f67922cf30364858239c81a"

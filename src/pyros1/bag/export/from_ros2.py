@@ -28,7 +28,7 @@ from pyros1.bag.format.records import RECORD_OVERHEAD
 from pyros1.bag.format.writer import BagWriter
 from pyros1.ground.errors import MessageError, UnknownTypeError
 from pyros1.msgs import from_definition, load_message
-from pyros1.ros2.types.mapping import MOVED_MESSAGES, MOVED_TO_ROS1
+from pyros1.ros2_types.mapping import MOVED_MESSAGES, MOVED_TO_ROS1
 
 _TRANSIENT_LOCAL = 1
 

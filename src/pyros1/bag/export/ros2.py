@@ -16,7 +16,6 @@ from rosbags.serde import SerdeError
 from rosbags.typesys import Stores, TypesysError, get_typestore
 
 from pyros1.bag.errors import BagError
-from pyros1.bag.export.legal_names import LegalNames
 from pyros1.bag.export.rosbags_types import (
     Converter,
     copy_types,
@@ -30,6 +29,7 @@ from pyros1.bag.format.reader import RawMessage
 from pyros1.bag.format.records import Connection
 from pyros1.ground.errors import MessageError
 from pyros1.msgs import DefinitionCache
+from pyros1.ros2_types.legal_names import LegalNames
 
 STORAGE_PLUGINS = {"sqlite3": StoragePlugin.SQLITE3, "mcap": StoragePlugin.MCAP}
 """Name of a storage format for ROS 2 bags -> rosbags' plugin for it."""

@@ -9,7 +9,7 @@ from pyros1.ground.errors import Error
 from pyros1.msgs import load_message, load_service
 from pyros1.ros2.bridge.differences import difference
 from pyros1.ros2.bridge.type_pairs import TypePairs
-from pyros1.ros2.types.mapping import TypeMapping, TypeRule
+from pyros1.ros2_types.mapping import TypeMapping, TypeRule
 
 
 def check_mapping(mapping: TypeMapping, types: TypePairs) -> Iterator[tuple[str, bool]]:

@@ -21,7 +21,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from pyros1.bridge.rules.file_reader import FileReader, Path, RulesError
-from pyros1.ros2.types.mapping import PackageRule, TypeMapping, TypeRule
+from pyros1.ros2_types.mapping import PackageRule, TypeMapping, TypeRule
 
 MAX_SIZE = 1 << 20
 """Maximum size of a file in bytes."""

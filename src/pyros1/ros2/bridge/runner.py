@@ -49,7 +49,7 @@ POLL_PERIOD = 1.0
 """Seconds between questions to the master, by default."""
 ADJUST_PERIOD = 0.2
 """Seconds between looks at who receives what on both sides."""
-_LOOK_PERIOD = 1.0
+LOOK_PERIOD = 1.0
 """Seconds between looks at whose messages are kept."""
 _JOIN_TIME = 3.0
 _PLAN_PERIOD = 5.0
@@ -179,11 +179,11 @@ class Ros2Bridge:
         next_look, has_changed = 0.0, False
         while not self._is_closing:
             with self._arrived:
-                self._arrived.wait_for(lambda: self._is_closing or not self._arrivals.is_empty, _LOOK_PERIOD)
+                self._arrived.wait_for(lambda: self._is_closing or not self._arrivals.is_empty, LOOK_PERIOD)
                 token, message = self._arrivals.pop()
             try:
                 if time.monotonic() >= next_look:
-                    next_look = time.monotonic() + _LOOK_PERIOD
+                    next_look = time.monotonic() + LOOK_PERIOD
                     self._incoming.forget_gone(self._publishers_of, has_changed)
                     has_changed = False
                 if token is not None:

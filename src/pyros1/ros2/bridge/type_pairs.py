@@ -18,16 +18,16 @@ from pyros1.msgs.digest import split_full_text
 from pyros1.msgs.spec import HEADER_TYPE, MessageSpec, ServiceSpec, parse_message, parse_service
 from pyros1.ros2.bridge.actions.pairs import ActionPair, ActionPairs
 from pyros1.ros2.bridge.remembered import Budget, Remembered
-from pyros1.ros2.types.counterparts import Counterparts
-from pyros1.ros2.types.distribution import distribution_types
-from pyros1.ros2.types.mapping import TypeMapping
-from pyros1.ros2.types.model import Types
-from pyros1.ros2.types.nesting import LayeredTypes
-from pyros1.ros2.types.rclpy_packages import RclpyPackages
-from pyros1.ros2.types.ros1_definitions import ros1_definition
-from pyros1.ros2.types.transcoder import Transcoder
-from pyros1.ros2.types.type_hash import service_hash, type_hash
 from pyros1.ros2.zenoh.names import HUMBLE_HASH, dds_type
+from pyros1.ros2_types.counterparts import Counterparts
+from pyros1.ros2_types.distribution import distribution_types
+from pyros1.ros2_types.mapping import TypeMapping
+from pyros1.ros2_types.model import Types
+from pyros1.ros2_types.nesting import LayeredTypes
+from pyros1.ros2_types.rclpy_packages import RclpyPackages
+from pyros1.ros2_types.ros1_definitions import ros1_definition
+from pyros1.ros2_types.transcoder import Transcoder
+from pyros1.ros2_types.type_hash import service_hash, type_hash
 
 DISTRIBUTIONS = ("jazzy", "kilted", "lyrical", "iron", "humble")
 """The distributions of ROS 2 among whose types a hash is looked up, in this order."""

@@ -10,7 +10,7 @@ from importlib import import_module
 from typing import Any
 
 from pyros1.ground.errors import UnknownTypeError
-from pyros1.ros2.types.rclpy_packages import RclpyPackages
+from pyros1.ros2_types.rclpy_packages import RclpyPackages
 
 _ACTION_SERVICES = {"_SendGoal": "SendGoalService", "_GetResult": "GetResultService"}
 _ACTION_MESSAGES = {"_FeedbackMessage": "FeedbackMessage"}

@@ -11,6 +11,7 @@ import re
 from typing import NamedTuple
 
 from pyros1.ground.errors import InvalidNameError
+from pyros1.ros2_types.model import NAME_PART, TYPE_NAME
 
 HUMBLE_HASH = "TypeHashNotSupported"
 """What stands in the place of a type's hash in ROS 2 Humble, which has no such hashes."""
@@ -22,9 +23,7 @@ MAX_DOMAIN = 0xFFFF_FFFF
 """Domains are from 0 to this; only over DDS are there fewer."""
 _MAX_NAME_LENGTH = 247
 _NAME = re.compile(r"(?:/[A-Za-z_][A-Za-z0-9_]*)+", re.ASCII)
-_PART = r"[A-Za-z][A-Za-z0-9_]{0,199}"
-_TYPE = re.compile(rf"({_PART})/(msg|srv|action)/({_PART})", re.ASCII)
-_DDS_TYPE = re.compile(rf"({_PART})::(msg|srv|action)::dds_::({_PART})_", re.ASCII)
+_DDS_TYPE = re.compile(rf"({NAME_PART})::(msg|srv|action)::dds_::({NAME_PART})_", re.ASCII)
 _HASH = re.compile(r"[A-Za-z0-9_]{1,128}", re.ASCII)
 _NUMBER = re.compile(r"[0-9]{1,20}", re.ASCII)
 
@@ -50,11 +49,6 @@ def is_full_name(name: str) -> bool:
     return len(name) <= _MAX_NAME_LENGTH and _NAME.fullmatch(name) is not None
 
 
-def is_type_name(name: str) -> bool:
-    """Return whether this has the form of a type's name in ROS 2, such as ``std_msgs/msg/String``."""
-    return _TYPE.fullmatch(name) is not None
-
-
 def is_hash(text: str) -> bool:
     """Return whether this can be a type's hash, or what Humble has in its place."""
     return _HASH.fullmatch(text) is not None
@@ -68,7 +62,7 @@ def dds_type(name: str) -> str:
     Raises:
         InvalidNameError: it is not the name of a type.
     """
-    match = _TYPE.fullmatch(name)
+    match = TYPE_NAME.fullmatch(name)
     if match is None:
         raise InvalidNameError(f"'{name:.200}' is not the name of a ROS 2 type, such as std_msgs/msg/String")
     package, kind, short = match.groups()

@@ -82,7 +82,7 @@ def describe_way(way: Way, connect: Sequence[str], listen: Sequence[str]) -> str
 
 def packages_line() -> str:
     """Return a line that says which packages of ROS 2 a bridge through rclpy knows."""
-    from pyros1.ros2.types.rclpy_packages import RclpyPackages  # noqa: PLC0415
+    from pyros1.ros2_types.rclpy_packages import RclpyPackages  # noqa: PLC0415
 
     return f"types of these packages, which are installed beside rclpy: {', '.join(RclpyPackages().packages())}"
 
@@ -114,7 +114,7 @@ def make_side(
     if way.name == "rclpy":
         from pyros1.ros2.rclpy_side.session import RclpySession  # noqa: PLC0415
         from pyros1.ros2.rclpy_side.type_classes import TypeClasses  # noqa: PLC0415
-        from pyros1.ros2.types.rclpy_packages import RclpyPackages  # noqa: PLC0415
+        from pyros1.ros2_types.rclpy_packages import RclpyPackages  # noqa: PLC0415
 
         # The session uses types in threads of its own, so it has a collection of its own.
         return lambda _, on_token, on_message, on_call: RclpySession(

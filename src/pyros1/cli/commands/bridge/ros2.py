@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from pyros1.ros2.bridge.remembered import Budget
     from pyros1.ros2.bridge.rules import Ros2Rules
     from pyros1.ros2.bridge.type_pairs import TypePairs
-    from pyros1.ros2.types.mapping import TypeMapping
+    from pyros1.ros2_types.mapping import TypeMapping
 
 _ROUTER = "tcp/localhost:7447"
 """Where the router of rmw_zenoh listens by default."""
@@ -112,8 +112,8 @@ def _make_types(
 ) -> TypePairs:
     """Return what knows the types of both sides."""
     from pyros1.ros2.bridge.type_pairs import TypePairs  # noqa: PLC0415
-    from pyros1.ros2.types.installed import InstalledTypes, PackagesError, environment_folders  # noqa: PLC0415
-    from pyros1.ros2.types.rclpy_packages import RclpyPackages  # noqa: PLC0415
+    from pyros1.ros2_types.installed import InstalledTypes, PackagesError, environment_folders  # noqa: PLC0415
+    from pyros1.ros2_types.rclpy_packages import RclpyPackages  # noqa: PLC0415
 
     if way.name == "rclpy":
         return TypePairs(options.distribution, mapping, budget=budget, beside_rclpy=RclpyPackages())

@@ -1,0 +1,51 @@
+"""Reads the descriptions of types that rosidl installs as ``.json`` files since ROS 2 Iron. Packages whose types are
+defined in ``.idl`` files have nothing else that can be read. No I/O.
+"""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+from pyros1.ground.errors import DefinitionError
+from pyros1.ros2_types.definitions import MAX_FIELDS
+from pyros1.ros2_types.model import Field, FieldType, Length, MessageType
+from pyros1.ros2_types.type_hash import BASES, FILLER
+
+_LENGTHS = (Length.SINGLE, Length.FIXED, Length.BOUNDED, Length.UNBOUNDED)
+_STEP = 48
+
+
+def read_description(text: str) -> dict[str, MessageType]:
+    """Return the types in a description: the type itself, and all types that it uses.
+
+    Args:
+        text: the content of the file.
+
+    Raises:
+        DefinitionError: it is not a description, or has a type that is not known here.
+    """
+    try:
+        message = json.loads(text)["type_description_msg"]
+        described = [message["type_description"], *message["referenced_type_descriptions"]]
+        if sum(len(each["fields"]) for each in described) > MAX_FIELDS:
+            raise DefinitionError(f"more than {MAX_FIELDS} fields")
+        return {str(each["type_name"]): _message_type(each) for each in described}
+    except (ValueError, KeyError, TypeError, IndexError, RecursionError) as error:
+        raise DefinitionError(f"this is not the description of a type: {error!r:.200}") from error
+
+
+def _message_type(described: Any) -> MessageType:
+    fields = [Field(str(each["name"]), _field_type(each["type"])) for each in described["fields"]]
+    return MessageType(str(described["type_name"]), tuple(field for field in fields if field != FILLER))
+
+
+def _field_type(described: Any) -> FieldType:
+    number = int(described["type_id"])
+    length = _LENGTHS[(number - 1) // _STEP]
+    base = BASES.get((number - 1) % _STEP + 1) or str(described["nested_type_name"])
+    is_plain = (number - 1) % _STEP + 1 in BASES
+    if not is_plain and "/" not in base:
+        raise DefinitionError(f"a field has type {number}, which is not known here")
+    size = int(described["capacity"]) if length in (Length.FIXED, Length.BOUNDED) else 0
+    return FieldType(base, length, size, int(described["string_capacity"]))
