@@ -23,7 +23,7 @@ pytest.importorskip("zenoh")
 from pyros1.bridge.exchange.actions import Send
 from pyros1.bridge.rules.rules import Priority
 from pyros1.bridge.status import status_lines
-from pyros1.ground.errors import NodeError
+from pyros1.ground.errors import Error, NodeError
 from pyros1.master.server import Master
 from pyros1.node import Node
 from pyros1.ros2.bridge.rules import Ros2Rules
@@ -439,14 +439,12 @@ def test_status_and_problems(bridge: RunningBridge, peer: Ros2Peer) -> None:
 
 
 def test_a_topic_that_zenoh_refuses(bridge: RunningBridge, peer: Ros2Peer, monkeypatch: pytest.MonkeyPatch) -> None:
-    publish = Ros2Session._publish
+    def refuse(key: DataKey) -> str:
+        if key.name == "/bad":
+            raise Error("no such key")
+        return data_key(key)
 
-    def refuse(self: Ros2Session, route: str, how: Any) -> Any:
-        if how[0].name == "/bad":
-            raise self.zenoh.ZError("no such key")
-        return publish(self, route, how)
-
-    monkeypatch.setattr(Ros2Session, "_publish", refuse)
+    monkeypatch.setattr("pyros1.ros2.zenoh.session.data_key", refuse)
     for name in ("/a", "/bad", "/c"):
         bridge.node.advertise(name, "std_msgs/String", queue_size=10)
     wait_until(lambda: {"/a", "/c"} <= peer.graph.topics().keys(), "ROS 2 sees the others")
@@ -463,7 +461,7 @@ def test_a_router_that_dies_and_returns(endpoint: str, tmp_path: Path, monkeypat
         monkeypatch.setattr(
             bridge.bridge_node.log, "peer_event", lambda level, text, *args: logged.append(text % tuple(args))
         )
-        wait_until(lambda: bridge.bridge._session.session is not None, "the bridge is connected")
+        wait_until(lambda: not bridge.status()["link"], "the bridge is connected")
         router.close()
         problem = f"no router responds at {endpoint}"
         wait_until(lambda: bridge.status()["link"] == problem, "the status says that it is gone")

@@ -326,7 +326,9 @@ def test_rules_name_the_action(endpoint: str, tmp_path: Path) -> None:
 def test_actions_that_cannot_be_exchanged(bridge: RunningBridge, peer: ActionPeer) -> None:
     action = keys()
     peer.serve(
-        action._replace(**{part: getattr(action, part)._replace(hash="RIHS01_" + "0" * 64) for part in action._fields})
+        action._replace(
+            **{part: getattr(action, part)._replace(hash="RIHS01_" + "0" * 64) for part in action._asdict()}
+        )
     )
     wait_until(lambda: NAME in bridge.status()["problems"], "the status says why")
     assert "another definition" in bridge.status()["problems"][NAME]

@@ -44,7 +44,7 @@ def test_rates_and_version() -> None:
 
 def test_what_is_too_much_is_counted(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("pyros1.bridge.status.LISTED_BYTES", 3000)
-    monkeypatch.setattr("pyros1.ros2.bridge.status._MAX_PROBLEMS", 3)
+    monkeypatch.setattr("pyros1.ros2.bridge.status.MAX_PROBLEMS", 3)
     plan = Plan(takes={f"/{number}": Taken(PAIR) for number in range(50)})
     provides = {f"/s{number}": SimpleNamespace(pair=PAIR) for number in range(50)}
     found = status(plan, Counts(), provides, {f"/{number}": "why" for number in range(5)})

@@ -18,7 +18,7 @@ from pyros1.ros2.bridge.services import Ros2Services
 
 OTHER_SITE = "ROS 2"
 _MAX_NODES = 1000
-_MAX_PROBLEMS = 5000
+MAX_PROBLEMS = 5000
 """Maximum number of topics and services that are listed with their problems."""
 
 
@@ -55,7 +55,7 @@ def status_json(
     entries: list[tuple[bool, dict[str, Any]]] = [(True, each) for each in _received(plan, demand, counts)]
     entries += [(False, each) for each in _called(services)]
     entries, more = listed(entries, lambda _: OTHER_SITE, _size)
-    named = dict(islice(problems.items(), _MAX_PROBLEMS))
+    named = dict(islice(problems.items(), MAX_PROBLEMS))
     if len(named) < len(problems):
         trouble = {**trouble, "topics and services with problems that are not listed": len(problems) - len(named)}
     status = {
