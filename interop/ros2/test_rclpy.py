@@ -1,14 +1,14 @@
 """Stock nodes of ROS 1 and nodes of ROS 2 itself, with `pyros1 bridge ros2 --via rclpy` between them.
 
-They run only where PYROS1_ROS2_PYTHON names a Python that has rclpy and pyros1. ROS 2 comes as wheels, for Linux on
-x86_64::
+They run only where PYROS1_ROS2_PYTHON names a Python that has rclpy and pyros1, so not in CI. ROS 2 comes as wheels,
+for Linux on x86_64::
 
     python -m venv ros2
     ros2/bin/pip install ros-kilted-rclpy ros-kilted-rmw-fastrtps-cpp ros-kilted-common-interfaces -e .
     PYROS1_ROS2_PYTHON=ros2/bin/python python -m pytest interop/ros2/test_rclpy.py
 
-Feature: topics of ROS 2 nodes, through rclpy -- with stock's rospy, and with rclpy at the other side
-Feature: services of ROS 2 nodes, through rclpy -- with stock's rospy, and with rclpy at the other side
+Feature: topics of ROS 2 nodes, through rclpy -- with stock's rospy and with rclpy; by hand, since CI has no ROS 2
+Feature: services of ROS 2 nodes, through rclpy -- with stock's rospy and with rclpy; by hand, since CI has no ROS 2
 """
 
 from __future__ import annotations
@@ -24,11 +24,12 @@ import pytest
 from harness import STOCK_PYTHON, Master, Process, until
 from ros2_sides import SERVER, START, Sides, await_new
 
+from pyros1.guide.documents import pages
+
 MASTERS = ("stock",)
 OWN_MASTER = True
 PEER = Path(__file__).parents[1] / "peers" / "rclpy_peer.py"
 PYTHON = os.environ.get("PYROS1_ROS2_PYTHON", "")
-pytestmark = pytest.mark.skipif(not PYTHON, reason="PYROS1_ROS2_PYTHON does not name a Python that has rclpy")
 
 
 class RclpySides(Sides):
@@ -116,6 +117,19 @@ def test_a_package_that_is_not_there(sides: RclpySides) -> None:
     assert "package tf2_msgs is not installed beside rclpy" in said
     sides.talker()
     sides.ros2.wait_line("^got hi$", START)
+
+
+def test_a_robot_of_which_the_controller_has_moved(sides: RclpySides, tmp_path: Path) -> None:
+    """The programs of the how-to page."""
+    wheels, drive = (tmp_path / name for name in ("wheels.py", "drive.py"))
+    wheels.write_text(pages()["ros2"].code("python")[0])
+    drive.write_text(pages()["ros2"].code("python")[1])
+    sides.start("stock", "wheels", STOCK_PYTHON, str(wheels))
+    controller = sides.start("ours", "drive", PYTHON, str(drive))
+    controller.wait_line(r"\b0\.50 m left", START)
+    controller.wait_line(r"\b0\.0\d m left", START)
+    echo = sides.start("stock", "rostopic echo", "rostopic", "echo", "/odom/pose/pose/position/x")
+    assert 0.9 < float(echo.wait_line(r"^(\d\S*)$", START)[1]) <= 1.0
 
 
 def test_each_side_starts_again(sides: RclpySides) -> None:
