@@ -1,6 +1,7 @@
 """Parameters of this site's master that other sites may read: questions, and answers to them.
 
 A question is JSON; an answer is a value in XML-RPC's encoding, as masters send it, so that its type stays exact.
+Answers of ROS 2 are JSON, since its parameters can be integers and strings that XML-RPC does not have.
 """
 
 from __future__ import annotations
@@ -11,13 +12,15 @@ from typing import Any, NamedTuple
 from pyros1.bridge.names import MAX_NAME_LENGTH
 from pyros1.bridge.rules.rules import Rules
 from pyros1.bridge.rules.services import may_read
-from pyros1.ground.errors import Error, ParameterNotSetError, ServiceRefusal
+from pyros1.ground.errors import Error, ParameterNotSetError, ProtocolError, ServiceRefusal
 from pyros1.ground.names import is_legal_name
 from pyros1.net.master_client import MasterClient
 from pyros1.wire.xmlrpc import dumps_response, loads_response
 
 PARAMETER_SERVICE = "bridge_parameters"
 """Name of the service, below a bridge's name, by which programs here read parameters of other sites."""
+ROS2_SITE = "ros2"
+"""What stands for ROS 2 in place of a site's name, at a bridge to it."""
 _MAX_QUESTION = 2_000
 
 
@@ -43,7 +46,7 @@ def encode_question(question: Question) -> bytes:
 
 
 def decode_question(body: bytes) -> Question:
-    """Return a question.
+    """Return a question. Whether ROS 1 allows its name, `check_name` says: ROS 2 allows more.
 
     Raises:
         ParameterError: it is not valid.
@@ -55,9 +58,28 @@ def decode_question(body: bytes) -> Question:
     if not (isinstance(value, list) and len(value) == 2 and all(isinstance(each, str) for each in value)):
         raise ParameterError("not a question for parameters")
     site, name = value
-    if name and not (name[0] == "/" and len(name) <= MAX_NAME_LENGTH and (name == "/" or is_legal_name(name))):
-        raise ParameterError(f"{name!r:.80} is not the full name of a parameter")
+    if name and not (name[0] == "/" and len(name) <= MAX_NAME_LENGTH and name.isprintable()):
+        raise _name_error(name)
     return Question(site, name if name == "/" else name.rstrip("/"))
+
+
+def check_name(question: Question) -> None:
+    """Check that ROS 1 allows the name in a question.
+
+    Raises:
+        ParameterError: it does not.
+    """
+    if question.name not in ("", "/") and not is_legal_name(question.name):
+        raise _name_error(question.name)
+
+
+def _name_error(name: str) -> ParameterError:
+    return ParameterError(f"{name!r:.80} is not the full name of a parameter")
+
+
+def encode_plain_answer(value: Any) -> bytes:
+    """Return an answer that is not in XML-RPC's encoding."""
+    return json.dumps([value]).encode()
 
 
 def decode_answer(body: bytes) -> Any:
@@ -66,7 +88,13 @@ def decode_answer(body: bytes) -> Any:
     Raises:
         ProtocolError: it is not valid.
     """
-    return loads_response(body)
+    if body[:1] != b"[":
+        return loads_response(body)
+    try:
+        (value,) = json.loads(body)
+    except (ValueError, RecursionError):
+        raise ProtocolError("the answer of the bridge is not valid") from None
+    return value
 
 
 def answer(rules: Rules, master: MasterClient, body: bytes) -> bytes:
@@ -83,6 +111,7 @@ def answer(rules: Rules, master: MasterClient, body: bytes) -> bytes:
     """
     try:
         question = decode_question(body)
+        check_name(question)
     except ParameterError as error:
         raise ServiceRefusal(str(error)) from None
     if not question.name:

@@ -55,7 +55,7 @@ def test_everything_but() -> None:
 
 @pytest.mark.parametrize("word", ["odom", "red:/odom", "", "/a b", "!", "/" + "a" * 300])
 def test_what_is_not_a_pattern(word: str) -> None:
-    with pytest.raises(Ros2RulesError, match="is not a pattern of topics and services"):
+    with pytest.raises(Ros2RulesError, match="is not a pattern of topics, services or nodes"):
         Ros2Rules([word])
 
 

@@ -40,6 +40,9 @@ _ACTION = "/_action/"
 """What the names of the services of ROS 2's actions contain."""
 
 
+_READ = "get_parameters"
+
+
 class Ros2RulesError(Error, ValueError):
     """A pattern is not valid."""
 
@@ -51,17 +54,20 @@ class Ros2Rules:
         send: patterns of the topics and services of ROS 1 that ROS 2 may see, such as ``/odom`` or ``/camera/**``;
             ``!/secret`` excludes.
         take: the same for those of ROS 2 that ROS 1 may see. If both are empty, everything is exchanged.
+        reconfigure: patterns of the nodes of ROS 2 that are servers of dynamic_reconfigure in ROS 1; each takes two
+            topics and a service there, so there are none by default.
 
     Raises:
         Ros2RulesError: a pattern is not valid.
     """
 
-    def __init__(self, send: Iterable[str] = (), take: Iterable[str] = ()) -> None:
+    def __init__(self, send: Iterable[str] = (), take: Iterable[str] = (), reconfigure: Iterable[str] = ()) -> None:
         send, take = [*send], [*take]
         if not any(not word.startswith("!") for word in (*send, *take)):
             send, take = ["/**", *send], ["/**", *take]
         self._send = _Names(send)
         self._take = _Names(take)
+        self._reconfigure = _Names([*reconfigure])
 
     def sends(self, topic: str) -> bool:
         """Return whether ROS 2 may see a topic of ROS 1."""
@@ -86,11 +92,20 @@ class Ros2Rules:
         """Return whether ROS 1 may call a service of ROS 2."""
         return not _is_nodes_own(service) and self._take.includes(service)
 
+    def reconfigures(self, node: str) -> bool:
+        """Return whether dynamic_reconfigure's tools may see and set the parameters of a node of ROS 2."""
+        return self._reconfigure.includes(node)
+
+    def reads(self, node: str) -> bool:
+        """Return whether ROS 1 may read the parameters of a node of ROS 2: if it may set them, or call its services."""
+        return self.reconfigures(node) or self._take.includes(f"{node}/{_READ}")
+
     def explain(self) -> list[str]:
         """Return lines that say what is exchanged."""
         return [
             f"from ROS 1 to ROS 2: {self._send}",
             f"from ROS 2 to ROS 1: {self._take}",
+            f"parameters of nodes of ROS 2 for dynamic_reconfigure: {self._reconfigure}",
             f"the log ({LOG}): {self._explain_log()}",
             f"never: {', '.join(NEVER)}",
             f"never, services: {', '.join('*/' + name for name in NEVER_SERVICES)}",
@@ -137,5 +152,5 @@ def _pattern(word: str) -> Pattern:
     except SiteNameError:
         pattern = None
     if pattern is None or pattern.site:
-        raise Ros2RulesError(f"{word!r:.80} is not a pattern of topics and services: write /odom or /camera/**")
+        raise Ros2RulesError(f"{word!r:.80} is not a pattern of topics, services or nodes: write /odom or /camera/**")
     return pattern

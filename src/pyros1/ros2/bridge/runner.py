@@ -33,6 +33,7 @@ from pyros1.ros2.bridge.counts import Counts
 from pyros1.ros2.bridge.differences import Differences
 from pyros1.ros2.bridge.incoming import Incoming
 from pyros1.ros2.bridge.outgoing import Outgoing
+from pyros1.ros2.bridge.parameters.exchange import Ros2Parameters
 from pyros1.ros2.bridge.plan import Plan, make_plan
 from pyros1.ros2.bridge.rules import Ros2Rules
 from pyros1.ros2.bridge.services import CALL_TIME, SITE, Ros2Services
@@ -132,6 +133,7 @@ class Ros2Bridge:
         self._session = make_session(zid, self._on_token, self._on_sample, self._on_call)
         self._link_report = LinkReport(self._session, (), "ROS 2")
         self._services = Ros2Services(node, self._session, domain, rules, types, self._warn, call_time)
+        self._parameters = Ros2Parameters(node, domain, rules, self._session.call, self._woken.set)
         self._sender = Sender(self._session, steady_now, self._on_send_error)
         self._actions = Ros2Actions(
             node,
@@ -152,6 +154,7 @@ class Ros2Bridge:
         node.on_shutdown(self.close)  # at once, if the node has ended meanwhile: so not before there are threads to end
         try:
             node.advertise_service(f"~{STATUS_SERVICE}", "std_srvs/Trigger", lambda _: (True, self.status()))
+            self._parameters.start()
         except BaseException:
             self.close()
             raise
@@ -204,7 +207,7 @@ class Ros2Bridge:
             self._woken.set()
 
     def _take(self, key: DataKey, body: bytes, attachment: bytes, session: str) -> None:
-        if self._actions.on_message(key, body):
+        if self._actions.on_message(key, body) or self._parameters.on_message(key, body):
             return
         with self._lock:
             plan = self._plan
@@ -269,6 +272,7 @@ class Ros2Bridge:
         self._outgoing.send_early()
         problems.update(self._services.adjust())
         problems.update(self._actions.adjust())
+        problems.update(self._parameters.adjust())
         self._outgoing.adjust(problems)
         for topic in problems.keys() - self._problems.keys():
             self._warn(f"{one_line(topic)}: %s", Error(problems[topic]))
@@ -315,21 +319,24 @@ class Ros2Bridge:
         """Tell the session what to declare, unless it has declared that."""
         demand = self._publishing.demand(self._graph.bridges)
         of_actions = self._actions.publishers(), self._actions.subscribers()
-        wanted = plan, self._services.plan, demand, of_actions
+        of_parameters = self._parameters.wanted()
+        wanted = plan, self._services.plan, demand, of_actions, of_parameters
         if wanted == self._declared:  # mostly, these are the same objects
             return
         self._declared = None
         is_open = self._session.session is not None
         publishers = plan.publishers()
+        provided = (each.key for each in self._services.plan.provides.values())
         self._refused = self._session.declare(
             publishers | of_actions[0],
-            plan.listened_to(demand) | of_actions[1],
+            plan.listened_to(demand) | of_actions[1] | of_parameters[0],
             [*self._services.plan.offers, *self._actions.services()],
-            [*(provided.key for provided in self._services.plan.provides.values()), *self._actions.clients()],
+            [*provided, *self._actions.clients(), *of_parameters[1]],
         )
         if is_open:
             self._outgoing.set_publishers(publishers.keys())
             self._actions.on_declared()
+            self._parameters.on_declared()
             self._declared = wanted
 
     def _make_plan(self) -> Plan:
@@ -345,6 +352,7 @@ class Ros2Bridge:
         self._actions.make_plan(
             of_services, {name: Topic(tuple(each), tuple(subscribers[name])) for name, each in publishers.items()}
         )
+        self._parameters.make_plan(of_services)
         plan = make_plan(
             self._domain,
             self._rules,
@@ -404,6 +412,7 @@ class Ros2Bridge:
         self._sender.close()
         self._session.close()
         self._services.close()
+        self._parameters.close()
         if self._node.ok():  # otherwise it unregisters everything at once
             self._outgoing.close()
             self._publishing.close()

@@ -16,6 +16,7 @@ from pyros1.bridge.exchange.services.call_packets import CallCounts
 from pyros1.bridge.exchange.services.served import LocalService
 from pyros1.bridge.local_graph import find_bridges
 from pyros1.bridge.local_services import LocalServices
+from pyros1.bridge.parameters import ROS2_SITE
 from pyros1.bridge.publishing import BRIDGE_FIELD
 from pyros1.bridge.service_ends import raw_service
 from pyros1.graph import Graph, SystemState
@@ -33,7 +34,7 @@ from pyros1.ros2.bridge.service_plan import Provided, ServicePlan, ServiceTypes,
 from pyros1.ros2.bridge.side import Call, Ros2Side
 from pyros1.ros2.zenoh.graph import Service
 
-SITE = "ros2"
+SITE = ROS2_SITE
 CALL_TIME = 60.0
 """Seconds for the response of a service, in ROS 1 and in ROS 2."""
 MAX_CALLS = 128

@@ -18,8 +18,10 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int | None:
     """Print a parameter of another site or the names of all that may be read, or copy a parameter to this master."""
     from pyros1.bridge.names import SiteNameError, check_site_name  # noqa: PLC0415
     from pyros1.bridge.parameters import (  # noqa: PLC0415
+        ROS2_SITE,
         ParameterError,
         Question,
+        check_name,
         decode_question,
         encode_question,
     )
@@ -32,6 +34,8 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int | None:
     try:
         check_site_name(site)
         decode_question(encode_question(question))
+        if site != ROS2_SITE:
+            check_name(question)
     except (SiteNameError, ParameterError) as error:
         raise CommandError(str(error), 2) from None
     if rest and len(args) == 2:
@@ -98,10 +102,12 @@ VERB = Verb(
     Argument("site", help="the site: red:"),
     Argument("parameter", optional=True, help="without it, the names of all that may be read are printed"),
     description="Print a parameter of another site's master as YAML. The bridges of both sites must be running, and "
-    "the other site must allow it with --params.",
+    "the other site must allow it with --params. The site ros2: is ROS 2, with `pyros1 bridge ros2`: without a "
+    "parameter, the names of its nodes are printed; the name of a node stands for all of its parameters.",
     examples=[
         ("red:", "the parameters of site red that may be read"),
         ("red: /robot_description --to /red/robot_description", "copy one to this master, for rviz"),
+        ("ros2: /controller/gains.p", "a parameter of a node of ROS 2"),
     ],
     stock="",
     run=run,

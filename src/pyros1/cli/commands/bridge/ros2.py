@@ -51,7 +51,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int | None:
     connect = options.connect or ([] if options.listen or way.name == "rclpy" else [_ROUTER])
     try:
         domain = _domain(options.domain, invocation.environ)
-        rules = Ros2Rules(send, take)
+        rules = Ros2Rules(send, take, [word for words in options.reconfigure for word in words])
         check_connections(connect, options.listen, options.keys or "", (), options.insecure, {})
         settings: Mapping[str, str] = {}
         if options.keys and not options.check:
@@ -263,6 +263,15 @@ VERB = Verb(
         help="the same for what ROS 1 may see of ROS 2; without --send and --take, all are exchanged",
     ),
     Option(
+        "--reconfigure",
+        nargs="+",
+        action="append",
+        default=[],
+        metavar="NODE",
+        help="nodes of ROS 2 whose parameters tools of dynamic_reconfigure can change: /camera, /arm/** (all below); "
+        "default: none",
+    ),
+    Option(
         "--distribution",
         default="jazzy",
         metavar="NAME",
@@ -309,6 +318,7 @@ VERB = Verb(
         ("--listen tcp/localhost:7447", "be that router, if none is running"),
         ("--to tcp/robot:7447 --insecure --send /cmd_vel --take '/scan' '/tf*'", "with a robot; only these topics"),
         ("--pairs sensor_msgs/Imu std_srvs/srv/SetBool", "say what these types are on the other side"),
+        ("--reconfigure /camera", "everything, and the parameters of a node for `pyros1 dynparam` and rqt_reconfigure"),
     ],
     stock="",
     parse=_parse,

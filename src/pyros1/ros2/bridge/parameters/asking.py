@@ -1,0 +1,88 @@
+"""Asks nodes of ROS 2 for their parameters, and sets them. Each method waits for the node.
+
+What a node says is checked: how much it is, and that it belongs to what was asked.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import TypeVar
+
+from pyros1.ground.errors import Error, ServiceRefusal
+from pyros1.ros2.bridge.parameters.messages import (
+    DESCRIBE,
+    GET,
+    LIST,
+    SET,
+    Descriptor,
+    ParameterMessages,
+    Value,
+)
+from pyros1.ros2.bridge.parameters.nodes import ParameterNode
+from pyros1.ros2.zenoh.names import DataKey
+
+CALL_TIME = 4.0
+"""Seconds for the response of a node."""
+MAX_PARAMETERS = 1000
+"""Maximum number of parameters of a node."""
+_Answer = TypeVar("_Answer")
+
+
+class Asking:
+    """Calls the services for the parameters of nodes.
+
+    Args:
+        call: calls a service of ROS 2, given its key, the encoded request and a number of seconds.
+        call_time: seconds for the response of a node.
+
+    All methods raise ServiceRefusal, which names the node, if it does not respond, or not in time, or says something
+    that is not valid.
+    """
+
+    def __init__(self, call: Callable[[DataKey, bytes, float], bytes], call_time: float = CALL_TIME) -> None:
+        self.messages = ParameterMessages()
+        self._call = call
+        self._call_time = call_time
+
+    def names(self, node: ParameterNode) -> list[str]:
+        """Return the names of a node's parameters."""
+        names = self._ask(node, LIST, self.messages.list_request(), self.messages.names)
+        if len(names) > MAX_PARAMETERS:
+            raise ServiceRefusal(
+                f"node {node.name} of ROS 2 has {len(names)} parameters; at most {MAX_PARAMETERS} can be used"
+            )
+        return names
+
+    def values(self, node: ParameterNode, names: Sequence[str]) -> dict[str, Value]:
+        """Return the values of those of the parameters that have one."""
+        request = self.messages.names_request(GET, names)
+        values = self._ask(node, GET, request, self.messages.values) if names else []
+        self._check_number(node, names, values)
+        return {name: value for name, value in zip(names, values, strict=True) if value is not None}
+
+    def descriptors(self, node: ParameterNode, names: Sequence[str]) -> list[Descriptor]:
+        """Return what the node says of its parameters, in the order of the names."""
+        request = self.messages.names_request(DESCRIBE, names)
+        descriptors = self._ask(node, DESCRIBE, request, self.messages.descriptors) if names else []
+        self._check_number(node, names, descriptors)
+        return [each._replace(name=name) for name, each in zip(names, descriptors, strict=True)]
+
+    def set(self, node: ParameterNode, values: Mapping[str, bool | int | float | str]) -> dict[str, str]:
+        """Set parameters, and return for those that the node did not set why."""
+        results = self._ask(node, SET, self.messages.set_request(values), self.messages.results)
+        self._check_number(node, [*values], results)
+        return {name: reason for name, reason in zip(values, results, strict=True) if reason is not None}
+
+    def _ask(self, node: ParameterNode, service: str, request: bytes, decode: Callable[[bytes], _Answer]) -> _Answer:
+        try:
+            return decode(self._call(node.key(service), request, self._call_time))
+        except Error as error:
+            text = str(error.args[0]) if isinstance(error, ServiceRefusal) else str(error)
+            raise ServiceRefusal(f"node {node.name} of ROS 2, {service}: {text}") from None
+
+    def _check_number(self, node: ParameterNode, names: Sequence[str], answers: Sequence[object]) -> None:
+        if len(answers) != len(names):
+            raise ServiceRefusal(
+                f"node {node.name} of ROS 2 answers about {len(answers)} parameters, not {len(names)}; perhaps some "
+                "are gone meanwhile"
+            )

@@ -1,0 +1,223 @@
+"""The parameters of a bridge: which nodes of ROS 2 are servers of dynamic_reconfigure, and who is asked.
+
+`make_plan` and `adjust` are for the master thread, `on_message` for the thread that takes messages; questions of
+`pyros1 bridge param ros2:` come in threads of their service.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Mapping
+from functools import partial
+from time import monotonic
+
+from pyros1.bridge.parameters import PARAMETER_SERVICE
+from pyros1.bridge.service_ends import PARAMETERS_CLASS
+from pyros1.graph import Graph
+from pyros1.ground.errors import Error, ServiceRefusal
+from pyros1.ground.terminal_text import one_line
+from pyros1.msgs import AnyMsg
+from pyros1.node import Node
+from pyros1.node.services.workers import Workers
+from pyros1.ros2.bridge.parameters.asking import CALL_TIME, Asking
+from pyros1.ros2.bridge.parameters.nodes import EVENTS, ParameterNode, find_nodes
+from pyros1.ros2.bridge.parameters.questions import answer
+from pyros1.ros2.bridge.parameters.reconfigured import ReconfiguredNode
+from pyros1.ros2.bridge.rules import Ros2Rules
+from pyros1.ros2.zenoh.graph import Service
+from pyros1.ros2.zenoh.names import DataKey
+from pyros1.ros2.zenoh.qos import Qos
+
+MAX_NODES = 200
+"""Maximum number of nodes that are servers of dynamic_reconfigure."""
+MAX_ASKED = 50
+"""Maximum number of other nodes of which clients are kept."""
+_ASKED_TIME = 60.0
+"""Seconds for which the clients of a node are kept after a question about its parameters."""
+_DECLARE_TIME = 3.0
+_MAX_THREADS = 8
+_CLOSE_TIME = 1.0
+_EVENT_QOS = Qos(depth=1000)
+"""As nodes of ROS 2 have it for this topic."""
+
+
+class Ros2Parameters:
+    """The parameters of a bridge.
+
+    Args:
+        node: the bridge's node in ROS 1.
+        domain: the ROS domain.
+        rules: which nodes are servers, and whose parameters may be read.
+        call: calls a service of ROS 2, given its key, the encoded request and a number of seconds.
+        wake: has the master thread look at what is wanted.
+        call_time: seconds for the response of a node.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        domain: int,
+        rules: Ros2Rules,
+        call: Callable[[DataKey, bytes, float], bytes],
+        wake: Callable[[], object],
+        call_time: float = CALL_TIME,
+    ) -> None:
+        self._node = node
+        self._domain = domain
+        self._rules = rules
+        self._wake = wake
+        self._asking = Asking(call, call_time)
+        self._graph = Graph(node.master)
+        self._workers = Workers(f"{node.name}:parameters", _MAX_THREADS)
+        self._changed = threading.Condition()  # guards the following ones
+        self._nodes: dict[str, ParameterNode] = {}
+        self._asked: dict[str, float] = {}  # node -> until when it has clients
+        self._declared: frozenset[DataKey] = frozenset()
+        self._is_closing = False
+        self._problems: dict[str, str] = {}
+        self._servers: dict[str, ReconfiguredNode] = {}  # replaced as a whole
+        self._gone: list[ReconfiguredNode] = []
+        self._wanted: tuple[dict[DataKey, Qos], frozenset[DataKey]] = {}, frozenset()
+
+    def start(self) -> None:
+        """Provide the service by which programs here read parameters of ROS 2.
+
+        Raises:
+            NodeError: the node cannot provide it.
+        """
+        self._node.advertise_service(f"~{PARAMETER_SERVICE}", PARAMETERS_CLASS, self._on_question)
+
+    # What is wanted ---------------------------------------------------------------------------------------------------
+
+    def make_plan(self, services: Mapping[str, Service]) -> None:
+        """Note which nodes there are.
+
+        Args:
+            services: the services of ROS 2, without bridges of the same master.
+        """
+        messages = self._asking.messages
+        nodes, problems = find_nodes(self._domain, services, messages.hashes, messages.event_hash)
+        self._problems = {name: text for name, text in problems.items() if self._rules.reconfigures(name)}
+        with self._changed:
+            self._nodes = nodes
+        servers: dict[str, ReconfiguredNode] = {}
+        for name in sorted(filter(self._rules.reconfigures, nodes)):
+            if len(servers) >= MAX_NODES:
+                self._problems[name] = f"only {MAX_NODES} nodes can be servers of dynamic_reconfigure"
+                continue
+            known = self._servers.get(name)
+            if known is not None and known.remote == nodes[name]:
+                servers[name] = known
+            else:
+                servers[name] = ReconfiguredNode(self._node, self._graph, nodes[name], self._asking)
+        self._gone += [each for name, each in self._servers.items() if servers.get(name) is not each]
+        self._servers = servers
+
+    def wanted(self) -> tuple[dict[DataKey, Qos], frozenset[DataKey]]:
+        """Return the topics to subscribe to and the services to have clients for, in ROS 2."""
+        now = monotonic()
+        with self._changed:
+            self._asked = {name: until for name, until in self._asked.items() if until > now and name in self._nodes}
+            asked = [self._nodes[name] for name in self._asked]
+        servers = [each.remote for each in self._servers.values()]
+        wanted = (
+            {remote.event_key: _EVENT_QOS for remote in servers},
+            frozenset(key for remote in (*servers, *asked) for _, key in remote.services),
+        )
+        if wanted != self._wanted:
+            self._wanted = wanted
+        return self._wanted
+
+    def on_declared(self) -> None:
+        """Note that what is wanted is declared."""
+        with self._changed:
+            self._declared = self._wanted[1]
+            self._changed.notify_all()
+
+    def adjust(self) -> dict[str, str]:
+        """Be what the plan says in ROS 1, and have nodes asked. This waits for the master.
+
+        Returns:
+            Node -> why it is no server of dynamic_reconfigure.
+        """
+        while self._gone:
+            self._gone.pop().close()
+        problems = {**self._problems}
+        for name, server in self._servers.items():
+            is_declared = self._declared.issuperset(key for _, key in server.remote.services)
+            if is_declared and server.begin() and not self._workers.submit(partial(self._ask, server)):
+                server.put_off()
+            try:
+                server.adjust()
+            except Error as error:
+                problems[name] = one_line(error)
+            if server.problem:
+                problems[name] = server.problem
+        return problems
+
+    def _ask(self, server: ReconfiguredNode) -> None:
+        try:
+            server.ask()
+        except Exception as error:  # noqa: BLE001 - zenoh's, or a mistake of ours: the thread goes on
+            if not self._is_closing:
+                self._node.log.internal_error(error)
+        self._wake()
+
+    # What comes -------------------------------------------------------------------------------------------------------
+
+    def on_message(self, key: DataKey, body: bytes) -> bool:
+        """Take a message, and return whether it says which parameters have changed.
+
+        Raises:
+            MessageError: it is not valid.
+        """
+        if key.name != EVENTS:
+            return False
+        if servers := self._servers:
+            event = self._asking.messages.event(body)
+            server = servers.get(event.node)
+            if server is not None:
+                server.on_event(event)
+        return True
+
+    def _on_question(self, request: AnyMsg) -> AnyMsg:
+        """Answer a question about parameters. Called in a thread of the service; this waits for ROS 2.
+
+        Raises:
+            ServiceRefusal: there is no answer.
+        """
+        with self._changed:
+            nodes = {name: node for name, node in self._nodes.items() if self._rules.reads(name)}
+        return AnyMsg(answer(bytes(request._buff), nodes, self._asking, self._prepare))
+
+    def _prepare(self, node: ParameterNode) -> None:
+        """Wait until there are clients for a node's services.
+
+        Raises:
+            ServiceRefusal: there are none soon.
+        """
+        keys = {key for _, key in node.services}
+        with self._changed:
+            self._asked.pop(node.name, None)
+            while len(self._asked) >= MAX_ASKED:
+                del self._asked[next(iter(self._asked))]
+            self._asked[node.name] = monotonic() + _ASKED_TIME
+            if self._declared.issuperset(keys):
+                return
+        self._wake()
+        with self._changed:
+            self._changed.wait_for(lambda: self._is_closing or self._declared.issuperset(keys), _DECLARE_TIME)
+            if not self._declared.issuperset(keys):
+                raise ServiceRefusal("the bridge has no connection to ROS 2")
+
+    # The end ----------------------------------------------------------------------------------------------------------
+
+    def close(self) -> None:
+        """End all waits, and be nothing in ROS 1 any longer. The session must be closed before."""
+        with self._changed:
+            self._is_closing = True
+            self._changed.notify_all()
+        self._workers.close(_CLOSE_TIME)
+        if self._node.ok():  # otherwise it unregisters everything at once
+            for server in (*self._gone, *self._servers.values()):
+                server.close()

@@ -1,0 +1,64 @@
+"""Finds the nodes of ROS 2 that have services for their parameters. No I/O."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+from pyros1.ros2.bridge.parameters.messages import EVENT_TYPE, SERVICE_TYPES
+from pyros1.ros2.zenoh.graph import Service
+from pyros1.ros2.zenoh.names import HUMBLE_HASH, DataKey
+
+EVENTS = "/parameter_events"
+"""The topic on which all nodes say which of their parameters have changed."""
+
+
+class ParameterNode(NamedTuple):
+    """A node of ROS 2 that has parameters.
+
+    Attributes:
+        name: its full name.
+        services: the last parts of its services' names -> their keys.
+        event_key: the key of the topic on which it says what has changed.
+    """
+
+    name: str
+    services: tuple[tuple[str, DataKey], ...]
+    event_key: DataKey
+
+    def key(self, service: str) -> DataKey:
+        """Return the key of one of its services."""
+        return dict(self.services)[service]
+
+
+def find_nodes(
+    domain: int, services: Mapping[str, Service], hashes: Mapping[str, str], event_hash: str
+) -> tuple[dict[str, ParameterNode], dict[str, str]]:
+    """Return the nodes by name, and for others why their parameters cannot be used.
+
+    Args:
+        domain: the ROS domain.
+        services: the services of ROS 2.
+        hashes: the last parts of the names of the services -> the hashes of their types.
+        event_hash: the hash of the topic's type.
+    """
+    found: dict[str, dict[str, DataKey]] = {}
+    problems: dict[str, str] = {}
+    for name, service in services.items():
+        node, _, last = name.rpartition("/")
+        type = SERVICE_TYPES.get(last)
+        if type is None or not node:
+            continue
+        there = [server.hash for server in service.servers if server.type == type]
+        known = next((each for each in there if each in (hashes[last], HUMBLE_HASH)), None)
+        if known is not None:
+            found.setdefault(node, {})[last] = DataKey(domain, name, type, known)
+        elif there:
+            problems[node] = "its parameters cannot be used, since it has another version of rcl_interfaces"
+    nodes = {}
+    for node, keys in found.items():
+        if keys.keys() == SERVICE_TYPES.keys():
+            is_humble = any(key.hash == HUMBLE_HASH for key in keys.values())
+            event_key = DataKey(domain, EVENTS, EVENT_TYPE, HUMBLE_HASH if is_humble else event_hash)
+            nodes[node] = ParameterNode(node, tuple(sorted(keys.items())), event_key)
+    return nodes, {node: text for node, text in problems.items() if node not in nodes}

@@ -1,0 +1,70 @@
+"""Questions of `pyros1 bridge param ros2:` for parameters of nodes of ROS 2, and answers to them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+from pyros1.bridge.parameters import ROS2_SITE, ParameterError, decode_question, encode_plain_answer
+from pyros1.ground.errors import ServiceRefusal
+from pyros1.ground.suggest import did_you_mean
+from pyros1.ros2.bridge.parameters.asking import Asking
+from pyros1.ros2.bridge.parameters.nodes import ParameterNode
+
+
+def answer(
+    body: bytes,
+    nodes: Mapping[str, ParameterNode],
+    asking: Asking,
+    prepare: Callable[[ParameterNode], object],
+) -> bytes:
+    """Return the answer to a question: the names of all nodes, all parameters of a node, or one of them. This waits for
+    the node.
+
+    Args:
+        body: the question.
+        nodes: the nodes whose parameters may be read.
+        asking: asks a node.
+        prepare: waits until it can be asked.
+
+    Raises:
+        ServiceRefusal: it is not valid, there is no such node or parameter, or the node does not respond.
+    """
+    try:
+        question = decode_question(body)
+    except ParameterError as error:
+        raise ServiceRefusal(str(error)) from None
+    if question.site != ROS2_SITE:
+        raise ServiceRefusal(f"there is no site {question.site}")
+    if not question.name:
+        return encode_plain_answer(sorted(nodes))
+    name, parameter = _split(question.name, nodes)
+    node = nodes[name]
+    prepare(node)
+    if not parameter:
+        return encode_plain_answer(dict(sorted(asking.values(node, asking.names(node)).items())))
+    values = asking.values(node, [parameter]) if parameter in (names := asking.names(node)) else {}
+    if parameter not in values:
+        what = "has no value" if parameter in names else f"is not there{did_you_mean(parameter, names)}"
+        raise ServiceRefusal(
+            f"parameter {parameter} of node {name} of ROS 2 {what}; all that have one: "
+            f"pyros1 bridge param {ROS2_SITE}: {name}"
+        )
+    return encode_plain_answer(values[parameter])
+
+
+def _split(name: str, nodes: Mapping[str, ParameterNode]) -> tuple[str, str]:
+    """Return the node whose name a name begins with, and the rest; names of parameters can have slashes, too.
+
+    Raises:
+        ServiceRefusal: there is no such node.
+    """
+    parts = name.split("/")
+    for number in range(len(parts), 1, -1):
+        node = "/".join(parts[:number])
+        if node in nodes:
+            return node, "/".join(parts[number:])
+    known = f"; those that have some: pyros1 bridge param {ROS2_SITE}:" if nodes else ""
+    raise ServiceRefusal(
+        f"no node of ROS 2 whose parameters may be read has the name {name}, or a name that it begins "
+        f"with{did_you_mean(name, nodes)}{known}"
+    )
