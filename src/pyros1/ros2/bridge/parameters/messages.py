@@ -15,12 +15,12 @@ from pyros1.msgs import DefinitionCache
 from pyros1.msgs.digest import split_full_text
 from pyros1.msgs.fill import fill_message
 from pyros1.msgs.spec import parse_message
-from pyros1.ros2.types.definitions import parse_types
-from pyros1.ros2.types.distribution import distribution_types
-from pyros1.ros2.types.nesting import LayeredTypes
-from pyros1.ros2.types.ros1_definitions import ros1_definition
-from pyros1.ros2.types.transcoder import Transcoder
-from pyros1.ros2.types.type_hash import service_hash, type_hash
+from pyros1.ros2_types.definitions import parse_types
+from pyros1.ros2_types.distribution import distribution_types
+from pyros1.ros2_types.nesting import LayeredTypes
+from pyros1.ros2_types.ros1_definitions import ros1_definition
+from pyros1.ros2_types.transcoder import Transcoder
+from pyros1.ros2_types.type_hash import service_hash, type_hash
 
 LIST, DESCRIBE, GET, SET = "list_parameters", "describe_parameters", "get_parameters", "set_parameters"
 SERVICE_TYPES = {
