@@ -8,7 +8,15 @@ from typing import Any
 
 import pytest
 
-from pyros1.bridge.parameters import ParameterError, Question, answer, decode_answer, decode_question, encode_question
+from pyros1.bridge.parameters import (
+    ParameterError,
+    Question,
+    answer,
+    decode_answer,
+    decode_question,
+    encode_plain_answer,
+    encode_question,
+)
 from pyros1.bridge.rules.parsing import parse_config
 from pyros1.ground.errors import ProtocolError, ServiceRefusal
 from pyros1.node import Node
@@ -43,7 +51,8 @@ def test_others_look_like_missing_ones(ask: Callable[..., Any], name: str) -> No
 
 
 @pytest.mark.parametrize(
-    "body", [b"", b"[]", b'["red"]', b'["red", 5]', b'{"red": "/a"}', b'["red", "a"]', b'["red", "/a b"]', b"[" * 5000]
+    "body",
+    [b"", b"[]", b'["red"]', b'["red", 5]', b'{"red": "/a"}', b'["red", "a"]', b'["red", "/a\\nb"]', b"[" * 5000],
 )
 def test_questions_that_are_refused(body: bytes, make_node: Callable[..., Node]) -> None:
     with pytest.raises(ParameterError):
@@ -52,8 +61,21 @@ def test_questions_that_are_refused(body: bytes, make_node: Callable[..., Node])
         answer(RULES, make_node("user").master, body)
 
 
+@pytest.mark.parametrize("name", ["/a b", "/camera/a.b", "/camera//fps"])
+def test_names_that_only_ros2_allows(name: str, make_node: Callable[..., Node]) -> None:
+    body = encode_question(Question("red", name))
+    assert decode_question(body).name == name
+    with pytest.raises(ServiceRefusal, match="is not the full name of a parameter"):
+        answer(RULES, make_node("user").master, body)
+
+
+def test_plain_answers() -> None:
+    for value in (1 << 60, "a\x01", {"gains.p": 1.0, "x": [True]}, [], "[]"):
+        assert decode_answer(encode_plain_answer(value)) == value
+
+
 def test_answers_that_are_refused() -> None:
-    for body in (b"", b"<a/>", b"\xff"):
+    for body in (b"", b"<a/>", b"\xff", b"[", b"[1, 2]", b"[]", b"[" * 100_000, b"[\xff]"):
         with pytest.raises(ProtocolError):
             decode_answer(body)
 

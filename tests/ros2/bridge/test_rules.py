@@ -59,12 +59,28 @@ def test_what_is_not_a_pattern(word: str) -> None:
         Ros2Rules([word])
 
 
+def test_whose_parameters() -> None:
+    everything = Ros2Rules()
+    assert not everything.reconfigures("/arm") and everything.reads("/arm")
+    rules = Ros2Rules(["/odom"], [], ["/arm/**", "!/arm/tool"])
+    assert [each for each in ("/arm", "/arm/base", "/arm/tool", "/leg") if rules.reconfigures(each)] == [
+        "/arm",
+        "/arm/base",
+    ]
+    assert [each for each in ("/arm", "/arm/tool", "/leg") if rules.reads(each)] == ["/arm"]
+    assert [each for each in ("/arm", "/leg") if Ros2Rules([], ["/leg/**"]).reads(each)] == ["/leg"]
+    assert Ros2Rules([], ["/*/get_parameters"]).reads("/arm")
+    with pytest.raises(Ros2RulesError):
+        Ros2Rules([], [], ["arm"])
+
+
 def test_explanation() -> None:
-    *lines, services = Ros2Rules(["/odom", "!/x"]).explain()
+    *lines, services = Ros2Rules(["/odom", "!/x"], [], ["/arm/**"]).explain()
     assert services.startswith("never, services: */get_loggers, */set_logger_level, */tf2_frames, ")
     assert lines == [
         "from ROS 1 to ROS 2: /odom, but not /x",
         "from ROS 2 to ROS 1: nothing",
+        "parameters of nodes of ROS 2 for dynamic_reconfigure: /arm/**",
         "the log (/rosout): not exchanged",
         "never: /rosout_agg, /parameter_events, /statistics",
     ]

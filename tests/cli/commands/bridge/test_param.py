@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from pyros1.bridge.parameters import PARAMETER_SERVICE, answer, decode_question
+from pyros1.bridge.parameters import PARAMETER_SERVICE, answer, decode_question, encode_plain_answer
 from pyros1.bridge.rules.parsing import parse_config
 from pyros1.bridge.service_ends import PARAMETERS_CLASS
 from pyros1.cli.running import run_command
@@ -67,6 +67,27 @@ def test_a_parameter_is_copied(run: Run, bridge: Node) -> None:
     assert bridge.master.get_param("/red/speed") == 1.0
 
 
+def test_parameters_of_ros2(run: Run, make_node: Callable[..., Node], bridge: Node) -> None:
+    values = {"gains.p": 1.5, "big": 1 << 40, "text": "a\x01", "flags": [True]}
+    asked = []
+
+    def respond(request: AnyMsg) -> AnyMsg:
+        asked.append(decode_question(bytes(request._buff)))
+        return AnyMsg(encode_plain_answer(values if asked[-1].name == "/n" else values["gains.p"]))
+
+    node = make_node("c_bridge")
+    node.advertise_service("~bridge_status", "std_srvs/Trigger", lambda _: (True, "{}"))
+    node.advertise_service(f"~{PARAMETER_SERVICE}", PARAMETERS_CLASS, respond)
+    assert run("param", "ros2:", "/n/gains.p") == (0, "1.5\n", "")
+    assert run("param", "ros2:/n/qos_overrides./tf.depth")[0] == 0
+    assert [*asked] == [("ros2", "/n/gains.p"), ("ros2", "/n/qos_overrides./tf.depth")]
+    assert json.loads(run("param", "ros2:", "/n", "--json")[1]) == values
+    code, _, err = run("param", "ros2:", "/n", "--to", "/copy")
+    assert code == 1 and "the integer 1099511627776 does not fit" in err
+    assert run("param", "ros2:/n/gains.p", "--to", "/copy") == (0, "", "")
+    assert bridge.master.get_param("/copy") == 1.5
+
+
 @pytest.mark.parametrize(
     ("words", "code", "complaint"),
     [
@@ -74,6 +95,9 @@ def test_a_parameter_is_copied(run: Run, bridge: Node) -> None:
         (["green:", "/far"], 1, "ERROR: there is no site green"),
         (["r-d:", "/far"], 2, "ERROR: 'r-d' cannot be a site's name"),
         (["red:", "/a b"], 2, "ERROR: '/a b' is not the full name of a parameter"),
+        (["red:", "/a.b"], 2, "ERROR: '/a.b' is not the full name of a parameter"),
+        (["ros2:", "/a\tb"], 2, "ERROR: '/a\\tb' is not the full name of a parameter"),
+        (["ros2:", "/a"], 1, "ERROR: there is no site ros2"),
         (["red:", "--to", "/x"], 2, "--to needs a parameter of the other site"),
         (["red:/far", "/x"], 2, "too many arguments"),
         ([], 2, "name a site, such as red:, and a parameter"),

@@ -39,10 +39,20 @@ def test_check_explains(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
     assert run("--check", "--via", "zenoh")[1].startswith("ROS 2: domain 7, through tcp/localhost:7447\n")
 
 
+def test_which_nodes_are_reconfigured(run: Run) -> None:
+    line = "parameters of nodes of ROS 2 for dynamic_reconfigure: "
+    assert f"{line}nothing" in run("--check", "--via", "zenoh")[1].splitlines()
+    words = ("--reconfigure", "/camera", "/arm/**", "!/arm/tool", "--reconfigure", "/leg")
+    assert (
+        f"{line}/camera, /arm/**, /leg, but not /arm/tool" in run("--check", "--via", "zenoh", *words)[1].splitlines()
+    )
+
+
 @pytest.mark.parametrize(
     ("words", "complaint"),
     [
         (["--send", "odom"], "'odom' is not a pattern of"),
+        (["--reconfigure", "camera"], "'camera' is not a pattern of"),
         (["--domain", "233"], "the domain must be a number from 0 to 232, not '233'"),
         (["--domain", "-1"], "the domain must be a number from 0 to 232, not '-1'"),
         (["--to", "tcp/robot:7447"], "is not encrypted"),
