@@ -56,8 +56,18 @@ PURE += [
 
 PURE += [
     f"ros2_types/{name}.py"
-    for name in ("model", "definitions", "nesting", "interfaces", "type_hash", "ros1_definitions", "transcoder")
+    for name in (
+        "model",
+        "definitions",
+        "nesting",
+        "interfaces",
+        "type_hash",
+        "ros1_definitions",
+        "mapping",
+        "legal_names",
+    )
 ]
+PURE += ["ros2_types/transcoding"]
 PURE += [f"ros2/zenoh/{name}.py" for name in ("names", "qos", "attachments", "tokens", "graph")]
 PURE += [f"ros2/bridge/{name}.py" for name in ("plan", "rules", "arrivals")]
 

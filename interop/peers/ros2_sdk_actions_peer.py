@@ -21,7 +21,7 @@ import zenoh_ros2_sdk as sdk
 from zenoh_ros2_sdk.qos import QosDurability, QosProfile
 
 from pyros1.ros2.bridge.actions.pairs import ActionHashes
-from pyros1.ros2.bridge.type_pairs import TypePairs
+from pyros1.ros2.pairs.type_pairs import TypePairs
 
 TYPE = "actionlib/action/Test"
 UUID = "uint8[16] goal_id\n"

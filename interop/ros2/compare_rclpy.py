@@ -30,7 +30,7 @@ from pyros1.ros2_types.definitions import parse_types
 from pyros1.ros2_types.distribution import distribution_types
 from pyros1.ros2_types.model import FieldType, Length, MessageType
 from pyros1.ros2_types.ros1_definitions import ros1_definition
-from pyros1.ros2_types.transcoder import Transcoder
+from pyros1.ros2_types.transcoding.transcoder import Transcoder
 from pyros1.ros2_types.type_hash import action_hash, service_hash, type_hash
 
 SHARE = Path(sys.prefix) / "share"

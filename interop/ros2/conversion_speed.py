@@ -11,7 +11,7 @@ from typing import Any
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from pyros1.msgs import load_message
-from pyros1.ros2.bridge.type_pairs import TypePairs
+from pyros1.ros2.pairs.type_pairs import TypePairs
 
 ROUNDS = 7
 

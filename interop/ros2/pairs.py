@@ -18,7 +18,7 @@ from pyros1.ros2_types.counterparts import Counterparts
 from pyros1.ros2_types.distribution import distribution_types
 from pyros1.ros2_types.installed import InstalledTypes
 from pyros1.ros2_types.model import Types
-from pyros1.ros2_types.transcoder import Transcoder
+from pyros1.ros2_types.transcoding.transcoder import Transcoder
 
 SHARE = Path(sys.prefix) / "share"
 PARTS = {"srv": ("Request", "Response"), "action": ("Goal", "Result", "Feedback")}

@@ -14,7 +14,7 @@ from pyros1.ros2_types.distribution import distribution_types
 from pyros1.ros2_types.mapping import FieldRule, PackageRule, TypeMapping, TypeRule
 from pyros1.ros2_types.model import FieldType
 from pyros1.ros2_types.nesting import LayeredTypes
-from pyros1.ros2_types.transcoder import Transcoder
+from pyros1.ros2_types.transcoding.transcoder import Transcoder
 
 STANDARD = distribution_types()
 HEADER = "uint32 seq\ntime stamp\nstring frame_id\n"

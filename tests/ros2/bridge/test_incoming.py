@@ -13,7 +13,7 @@ from pyros1.ground.errors import NodeError
 from pyros1.ros2.bridge.counts import Counts
 from pyros1.ros2.bridge.incoming import Incoming
 from pyros1.ros2.bridge.plan import Plan, Taken
-from pyros1.ros2.bridge.type_pairs import TypePair
+from pyros1.ros2.pairs.type_pairs import TypePair
 
 
 class Publishing:

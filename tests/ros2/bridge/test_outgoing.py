@@ -15,7 +15,7 @@ from pyros1.msgs import AnyMsg, load_message
 from pyros1.ros2.bridge.counts import Counts
 from pyros1.ros2.bridge.outgoing import Outgoing
 from pyros1.ros2.bridge.plan import Announced
-from pyros1.ros2.bridge.type_pairs import TypePairs
+from pyros1.ros2.pairs.type_pairs import TypePairs
 from pyros1.ros2.zenoh.names import DataKey
 from pyros1.ros2.zenoh.qos import Qos
 

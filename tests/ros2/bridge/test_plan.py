@@ -9,7 +9,7 @@ from pyros1.bridge.rules.rules import Priority
 from pyros1.ground.errors import UnknownTypeError
 from pyros1.ros2.bridge.plan import LATCHED_DEPTH, QUEUE, Plan, make_plan
 from pyros1.ros2.bridge.rules import Ros2Rules
-from pyros1.ros2.bridge.type_pairs import TypePair
+from pyros1.ros2.pairs.type_pairs import TypePair
 from pyros1.ros2.zenoh.names import DataKey
 from pyros1.ros2.zenoh.qos import Qos
 from pyros1.ros2.zenoh.tokens import Entity, Kind

@@ -28,7 +28,7 @@ from pyros1.master.server import Master
 from pyros1.node import Node
 from pyros1.ros2.bridge.rules import Ros2Rules
 from pyros1.ros2.bridge.runner import Ros2Bridge
-from pyros1.ros2.bridge.type_pairs import TypePairs
+from pyros1.ros2.pairs.type_pairs import TypePairs
 from pyros1.ros2.zenoh.calls import IncomingCall
 from pyros1.ros2.zenoh.graph import Ros2Graph
 from pyros1.ros2.zenoh.names import DataKey, data_key

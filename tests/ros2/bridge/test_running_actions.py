@@ -25,7 +25,7 @@ from pyros1.ros2.bridge.actions import ros2_messages
 from pyros1.ros2.bridge.actions.plan import ActionKeys, action_keys
 from pyros1.ros2.bridge.actions.ros2_messages import NO_UUID, CancelCode, GoalInfo, ReportedGoal, Ros2Status
 from pyros1.ros2.bridge.rules import Ros2Rules
-from pyros1.ros2.bridge.type_pairs import TypePairs
+from pyros1.ros2.pairs.type_pairs import TypePairs
 from pyros1.ros2.zenoh.calls import IncomingCall
 from pyros1.ros2.zenoh.qos import Qos
 

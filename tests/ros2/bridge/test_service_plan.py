@@ -8,7 +8,7 @@ from pyros1.bridge.exchange.services.served import LocalService
 from pyros1.ground.errors import UnknownTypeError
 from pyros1.ros2.bridge.rules import Ros2Rules
 from pyros1.ros2.bridge.service_plan import ServicePlan, plan_services
-from pyros1.ros2.bridge.type_pairs import ServicePair
+from pyros1.ros2.pairs.type_pairs import ServicePair
 from pyros1.ros2.zenoh.graph import Service
 from pyros1.ros2.zenoh.names import DataKey
 from pyros1.ros2.zenoh.tokens import Entity, Kind

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from pyros1.ground.errors import Error, MessageError, UnknownTypeError
-from pyros1.ros2.bridge.type_pairs import TypePairs
+from pyros1.ros2.pairs.type_pairs import TypePairs
 from pyros1.ros2.zenoh.names import HUMBLE_HASH
 
 SET_BOOL = ("std_srvs/srv/SetBool", "RIHS01_abe9e4bb6b41b40e6789712c00ec8871923e089af3f667a79992a428cff2da0a")

@@ -17,7 +17,7 @@ from pyros1.msgs.digest import split_full_text
 from pyros1.msgs.spec import parse_message
 from pyros1.ros2_types.distribution import distribution_types
 from pyros1.ros2_types.mapping import MOVED_MESSAGES, STANDARD_FIELDS
-from pyros1.ros2_types.transcoder import Transcoder
+from pyros1.ros2_types.transcoding.transcoder import Transcoder
 
 _CONSTANT_PATTERN = re.compile(r"^[ \t]*\w+[ \t]+\w+[ \t]*=.*$", re.MULTILINE)
 

@@ -15,7 +15,7 @@ from pyros1.bridge.names import Pattern
 from pyros1.bridge.rules.rules import Priority, Rule
 from pyros1.ground.errors import Error
 from pyros1.ros2.bridge.rules import LOG, Ros2Rules
-from pyros1.ros2.bridge.type_pairs import TypePair
+from pyros1.ros2.pairs.type_pairs import TypePair
 from pyros1.ros2.zenoh.names import DataKey, data_key, is_full_name
 from pyros1.ros2.zenoh.qos import Qos
 from pyros1.ros2.zenoh.tokens import Entity
@@ -27,7 +27,7 @@ LATCHED_DEPTH = 1
 
 
 class Types(Protocol):
-    """What knows the types of both sides, see `pyros1.ros2.bridge.type_pairs.TypePairs`."""
+    """What knows the types of both sides, see `pyros1.ros2.pairs.type_pairs.TypePairs`."""
 
     def for_ros1(self, type: str, md5sum: str, definition: str, hash: str | None = None) -> TypePair:
         """Return how a type of ROS 1 is exchanged."""

@@ -30,7 +30,6 @@ from pyros1.node.log.levels import INFO, WARN
 from pyros1.ros2.bridge.actions.exchange import Ros2Actions
 from pyros1.ros2.bridge.arrivals import Arrivals
 from pyros1.ros2.bridge.counts import Counts
-from pyros1.ros2.bridge.differences import Differences
 from pyros1.ros2.bridge.incoming import Incoming
 from pyros1.ros2.bridge.outgoing import Outgoing
 from pyros1.ros2.bridge.parameters.exchange import Ros2Parameters
@@ -40,7 +39,8 @@ from pyros1.ros2.bridge.services import CALL_TIME, SITE, Ros2Services
 from pyros1.ros2.bridge.side import Call, MakeSide
 from pyros1.ros2.bridge.sources import Tokens
 from pyros1.ros2.bridge.status import status_json
-from pyros1.ros2.bridge.type_pairs import TypePairs
+from pyros1.ros2.pairs.differences import Differences
+from pyros1.ros2.pairs.type_pairs import TypePairs
 from pyros1.ros2.zenoh.graph import Changes, Ros2Graph, Service, Topic
 from pyros1.ros2.zenoh.names import DataKey
 from pyros1.ros2.zenoh.session import make_zid

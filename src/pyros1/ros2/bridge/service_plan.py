@@ -12,14 +12,14 @@ from typing import NamedTuple, Protocol
 from pyros1.bridge.exchange.services.served import LocalService
 from pyros1.ground.errors import Error
 from pyros1.ros2.bridge.rules import Ros2Rules
-from pyros1.ros2.bridge.type_pairs import ServicePair
+from pyros1.ros2.pairs.type_pairs import ServicePair
 from pyros1.ros2.zenoh.graph import Service
 from pyros1.ros2.zenoh.names import DataKey, is_full_name
 from pyros1.ros2.zenoh.tokens import Entity
 
 
 class ServiceTypes(Protocol):
-    """What knows the types of services of both sides, see `pyros1.ros2.bridge.type_pairs.TypePairs`."""
+    """What knows the types of services of both sides, see `pyros1.ros2.pairs.type_pairs.TypePairs`."""
 
     def service_for_ros1(self, type: str, md5sum: str, hash: str | None = None) -> ServicePair:
         """Return how the calls of a service of ROS 1 are exchanged."""

@@ -7,7 +7,7 @@ import pytest
 from pyros1.ground.errors import Error, MessageError, UnknownTypeError
 from pyros1.msgs import load_message
 from pyros1.ros2.bridge.actions.pairs import ActionPairs
-from pyros1.ros2.bridge.type_pairs import TypePairs
+from pyros1.ros2.pairs.type_pairs import TypePairs
 from pyros1.ros2.zenoh.names import HUMBLE_HASH
 from pyros1.wire.handshake import TopicType
 

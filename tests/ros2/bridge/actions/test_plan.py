@@ -16,7 +16,7 @@ from pyros1.ros2.bridge.actions.plan import (
     plan_actions,
 )
 from pyros1.ros2.bridge.rules import Ros2Rules
-from pyros1.ros2.bridge.type_pairs import TypePairs
+from pyros1.ros2.pairs.type_pairs import TypePairs
 from pyros1.ros2.zenoh.graph import Service, Topic
 from pyros1.ros2.zenoh.names import DataKey
 from pyros1.ros2.zenoh.tokens import Entity, Kind

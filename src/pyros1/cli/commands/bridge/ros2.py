@@ -25,9 +25,9 @@ from pyros1.ground.terminal_text import one_line
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
-    from pyros1.ros2.bridge.remembered import Budget
     from pyros1.ros2.bridge.rules import Ros2Rules
-    from pyros1.ros2.bridge.type_pairs import TypePairs
+    from pyros1.ros2.pairs.remembered import Budget
+    from pyros1.ros2.pairs.type_pairs import TypePairs
     from pyros1.ros2_types.mapping import TypeMapping
 
 _ROUTER = "tcp/localhost:7447"
@@ -40,8 +40,8 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int | None:
     from pyros1.bridge.transport.access_control import security_settings  # noqa: PLC0415
     from pyros1.bridge.transport.certificates import KeysError  # noqa: PLC0415
     from pyros1.bridge.transport.endpoints import EndpointError  # noqa: PLC0415
-    from pyros1.ros2.bridge.mapping_check import check_mapping  # noqa: PLC0415
     from pyros1.ros2.bridge.rules import Ros2Rules, Ros2RulesError  # noqa: PLC0415
+    from pyros1.ros2.pairs.mapping_check import check_mapping  # noqa: PLC0415
 
     if options.pairs is not None:
         return _print_pairs(invocation, options)
@@ -101,7 +101,7 @@ def _reading() -> Iterator[None]:
 
 def _read_mappings(paths: list[str]) -> TypeMapping:
     """Return the rules of mapping files."""
-    from pyros1.ros2.bridge.mapping_file import read_mappings  # noqa: PLC0415
+    from pyros1.ros2.pairs.mapping_file import read_mappings  # noqa: PLC0415
 
     with _reading():
         return read_mappings(paths)
@@ -111,7 +111,7 @@ def _make_types(
     options: Any, mapping: TypeMapping, environ: Mapping[str, str], way: Way, budget: Budget | None = None
 ) -> TypePairs:
     """Return what knows the types of both sides."""
-    from pyros1.ros2.bridge.type_pairs import TypePairs  # noqa: PLC0415
+    from pyros1.ros2.pairs.type_pairs import TypePairs  # noqa: PLC0415
     from pyros1.ros2_types.installed import InstalledTypes, PackagesError, environment_folders  # noqa: PLC0415
     from pyros1.ros2_types.rclpy_packages import RclpyPackages  # noqa: PLC0415
 
@@ -129,8 +129,8 @@ def _print_pairs(invocation: Invocation, options: Any) -> int:
     from math import inf  # noqa: PLC0415
 
     from pyros1.cli.shared.definitions import MESSAGE_KIND, SERVICE_KIND, library  # noqa: PLC0415
-    from pyros1.ros2.bridge.pair_list import list_messages, list_services  # noqa: PLC0415
-    from pyros1.ros2.bridge.remembered import Budget  # noqa: PLC0415
+    from pyros1.ros2.pairs.pair_list import list_messages, list_services  # noqa: PLC0415
+    from pyros1.ros2.pairs.remembered import Budget  # noqa: PLC0415
 
     wanted = options.pairs
     types = _make_types(options, _read_mappings(options.mapping), invocation.environ, Way("zenoh"), Budget(inf))
@@ -178,9 +178,9 @@ def _run(
     where = describe_way(way, connect, options.listen)
     invocation.master.ping()  # fail before slow imports if no master is running
     from pyros1.node import Node  # noqa: PLC0415
-    from pyros1.ros2.bridge.mapping_check import check_mapping  # noqa: PLC0415
     from pyros1.ros2.bridge.own_name import own_name  # noqa: PLC0415
     from pyros1.ros2.bridge.runner import Ros2Bridge  # noqa: PLC0415
+    from pyros1.ros2.pairs.mapping_check import check_mapping  # noqa: PLC0415
 
     types = _make_types(options, mapping, invocation.environ, way)
     problems = notes + [line for line, can_be_used in check_mapping(mapping, types) if not can_be_used]

@@ -13,14 +13,14 @@ from pyros1.ground.errors import MessageError, UnknownTypeError
 from pyros1.msgs import DefinitionCache, load_message
 from pyros1.msgs.digest import split_full_text
 from pyros1.msgs.spec import HEADER_TYPE, MessageSpec, parse_message
-from pyros1.ros2.bridge.remembered import Remembered
+from pyros1.ros2.pairs.remembered import Remembered
 from pyros1.ros2.zenoh.names import HUMBLE_HASH
 from pyros1.ros2_types.counterparts import Counterparts
 from pyros1.ros2_types.interfaces import action_types
 from pyros1.ros2_types.mapping import FieldRules
 from pyros1.ros2_types.model import Field, FieldType, Length, MessageType, Types
 from pyros1.ros2_types.nesting import LayeredTypes
-from pyros1.ros2_types.transcoder import Transcoder
+from pyros1.ros2_types.transcoding.transcoder import Transcoder
 from pyros1.ros2_types.type_hash import service_hash, type_hash
 from pyros1.wire.handshake import TopicType
 

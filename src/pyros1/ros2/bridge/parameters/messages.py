@@ -19,7 +19,7 @@ from pyros1.ros2_types.definitions import parse_types
 from pyros1.ros2_types.distribution import distribution_types
 from pyros1.ros2_types.nesting import LayeredTypes
 from pyros1.ros2_types.ros1_definitions import ros1_definition
-from pyros1.ros2_types.transcoder import Transcoder
+from pyros1.ros2_types.transcoding.transcoder import Transcoder
 from pyros1.ros2_types.type_hash import service_hash, type_hash
 
 LIST, DESCRIBE, GET, SET = "list_parameters", "describe_parameters", "get_parameters", "set_parameters"

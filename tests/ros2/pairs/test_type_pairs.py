@@ -10,8 +10,8 @@ import pytest
 from pyros1.bridge.exchange.sending import LocalTopic
 from pyros1.ground.errors import Error, UnknownTypeError
 from pyros1.msgs import from_definition, load_message, load_service
-from pyros1.ros2.bridge.remembered import Budget
-from pyros1.ros2.bridge.type_pairs import DISTRIBUTIONS, TypePair, TypePairs
+from pyros1.ros2.pairs.remembered import Budget
+from pyros1.ros2.pairs.type_pairs import DISTRIBUTIONS, TypePair, TypePairs
 from pyros1.ros2.zenoh.names import HUMBLE_HASH
 from pyros1.ros2_types.definitions import parse_types
 from pyros1.ros2_types.distribution import distribution_types
@@ -128,7 +128,7 @@ def test_a_bad_definition_does_not_spoil_a_good_one() -> None:
 
 
 def test_unknown_types_of_ros2_do_not_take_all_the_time(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("pyros1.ros2.bridge.type_pairs.Budget", lambda: Budget(0.02))
+    monkeypatch.setattr("pyros1.ros2.pairs.type_pairs.Budget", lambda: Budget(0.02))
     pairs = TypePairs()
     texts = []
     for number in range(100):

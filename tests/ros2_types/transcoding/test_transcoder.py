@@ -10,7 +10,7 @@ from rosbags_models import ros1_specs, ros2_types
 from pyros1.ground.errors import DefinitionError, MessageError
 from pyros1.msgs.spec import MessageSpec, parse_message
 from pyros1.ros2_types.model import Field, FieldType, Length, MessageType
-from pyros1.ros2_types.transcoder import Transcoder
+from pyros1.ros2_types.transcoding.transcoder import Transcoder
 
 _TIME = MessageType("x/msg/Time", (Field("sec", FieldType("int32")), Field("nanosec", FieldType("uint32"))))
 _FLOAT_TIME = MessageType(

@@ -8,7 +8,7 @@ from typing import NamedTuple
 from pyros1.ground.errors import Error
 from pyros1.ground.terminal_text import one_line
 from pyros1.msgs import load_message
-from pyros1.ros2.bridge.type_pairs import TypePairs
+from pyros1.ros2.pairs.type_pairs import TypePairs
 from pyros1.ros2_types.model import Types
 from pyros1.ros2_types.type_hash import type_hash
 

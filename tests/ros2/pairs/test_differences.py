@@ -6,10 +6,10 @@ from pyros1.bridge.exchange.sending import LocalTopic
 from pyros1.bridge.exchange.services.served import LocalService
 from pyros1.bridge.rules.rules import Priority
 from pyros1.msgs import load_message, load_service
-from pyros1.ros2.bridge.differences import Differences
 from pyros1.ros2.bridge.plan import Announced, Plan, Taken
 from pyros1.ros2.bridge.service_plan import Offered, Provided, ServicePlan
-from pyros1.ros2.bridge.type_pairs import TypePairs
+from pyros1.ros2.pairs.differences import Differences
+from pyros1.ros2.pairs.type_pairs import TypePairs
 from pyros1.ros2.zenoh.names import DataKey
 from pyros1.ros2.zenoh.qos import Qos
 from pyros1.ros2_types.definitions import parse_types

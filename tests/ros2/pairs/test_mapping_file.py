@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from pyros1.bridge.rules.file_reader import RulesError
-from pyros1.ros2.bridge.mapping_file import MAX_SIZE, read_mappings
+from pyros1.ros2.pairs.mapping_file import MAX_SIZE, read_mappings
 from pyros1.ros2_types.mapping import PackageRule, TypeRule
 from pyros1.values.reading import YamlError
 

@@ -6,9 +6,9 @@ from math import inf
 
 import pytest
 
-from pyros1.ros2.bridge.pair_list import ListedPair, list_messages, list_services
-from pyros1.ros2.bridge.remembered import Budget
-from pyros1.ros2.bridge.type_pairs import TypePairs
+from pyros1.ros2.pairs.pair_list import ListedPair, list_messages, list_services
+from pyros1.ros2.pairs.remembered import Budget
+from pyros1.ros2.pairs.type_pairs import TypePairs
 from pyros1.ros2_types.distribution import distribution_types
 from pyros1.ros2_types.model import Field, FieldType, MessageType
 

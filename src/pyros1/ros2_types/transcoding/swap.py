@@ -6,8 +6,8 @@ import struct
 
 from pyros1.ground.errors import MessageError
 from pyros1.ros2_types.model import STRUCT_CODES, Field, FieldType, Length, Types
-from pyros1.ros2_types.transcoder_layout import aligned
-from pyros1.ros2_types.transcoder_plan import FILLER
+from pyros1.ros2_types.transcoding.layout import aligned
+from pyros1.ros2_types.transcoding.plan import FILLER
 
 _FILLER_FIELDS = (Field(FILLER, FieldType("uint8")),)
 _LITTLE_ENDIAN = b"\0\1\0\0"

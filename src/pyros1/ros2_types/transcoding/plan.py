@@ -17,8 +17,8 @@ from pyros1.msgs import spec as ros1
 from pyros1.ros2_types import model as ros2
 from pyros1.ros2_types.log_levels import ValueRule
 from pyros1.ros2_types.mapping import FieldRules
-from pyros1.ros2_types.transcoder_fields import Flat2, partners, ros1_fields, ros2_fields
-from pyros1.ros2_types.transcoder_numbers import Convert, conversion
+from pyros1.ros2_types.transcoding.fields import Flat2, partners, ros1_fields, ros2_fields
+from pyros1.ros2_types.transcoding.numbers import Convert, conversion
 
 MAX_FIELDS = 5000
 """Maximum number of fields of both types, with those of nested types: compiling the source for each takes 0.4 ms."""

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from pyros1.ros2.bridge.plan import Plan
 from pyros1.ros2.bridge.service_plan import ServicePlan
-from pyros1.ros2_types.transcoder import Transcoder
+from pyros1.ros2_types.transcoding.transcoder import Transcoder
 
 MAX_TYPES = 5_000
 """Maximum number of pairs of types of which it is remembered that they were said."""

@@ -1,6 +1,6 @@
 """Generates the function that converts messages in one direction.
 
-The function walks through the source once. `transcoder_runs.py` moves runs of values of fixed size; this module emits
+The function walks through the source once. `runs.py` moves runs of values of fixed size; this module emits
 the code for strings, arrays and loops between them. The source has no name from a definition.
 
 As in the decoders of pyros1.msgs, most of what is wrong with a message is found without a check of its own: reading a
@@ -14,10 +14,10 @@ import struct
 from collections.abc import Callable
 
 from pyros1.ground.errors import DefinitionError, MessageError
-from pyros1.ros2_types import transcoder_text as texts
-from pyros1.ros2_types.transcoder_layout import bulk_layout, minimum_size, weight
-from pyros1.ros2_types.transcoder_plan import Array, Changed, Node, Numbers, Record, Text
-from pyros1.ros2_types.transcoder_runs import ANY, HEADER_SIZE, Atom, Runs
+from pyros1.ros2_types.transcoding import text as texts
+from pyros1.ros2_types.transcoding.layout import bulk_layout, minimum_size, weight
+from pyros1.ros2_types.transcoding.plan import Array, Changed, Node, Numbers, Record, Text
+from pyros1.ros2_types.transcoding.runs import ANY, HEADER_SIZE, Atom, Runs
 
 MAX_LOOP_DEPTH = 12
 """Maximum depth of arrays in arrays; Python's compiler limits it, too."""

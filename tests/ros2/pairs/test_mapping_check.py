@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from pyros1.ros2.bridge.mapping_check import check_mapping
-from pyros1.ros2.bridge.type_pairs import TypePairs
+from pyros1.ros2.pairs.mapping_check import check_mapping
+from pyros1.ros2.pairs.type_pairs import TypePairs
 from pyros1.ros2_types.mapping import PackageRule, TypeMapping, TypeRule
 
 

@@ -9,8 +9,8 @@ from reference_codec import TypePair, Writer
 
 from pyros1.ground.errors import MessageError
 from pyros1.ros2_types.mapping import FieldRule
-from pyros1.ros2_types.transcoder import Transcoder
-from pyros1.ros2_types.transcoder_fields import partners
+from pyros1.ros2_types.transcoding.fields import partners
+from pyros1.ros2_types.transcoding.transcoder import Transcoder
 
 
 def _make(seed: int) -> tuple[TypePair, Transcoder]:

@@ -8,8 +8,8 @@ import weakref
 import pytest
 
 from pyros1.ground.errors import DefinitionError, UnknownTypeError
-from pyros1.ros2.bridge import remembered
-from pyros1.ros2.bridge.remembered import Budget, Remembered
+from pyros1.ros2.pairs import remembered
+from pyros1.ros2.pairs.remembered import Budget, Remembered
 
 
 class Lookup:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import struct
 from collections.abc import Iterable
 
-from pyros1.ros2_types.transcoder_plan import Array, Changed, Node, Numbers, Record, Text
+from pyros1.ros2_types.transcoding.plan import Array, Changed, Node, Numbers, Record, Text
 
 _MAX_NUMBERS = 1000
 

@@ -7,8 +7,8 @@ from typing import Any
 
 from pyros1.ground.errors import Error
 from pyros1.msgs import load_message, load_service
-from pyros1.ros2.bridge.differences import difference
-from pyros1.ros2.bridge.type_pairs import TypePairs
+from pyros1.ros2.pairs.differences import difference
+from pyros1.ros2.pairs.type_pairs import TypePairs
 from pyros1.ros2_types.mapping import TypeMapping, TypeRule
 
 

@@ -11,8 +11,8 @@ from rosbags.convert.converter import is_same_wireformat
 from rosbags_models import ros1_specs, ros1_store, ros2_store, ros2_types
 
 from pyros1.ros2_types.model import STRUCT_CODES, FieldType, Length
-from pyros1.ros2_types.transcoder import Transcoder
-from pyros1.ros2_types.transcoder_plan import FILLER
+from pyros1.ros2_types.transcoding.plan import FILLER
+from pyros1.ros2_types.transcoding.transcoder import Transcoder
 
 _PACKAGES = ("std_msgs", "geometry_msgs", "sensor_msgs", "nav_msgs")
 _NAMES = [

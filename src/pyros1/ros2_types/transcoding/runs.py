@@ -19,7 +19,7 @@ from typing import Any, NamedTuple
 
 from pyros1.ground.errors import DefinitionError
 from pyros1.msgs.generator import Scope
-from pyros1.ros2_types.transcoder_layout import aligned
+from pyros1.ros2_types.transcoding.layout import aligned
 
 HEADER_SIZE = 4
 """Size in bytes of CDR's header."""

@@ -17,7 +17,7 @@ from pyros1.msgs import DefinitionCache, load_message, load_service
 from pyros1.msgs.digest import split_full_text
 from pyros1.msgs.spec import HEADER_TYPE, MessageSpec, ServiceSpec, parse_message, parse_service
 from pyros1.ros2.bridge.actions.pairs import ActionPair, ActionPairs
-from pyros1.ros2.bridge.remembered import Budget, Remembered
+from pyros1.ros2.pairs.remembered import Budget, Remembered
 from pyros1.ros2.zenoh.names import HUMBLE_HASH, dds_type
 from pyros1.ros2_types.counterparts import Counterparts
 from pyros1.ros2_types.distribution import distribution_types
@@ -26,7 +26,7 @@ from pyros1.ros2_types.model import Types
 from pyros1.ros2_types.nesting import LayeredTypes
 from pyros1.ros2_types.rclpy_packages import RclpyPackages
 from pyros1.ros2_types.ros1_definitions import ros1_definition
-from pyros1.ros2_types.transcoder import Transcoder
+from pyros1.ros2_types.transcoding.transcoder import Transcoder
 from pyros1.ros2_types.type_hash import service_hash, type_hash
 
 DISTRIBUTIONS = ("jazzy", "kilted", "lyrical", "iron", "humble")

@@ -12,10 +12,10 @@ from pyros1.ground.errors import DefinitionError, MessageError
 from pyros1.msgs.spec import MessageSpec
 from pyros1.ros2_types.mapping import STANDARD_FIELDS, FieldRules
 from pyros1.ros2_types.model import Types
-from pyros1.ros2_types.transcoder_plan import Planner
-from pyros1.ros2_types.transcoder_source import Generator
-from pyros1.ros2_types.transcoder_swap import to_little_endian
-from pyros1.ros2_types.transcoder_text import ERRORS
+from pyros1.ros2_types.transcoding.plan import Planner
+from pyros1.ros2_types.transcoding.source import Generator
+from pyros1.ros2_types.transcoding.swap import to_little_endian
+from pyros1.ros2_types.transcoding.text import ERRORS
 
 _BIG_ENDIAN, _LITTLE_ENDIAN = b"\0\0", b"\0\1"
 _HEADER_SIZE = 4
