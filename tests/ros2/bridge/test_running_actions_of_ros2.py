@@ -97,9 +97,9 @@ def test_a_goal_of_ros1_that_is_cancelled_before_it_is_accepted(peer: ActionPeer
     goal.cancel()
     wait_until(lambda: goal.status is Status.RECALLING, "the bridge has noted it")
     asked.respond(ros2_messages.write_goal_response(True, (0, 0)))
-    result_asked = peer.asked("get_result")
-    peer.asked("cancel_goal").respond(ros2_messages.write_cancel_response(CancelCode.NONE, []))
-    result_asked.respond(result(Ros2Status.CANCELED))
+    calls = {call.key: call for call in (peer.calls.get(timeout=PATIENCE) for _ in range(2))}  # they may overtake
+    calls[peer.action.cancel_goal].respond(ros2_messages.write_cancel_response(CancelCode.NONE, []))
+    calls[peer.action.get_result].respond(result(Ros2Status.CANCELED))
     assert goal.wait(PATIENCE) and goal.status is Status.PREEMPTED
 
 
