@@ -28,7 +28,6 @@ from pyros1.ground.terminal_text import one_line
 from pyros1.node import Node
 from pyros1.node.log.levels import INFO, WARN
 from pyros1.ros2.bridge.actions.exchange import Ros2Actions
-from pyros1.ros2.bridge.arrivals import Arrivals
 from pyros1.ros2.bridge.counts import Counts
 from pyros1.ros2.bridge.incoming import Incoming
 from pyros1.ros2.bridge.outgoing import Outgoing
@@ -39,6 +38,7 @@ from pyros1.ros2.bridge.services import CALL_TIME, SITE, Ros2Services
 from pyros1.ros2.bridge.side import Call, MakeSide
 from pyros1.ros2.bridge.sources import Tokens
 from pyros1.ros2.bridge.status import status_json
+from pyros1.ros2.bridge.worker import Worker
 from pyros1.ros2.pairs.differences import Differences
 from pyros1.ros2.pairs.type_pairs import TypePairs
 from pyros1.ros2.zenoh.graph import Changes, Ros2Graph, Service, Topic
@@ -50,8 +50,6 @@ POLL_PERIOD = 1.0
 """Seconds between questions to the master, by default."""
 ADJUST_PERIOD = 0.2
 """Seconds between looks at who receives what on both sides."""
-LOOK_PERIOD = 1.0
-"""Seconds between looks at whose messages are kept."""
 _JOIN_TIME = 3.0
 _PLAN_PERIOD = 5.0
 _PLAN_FACTOR = 100
@@ -115,8 +113,6 @@ class Ros2Bridge:
         self._counts = Counts()
         self._differences = Differences()
         self._incoming = Incoming(self._publishing, self._counts, self._warn)
-        self._arrivals = Arrivals()
-        self._arrived = threading.Condition()
         self._poll_period = poll_period
         self._find_name = find_name
         self._next_poll = self._next_plan = 0.0
@@ -130,7 +126,14 @@ class Ros2Bridge:
         self._close_lock = threading.Lock()
         self._woken = threading.Event()
         self._ended = threading.Event()
-        self._session = make_session(zid, self._on_token, self._on_sample, self._on_call)
+        self._worker = Worker(
+            self._take_token,
+            self._take,
+            self._forget_gone,
+            lambda error: self._warn("cannot publish a message of ROS 2: %s", error),
+            node.log.internal_error,
+        )
+        self._session = make_session(zid, self._worker.put_token, self._worker.put_message, self._on_call)
         self._link_report = LinkReport(self._session, (), "ROS 2")
         self._services = Ros2Services(node, self._session, domain, rules, types, self._warn, call_time)
         self._parameters = Ros2Parameters(node, domain, rules, self._session.call, self._woken.set)
@@ -147,7 +150,6 @@ class Ros2Bridge:
             node.log.internal_error,
         )
         self._outgoing = Outgoing(node, self._graph, self._sender, self._counts, self._warn)
-        self._worker = threading.Thread(target=self._work, name="bridge: messages", daemon=True)
         self._master_thread = threading.Thread(target=self._run_master_thread, name="bridge: master", daemon=True)
         self._worker.start()
         self._master_thread.start()
@@ -161,44 +163,10 @@ class Ros2Bridge:
 
     # What comes from ROS 2 --------------------------------------------------------------------------------------------
 
-    def _on_token(self, key: str, is_there: bool) -> None:
-        """Note that something is there in ROS 2, or gone. Called on the session's threads."""
-        with self._arrived:
-            self._arrivals.put_token(key, is_there)
-            self._arrived.notify()
-
-    def _on_sample(self, key: DataKey, body: bytes, attachment: bytes, session: str = "") -> None:
-        """Note a message. Called on the session's threads."""
-        with self._arrived:
-            self._arrivals.put_message(key, body, attachment, session)
-            self._arrived.notify()
-
     def _on_call(self, call: Call) -> None:
         """Pass on a call; there are none before `declare`. Called on the session's threads."""
         if not self._actions.on_call(call):
             self._services.on_call(call)
-
-    def _work(self) -> None:
-        next_look, has_changed = 0.0, False
-        while not self._is_closing:
-            with self._arrived:
-                self._arrived.wait_for(lambda: self._is_closing or not self._arrivals.is_empty, LOOK_PERIOD)
-                token, message = self._arrivals.pop()
-            try:
-                if time.monotonic() >= next_look:
-                    next_look = time.monotonic() + LOOK_PERIOD
-                    self._incoming.forget_gone(self._publishers_of, has_changed)
-                    has_changed = False
-                if token is not None:
-                    has_changed = True
-                    self._take_token(*token)
-                elif message is not None:
-                    self._take(*message)
-            except Error as error:
-                self._warn("cannot publish a message of ROS 2: %s", error)
-            except Exception as error:  # noqa: BLE001 - a mistake of ours must not end the bridge silently
-                if not self._is_closing:
-                    self._node.log.internal_error(error)
 
     def _take_token(self, key: str, is_there: bool) -> None:
         with self._lock:
@@ -212,6 +180,9 @@ class Ros2Bridge:
         with self._lock:
             plan = self._plan
         self._incoming.take(plan, key, body, attachment, session)
+
+    def _forget_gone(self, has_changed: bool) -> None:
+        self._incoming.forget_gone(self._publishers_of, has_changed)
 
     def _publishers_of(self, topic: str) -> Tokens:
         with self._lock:
@@ -392,7 +363,7 @@ class Ros2Bridge:
             self._services,
             self._actions.status(),
             trouble,
-            self._arrivals.dropped,
+            self._worker.dropped,
         )
 
     def close(self) -> None:
@@ -404,10 +375,8 @@ class Ros2Bridge:
         self._is_closing = True
         self._ended.set()
         self._woken.set()
-        with self._arrived:
-            self._arrived.notify_all()
-        for thread in (self._worker, self._master_thread):
-            thread.join(_JOIN_TIME)
+        self._worker.close()
+        self._master_thread.join(_JOIN_TIME)
         self._actions.close()
         self._sender.close()
         self._session.close()

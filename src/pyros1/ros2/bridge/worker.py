@@ -1,0 +1,96 @@
+"""The thread of a bridge that handles what comes from ROS 2: who is there, and messages."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable
+
+from pyros1.ground.errors import Error
+from pyros1.ros2.bridge.arrivals import Arrivals
+from pyros1.ros2.zenoh.names import DataKey
+
+LOOK_PERIOD = 1.0
+"""Seconds between looks at whose messages are kept."""
+_JOIN_TIME = 3.0
+
+
+class Worker:
+    """A thread, and what waits for it.
+
+    Args:
+        on_token: called with the key of an entity of ROS 2, and whether it is there or gone.
+        on_message: called with a message: its key, the encoded message, its attachment, and its publisher's session.
+        look: called now and then, with whether somebody came or went since the last call.
+        on_error: called with what was raised as an `Error` by one of them.
+        on_mistake: called with whatever else was raised.
+    """
+
+    def __init__(
+        self,
+        on_token: Callable[[str, bool], object],
+        on_message: Callable[[DataKey, bytes, bytes, str], object],
+        look: Callable[[bool], object],
+        on_error: Callable[[Error], object],
+        on_mistake: Callable[[Exception], object],
+    ) -> None:
+        self._on_token = on_token
+        self._on_message = on_message
+        self._look = look
+        self._on_error = on_error
+        self._on_mistake = on_mistake
+        self._arrivals = Arrivals()
+        self._arrived = threading.Condition()
+        self._is_closing = False
+        self._next_look = 0.0
+        self._has_changed = False
+        self._thread = threading.Thread(target=self._run, name="bridge: messages", daemon=True)
+
+    @property
+    def dropped(self) -> int:
+        """How much was dropped because it came too fast."""
+        return self._arrivals.dropped
+
+    def start(self) -> None:
+        """Begin with what waits."""
+        self._thread.start()
+
+    def put_token(self, key: str, is_there: bool) -> None:
+        """Note that something is there in ROS 2, or gone. Called on any thread."""
+        with self._arrived:
+            self._arrivals.put_token(key, is_there)
+            self._arrived.notify()
+
+    def put_message(self, key: DataKey, body: bytes, attachment: bytes, session: str = "") -> None:
+        """Note a message. Called on any thread."""
+        with self._arrived:
+            self._arrivals.put_message(key, body, attachment, session)
+            self._arrived.notify()
+
+    def _run(self) -> None:
+        while not self._is_closing:
+            with self._arrived:
+                self._arrived.wait_for(lambda: self._is_closing or not self._arrivals.is_empty, LOOK_PERIOD)
+                token, message = self._arrivals.pop()
+            try:
+                if time.monotonic() >= self._next_look:
+                    self._next_look = time.monotonic() + LOOK_PERIOD
+                    has_changed, self._has_changed = self._has_changed, False
+                    self._look(has_changed)
+                if token is not None:
+                    self._has_changed = True
+                    self._on_token(*token)
+                elif message is not None:
+                    self._on_message(*message)
+            except Error as error:
+                self._on_error(error)
+            except Exception as error:  # noqa: BLE001 - a mistake of ours must not end the bridge silently
+                if not self._is_closing:
+                    self._on_mistake(error)
+
+    def close(self) -> None:
+        """End the thread."""
+        self._is_closing = True
+        with self._arrived:
+            self._arrived.notify_all()
+        self._thread.join(_JOIN_TIME)
