@@ -327,6 +327,24 @@ def test_too_many_elements_are_refused_before_the_first() -> None:
         transcoder.from_cdr(b"\0\1\0\0\2\0\0\0" + bytes(17))
 
 
+def test_elements_that_are_much_larger_on_the_other_side_do_not_multiply_the_memory() -> None:
+    large = FieldType("float64", Length.FIXED, 2000)
+    types = {
+        "x/msg/Root": MessageType("", (Field("b", _sequence("x/msg/Two")),)),
+        "x/msg/Two": MessageType("", (Field("c", _sequence("x/msg/One")),)),
+        "x/msg/One": MessageType("", (Field("a", FieldType("uint8")), Field("d", large))),
+    }
+    texts = {"x/Root": "Two[] b", "x/Two": "One[] c", "x/One": "uint8 a"}
+    transcoder = Transcoder(
+        "x/Root", {name: parse_message(name, text) for name, text in texts.items()}, "x/msg/Root", types
+    )
+    few = b"\1\0\0\0" + b"\x0a\0\0\0" + bytes(10)
+    assert len(transcoder.to_cdr(few)) > 160_000
+    many = b"\xe8\3\0\0" + (b"\x0a\0\0\0" + bytes(10)) * 1000
+    with pytest.raises(MessageError, match="much larger"):
+        transcoder.to_cdr(many)
+
+
 def test_fixed_arrays_in_fixed_arrays_do_not_multiply_the_code() -> None:
     depth = 4
     specs = {f"x/L{level}": parse_message(f"x/L{level}", f"L{level + 1}[9] a") for level in range(depth)}

@@ -7,7 +7,8 @@ here called the residue. Where only the message tells it, for example after a st
 residue. Positions in the generated code include CDR's header of 4 bytes; residues do not.
 
 The generated code has these variables: ``data``, the source; ``end``, its size; ``p``, the position in it; ``q``, the
-position in the target, of which only the residue matters; all others are from `Scope.unique_name`.
+position in the target, of which only the residue matters; ``room``, how many bytes may still be added, where that
+matters; all others are from `Scope.unique_name`.
 """
 
 from __future__ import annotations

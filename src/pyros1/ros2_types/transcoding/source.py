@@ -27,6 +27,9 @@ MAX_VALUES = 10_000
 """Maximum number of values that one function handles, with those of fixed arrays without a loop."""
 MAX_ZEROS = 1 << 16
 """Maximum number of bytes that the source lacks: messages may not make much more memory necessary than they have."""
+MAX_ADDED = 1 << 26
+"""The same for all elements of arrays that are more than `_GROWTH` times as large in the target."""
+_GROWTH = 8
 MAX_UNROLLED = 64
 """Fixed arrays of at most as many values need no loop."""
 _LARGE = 4096
@@ -49,6 +52,7 @@ class Generator:
         self._emit, self._ref = self._runs.emit, self._runs.ref
         self._values_left = MAX_VALUES
         self._zeros_left = MAX_ZEROS
+        self._counts_added = False
 
     def compile(self, record: Record) -> Convert:
         """Return the function.
@@ -65,6 +69,7 @@ class Generator:
             "def convert(data, seq):",
             "    end = len(data)",
             f"    p = {0 if self._to_cdr else HEADER_SIZE}",
+            *([f"    room = {MAX_ADDED}"] if self._counts_added else []),
             *(f"    {line}" for line in runs.lines),
             f"    if p > end: raise {self._ref(MessageError, 'error')}('it ends too early')",
             f"    return b''.join(({prefix}{joined}))",
@@ -243,6 +248,11 @@ class Generator:
         smallest = minimum_size(element, in_ros1=self._to_cdr)
         limit = f"{variable} * {smallest} > end - p" if smallest else f"{variable} > {MAX_EMPTY_ELEMENTS}"
         self._emit(f"if {limit}: raise {self._ref(MessageError, 'error')}('it has too many elements')")
+        added = 0 if skip else minimum_size(element, in_ros1=not self._to_cdr)
+        if added > _GROWTH * smallest:
+            self._counts_added = True
+            self._emit(f"room -= {variable} * {added}")
+            self._check("room < 0", node.label, "has too many elements that are much larger on the other side")
         with runs.loop(f"for {runs.unique_name('each')} in range({variable}):") as depth:
             if depth > MAX_LOOP_DEPTH:
                 raise DefinitionError(f"more than {MAX_LOOP_DEPTH} arrays in arrays", node.label)
