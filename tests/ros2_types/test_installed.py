@@ -75,6 +75,15 @@ def test_definitions_that_cannot_be_read(tmp_path: Path) -> None:
         types["p/msg/T"]
 
 
+def test_a_service_with_the_name_of_a_part_of_one(tmp_path: Path) -> None:
+    write(tmp_path, "p/srv/T_Request.srv", "int32 a\n")
+    types = InstalledTypes([tmp_path])
+    assert {*types} == {"p/srv/T_Request_Request", "p/srv/T_Request_Response"}
+    for name in types:
+        with pytest.raises(DefinitionError, match="is not defined here"):
+            types[name]
+
+
 def test_folders_of_an_environment(tmp_path: Path) -> None:
     write(tmp_path, "ros/share/std_msgs/msg/String.msg", "string data\n")
     (tmp_path / "empty/share").mkdir(parents=True)

@@ -36,7 +36,8 @@ _FIELD_TYPE_PATTERN = re.compile(
 )
 _FIELD_PATTERN = re.compile(r"(?P<type>\S+)\s+(?P<name>[^\s=]+)(?P<constant>\s*=)?")
 _SEPARATOR_PATTERN = re.compile(r"={3,}\Z")
-_MAX_SIZE = (1 << 32) - 1  # CDR and XCDR count in 32 bits
+MAX_SIZE = (1 << 32) - 1
+"""Maximum size of arrays and strings: CDR and XCDR count in 32 bits."""
 
 
 class _Text(NamedTuple):
@@ -201,6 +202,6 @@ def _parse_field_type(text: str, package: str) -> FieldType:
 
 def _parse_size(digits: str, text: str) -> int:
     size = int(digits)
-    if not 1 <= size <= _MAX_SIZE:
-        raise ValueError(f"[{text:.200}]: sizes are from 1 to {_MAX_SIZE}")
+    if not 1 <= size <= MAX_SIZE:
+        raise ValueError(f"[{text:.200}]: sizes are from 1 to {MAX_SIZE}")
     return size

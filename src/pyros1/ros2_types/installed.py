@@ -47,6 +47,8 @@ class InstalledTypes(Mapping[str, MessageType]):
         path = self._files[name]
         if path not in self._read:
             self._read[path] = _parse(name, path)
+        if name not in self._read[path]:
+            raise DefinitionError(f"[{name}] is not defined here", str(path))
         return self._read[path][name]
 
     def __contains__(self, name: object) -> bool:
