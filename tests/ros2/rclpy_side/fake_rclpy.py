@@ -131,7 +131,7 @@ class Network:
 
     Attributes:
         nodes, publishers, subscriptions, services, clients: all of them.
-        errors: topic or service -> what is raised when something is made with this name.
+        errors: node, topic or service -> what is raised when something is made with this name.
         hashes: topic -> the hash of its type, as DDS tells it.
         contexts: those that were not shut down.
     """
@@ -170,6 +170,8 @@ class Node:
     executor: Any
 
     def __init__(self, network: Network, name: str, namespace: str = "/", **_: Any) -> None:
+        if name in network.errors:
+            raise network.errors[name]
         self._network = network
         self._name = (name, namespace)
         self.threads: set[str] = set()

@@ -17,7 +17,7 @@ from pyros1.bridge.transport.zenoh_link import LinkError
 from pyros1.ground.errors import ServiceRefusal
 from pyros1.ros2.rclpy_side.calls import RclpyCall
 from pyros1.ros2.rclpy_side.graph_reader import process_id
-from pyros1.ros2.rclpy_side.session import RclpySession
+from pyros1.ros2.rclpy_side.session import DeclarationError, RclpySession
 from pyros1.ros2.rclpy_side.type_classes import TypeClasses
 from pyros1.ros2.zenoh.attachments import Attachment, decode_attachment
 from pyros1.ros2.zenoh.names import DataKey
@@ -232,6 +232,41 @@ def test_another_name(running: Running) -> None:
     running.network.publish("/a", b"theirs", THEIRS)
     assert running.messages.get(timeout=PATIENCE)[1] == b"theirs", "our own publisher is known by the new name"
     assert running.session.session is not first and running.network.publishers[0].owner == ("other", "/")
+
+
+def test_another_name_that_rclpy_refuses(running: Running) -> None:
+    running.publish("/a")
+    running.network.errors["other"] = RuntimeError("no such name")
+    with pytest.raises(DeclarationError, match="no such name"):
+        running.session.rename("other")
+    running.publish("/a", "/b")
+    assert {each.owner for each in running.network.publishers} == {("bridge", "/")}, "the old node goes on"
+    del running.network.errors["other"]
+    running.session.rename("other")
+    assert running.network.nodes == [("other", "/")] and not running.network.publishers
+
+
+def test_calls_end_with_their_clients(running: Running) -> None:
+    running.session.declare({}, {}, [], [key("/clean", CLEAN)])
+    (client,) = running.network.clients
+    answers: queue.Queue[bytes | ServiceRefusal] = queue.Queue()
+
+    def call() -> None:
+        try:
+            answers.put(running.session.call(key("/clean", CLEAN), b"yard", 2 * PATIENCE))
+        except ServiceRefusal as error:
+            answers.put(error)
+
+    running.session.start_call(key("/clean", CLEAN), b"attic", 2 * PATIENCE, answers.put)
+    caller = threading.Thread(target=call)
+    caller.start()
+    for _ in range(2):
+        client.requests.get(timeout=PATIENCE)
+    running.session.rename("other")
+    for _ in range(2):
+        assert isinstance(answers.get(timeout=PATIENCE), ServiceRefusal)
+    caller.join(PATIENCE)
+    assert not caller.is_alive() and answers.empty()
 
 
 def test_closing_ends_all_calls(running: Running) -> None:

@@ -268,11 +268,11 @@ class Ros2Bridge:
     def _rename(self, name: str) -> None:
         """Rename the node in ROS 2, and declare all anew under that name, if the master has been started anew."""
         if name != self._ros2_name:
-            self._ros2_name = name
             self._planned_from = self._declared = None
             # Publishers that have registered anew send their latched messages again only to a new subscriber.
             self._outgoing.close()
             self._session.rename(name)
+            self._ros2_name = name  # at last: if this fails, it is tried again
 
     def _must_plan(self) -> bool:
         """Return whether the plan may be out of date."""

@@ -26,7 +26,7 @@ class OwnCalls:
 
     def __init__(self, rclpy: RclpyModules) -> None:
         self._rclpy = rclpy
-        self._waiting: set[threading.Event] = set()
+        self._waiting: dict[threading.Event, Any] = {}  # what ends the wait, and the client
         self._started: set[_StartedCall] = set()
         self._closing = threading.Event()
 
@@ -43,10 +43,12 @@ class OwnCalls:
             ServiceRefusal: there was no response, or an error.
         """
         done, future = threading.Event(), None
-        self._waiting.add(done)
+        self._waiting[done] = client
         try:
             deadline = time.monotonic() + timeout
             self._await_service(client, min(timeout, READY_TIME))
+            if done.is_set():
+                raise ServiceRefusal("the bridge has no connection to ROS 2")
             future = client.call_async(self._rclpy.deserialize(request, request_class))
             future.add_done_callback(lambda _: done.set())
             if self._closing.is_set() or not done.wait(max(0.0, deadline - time.monotonic())) or not future.done():
@@ -57,7 +59,7 @@ class OwnCalls:
         except Exception as error:
             raise ServiceRefusal(f"the bridge cannot call it: {one_line(error, 200)}") from error
         finally:
-            self._waiting.discard(done)
+            self._waiting.pop(done, None)
             if future is not None:
                 client.remove_pending_request(future)
 
@@ -91,6 +93,15 @@ class OwnCalls:
             if call.is_done:
                 self._started.discard(call)
 
+    def lose(self, client: Any) -> None:
+        """End the calls of a client that has ended: their responses would not come."""
+        for done, its_client in [*self._waiting.items()]:
+            if its_client is client:
+                done.set()
+        for call in [*self._started]:
+            if call.client is client:
+                call.end(ServiceRefusal("the bridge has no connection to ROS 2"))
+
     def _await_service(self, client: Any, timeout: float) -> None:
         deadline = time.monotonic() + timeout
         while not client.service_is_ready():
@@ -119,7 +130,7 @@ class _StartedCall:
     ) -> None:
         now = time.monotonic()
         self.is_done = False
-        self._client = client
+        self.client = client
         self._message = message
         self._deadline = now + timeout
         self._ready_deadline = now + min(timeout, READY_TIME)
@@ -133,8 +144,8 @@ class _StartedCall:
         now, is_new = time.monotonic(), False
         try:
             with self._lock:
-                if self._future is None and not self.is_done and self._client.service_is_ready():
-                    self._future, is_new = self._client.call_async(self._message), True
+                if self._future is None and not self.is_done and self.client.service_is_ready():
+                    self._future, is_new = self.client.call_async(self._message), True
                     self._message = None
                 future = self._future
         except Exception as error:  # noqa: BLE001 - rclpy's own, of any kind
@@ -165,5 +176,5 @@ class _StartedCall:
             future = self._future
         if future is not None:
             with suppress(Exception):  # rclpy's own, if the client has ended
-                self._client.remove_pending_request(future)
+                self.client.remove_pending_request(future)
         self._done(response)

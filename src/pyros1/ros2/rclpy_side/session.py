@@ -47,7 +47,7 @@ _How = TypeVar("_How")
 
 
 class DeclarationError(Error):
-    """rclpy does not declare anything in time."""
+    """rclpy does not declare anything in time, or fails."""
 
 
 class RclpySession:
@@ -171,7 +171,7 @@ class RclpySession:
             Topic or service -> why rclpy refuses to declare it; the others are declared.
 
         Raises:
-            DeclarationError: rclpy does not do it in time.
+            DeclarationError: rclpy does not do it in time, or fails.
         """
         refused: dict[str, str] = {}
         lists = publishers, subscribers, dict.fromkeys(services), dict.fromkeys(clients)
@@ -182,19 +182,24 @@ class RclpySession:
         """Run a function in the executor's thread, and wait for its end.
 
         Raises:
-            DeclarationError: this takes too long.
+            DeclarationError: this takes too long, or it fails.
         """
         done = threading.Event()
+        errors: list[Exception] = []
 
         def run() -> None:
             try:
                 function(*arguments)
+            except Exception as error:  # noqa: BLE001 - rclpy's own, of any kind
+                errors.append(error)
             finally:
                 done.set()
 
         self._executor.create_task(run)
         if not done.wait(_DECLARE_TIME) and not self._closing.is_set():
             raise DeclarationError(f"rclpy has done nothing for {_DECLARE_TIME:.0f} s {self.problem}")
+        for error in errors:
+            raise DeclarationError(f"rclpy fails: {one_line(error, 200)}") from error
 
     def _declare(
         self,
@@ -212,7 +217,7 @@ class RclpySession:
         self._echoes.expect({name for name, _ in self._by_route.values()} & {key.name for key in subscribers})
         _adjust(self._subscribers, subscribers, self._subscribe, node.destroy_subscription, refused)
         _adjust(self._services, services, self._offer, node.destroy_service, refused)
-        _adjust(self._clients, clients, self._make_client, node.destroy_client, refused)
+        _adjust(self._clients, clients, self._make_client, self._end_client, refused)
 
     def rename(self, node: str) -> None:
         """Replace the node by one with another name. All that is declared ends; `declare` declares it anew.
@@ -221,18 +226,19 @@ class RclpySession:
             node: the name.
 
         Raises:
-            DeclarationError: rclpy does not do it in time.
+            DeclarationError: rclpy does not do it in time, or fails.
         """
         self._in_executor(self._rename, node)
 
     def _rename(self, name: str) -> None:
         if self._closing.is_set():
             return
+        node = self._rclpy.make_node(name, self._context, self._executor)  # first: if it fails, the old one stays
         self._declare({}, {}, {}, {}, {})
-        self._executor.remove_node(self.session)
-        self.session.destroy_node()
-        self.session = self._rclpy.make_node(name, self._context, self._executor)
-        self._graph.follow(self.session, name)
+        old, self.session = self.session, node
+        self._graph.follow(node, name)
+        self._executor.remove_node(old)
+        old.destroy_node()
 
     def look_for_routers(self) -> None:
         """Do nothing: ROS 2's middleware has none, or looks for them itself."""
@@ -272,6 +278,10 @@ class RclpySession:
 
     def _make_client(self, key: DataKey, _how: None) -> Any:
         return self.session.create_client(self._classes.service(key.type), key.name, callback_group=self._rclpy.group)
+
+    def _end_client(self, client: Any) -> None:
+        self.session.destroy_client(client)
+        self._own_calls.lose(client)
 
     # Messages ---------------------------------------------------------------------------------------------------------
 
