@@ -27,3 +27,11 @@ def test_no_reply() -> None:
     got: list[bytes | ServiceRefusal] = []
     LaterReply(got.append).put(None)
     assert isinstance(got[0], ServiceRefusal) and "does not respond" in str(got[0])
+
+
+def test_what_was_withdrawn_passes_on_nothing() -> None:
+    got: list[bytes | ServiceRefusal] = []
+    later = LaterReply(got.append)
+    assert later.withdraw() and later.is_done and not later.withdraw()
+    later.put(reply(b"late"))
+    assert got == []

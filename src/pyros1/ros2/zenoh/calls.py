@@ -99,6 +99,12 @@ class LaterReply:
                 response = error
             done(response)
 
+    def withdraw(self) -> bool:
+        """Pass on nothing from now on, and return whether nothing was passed on before."""
+        with self._lock:
+            done, self._done = self._done, None
+        return done is not None
+
 
 def response_of(reply: zenoh.Reply | None) -> bytes:
     """Return the encoded response in a reply.

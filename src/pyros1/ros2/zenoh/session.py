@@ -341,7 +341,11 @@ class Ros2Session(ZenohSession):
         replies = LaterReply(done)
         with self.lock:  # those that have ended since the last call
             self._calls = {each for each in self._calls if not (isinstance(each, LaterReply) and each.is_done)}
-        self._query(key, request, timeout, replies)
+        try:
+            self._query(key, request, timeout, replies)
+        except ServiceRefusal:
+            if replies.withdraw():  # otherwise, zenoh has ended the call, too
+                raise
 
     def _query(self, key: DataKey, request: bytes, timeout: float, replies: FirstReply | LaterReply) -> None:
         """Make a call.
