@@ -291,3 +291,11 @@ def test_random(seed: int) -> None:
     do(goals.lose(now + 20))
     assert not unanswered, "everything is answered"
     assert all(len(each) == 1 for each in results.values()), "a goal ends once"
+
+
+def test_goals_that_come_after_the_server_is_gone() -> None:
+    goals = accepted()
+    goals.lose(1.0)
+    assert goals.on_goal("late", OTHER, b"", 1.1) == [AnswerGoal("late", False, NO_STAMP)]
+    assert goals.on_result_request("result", OTHER) == [AnswerResult("result", Ros2Status.UNKNOWN, None)]
+    assert goals.close() == [], "nobody would answer it"

@@ -160,6 +160,7 @@ class GoalsToRos1:
         self._goals: dict[bytes, _Goal] = {}  # those that have ended in the order in which they have
         self._others: dict[bytes, GoalStatus] = {}
         self._told: tuple[ReportedGoal, ...] = ()
+        self._is_lost = False
         self._steps: list[Step] = []
 
     # Requests of ROS 2's clients --------------------------------------------------------------------------------------
@@ -167,7 +168,8 @@ class GoalsToRos1:
     def on_goal(self, call: object, uuid: bytes, goal: bytes, now: float) -> list[Step]:
         """Take a new goal; the call is answered when the server has accepted it."""
         num_active = sum(each.is_active for each in self._goals.values())
-        if len(uuid) != UUID_SIZE or uuid == NO_UUID or uuid in self._goals or num_active >= MAX_GOALS:
+        is_new = len(uuid) == UUID_SIZE and uuid != NO_UUID and uuid not in self._goals
+        if self._is_lost or not is_new or num_active >= MAX_GOALS:
             return [AnswerGoal(call, False, NO_STAMP)]
         name = uuid.hex()
         self._goals[uuid] = _Goal(name, uuid, now, call)
@@ -264,7 +266,8 @@ class GoalsToRos1:
         return self._take_steps(now)
 
     def lose(self, now: float) -> list[Step]:
-        """Note that the server is gone."""
+        """Note that the server is gone. Goals that come later are not accepted."""
+        self._is_lost = True
         for goal in [*self._goals.values()]:
             if goal.call is not None:
                 self._refuse(goal)
