@@ -109,7 +109,7 @@ def test_illegal_names_and_what_is_never_bridged(reading: Reading) -> None:
     node = Node(reading.network, "mapper")
     for topic in ("/rosout", "/parameter_events", "no slash", "/map"):
         fill(node, topic=topic)
-    assert [*reading.graph().topics()] == ["/map"]
+    assert {*reading.graph().topics()} == {"/rosout", "/map"}  # the log is bridged to ROS 1
 
 
 def test_not_more_than_is_kept(reading: Reading, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -17,8 +17,8 @@ from pyros1.ros2.zenoh.graph import MAX_ENTITIES
 from pyros1.ros2.zenoh.names import HUMBLE_HASH
 from pyros1.ros2.zenoh.tokens import Entity, Kind, encode_token
 
-IGNORED_TOPICS = ("/rosout", "/parameter_events")
-"""Topics that nearly all nodes have, and that are never bridged."""
+IGNORED_TOPICS = ("/parameter_events",)
+"""Topics that nearly all nodes have, and that are never bridged; `/rosout` is."""
 GID_SIZE = 16
 """Bytes of the identifier of an endpoint that count: some versions of rclpy add zeros."""
 _PREFIX_SIZE = 12
