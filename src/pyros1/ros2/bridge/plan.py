@@ -107,13 +107,14 @@ class Plan:
 
     def note_ways(self, publishers: Mapping[str, Collection[str]], bridges: Collection[str]) -> None:
         """Add the topics that other bridges publish in ROS 1, too, to the problems. No message goes round in circles,
-        since no bridge sends what one of them publishes; but the same message may come on two ways.
+        since no bridge sends what one of them publishes; but the same message may come on two ways. The log is left
+        out: each bridge has one of its own.
 
         Args:
             publishers: the nodes in ROS 1 that publish each topic.
             bridges: those of them that are other bridges.
         """
-        for topic in self.takes.keys() & publishers.keys():
+        for topic in (self.takes.keys() & publishers.keys()) - {LOG}:
             if topic not in self.problems and (others := sorted({*publishers[topic]} & {*bridges})):
                 self.problems[topic] = f"{others[0]} brings it to ROS 1, too, so its messages may come twice"
 
