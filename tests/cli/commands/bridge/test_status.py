@@ -27,6 +27,7 @@ def test_without_a_bridge(run: Run, make_node: Callable[..., Node]) -> None:
     make_node("user")
     code, _, err = run("status")
     assert code == 1 and err.startswith("ERROR: no bridge is running on this master; start one with: pyros1 bridge")
+    assert "pyros1 bridge ros2" in err
     assert run("status", "red")[0] == 2
 
 

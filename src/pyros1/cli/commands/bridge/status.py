@@ -42,7 +42,9 @@ def _show(invocation: Invocation, as_json: bool, before: str) -> int:
 
     found = fetch_statuses(invocation.graph, invocation.graph.state())
     if not found:
-        raise CommandError("no bridge is running on this master; start one with: pyros1 bridge --site NAME ...")
+        raise CommandError(
+            "no bridge is running on this master; start one with: pyros1 bridge --site NAME ..., or pyros1 bridge ros2"
+        )
     code = 0
     statuses = []
     for name, status in found.items():
