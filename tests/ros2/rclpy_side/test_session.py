@@ -193,6 +193,23 @@ def test_a_service_that_does_not_respond(running: Running) -> None:
         running.session.call(key("/other", CLEAN), b"", 0.05)
 
 
+def test_a_bridge_that_ends_while_a_service_is_called(running: Running) -> None:
+    running.session.declare({}, {}, (), [key("/clean", CLEAN)])
+    (client,) = running.network.clients
+    errors: queue.Queue[ServiceRefusal] = queue.Queue()
+
+    def call() -> None:
+        try:
+            running.session.call(key("/clean", CLEAN), b"", PATIENCE)
+        except ServiceRefusal as error:
+            errors.put(error)
+
+    threading.Thread(target=call, daemon=True).start()
+    client.requests.get(timeout=PATIENCE)
+    running.session.close()
+    assert str(errors.get(timeout=PATIENCE)) == "the bridge ends", "it is not the service's fault"
+
+
 def test_calling_without_waiting(running: Running) -> None:
     running.session.declare({}, {}, (), [key("/clean", CLEAN)])
     (client,) = running.network.clients

@@ -52,7 +52,9 @@ class OwnCalls:
             future = client.call_async(self._rclpy.deserialize(request, request_class))
             future.add_done_callback(lambda _: done.set())
             if self._closing.is_set() or not done.wait(max(0.0, deadline - time.monotonic())) or not future.done():
-                raise ServiceRefusal("the service in ROS 2 does not respond")
+                raise ServiceRefusal(
+                    "the bridge ends" if self._closing.is_set() else "the service in ROS 2 does not respond"
+                )
             return bytes(self._rclpy.serialize(future.result()))
         except Error:
             raise
