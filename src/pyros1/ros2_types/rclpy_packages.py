@@ -88,11 +88,15 @@ class RclpyPackages(Mapping[str, MessageType]):
 
     def packages(self) -> list[str]:
         """Return the names of the packages with definitions in AMENT_PREFIX_PATH, and beside rclpy, sorted."""
-        found: set[str] = set()
+        return sorted({path.parts[-3] for kind in PARTS for path in self._definitions(kind)})
+
+    def messages(self) -> list[str]:
+        """Return the names of the message types with definitions there, sorted."""
+        return sorted({f"{path.parts[-3]}/msg/{path.stem}" for path in self._definitions("msg")})
+
+    def _definitions(self, kind: str) -> Iterator[Path]:
         for prefix in [*self._prefixes, *_prefixes_of("rclpy")]:
-            for kind in PARTS:
-                found.update(path.parts[-3] for path in (prefix / "share").glob(f"*/{kind}/*.{kind}"))
-        return sorted(found)
+            yield from (prefix / "share").glob(f"*/{kind}/*.{kind}")
 
     def _share(self, package: str) -> Path | None:
         """Return the ``share`` folder of a package; None if it is not installed."""

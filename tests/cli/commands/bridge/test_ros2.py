@@ -104,7 +104,26 @@ def test_through_rclpy(run: Run, finding: Finding) -> None:
         code, out, err = run("--check", *words)
         assert (code, err) == (0, "") and out.startswith("ROS 2: domain 0, through rclpy with rmw_of_tests\n")
         assert out.endswith("types of these packages, which are installed beside rclpy: lab_msgs\n")
+    code, out, _ = run("--check", "--ros2-packages", "/nowhere")
+    assert code == 0 and "--ros2-packages is not used: through rclpy" in out
     assert "through tcp/localhost:7447 (as a router)\n" in run("--check", "--listen", "tcp/localhost:7447")[1]
+
+
+def test_pairs_through_rclpy(run: Run, finding: Finding) -> None:
+    """What is not installed beside it is not exchanged, so it has no pair."""
+    finding.write("")
+    (finding.folder / "share" / "lab_msgs" / "msg").mkdir(parents=True)
+    (finding.folder / "share" / "lab_msgs" / "msg" / "Bench.msg").write_text("string data\n")
+    (finding.folder / "lab_msgs").mkdir()
+    (finding.folder / "lab_msgs" / "__init__.py").write_text("")
+    bench = "  lab_msgs/Bench <-> lab_msgs/msg/Bench: as it is defined in ROS 2\n"
+    code, out, err = run("--pairs", "lab_msgs/msg/Bench", "std_msgs/String")
+    assert (code, err) == (1, "") and out == (
+        "messages, ROS 1 <-> ROS 2 beside rclpy:\n"
+        f"  std_msgs/String: package std_msgs is not installed beside rclpy\n{bench}"
+    )
+    assert bench in run("--pairs")[1]
+    assert "std_msgs/String <-> std_msgs/msg/String" in run("--pairs", "std_msgs/String", "--via", "zenoh")[1]
 
 
 def test_without_rclpy(run: Run, finding: Finding, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -59,6 +59,8 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int | None:
     except (Ros2RulesError, EndpointError, KeysError) as error:
         raise CommandError(str(error), 2) from None
     mapping = _read_mappings(options.mapping)
+    if way.name == "rclpy" and options.ros2_packages:
+        notes.append("--ros2-packages is not used: through rclpy, types are those of the packages installed beside it")
     if options.check:
         types = _make_types(options, mapping, invocation.environ, way)
         print(f"ROS 2: domain {domain}, through {describe_way(way, connect, options.listen)}")
@@ -131,9 +133,16 @@ def _print_pairs(invocation: Invocation, options: Any) -> int:
     from pyros1.cli.shared.definitions import MESSAGE_KIND, SERVICE_KIND, library  # noqa: PLC0415
     from pyros1.ros2.pairs.pair_list import list_messages, list_services  # noqa: PLC0415
     from pyros1.ros2.pairs.remembered import Budget  # noqa: PLC0415
+    from pyros1.ros2_types.rclpy_packages import RclpyPackages  # noqa: PLC0415
 
     wanted = options.pairs
-    types = _make_types(options, _read_mappings(options.mapping), invocation.environ, Way("zenoh"), Budget(inf))
+    way = choose_way(options)
+    types = _make_types(options, _read_mappings(options.mapping), invocation.environ, way, Budget(inf))
+    where = options.distribution
+    if way.name == "rclpy":
+        where = "beside rclpy"
+        for name in wanted or RclpyPackages().messages():
+            types.known.get(name)  # reads its definition, since only those that have been read are listed
     messages, services = (
         [name for package in library().packages() for name in kind.type_names(library(), package)]
         for kind in (MESSAGE_KIND, SERVICE_KIND)
@@ -145,7 +154,7 @@ def _print_pairs(invocation: Invocation, options: Any) -> int:
     ):
         for number, pair in enumerate(pairs):
             if not number:
-                print(f"{title}, ROS 1 <-> ROS 2 {options.distribution}:")
+                print(f"{title}, ROS 1 <-> ROS 2 {where}:")
             print(f"  {pair}", flush=True)
             is_missing = is_missing or not (pair.ros1 and pair.ros2)
             unknown -= {pair.ros1, pair.ros2, pair.ros1.replace("/", "/srv/")}
