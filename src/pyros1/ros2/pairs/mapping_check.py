@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from pyros1.ground.errors import Error
+from pyros1.ground.suggest import did_you_mean
 from pyros1.msgs import load_message, load_service
 from pyros1.ros2.pairs.differences import difference
 from pyros1.ros2.pairs.type_pairs import TypePairs
@@ -15,7 +16,8 @@ from pyros1.ros2_types.mapping import TypeMapping, TypeRule
 def check_mapping(mapping: TypeMapping, types: TypePairs) -> Iterator[tuple[str, bool]]:
     """Yield a line for each rule, and whether it can be used.
 
-    A type that only nodes have, and not this machine, is no mistake: it becomes known when they publish it.
+    A type that only nodes have, and not this machine, is no mistake: it becomes known when they publish it. If other
+    types of its package are known, it may be one; so the rule is used, and the line says what may be meant.
 
     Args:
         mapping: the rules.
@@ -35,6 +37,12 @@ def check_mapping(mapping: TypeMapping, types: TypePairs) -> Iterator[tuple[str,
             reason = str(error).removeprefix(f"{rule.place}: ")
             yield f"{rule.place}: {rule.ros1} and {rule.ros2} are not exchanged: {reason}", False
             continue
+        if not types.knows_ros2(rule.ros2) and (others := _others_of_package(rule, types)):
+            folder, _, name = rule.ros2.rpartition("/")
+            hint = did_you_mean(name, others)
+            line = f"{rule.place}: {rule.ros1} is {rule.ros2}, with the fields of ROS 1"
+            yield f"{line}, but as far as is known here, ROS 2 has no {name} in {folder}{hint}", False
+            continue
         known = "" if types.knows_ros2(rule.ros2) else ", with the fields of ROS 1, since its definition is not here"
         yield f"{rule.place}: {rule.ros1} is {rule.ros2}{known}", True
         for line in differences:
@@ -43,6 +51,12 @@ def check_mapping(mapping: TypeMapping, types: TypePairs) -> Iterator[tuple[str,
 
 def _is_service(rule: TypeRule) -> bool:
     return rule.ros2.split("/")[1] == "srv"
+
+
+def _others_of_package(rule: TypeRule, types: TypePairs) -> list[str]:
+    """Return the names of the types of the same package in ROS 2 that are known here, without the package."""
+    folder = f"{rule.ros2.rpartition('/')[0]}/"
+    return [name.removeprefix(folder) for name in types.known if name.startswith(folder)]
 
 
 def _differences(rule: TypeRule, loaded: Any, types: TypePairs) -> list[str]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import signal
+import socket
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
@@ -198,6 +199,13 @@ def test_without_a_master(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("ROS_MASTER_URI", "http://localhost:9/")
     code, _, err = run()
     assert code != 0 and "Unable to communicate with master" in err
+
+
+def test_a_port_that_is_in_use(run: Run) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        endpoint = f"tcp/127.0.0.1:{server.getsockname()[1]}"
+        code, out, err = run("--listen", endpoint)
+    assert code != 0 and not out and f"cannot listen on {endpoint}: another program does" in err
 
 
 def test_a_running_bridge(make_node: Callable[..., Node], environ: dict[str, str]) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import errno
+import socket
 from collections.abc import Mapping, Sequence
 from importlib import import_module
 from importlib.util import find_spec
@@ -87,12 +89,49 @@ def packages_line() -> str:
     return f"types of these packages, which are installed beside rclpy: {', '.join(RclpyPackages().packages())}"
 
 
-def check_way(way: Way) -> None:
-    """Raise an error if something that the way needs is not installed."""
+def check_way(way: Way, listen: Sequence[str]) -> None:
+    """Raise an error if something that the way needs is not there.
+
+    This comes before the node starts, since that ends another bridge of its name, which may run and be the reason.
+
+    Args:
+        way: how the bridge gets to ROS 2.
+        listen: the endpoints on which it is to listen.
+
+    Raises:
+        CommandError: zenoh is not installed, or another program listens on such a port.
+    """
     from pyros1.bridge.transport.zenoh_link import check_installed  # noqa: PLC0415
 
     if way.name == "zenoh":
         check_installed()
+        for endpoint in listen:
+            if _is_in_use(endpoint):
+                raise CommandError(
+                    f"cannot listen on {one_line(endpoint)}: another program does, perhaps a bridge or ROS 2's router"
+                )
+
+
+def _is_in_use(endpoint: str) -> bool:
+    """Return whether another program listens on a port of TCP."""
+    protocol, _, address = endpoint.partition("/")
+    host, _, port = address.rpartition(":")
+    if protocol not in ("tcp", "tls") or not port.isdigit() or port == "0":
+        return False
+    try:
+        addresses = socket.getaddrinfo(host.strip("[]"), int(port), type=socket.SOCK_STREAM)
+    except OSError:
+        return False  # zenoh says what is wrong
+    for family, kind, _, _, where in addresses:
+        with socket.socket(family, kind) as sock:
+            sock.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            try:
+                sock.bind(where)
+                sock.listen()
+            except OSError as error:
+                if error.errno == errno.EADDRINUSE:
+                    return True
+    return False
 
 
 def make_side(

@@ -183,7 +183,7 @@ def _run(
     connect: list[str],
     settings: Mapping[str, str],
 ) -> int:
-    check_way(way)
+    check_way(way, options.listen)
     where = describe_way(way, connect, options.listen)
     invocation.master.ping()  # fail before slow imports if no master is running
     from pyros1.node import Node  # noqa: PLC0415
