@@ -134,6 +134,22 @@ def test_the_newest_message_is_shown_also_if_it_came_just_after_another(
         browser.wait(shown, f"data: {number}")
 
 
+def test_the_latest_message_stays_when_a_subscriber_comes(
+    browser: Browser, web: Web, make_node: Callable[..., Any]
+) -> None:
+    publisher = make_node("talker").advertise("number", Float64)
+    browser.open(link(web, mode="all", hide=["debug"]))
+    wait_for_boxes(browser, "n:/talker", "t:/number")
+    click(browser, "t:/number")
+    assert publisher.wait_for_subscribers(timeout=20)
+    publisher.publish(1.5)
+    message = "document.querySelector('.sheet .message').textContent"
+    browser.wait(f"{message} === 'data: 1.5'")
+    make_node("listener").subscribe("number", Float64, lambda message: None)
+    browser.wait("document.querySelector('.sheet').textContent.includes('/listener')")
+    assert browser.run(f"return {message}") == "data: 1.5"
+
+
 def test_changes_move_the_picture_no_more_than_needed(
     browser: Browser, web: Web, make_node: Callable[..., Any]
 ) -> None:

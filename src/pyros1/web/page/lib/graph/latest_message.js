@@ -14,6 +14,8 @@ export class LatestMessage {
   constructor(place, topic, type, published, flow) {
     this.place = place;
     this.topic = topic;
+    this.type = type;
+    this.published = published;
     this.firstNumber = null; // path of the first numeric field
     this.value = h("div.message.mono");
     this.facts = h("span.muted");
@@ -23,6 +25,11 @@ export class LatestMessage {
     if (!published) fill(this.value, h("p.muted", {}, "No node publishes it."));
     else if (LARGE_TYPES.test(type) || flow > MAX_AUTOMATIC_FLOW) fill(this.value, h("button", { title: "this subscribes to the topic", onclick: () => this._open() }, "Show messages"));
     else this._open();
+  }
+
+  // Whether it would be made anew with the same arguments.
+  isOf(topic, type, published) {
+    return !this.closed && this.topic === topic && this.type === type && this.published === published;
   }
 
   close() {

@@ -132,9 +132,12 @@ export class Sheet {
         : `${rate(topic.hz)}${topic.hz ? ` of ${bytes(topic.bytes / topic.hz)}` : ""}, ${bytes(topic.bytes, "B/s")}`;
       if (flow.textContent !== text) fill(flow, text);
     });
-    this.latest?.close();
-    const latest = new LatestMessage(this.place, name, type, publishers.length > 0, this.flow(name));
-    this.latest = latest;
+    const published = publishers.length > 0;
+    if (!this.latest?.isOf(name, type, published)) { // otherwise it would forget its message whenever a subscriber comes or goes
+      this.latest?.close();
+      this.latest = new LatestMessage(this.place, name, type, published, this.flow(name));
+    }
+    const latest = this.latest;
     return [name, "topic",
       h("dl", {}, h("dt", {}, "type"), h("dd.mono", {}, type || "unknown"), h("dt", {}, "flow"), flow),
       missing.length > 0 && h("p.trouble", {}, `${plural(missing.length, "connection")} ${missing.length === 1 ? "is" : "are"} missing.`),
