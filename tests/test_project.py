@@ -29,7 +29,7 @@ LEVELS = [
     {"master", "node"},
     {"graph", "aio", "tf", "observe"},
     {"actions", "filters", "reconfigure", "diagnostics", "urdf"},
-    {"launch", "bag", "topic_tools", "turtlesim"},
+    {"launch", "bag", "topic_tools", "turtlesim", "robot_nodes"},
     {"doctor", "test_nodes", "testing", "guide", "drop_in"},
     {"web", "bridge"},
     {"ros2"},

@@ -10,93 +10,26 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Callable, Mapping
+from importlib import import_module
 
 from pyros1.cli.shared.gui_programs import PROGRAMS_BY_PACKAGE
 from pyros1.ground.errors import Error
 
 
-def _test_node() -> int:
-    from pyros1.test_nodes.program import main  # noqa: PLC0415 - each process runs only one script
+def _program(module: str, function: str = "main") -> Callable[[], int]:
+    """Return a function that imports a module, calls its function with the command line, and returns the exit code."""
 
-    return main(sys.argv)
+    def run_program() -> int:
+        code: int = getattr(import_module(module), function)(sys.argv)
+        return code
+
+    return run_program
 
 
 def _xacro() -> int:
-    from pyros1.launch.reading.xacro_tool import main  # noqa: PLC0415 - as above
+    from pyros1.launch.reading.xacro_tool import main  # noqa: PLC0415 - each process runs only one script
 
     return main()
-
-
-def _republish() -> int:
-    from pyros1.topic_tools.republish import main  # noqa: PLC0415 - as above
-
-    return main(sys.argv)
-
-
-def _robot_state_publisher() -> int:
-    from pyros1.urdf.state_publisher import main  # noqa: PLC0415 - as above
-
-    return main(sys.argv)
-
-
-def _joint_state_publisher() -> int:
-    from pyros1.urdf.joint_publisher import main  # noqa: PLC0415 - as above
-
-    return main(sys.argv)
-
-
-def _joint_state_publisher_gui() -> int:
-    from pyros1.cli.joint_sliders import main  # noqa: PLC0415 - as above
-
-    return main(sys.argv)
-
-
-def _tf2_web_republisher() -> int:
-    from pyros1.topic_tools.tf2_web_republisher import main  # noqa: PLC0415 - as above
-
-    return main(sys.argv)
-
-
-def _turtlesim_node() -> int:
-    from pyros1.turtlesim.simulator import main  # noqa: PLC0415 - as above
-
-    return main(sys.argv)
-
-
-def _turtle_teleop_key() -> int:
-    from pyros1.turtlesim.teleop import main  # noqa: PLC0415 - as above
-
-    return main(sys.argv)
-
-
-def _draw_square() -> int:
-    from pyros1.turtlesim.square import main  # noqa: PLC0415 - as above
-
-    return main(sys.argv)
-
-
-def _mimic() -> int:
-    from pyros1.turtlesim.mimic import main  # noqa: PLC0415 - as above
-
-    return main(sys.argv)
-
-
-def _turtle_view() -> int:
-    from pyros1.turtlesim.view import main  # noqa: PLC0415 - as above
-
-    return main(sys.argv)
-
-
-def _turtle_broadcaster() -> int:
-    from pyros1.turtlesim.following import broadcast  # noqa: PLC0415 - as above
-
-    return broadcast(sys.argv)
-
-
-def _turtle_listener() -> int:
-    from pyros1.turtlesim.following import follow  # noqa: PLC0415 - as above
-
-    return follow(sys.argv)
 
 
 _TOPIC_TOOLS = """
@@ -107,12 +40,12 @@ _TEST_NODES = "advertisetest hztest paramtest publishtest subscribetest"
 
 SCRIPTS: Mapping[str, Mapping[str, str | Callable[[], int]]] = {
     "dynamic_reconfigure": {"dynparam": "dynparam"},
-    "image_transport": {"republish": _republish},
-    "joint_state_publisher": {"joint_state_publisher": _joint_state_publisher},
-    "joint_state_publisher_gui": {"joint_state_publisher_gui": _joint_state_publisher_gui},
-    "robot_state_publisher": {"robot_state_publisher": _robot_state_publisher},
+    "image_transport": {"republish": _program("pyros1.topic_tools.republish")},
+    "joint_state_publisher": {"joint_state_publisher": _program("pyros1.urdf.joint_publisher")},
+    "joint_state_publisher_gui": {"joint_state_publisher_gui": _program("pyros1.cli.joint_sliders")},
+    "robot_state_publisher": {"robot_state_publisher": _program("pyros1.urdf.state_publisher")},
     "rosbag": {"play": "bag play", "record": "bag record"},
-    "rostest": dict.fromkeys(_TEST_NODES.split(), _test_node),
+    "rostest": dict.fromkeys(_TEST_NODES.split(), _program("pyros1.test_nodes.program")),
     "tf": {
         "static_transform_publisher": "tf static_transform_publisher --tf",
         "tf_change_notifier": "tf change_notifier",
@@ -126,20 +59,20 @@ SCRIPTS: Mapping[str, Mapping[str, str | Callable[[], int]]] = {
         "static_transform_publisher": "tf static_transform_publisher --tf2",
     },
     "tf2_tools": {"echo.py": "tf echo --tf2", "view_frames.py": "tf view_frames"},
-    "tf2_web_republisher": {"tf2_web_republisher": _tf2_web_republisher},
+    "tf2_web_republisher": {"tf2_web_republisher": _program("pyros1.topic_tools.tf2_web_republisher")},
     "topic_tools": {name: f"topic_tools {name}" for name in _TOPIC_TOOLS.split()},
     "turtle_tf2": {
-        "turtle_tf2_broadcaster": _turtle_broadcaster,
-        "turtle_tf2_broadcaster.py": _turtle_broadcaster,
-        "turtle_tf2_listener": _turtle_listener,
-        "turtle_tf2_listener.py": _turtle_listener,
+        "turtle_tf2_broadcaster": _program("pyros1.turtlesim.following", "broadcast"),
+        "turtle_tf2_broadcaster.py": _program("pyros1.turtlesim.following", "broadcast"),
+        "turtle_tf2_listener": _program("pyros1.turtlesim.following", "follow"),
+        "turtle_tf2_listener.py": _program("pyros1.turtlesim.following", "follow"),
     },
     "turtlesim": {
-        "draw_square": _draw_square,
-        "mimic": _mimic,
-        "turtle_teleop_key": _turtle_teleop_key,
-        "turtle_view": _turtle_view,
-        "turtlesim_node": _turtlesim_node,
+        "draw_square": _program("pyros1.turtlesim.square"),
+        "mimic": _program("pyros1.turtlesim.mimic"),
+        "turtle_teleop_key": _program("pyros1.turtlesim.teleop"),
+        "turtle_view": _program("pyros1.turtlesim.view"),
+        "turtlesim_node": _program("pyros1.turtlesim.simulator"),
     },
     "xacro": {"xacro": _xacro},
     **{package: {name: f"web {name}" for name in names} for package, names in PROGRAMS_BY_PACKAGE.items()},
@@ -162,6 +95,6 @@ def run(file: str) -> None:
         except Error as error:  # for example, the master's address is invalid
             sys.exit(f"ERROR: {name}: {error}")
         sys.exit(code)
-    from pyros1.cli.dispatch import dispatch  # noqa: PLC0415 - not needed by the scripts above
+    from pyros1.cli.dispatch import dispatch  # noqa: PLC0415 - not needed by the programs above
 
     sys.exit(dispatch(["pyros1", *command.split(), *sys.argv[1:]], alone=True))

@@ -1,0 +1,28 @@
+"""Runs a node of this room until it is shut down."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from pyros1.ground.errors import Error
+from pyros1.node import Node
+
+
+def run_node(argv: list[str], name: str, start: Callable[[Node], object]) -> int:
+    """Run a node until it is shut down; return its exit code.
+
+    Args:
+        argv: the command line, with the program's name.
+        name: the node's name, unless the command line has another one.
+        start: creates the node's publishers, subscribers, services and timers. What it returns is kept until the end.
+            If it raises an `Error`, that is logged, and the exit code is 1.
+    """
+    with Node(name, argv=argv[1:]) as node:
+        try:
+            running = start(node)
+        except Error as error:
+            node.log.fatal("%s", error)
+            return 1
+        node.spin()
+        del running
+    return 0

@@ -1,0 +1,39 @@
+from __future__ import annotations
+
+import os
+import signal
+import threading
+
+import pytest
+
+from pyros1.ground.errors import NodeError
+from pyros1.node import Node
+from pyros1.robot_nodes.program import run_node
+
+
+def test_an_error_at_the_start_is_logged(
+    environ: dict[str, str], monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    for name, value in environ.items():
+        monkeypatch.setenv(name, value)
+
+    def start(node: Node) -> None:
+        raise NodeError(f"{node.name} has no map")
+
+    assert run_node(["map_server", "__name:=floor"], "map_server", start) == 1
+    assert "/floor has no map" in capfd.readouterr().err
+
+
+def test_a_node_runs_until_it_is_interrupted(environ: dict[str, str], monkeypatch: pytest.MonkeyPatch) -> None:
+    for name, value in environ.items():
+        monkeypatch.setenv(name, value)
+    interrupt = threading.Timer(0.0, os.kill, [os.getpid(), signal.SIGINT])
+    names = []
+
+    def start(node: Node) -> None:
+        names.append(node.name)
+        interrupt.start()
+
+    assert run_node(["joy_node"], "joy_node", start) == 0
+    interrupt.join()
+    assert names == ["/joy_node"]
