@@ -71,6 +71,12 @@ def test_nothing_when_all_is_well() -> None:
             ("/bridge_base: refused\\x1b",),
         ),
         ({"sites": [], "dialect": "ros2"}, "bridge-ros2-alone", ("/bridge_base",)),
+        ({"sites": [], "dialect": "ros2", "via": "rclpy"}, "bridge-ros2-alone", ("/bridge_base",)),
+        (
+            {"link": "rclpy was shut down", "sites": [], "dialect": "ros2", "via": "rclpy"},
+            "bridge-rclpy",
+            ("/bridge_base: rclpy was shut down",),
+        ),
         ({"sites": [{"name": "red", "state": "lost"}]}, "bridge-site", ("/bridge_base: red",)),
         ({"sites": [{"name": "red", "state": "present", "shared": True}]}, "bridge-name", ("/bridge_base: red",)),
         (
@@ -101,6 +107,12 @@ def test_findings(changes: dict[str, Any], kind: str, items: tuple[str, ...]) ->
     (finding,) = check(**changes)
     assert (finding.kind, finding.items) == (kind, items)
     assert finding.fix and finding.text
+
+
+def test_through_rclpy_no_router_of_zenoh_is_to_be_checked() -> None:
+    for changes in ({"link": ""}, {"link": "rclpy was shut down"}):
+        (finding,) = check(sites=[], dialect="ros2", via="rclpy", **changes)
+        assert "zenoh" not in finding.fix
 
 
 def test_what_is_not_taken_names_the_rule_that_would() -> None:

@@ -212,7 +212,7 @@ def status_lines(status: Mapping[str, Any]) -> Iterator[str]:
     """
     dialect, name = status.get("dialect"), one_line(status["site"])
     if dialect == ROS2:
-        yield f"bridge to ROS 2, domain {one_line(status['domain'])}"
+        yield f"bridge to ROS 2 through {one_line(status.get('via', 'zenoh'))}, domain {one_line(status['domain'])}"
     elif dialect:
         where = "without a namespace" if name == "*" else f"in namespace {name}"
         yield f"bridge of {one_line(dialect)}, {where}"

@@ -104,8 +104,26 @@ def _check_links(statuses: _Statuses, system: System) -> Iterator[Finding]:
     unreached = {name: one_line(status["link"]) for name, status in statuses.items() if status["link"]}
     alone = [name for name, status in statuses.items() if not status["link"] and not status["sites"]]
     to_ros2 = {name for name, status in statuses.items() if status.get("dialect") == ROS2}
-    items = tuple(f"{name}: {problem}" for name, problem in unreached.items() if name in to_ros2)
-    if items:
+    through_rclpy = {name for name in to_ros2 if statuses[name].get("via") == "rclpy"}
+    if items := tuple(f"{name}: {problem}" for name, problem in unreached.items() if name in through_rclpy):
+        yield Finding(
+            "bridge-rclpy",
+            ERROR,
+            "The following bridges have problems with rclpy:",
+            "look at what they log, and start them again",
+            items,
+        )
+    if items := tuple(name for name in alone if name in through_rclpy):
+        yield Finding(
+            "bridge-ros2-alone",
+            WARNING,
+            "The following bridges have found no nodes of ROS 2:",
+            "check that nodes run there with the bridge's RMW_IMPLEMENTATION and ROS_DOMAIN_ID (pyros1 bridge status "
+            "shows it), and that ros2 node list finds them on the bridge's machine",
+            items,
+        )
+    through_zenoh = to_ros2 - through_rclpy
+    if items := tuple(f"{name}: {problem}" for name, problem in unreached.items() if name in through_zenoh):
         yield Finding(
             "bridge-ros2-link",
             ERROR,
@@ -114,7 +132,7 @@ def _check_links(statuses: _Statuses, system: System) -> Iterator[Finding]:
             "(pyros1 bridge ros2 --listen tcp/localhost:7447)",
             items,
         )
-    if items := tuple(name for name in alone if name in to_ros2):
+    if items := tuple(name for name in alone if name in through_zenoh):
         yield Finding(
             "bridge-ros2-alone",
             WARNING,

@@ -433,7 +433,7 @@ def test_status_and_problems(bridge: RunningBridge, peer: Ros2Peer) -> None:
     wait_until(lambda: bridge.status()["sent"] and bridge.status()["problems"], "the status says all of it")
     status = bridge.status()
     assert status["sites"] == [{"name": "ROS 2", "state": "present", "round_trip": None}]
-    assert [*status_lines(status)][:2] == ["bridge to ROS 2, domain 0", "  nodes: /peer"]
+    assert [*status_lines(status)][:2] == ["bridge to ROS 2 through zenoh, domain 0", "  nodes: /peer"]
     assert status["problems"]["/strange"].startswith("the definition of strange_msgs/msg/Type is not known here")
     assert status["sent"][0]["type"] == "std_msgs/msg/String" and status["sent"][0]["wanted_by"] == []
 

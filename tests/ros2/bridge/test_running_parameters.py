@@ -22,7 +22,7 @@ from pyros1.bridge.service_ends import PARAMETERS_CLASS
 from pyros1.ground.errors import ServiceError
 from pyros1.msgs import AnyMsg
 from pyros1.reconfigure.client import Client
-from pyros1.ros2.bridge.parameters import reconfigured
+from pyros1.ros2.bridge.parameters import exchange, reconfigured
 from pyros1.ros2.bridge.rules import Ros2Rules
 
 from ...bridge.conftest import PATIENCE, wait_until
@@ -294,6 +294,17 @@ def test_reading_parameters(bridge: RunningBridge, make_ros2: Callable[..., Fake
     clients = [client.node_name for client in node.peer.graph.service("/arm/driver/get_parameters").clients]
     assert clients == ["bridge"]
     assert json.dumps(answer)
+
+
+def test_a_bound_for_the_nodes_that_are_asked(
+    bridge: RunningBridge, make_ros2: Callable[..., FakeNode], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(exchange, "MAX_ASKED", 1)
+    arm, leg = make_ros2("/arm", {"speed": 1}), make_ros2("/leg", {"speed": 2})
+    wait_until(lambda: ask(bridge) == ["/arm", "/leg"], "both are known")
+    assert (ask(bridge, "/arm/speed"), ask(bridge, "/leg/speed")) == (1, 2)
+    wait_until(lambda: not arm.peer.graph.service("/arm/get_parameters").clients, "the first one's client has ended")
+    assert leg.peer.graph.service("/leg/get_parameters").clients
 
 
 def refused(bridge: RunningBridge, name: str, site: str = "ros2") -> str:

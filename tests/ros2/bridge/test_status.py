@@ -26,7 +26,9 @@ def status(plan: Plan, counts: Counts, provides: Mapping[str, Any] = {}, problem
         plan=SimpleNamespace(offers={}, provides=provides), counts=lambda kind, name: CallCounts()
     )
     sender: Any = Mock(waiting_bytes=0)
-    return json.loads(status_json(0, plan, ["/far"], ["/a"], "", sender, problems, counts, services, [], {}, 0))
+    return json.loads(
+        status_json("rclpy", 0, plan, ["/far"], ["/a"], "", sender, problems, counts, services, [], {}, 0)
+    )
 
 
 def test_rates_and_version() -> None:
@@ -37,7 +39,7 @@ def test_rates_and_version() -> None:
     found = status(Plan(takes={"/a": Taken(PAIR)}), counts)
     (row,) = found["received"]
     assert (row["messages_per_second"], row["bytes_per_second"]) == (0.5, 5.0)
-    assert (found["version"], found["not_listed"]) == (__version__, {})
+    assert (found["version"], found["via"], found["not_listed"]) == (__version__, "rclpy", {})
     shown = describe_bridge("/bridge", found)
     assert shown is not None and [(each["hz"], each["bytes"]) for each in shown["flows"]] == [(0.5, 5.0)]
 

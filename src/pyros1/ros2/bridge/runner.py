@@ -351,12 +351,16 @@ class Ros2Bridge:
             refused = self._ros2.refused
         demand = self._publishing.demand(self._graph.bridges)
         trouble = self._trouble | ({"more of ROS 2 than is kept": refused} if refused else {})
+        link_problem = self._session.problem
+        if self._session.session is None:
+            link_problem = link_problem or "there is none yet"
         return status_json(
+            self._session.way,
             self._domain,
             plan,
             nodes,
             demand,
-            self._session.problem,
+            link_problem,
             self._sender,
             problems,
             self._counts,

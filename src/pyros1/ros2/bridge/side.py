@@ -44,9 +44,11 @@ class Ros2Side(Link, Protocol):
     """A node in ROS 2, and all that it has. What it calls, it calls on threads of its own.
 
     Attributes:
+        way: how it gets to ROS 2: ``zenoh`` or ``rclpy``.
         session: None until something can be declared.
     """
 
+    way: str
     session: Any
 
     def declare(
@@ -56,25 +58,63 @@ class Ros2Side(Link, Protocol):
         services: Iterable[DataKey] = (),
         clients: Iterable[DataKey] = (),
     ) -> dict[str, str]:
-        """Have exactly these publishers and so on, see `pyros1.ros2.zenoh.session.Ros2Session.declare`."""
+        """Have exactly these declarations from now on; nothing happens before there is a connection.
+
+        Args:
+            publishers: the publishers, by what their packets have as their keys: each with its key in ROS 2, QoS, and
+                the priority of its messages, which has a meaning only in zenoh.
+            subscribers: the keys to subscribe to, each with QoS.
+            services: the keys of services to offer.
+            clients: the keys of services to call.
+
+        Returns:
+            Topic or service -> why it cannot be declared; the others are declared.
+
+        Raises:
+            DeclarationError: rclpy does not do it in time, or fails.
+        """
         ...
 
     def rename(self, node: str) -> None:
-        """Give its node another name. All that is declared ends; `declare` declares it anew."""
+        """Give its node another name. All that is declared ends; `declare` declares it anew.
+
+        Raises:
+            DeclarationError: rclpy does not do it in time, or fails.
+        """
         ...
 
     def look_for_routers(self) -> None:
         """Note in `problem` if there is no way to the other nodes any more."""
         ...
 
+    def call(self, key: DataKey, request: bytes, timeout: float) -> bytes:
+        """Call a service in ROS 2 for which there is a client, and return the encoded response.
+
+        Args:
+            key: the key of the service.
+            request: the encoded request.
+            timeout: maximum number of seconds to wait.
+
+        Raises:
+            ServiceRefusal: there was no response, or an error.
+        """
+        ...
+
     def start_call(
         self, key: DataKey, request: bytes, timeout: float, done: Callable[[bytes | ServiceRefusal], object]
     ) -> None:
-        """Call a service without waiting, see `pyros1.ros2.zenoh.session.Ros2Session.start_call`."""
-        ...
+        """Call a service in ROS 2 as `call` does, without waiting for the response.
 
-    def call(self, key: DataKey, request: bytes, timeout: float) -> bytes:
-        """Call a service, see `pyros1.ros2.zenoh.session.Ros2Session.call`."""
+        Args:
+            key: the key of the service.
+            request: the encoded request.
+            timeout: maximum number of seconds until there is a response.
+            done: called once with the encoded response, or with why there is none, on any thread; it must return at
+                once. This also happens if the session closes.
+
+        Raises:
+            ServiceRefusal: the call cannot be made; `done` is not called then.
+        """
         ...
 
 

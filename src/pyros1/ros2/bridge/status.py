@@ -23,6 +23,7 @@ MAX_PROBLEMS = 5000
 
 
 def status_json(
+    way: str,
     domain: int,
     plan: Plan,
     nodes: Collection[str],
@@ -39,6 +40,7 @@ def status_json(
     """Return the status as JSON.
 
     Args:
+        way: how the bridge gets to ROS 2, see `pyros1.ros2.bridge.side.Ros2Side`.
         domain: the ROS domain.
         plan: what the bridge does.
         nodes: the full names of the nodes in ROS 2.
@@ -60,6 +62,7 @@ def status_json(
         trouble = {**trouble, "topics and services with problems that are not listed": len(problems) - len(named)}
     status = {
         "dialect": ROS2,
+        "via": way,
         "site": "ROS 1",
         "version": __version__,
         "domain": domain,

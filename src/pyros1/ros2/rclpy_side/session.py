@@ -70,6 +70,8 @@ class RclpySession:
         session: rclpy's node.
     """
 
+    way = "rclpy"
+
     def __init__(
         self,
         node: str,
@@ -158,21 +160,7 @@ class RclpySession:
         services: Iterable[DataKey] = (),
         clients: Iterable[DataKey] = (),
     ) -> dict[str, str]:
-        """Have exactly these declarations from now on, but for those that rclpy refuses.
-
-        Args:
-            publishers: the publishers, by what their packets have as their keys: each with its key in ROS 2, QoS, and
-                the priority of its messages, which has no meaning here.
-            subscribers: the keys to subscribe to, each with QoS.
-            services: the keys of services to offer.
-            clients: the keys of services to call.
-
-        Returns:
-            Topic or service -> why rclpy refuses to declare it; the others are declared.
-
-        Raises:
-            DeclarationError: rclpy does not do it in time, or fails.
-        """
+        """See `pyros1.ros2.bridge.side.Ros2Side.declare`."""
         refused: dict[str, str] = {}
         lists = publishers, subscribers, dict.fromkeys(services), dict.fromkeys(clients)
         self._in_executor(self._declare, *lists, refused)
@@ -220,14 +208,7 @@ class RclpySession:
         _adjust(self._clients, clients, self._make_client, self._end_client, refused)
 
     def rename(self, node: str) -> None:
-        """Replace the node by one with another name. All that is declared ends; `declare` declares it anew.
-
-        Args:
-            node: the name.
-
-        Raises:
-            DeclarationError: rclpy does not do it in time, or fails.
-        """
+        """See `pyros1.ros2.bridge.side.Ros2Side.rename`."""
         self._in_executor(self._rename, node)
 
     def _rename(self, name: str) -> None:
@@ -338,16 +319,7 @@ class RclpySession:
             self._wake()
 
     def call(self, key: DataKey, request: bytes, timeout: float) -> bytes:
-        """Call a service in ROS 2 for which there is a client, and return the encoded response.
-
-        Args:
-            key: the key of the service.
-            request: the encoded request.
-            timeout: maximum number of seconds to wait.
-
-        Raises:
-            ServiceRefusal: there was no response, or an error.
-        """
+        """See `pyros1.ros2.bridge.side.Ros2Side.call`."""
         client = self._clients.get((key, None))
         if client is None or self._closing.is_set():
             raise ServiceRefusal("the bridge has no connection to ROS 2")
@@ -356,18 +328,7 @@ class RclpySession:
     def start_call(
         self, key: DataKey, request: bytes, timeout: float, done: Callable[[bytes | ServiceRefusal], object]
     ) -> None:
-        """Call a service in ROS 2 as `call` does, without waiting for the response.
-
-        Args:
-            key: the key of the service.
-            request: the encoded request.
-            timeout: maximum number of seconds until there is a response.
-            done: called once with the encoded response, or with why there is none, on any thread; it must return at
-                once. This also happens if the session closes.
-
-        Raises:
-            ServiceRefusal: the call cannot be made; `done` is not called then.
-        """
+        """See `pyros1.ros2.bridge.side.Ros2Side.start_call`."""
         client = self._clients.get((key, None))
         if client is None or self._closing.is_set():
             raise ServiceRefusal("the bridge has no connection to ROS 2")

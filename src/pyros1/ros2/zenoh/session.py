@@ -88,6 +88,8 @@ class Ros2Session(ZenohSession):
         refused: empty; see `pyros1.ros2.bridge.side.Ros2Side`.
     """
 
+    way = "zenoh"
+
     def __init__(
         self,
         zid: str,
@@ -130,11 +132,7 @@ class Ros2Session(ZenohSession):
         return self.session.liveliness().declare_token(encode_token(node))
 
     def rename(self, node: str) -> None:
-        """Give its node another name. All that is declared ends; `declare` declares it anew.
-
-        Args:
-            node: the name.
-        """
+        """See `pyros1.ros2.bridge.side.Ros2Side.rename`."""
         with self.lock:
             self._node = node
             if self.session is None or self.is_closing:
@@ -182,18 +180,7 @@ class Ros2Session(ZenohSession):
         services: Iterable[DataKey] = (),
         clients: Iterable[DataKey] = (),
     ) -> dict[str, str]:
-        """Have exactly these declarations from now on; nothing happens before there is a connection.
-
-        Args:
-            publishers: the publishers, by what their packets have as their keys: each with its key in ROS 2, QoS, and
-                the priority of its messages.
-            subscribers: the keys to subscribe to, each with QoS.
-            services: the keys of services to offer.
-            clients: the keys of services to call.
-
-        Returns:
-            Topic or service -> why zenoh refuses to declare it; the others are declared.
-        """
+        """See `pyros1.ros2.bridge.side.Ros2Side.declare`."""
         refused: dict[str, str] = {}
         with self.lock:
             if self.session is None or self.is_closing:
@@ -305,16 +292,7 @@ class Ros2Session(ZenohSession):
     # Calls ------------------------------------------------------------------------------------------------------------
 
     def call(self, key: DataKey, request: bytes, timeout: float) -> bytes:
-        """Call a service in ROS 2 for which there is a client, and return the encoded response.
-
-        Args:
-            key: the key of the service.
-            request: the encoded request.
-            timeout: maximum number of seconds to wait.
-
-        Raises:
-            ServiceRefusal: there was no response, or an error.
-        """
+        """See `pyros1.ros2.bridge.side.Ros2Side.call`."""
         replies = FirstReply()
         try:
             self._query(key, request, timeout, replies)
@@ -326,18 +304,7 @@ class Ros2Session(ZenohSession):
     def start_call(
         self, key: DataKey, request: bytes, timeout: float, done: Callable[[bytes | ServiceRefusal], object]
     ) -> None:
-        """Call a service in ROS 2 as `call` does, without waiting for the response.
-
-        Args:
-            key: the key of the service.
-            request: the encoded request.
-            timeout: maximum number of seconds until there is a response.
-            done: called once with the encoded response, or with why there is none, on any thread; it must return at
-                once. This also happens if the session closes.
-
-        Raises:
-            ServiceRefusal: the call cannot be made; `done` is not called then.
-        """
+        """See `pyros1.ros2.bridge.side.Ros2Side.start_call`."""
         replies = LaterReply(done)
         with self.lock:  # those that have ended since the last call
             self._calls = {each for each in self._calls if not (isinstance(each, LaterReply) and each.is_done)}

@@ -187,6 +187,8 @@ def test_pairs_of_types(run: Run) -> None:
     )
     code, out, err = run("--pairs", "nowhere/Nothing", "--distribution", "humble")
     assert (code, out, err) == (1, "", "nowhere/Nothing: neither ROS 1 nor ROS 2 has such a type here\n")
+    code, out, err = run("--pairs", "std_msgs/Strng")
+    assert (code, out) == (1, "") and "(did you mean 'std_msgs/String'?)" in err
     assert "'jassy' are not known" in run("--pairs", "--distribution", "jassy")[2]
 
 

@@ -20,6 +20,7 @@ from pyros1.cli.commands.bridge._settings import INSECURE_FLAG, check_connection
 from pyros1.cli.failures import CommandError, UsageError
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Flag, Option, Verb
+from pyros1.ground.suggest import did_you_mean
 from pyros1.ground.terminal_text import one_line
 
 if TYPE_CHECKING:
@@ -159,7 +160,8 @@ def _print_pairs(invocation: Invocation, options: Any) -> int:
             is_missing = is_missing or not (pair.ros1 and pair.ros2)
             unknown -= {pair.ros1, pair.ros2, pair.ros1.replace("/", "/srv/")}
     for name in sorted(unknown):
-        print(f"{one_line(name)}: neither ROS 1 nor ROS 2 has such a type here", file=sys.stderr)
+        hint = did_you_mean(name, [*messages, *services, *types.known])
+        print(f"{one_line(name)}: neither ROS 1 nor ROS 2 has such a type here{hint}", file=sys.stderr)
     return 1 if wanted and (is_missing or unknown) else 0
 
 
