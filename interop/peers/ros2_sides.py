@@ -44,9 +44,12 @@ class Sides:
         return self.start("ours", "bridge", sys.executable, "-m", "pyros1", "bridge", "ros2", "--listen", endpoint)
 
     def start_ros2(self) -> Process:
-        process = self.start("ours", "ROS 2", sys.executable, str(PEER), str(self.port))
+        process = self.start_peer()
         process.wait_line("^ready", START)
         return process
+
+    def start_peer(self) -> Process:
+        return self.start("ours", "ROS 2", sys.executable, str(PEER), str(self.port))
 
     def talker(self) -> Process:
         return self.start("stock", "rostopic pub", "rostopic", "pub", "-r", "10", "/from_ros1", "std_msgs/String", "hi")

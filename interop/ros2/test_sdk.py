@@ -7,10 +7,12 @@ Feature: services of ROS 2 nodes that use rmw_zenoh -- with stock's rospy, and w
 from __future__ import annotations
 
 import re
+import socket
+import sys
 from collections.abc import Iterator
 
 import pytest
-from harness import STOCK_PYTHON, Master, until
+from harness import STOCK_PYTHON, Master, Process, free_port, until
 from ros2_sides import SERVER, START, Sides, await_new
 
 MASTERS = ("stock",)
@@ -76,3 +78,61 @@ def test_each_side_starts_again(sides: Sides) -> None:
     sides.talker()
     await_new(sides.ros2, "^got hi$")
     await_new(sides.listener(), "from ROS 2")
+
+
+class Apart(Sides):
+    """The parts apart from each other, with a router of their own, as ROS 2 has one. None is started yet."""
+
+    def __init__(self, master: Master) -> None:
+        self.master = master
+        self.port = free_port()
+        self.endpoint = f"tcp/127.0.0.1:{self.port}"
+
+    def start_part(self, name: str) -> list[Process]:
+        command = [sys.executable, "-m", "pyros1", "bridge"]
+        if name == "router":
+            router = self.start("ours", name, *command, "router", "--insecure", "--listen", self.endpoint)
+            until(self.accepts_connections, "the router listens", timeout=START)
+            return [router]
+        if name == "bridge":
+            return [self.start("ours", name, *command, "ros2", "--to", self.endpoint)]
+        if name == "ros2":
+            self.ros2 = self.start_peer()
+            return [self.ros2]
+        self.echo = self.listener()
+        return [self.talker(), self.echo]
+
+    def accepts_connections(self) -> bool:
+        with socket.socket() as probe:
+            return probe.connect_ex(("127.0.0.1", self.port)) == 0
+
+    def await_messages(self) -> None:
+        await_new(self.ros2, "^got hi$")
+        await_new(self.echo, "from ROS 2")
+
+
+# Each part comes once before and once after each other one; but zenoh-ros2-sdk cannot start before the router.
+ORDERS = (
+    ("router", "ros2", "ros1", "bridge"),
+    ("bridge", "router", "ros2", "ros1"),
+    ("ros1", "bridge", "router", "ros2"),
+)
+
+
+@pytest.mark.parametrize("order", ORDERS, ids="-".join)
+def test_all_start_in_any_order(launcher: Master, order: tuple[str, ...]) -> None:
+    apart = Apart(launcher)
+    for name in order:
+        apart.start_part(name)
+    apart.await_messages()
+
+
+def test_the_router_starts_again(launcher: Master) -> None:
+    apart = Apart(launcher)
+    (router,) = apart.start_part("router")
+    for name in ("bridge", "ros1", "ros2"):
+        apart.start_part(name)
+    apart.await_messages()
+    router.close()
+    apart.start_part("router")
+    apart.await_messages()
