@@ -9,6 +9,7 @@ for Linux on x86_64::
 
 Feature: topics of ROS 2 nodes, through rclpy -- with stock's rospy and with rclpy; by hand, since CI has no ROS 2
 Feature: services of ROS 2 nodes, through rclpy -- with stock's rospy and with rclpy; by hand, since CI has no ROS 2
+Feature: actions of ROS 2 nodes, through rclpy -- with rclpy's actions of both kinds; by hand, since CI has no ROS 2
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from __future__ import annotations
 import os
 import random
 import signal
+import sys
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -29,7 +31,39 @@ from pyros1.guide.documents import pages
 MASTERS = ("stock",)
 OWN_MASTER = True
 PEER = Path(__file__).parents[1] / "peers" / "rclpy_peer.py"
+ACTIONS_PEER = PEER.with_name("rclpy_actions_peer.py")
 PYTHON = os.environ.get("PYROS1_ROS2_PYTHON", "")
+# ROS 2's wheels have no action but that of test_msgs; the types of stock's tutorials are not among Debian's packages.
+ACTION_PACKAGES = "- ros1_package_name: actionlib_tutorials\n  ros2_package_name: test_msgs\n"
+ACTION_SERVER = """#!/usr/bin/env python3
+import actionlib, rospy
+from actionlib_tutorials.msg import FibonacciAction, FibonacciFeedback, FibonacciResult
+def execute(goal):
+    numbers = [0, 1]
+    for _ in range(goal.order):
+        rospy.sleep(0.2)
+        if server.is_preempt_requested():
+            server.set_preempted(FibonacciResult(numbers))
+            return
+        numbers.append(numbers[-1] + numbers[-2])
+        server.publish_feedback(FibonacciFeedback(numbers))
+    server.set_succeeded(FibonacciResult(numbers))
+rospy.init_node("server")
+server = actionlib.SimpleActionServer("/ros1_fib", FibonacciAction, execute, auto_start=False)
+server.start()
+rospy.spin()
+"""
+ACTION_CLIENT = """#!/usr/bin/env python3
+import actionlib, rospy
+from actionlib_tutorials.msg import FibonacciAction, FibonacciGoal
+rospy.init_node("client")
+client = actionlib.SimpleActionClient("/ros2_fib", FibonacciAction)
+print("found", client.wait_for_server(rospy.Duration(60)), flush=True)
+for order, cancels in ((3, False), (50, True), (-1, False)):
+    client.send_goal(FibonacciGoal(order), feedback_cb=lambda _: client.cancel_goal() if cancels else None)
+    client.wait_for_result(rospy.Duration(60))
+    print("end", client.get_state(), *client.get_result().sequence, flush=True)
+"""
 
 
 class RclpySides(Sides):
@@ -45,8 +79,8 @@ class RclpySides(Sides):
         self.master.processes.append(process)
         return process
 
-    def start_bridge(self) -> Process:
-        return self.start("ours", "bridge", PYTHON, "-m", "pyros1", "bridge", "ros2", "--via", "rclpy")
+    def start_bridge(self, *options: str) -> Process:
+        return self.start("ours", "bridge", PYTHON, "-m", "pyros1", "bridge", "ros2", "--via", "rclpy", *options)
 
     def start_ros2(self) -> Process:
         process = self.start("ours", "ROS 2", PYTHON, str(PEER))
@@ -109,6 +143,29 @@ def test_ros1_calls_a_service_of_ros2(sides: RclpySides) -> None:
         assert f"success: {success}" in said and "switched by ROS 2" in said
     sides.ros2.close()
     until(lambda: "/ros2_switch" not in sides.tool("list"), "it is gone", timeout=START)
+
+
+def test_actions_both_ways(sides: RclpySides, tmp_path: Path) -> None:
+    mapping, package = tmp_path / "actions.yaml", tmp_path / "fibonacci"
+    mapping.write_text(ACTION_PACKAGES)
+    package.mkdir()
+    (package / "package.xml").write_text("<package><name>fibonacci</name></package>")
+    for name, text in (("server", ACTION_SERVER), ("client", ACTION_CLIENT)):
+        (package / name).write_text(text)
+        (package / name).chmod(0o755)
+    sides.bridge.close()
+    sides.start_bridge("--mapping", str(mapping)).wait_line("^bridge to ROS 2", START)
+    run = ("env", f"ROS_PACKAGE_PATH={tmp_path}", sys.executable, "-m", "pyros1", "run", "fibonacci")
+    sides.start("ours", "server", *run, "server")
+    ros2 = sides.start("ours", "actions of ROS 2", PYTHON, str(ACTIONS_PEER))
+    client = sides.start("ours", "client", *run, "client")
+    client.wait_line("^end 3 0 1 1 2 3$", START)
+    client.wait_line(r"^end 2 0 1 1\b", START)
+    client.wait_line("^end 4 0 1$", START)
+    ros2.wait_line("^result 4 0 1 1 2 3$", START)
+    ros2.wait_line("^canceling 1$", START)
+    ros2.wait_line(r"^result 5 0 1 1\b", START)
+    assert "feedback 0 1 1" in [line.strip() for line in ros2.lines]
 
 
 def test_a_package_that_is_not_there(sides: RclpySides) -> None:
