@@ -17,6 +17,7 @@ from pyros1.bridge.transport.zenoh_link import LinkError
 from pyros1.ground.errors import ServiceRefusal
 from pyros1.ros2.rclpy_side.calls import RclpyCall
 from pyros1.ros2.rclpy_side.graph_reader import process_id
+from pyros1.ros2.rclpy_side.qos import to_rclpy
 from pyros1.ros2.rclpy_side.session import DeclarationError, RclpySession
 from pyros1.ros2.rclpy_side.type_classes import TypeClasses
 from pyros1.ros2.zenoh.attachments import Attachment, decode_attachment
@@ -25,7 +26,7 @@ from pyros1.ros2.zenoh.qos import Qos
 from pyros1.ros2_types.rclpy_packages import RclpyPackages
 
 from ...bridge.conftest import PATIENCE, wait_until
-from .fake_rclpy import Network, Node, install
+from .fake_rclpy import QOS, Network, Node, install
 
 BENCH, CLEAN = "lab_msgs/msg/Bench", "lab_msgs/srv/Clean"
 THEIRS = b"their publisher."
@@ -113,6 +114,32 @@ def test_own_messages_do_not_come_back(prefix: Path, monkeypatch: pytest.MonkeyP
         assert (name, body) == ("/a", b"theirs")
         assert origin is not None and origin.gid == (THEIRS if tells_publishers else bytes(16))
         assert running.processes == ({process_id(THEIRS)} if tells_publishers else {""})
+    finally:
+        running.session.close()
+
+
+def test_latched_messages_of_publishers_that_are_not_named(prefix: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    network = install(monkeypatch, tells_publishers=False)
+    latched = Qos(transient_local=True)
+    for name in ("/map", "/map", "/odom"):
+        for qos in (latched, Qos()):
+            Node(network, "theirs").create_publisher(BENCH, name, to_rclpy(qos, QOS))
+    running = Running(network)
+    try:
+        running.session.declare({}, {key("/map"): latched, key("/odom"): latched, key("/scan"): Qos()})
+        for name in ("/map", "/odom", "/map", "/map", "/odom", "/scan", "/scan"):
+            network.publish(name, b"x", THEIRS)
+        came = [running.messages.get(timeout=PATIENCE) for _ in range(7)]
+        sources = [(name, origin.gid[-1]) for name, _, origin in came if origin is not None]
+        assert sources == [
+            ("/map", 0),
+            ("/odom", 0),
+            ("/map", 1),
+            ("/map", 0),
+            ("/odom", 0),
+            ("/scan", 0),
+            ("/scan", 0),
+        ]
     finally:
         running.session.close()
 

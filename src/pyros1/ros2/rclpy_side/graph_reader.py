@@ -61,6 +61,11 @@ class GraphReader:
         """Return the identifiers of the publishers of a topic, and which of them are those of nodes with this name."""
         return {_gid(each): self._is_own(each.node_name) for each in self._node.get_publishers_info_by_topic(topic)}
 
+    def latched_publishers(self, topic: str) -> int:
+        """Return the number of publishers of a topic that keep messages for late subscribers, without our own."""
+        infos = self._node.get_publishers_info_by_topic(topic)
+        return sum(not self._is_own(each.node_name) and from_rclpy(each.qos_profile).transient_local for each in infos)
+
     def _is_own(self, node_name: str) -> bool:
         return node_name == self._own_name
 

@@ -92,6 +92,7 @@ class RclpySession:
         self._clients: dict[tuple[DataKey, None], Any] = {}
         self._by_route: dict[str, tuple[str, Any]] = {}  # the topic, and the publisher
         self._numbers = count(1)
+        self._turns: dict[str, int] = {}  # topic -> messages of publishers that rclpy did not name
         self._pending: set[Any] = set()  # futures of responses
         self._closing = threading.Event()
         try:
@@ -234,7 +235,7 @@ class RclpySession:
         return self.session.create_subscription(
             self._classes.message(key.type),
             key.name,
-            self._receiver(key),
+            self._receiver(key, qos.transient_local),
             to_rclpy(qos, self._rclpy.qos),
             raw=True,
             callback_group=self._rclpy.group,
@@ -266,22 +267,30 @@ class RclpySession:
 
     # Messages ---------------------------------------------------------------------------------------------------------
 
-    def _receiver(self, key: DataKey) -> Callable[..., None]:
+    def _receiver(self, key: DataKey, is_latched: bool) -> Callable[..., None]:
         """Return the callback of a subscriber. rclpy looks at its arguments to know what to pass."""
 
         def receive(body: bytes, info: Mapping[str, Any]) -> None:
             gid = bytes((info.get("publisher_gid") or {}).get("data", b""))[:GID_SIZE]
-            self._receive(key, body, gid, info.get("source_timestamp", 0))
+            self._receive(key, is_latched, body, gid, info.get("source_timestamp", 0))
 
         def receive_without_info(body: bytes) -> None:
-            self._receive(key, body, b"", 0)
+            self._receive(key, is_latched, body, b"", 0)
 
         return receive if self._rclpy.tells_info else receive_without_info
 
-    def _receive(self, key: DataKey, body: bytes, gid: bytes, source_time: int) -> None:
+    def _receive(self, key: DataKey, is_latched: bool, body: bytes, gid: bytes, source_time: int) -> None:
         if not self._echoes.is_echo(key.name, body, gid):
-            attachment = Attachment(next(self._numbers), source_time, gid.ljust(GID_SIZE, b"\0"))
+            source = gid.ljust(GID_SIZE, b"\0") if gid or not is_latched else self._next_source(key.name)
+            attachment = Attachment(next(self._numbers), source_time, source)
             self._on_message(key, body, encode_attachment(attachment), process_id(gid) if gid else "")
+
+    def _next_source(self, topic: str) -> bytes:
+        """Return what stands for the publisher of a latched message, which rclpy of Humble and Jazzy does not name: of
+        a topic, as many messages are kept as there are publishers, the newest.
+        """
+        turn = self._turns[topic] = self._turns.get(topic, -1) + 1
+        return (turn % max(1, self._graph.latched_publishers(topic))).to_bytes(GID_SIZE, "big")
 
     def send(self, packet: Send) -> None:
         """Send a message; a publisher that is not there any more sends nothing."""
