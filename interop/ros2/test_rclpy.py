@@ -4,7 +4,8 @@ They run only where PYROS1_ROS2_PYTHON names a Python that has rclpy and pyros1,
 for Linux on x86_64::
 
     python -m venv ros2
-    ros2/bin/pip install ros-kilted-rclpy ros-kilted-rmw-fastrtps-cpp ros-kilted-common-interfaces -e .
+    ros2/bin/pip install ros-kilted-rclpy ros-kilted-rmw-fastrtps-cpp ros-kilted-common-interfaces
+    ros2/bin/pip install ros-kilted-test-msgs -e .
     PYROS1_ROS2_PYTHON=ros2/bin/python python -m pytest interop/ros2/test_rclpy.py
 
 Feature: topics of ROS 2 nodes, through rclpy -- with stock's rospy and with rclpy; by hand, since CI has no ROS 2
