@@ -22,7 +22,7 @@ from pyros1.urdf import joint_publisher
 from pyros1.urdf.kinematics import Kinematics
 from pyros1.urdf.model import UrdfError
 from pyros1.urdf.reading import read_robot
-from pyros1.urdf.state_publisher import RobotStatePublisher, Settings, frame_name, read_settings
+from pyros1.urdf.state_publisher import RobotStatePublisher, Settings, deprecated_main, frame_name, read_settings
 
 PATIENCE = 20.0
 Make = Callable[..., Node]
@@ -210,3 +210,15 @@ def test_programs_say_why_they_end(program: str, environ: dict[str, str], monkey
     for name, value in environ.items():
         monkeypatch.setenv(name, value)
     assert import_module(f"pyros1.urdf.{program}").main([program]) == 1
+
+
+def test_the_old_name_of_robot_state_publisher(
+    environ: dict[str, str], monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """Feature: robot_state_publisher under its old name, state_publisher"""
+    for name, value in environ.items():
+        monkeypatch.setenv(name, value)
+    assert deprecated_main(["state_publisher", "__name:=rsp"]) == 1
+    lines = capfd.readouterr().err.splitlines()
+    assert "state_publisher is deprecated: use robot_state_publisher" in lines[0]
+    assert "robot_description" in lines[1]  # which is missing

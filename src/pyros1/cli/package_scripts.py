@@ -43,9 +43,15 @@ SCRIPTS: Mapping[str, Mapping[str, str | Callable[[], int]]] = {
     "image_transport": {"republish": _program("pyros1.topic_tools.republish")},
     "joint_state_publisher": {"joint_state_publisher": _program("pyros1.urdf.joint_publisher")},
     "joint_state_publisher_gui": {"joint_state_publisher_gui": _program("pyros1.cli.joint_sliders")},
-    "robot_state_publisher": {"robot_state_publisher": _program("pyros1.urdf.state_publisher")},
+    "robot_state_publisher": {
+        "robot_state_publisher": _program("pyros1.urdf.state_publisher"),
+        "state_publisher": _program("pyros1.urdf.state_publisher", "deprecated_main"),
+    },
     "rosbag": {"play": "bag play", "record": "bag record"},
+    "rosparam": {"rosparam": "param"},
+    "rosservice": {"rosservice": "service"},
     "rostest": dict.fromkeys(_TEST_NODES.split(), _program("pyros1.test_nodes.program")),
+    "rostopic": {"rostopic": "topic"},
     "tf": {
         "static_transform_publisher": "tf static_transform_publisher --tf",
         "tf_change_notifier": "tf change_notifier",

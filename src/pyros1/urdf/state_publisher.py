@@ -236,6 +236,12 @@ def main(argv: list[str]) -> int:
     return 0
 
 
+def deprecated_main(argv: list[str]) -> int:
+    """Run robot_state_publisher under its old name, state_publisher, which launch files should not use any more."""
+    sys.stderr.write("WARNING: the program state_publisher is deprecated: use robot_state_publisher instead\n")
+    return main(argv)
+
+
 _UNSUPPORTED_HINTS = {
     "floating": "another node must publish the pose of its link",
     "planar": "its link stays at the origin",
