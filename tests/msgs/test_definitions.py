@@ -65,12 +65,16 @@ controller_manager_msgs/ListControllers 1341feb2e63fa791f855565d0da950d8
 controller_manager_msgs/LoadController 647e5c54b8d6468952d8d31f1efe96c0
 controller_manager_msgs/SwitchController b29a7abc673b2c54c14b54e50f8d06a5
 tf2_web_republisher/TFSubscriptionActionGoal ef8da891ba3ba9b13d97bca8154eaeb5
+rosapi/TypeDef 80597571d79bbeef6c9c4d98f30116a0
+rosapi/Topics d966d98fc333fa1f3135af765eac1ba8
+rosapi/MessageDetails f9c88144f6f6bd888dd99d4e0411905d
 """
 
 PACKAGES = """actionlib actionlib_msgs actionlib_tutorials bond control_msgs controller_manager_msgs diagnostic_msgs
 dynamic_reconfigure geometry_msgs map_msgs move_base_msgs nav_msgs nodelet pcl_msgs rosgraph_msgs roscpp
 roscpp_tutorials rospy_tutorials sensor_msgs shape_msgs smach_msgs std_msgs std_srvs stereo_msgs tf tf2_msgs topic_tools
-trajectory_msgs turtle_actionlib turtlesim visualization_msgs tf2_web_republisher"""
+trajectory_msgs turtle_actionlib turtlesim visualization_msgs tf2_web_republisher
+rosapi rosbridge_msgs"""
 
 
 @pytest.mark.parametrize("line", KNOWN.split("\n")[1:-1])

@@ -48,19 +48,22 @@ class Robot:
         master_uri: URI of the master.
         access: the access rules for pages.
         make_node: creates the server's node; raises MasterUnreachableError, without waiting, if no master responds.
+        has_console: whether log messages are collected, for pages that show them.
 
     Attributes:
         joint_publishers: topic -> the view that publishes joint states on it; only one view may do so at a time.
         on_killed: called, from any thread, when another program has shut down the server's node.
     """
 
-    def __init__(self, master_uri: str, access: Access, make_node: Callable[[], Node]) -> None:
+    def __init__(
+        self, master_uri: str, access: Access, make_node: Callable[[], Node], has_console: bool = True
+    ) -> None:
         self.master_uri = master_uri
         self.access = access
         self.master = MasterClient(_CALLER_ID, master_uri, timeout=3.0)
         self.graph: Graph = _CachedGraph(self.master)
         self.system = System(self.graph)
-        self.parameters = Parameters(self.master, access, self.check_visible)
+        self.parameters = Parameters(self.master, access.for_parameters, access.for_parameters.check_visible)
         self.console = Console()
         self.tf_listener = TfListener(self.listen)
         self.files = PackageFiles()
@@ -69,6 +72,7 @@ class Robot:
         self.problem = "looking for the master"
         self.on_killed: Callable[[], object] = lambda: None
         self._make_node = make_node
+        self._has_console = has_console
         self._node: Node | None = None
         self._closed = threading.Event()
         self._node_found = threading.Event()
@@ -165,8 +169,15 @@ class Robot:
         Raises:
             RequestError: pages are not allowed to see the name.
         """
-        if not self.access.may_see(name):
-            raise RequestError(f"{name} is not among those that this server shows (--topics)")
+        self.access.check_visible(name)
+
+    def check_service_visible(self, name: str) -> None:
+        """Check that clients may see a service, if the rules for services differ from those for topics.
+
+        Raises:
+            RequestError: clients are not allowed to see the service.
+        """
+        self.access.for_services.check_visible(name)
 
     def clean_up(self) -> None:
         """Close publishers that have not been used for a while. Must be called periodically."""
@@ -202,7 +213,8 @@ class Robot:
                 continue
             try:
                 with suppress(NodeError):  # it was shut down while the master was unreachable
-                    self.console.start(node)
+                    if self._has_console:
+                        self.console.start(node)
             except OSError as error:  # for example, no more files can be opened
                 self.problem = f"the server's node cannot start: {error}"
                 node.shutdown(self.problem)

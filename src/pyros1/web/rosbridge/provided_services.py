@@ -44,7 +44,7 @@ class ProvidedServices:
             Error: the type does not exist, or the server's own node provides the service.
         """
         full_name = self._robot.full_name(name)
-        self._robot.check_visible(full_name)
+        self._robot.check_service_visible(full_name)
         cls = load_service(type_name)
         if name not in self._unadvertisers and len(self._unadvertisers) >= MAX_SERVICES:
             raise BridgeError(f"a client can provide at most {MAX_SERVICES} services")

@@ -59,7 +59,7 @@ class ServiceCaller:
             return rosapi.run(self._robot, name, call.args)
         if self._robot.access.read_only:
             raise BridgeError("this server is read-only (--read-only)")
-        self._robot.check_visible(name)
+        self._robot.check_service_visible(name)
         key = (name, self._uri(name))
         try:
             response = self._send_request(name, self._find_type(*key), call)

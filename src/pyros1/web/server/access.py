@@ -11,11 +11,13 @@ import ipaddress
 import re
 import secrets
 from collections.abc import Collection, Container, Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import TYPE_CHECKING
 from urllib.parse import parse_qs, urlsplit
+
+from pyros1.web.server.wire import RequestError
 
 if TYPE_CHECKING:
     from pyros1.net.allowlist import Allowlist
@@ -48,6 +50,7 @@ class Access:
             ``http://localhost:8000``.
         topics: patterns such as ``/camera/*`` for the topics, services and parameters that pages may see; empty for
             all.
+        services, parameters: patterns for services and for parameters, in place of ``topics``; None if those apply.
         allowlist: decides which machines may connect; None for all machines that can reach the server.
         max_pages: maximum number of connected pages, programs and viewers.
         bags: folders whose bags pages may see, and into which they may record; also single bags that pages may see.
@@ -59,11 +62,23 @@ class Access:
     any_address: bool = False
     read_only: bool = False
     topics: tuple[str, ...] = ()
+    services: tuple[str, ...] | None = None
+    parameters: tuple[str, ...] | None = None
     origins: Collection[str] = ()
     allowlist: Allowlist | None = None
     max_pages: int = MAX_PAGES
     bags: tuple[str, ...] = ()
     granted: Container[Path] = ()
+
+    @property
+    def for_services(self) -> Access:
+        """The rules with which services are seen, where they differ from those for topics."""
+        return self if self.services is None else replace(self, topics=self.services)
+
+    @property
+    def for_parameters(self) -> Access:
+        """The rules with which parameters are seen, where they differ from those for topics."""
+        return self if self.parameters is None else replace(self, topics=self.parameters)
 
     def is_own_name(self, host: str | None) -> bool:
         """Return whether a Host header contains a name of this server."""
@@ -108,6 +123,15 @@ class Access:
     def may_see(self, name: str) -> bool:
         """Return whether pages may see a topic, service or parameter."""
         return not self.topics or any(fnmatchcase(name, pattern) for pattern in self.topics)
+
+    def check_visible(self, name: str) -> None:
+        """Check that pages may see a topic, service or parameter.
+
+        Raises:
+            RequestError: pages are not allowed to see the name.
+        """
+        if not self.may_see(name):
+            raise RequestError(f"{name} is not among those that this server shows (--topics or topics_glob)")
 
     def visible_names(self, names: Iterable[str]) -> list[str]:
         """Return those of the names that pages may see."""

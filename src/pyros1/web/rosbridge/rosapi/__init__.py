@@ -1,7 +1,7 @@
 """The rosapi services for clients: lists of nodes, topics and services, their details, and parameters.
 
 See https://wiki.ros.org/rosapi. The services are not registered with the master: only this server's clients can call
-them.
+them. `pyros1.web.rosapi_node` provides them for all nodes.
 
 Each service is a function in a module of this package; it is called with the robot and the arguments, and returns the
 response's values. A module's `SERVICES` maps each service's name to the names of its request's fields, and its
@@ -28,6 +28,11 @@ def _services() -> Services:
     for name in _MODULES:
         services.update(import_module(f"{__name__}.{name}").SERVICES)
     return services
+
+
+def service_names() -> list[str]:
+    """Return the names of all services, without ``/rosapi/``."""
+    return [*_services()]
 
 
 def provides(name: str) -> bool:

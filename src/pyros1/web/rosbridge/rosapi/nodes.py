@@ -18,7 +18,7 @@ def _node_details(robot: Robot, args: Mapping[str, str]) -> dict[str, Any]:
     return {
         "subscribing": robot.access.visible_names(registered.subscriptions),
         "publishing": robot.access.visible_names(registered.publications),
-        "services": robot.access.visible_names(registered.services),
+        "services": robot.access.for_services.visible_names(registered.services),
     }
 
 

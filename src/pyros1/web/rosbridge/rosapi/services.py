@@ -17,12 +17,12 @@ _PROBE_TIMEOUT = 2.0
 
 
 def _services(robot: Robot, _: Mapping[str, str]) -> dict[str, Any]:
-    return {"services": robot.access.visible_names(sorted(robot.graph.state().services))}
+    return {"services": robot.access.for_services.visible_names(sorted(robot.graph.state().services))}
 
 
 def _uri(robot: Robot, name: str) -> str:
     """Return a service's URI; empty if the service does not exist."""
-    robot.check_visible(name)
+    robot.check_service_visible(name)
     return robot.graph.service_uri(name) or ""
 
 
@@ -47,7 +47,7 @@ def _filter_by_type(robot: Robot, names: Iterable[str], type_name: str) -> list[
 
 
 def _services_for_type(robot: Robot, args: Mapping[str, str]) -> dict[str, Any]:
-    names = robot.access.visible_names(sorted(robot.graph.state().services))
+    names = robot.access.for_services.visible_names(sorted(robot.graph.state().services))
     return {"services": _filter_by_type(robot, names, args["type"])}
 
 
@@ -56,14 +56,13 @@ def _service_providers(robot: Robot, args: Mapping[str, str]) -> dict[str, Any]:
     services = robot.graph.state().services
     name_or_type = args["service"]
     is_name = name_or_type in services
-    names = [name_or_type] if is_name else _filter_by_type(robot, robot.access.visible_names(services), name_or_type)
-    return {
-        "providers": list(dict.fromkeys(node for name in robot.access.visible_names(names) for node in services[name]))
-    }
+    access = robot.access.for_services
+    names = [name_or_type] if is_name else _filter_by_type(robot, access.visible_names(services), name_or_type)
+    return {"providers": list(dict.fromkeys(node for name in access.visible_names(names) for node in services[name]))}
 
 
 def _service_node(robot: Robot, args: Mapping[str, str]) -> dict[str, Any]:
-    robot.check_visible(args["service"])
+    robot.check_service_visible(args["service"])
     return {"node": next(iter(robot.graph.state().services.get(args["service"], [])), "")}
 
 
