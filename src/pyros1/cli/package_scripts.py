@@ -61,6 +61,9 @@ SCRIPTS: Mapping[str, Mapping[str, str | Callable[[], int]]] = {
     "rosservice": {"rosservice": "service"},
     "rostest": dict.fromkeys(_TEST_NODES.split(), _program("pyros1.test_nodes.program")),
     "rostopic": {"rostopic": "topic"},
+    "teleop_twist_keyboard": {
+        "teleop_twist_keyboard.py": _program("pyros1.robot_nodes.teleop_twist_keyboard.node"),
+    },
     "tf": {
         "static_transform_publisher": "tf static_transform_publisher --tf",
         "tf_change_notifier": "tf change_notifier",

@@ -8,11 +8,11 @@ from math import pi
 from typing import Any
 
 from pyros1.ground.errors import Error
+from pyros1.ground.keys import KeyReader
 from pyros1.msgs.geometry_msgs.msg import Twist
 from pyros1.msgs.turtlesim.msg import Pose
 from pyros1.msgs.turtlesim.srv import TeleportAbsolute
 from pyros1.node import Node
-from pyros1.turtlesim.keys import KeyReader
 
 SPEEDS_BY_ARROW = {"up": (1.0, 0.0), "down": (-1.0, 0.0), "left": (0.0, 1.0), "right": (0.0, -1.0)}
 """Arrow key -> speed and angular speed, as multiples of the parameters ``scale_linear`` and ``scale_angular``."""

@@ -16,7 +16,7 @@ import pytest
 
 import pyros1
 from pyros1.finding.packages import OWN_PACKAGES
-from pyros1.turtlesim.keys import KeyReader, NoTerminalError, key_names
+from pyros1.ground.keys import KeyReader, NoTerminalError, key_names
 
 PATIENCE = 20.0
 TELEOP = Path(OWN_PACKAGES) / "turtlesim" / "scripts" / "turtle_teleop_key"
