@@ -43,6 +43,7 @@ SCRIPTS: Mapping[str, Mapping[str, str | Callable[[], int]]] = {
     "image_transport": {"republish": _program("pyros1.topic_tools.republish")},
     "joint_state_publisher": {"joint_state_publisher": _program("pyros1.urdf.joint_publisher")},
     "joint_state_publisher_gui": {"joint_state_publisher_gui": _program("pyros1.cli.joint_sliders")},
+    "nodelet": {"nodelet": _program("pyros1.cli.nodelet_program")},
     "robot_state_publisher": {
         "robot_state_publisher": _program("pyros1.urdf.state_publisher"),
         "state_publisher": _program("pyros1.urdf.state_publisher", "deprecated_main"),

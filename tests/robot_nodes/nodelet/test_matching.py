@@ -1,0 +1,40 @@
+from __future__ import annotations
+
+import pytest
+
+from pyros1.robot_nodes.nodelet.matching import find_program, package_of
+
+
+@pytest.mark.parametrize(
+    ("class_name", "programs", "program"),
+    [
+        ("image_proc/rectify", ["debayer", "rectify", "image_proc"], "rectify"),
+        (
+            "depthimage_to_laserscan/DepthImageToLaserScanNodelet",
+            ["depthimage_to_laserscan"],
+            "depthimage_to_laserscan",
+        ),
+        ("yocs_velocity_smoother/VelocitySmootherNodelet", ["velocity_smoother"], "velocity_smoother"),
+        ("yocs_cmd_vel_mux/CmdVelMuxNodelet", ["cmd_vel_mux", "other"], "cmd_vel_mux"),
+        (
+            "pointcloud_to_laserscan/pointcloud_to_laserscan_nodelet",
+            ["laserscan_to_pointcloud_node", "pointcloud_to_laserscan_node"],
+            "pointcloud_to_laserscan_node",
+        ),
+        ("cv_camera/CvCameraNodelet", ["cv_camera_node"], "cv_camera_node"),
+        ("imu_filter_madgwick/ImuFilterNodelet", ["imu_filter_node.py", "imu_filter_node"], "imu_filter_node"),
+        ("demo::Talker", ["talker.py"], "talker.py"),
+        ("RobotLocalization/EkfNodelet", ["ukf_localization_node", "ekf_localization_node"], "ekf_localization_node"),
+        ("RobotLocalization/EkfNodelet", ["ekf"], ""),
+        ("image_proc/crop", ["debayer", "rectify"], ""),
+        ("demo/Nodelet", ["node", "nodelet", "x"], ""),
+    ],
+)
+def test_programs(class_name: str, programs: list[str], program: str) -> None:
+    assert find_program(class_name, programs) == program
+
+
+def test_packages() -> None:
+    assert package_of("image_proc/rectify") == package_of("image_proc::Rectify") == "image_proc"
+    assert package_of("RobotLocalization/UkfNodelet") == "robot_localization"
+    assert package_of("rectify") == package_of("") == ""
