@@ -58,6 +58,7 @@ SCRIPTS: Mapping[str, Mapping[str, str | Callable[[], int]]] = {
         "rosbridge_websocket": _program("pyros1.web.rosbridge_server.node"),
         "rosbridge_websocket.py": _program("pyros1.web.rosbridge_server.node"),
     },
+    "rosout": {"rosout": _program("pyros1.robot_nodes.rosout.node")},
     "rosparam": {"rosparam": "param"},
     "rosservice": {"rosservice": "service"},
     "rostest": dict.fromkeys(_TEST_NODES.split(), _program("pyros1.test_nodes.program")),
