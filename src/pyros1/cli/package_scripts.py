@@ -94,6 +94,7 @@ SCRIPTS: Mapping[str, Mapping[str, str | Callable[[], int]]] = {
         "turtle_view": _program("pyros1.turtlesim.view"),
         "turtlesim_node": _program("pyros1.turtlesim.simulator"),
     },
+    "web_video_server": {"web_video_server": _program("pyros1.web.web_video_server.node")},
     "xacro": {"xacro": _xacro},
     **{package: {name: f"web {name}" for name in names} for package, names in PROGRAMS_BY_PACKAGE.items()},
 }

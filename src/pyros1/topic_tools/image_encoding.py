@@ -35,15 +35,8 @@ def compress(image: Any, format: str = "jpeg", quality: int = 80, level: int = 9
         Error: Pillow is not installed.
     """
     encoding = str(image.encoding)
-    layout = _layout(encoding)
-    if layout is None:
-        raise MessageError(
-            f"images with the encoding {encoding!r:.40} cannot be compressed: only 8 and 16 bits are supported"
-        )
-    bits, channels, is_blue_first = layout
-    pixels = _to_pixels(image, bits, channels)
-    if is_blue_first:
-        pixels = _swap_red_and_blue(pixels)
+    pixels = to_pixels(image)
+    bits, channels = 8 * pixels.itemsize, pixels.shape[2]
     if format == "png":
         data = encode(pixels, "PNG", compress_level=level)
     elif format == "jpeg" and (bits == 8 or _COLOURS.match(encoding)):
@@ -52,6 +45,26 @@ def compress(image: Any, format: str = "jpeg", quality: int = 80, level: int = 9
         raise MessageError(f"an image with the encoding {encoding} cannot be converted to {format!r:.20}")
     inner_encoding = f"bgr{bits if format == 'png' else 8}" if channels > 1 else ""
     return CompressedImage(image.header, f"{encoding}; {format} compressed {inner_encoding}", data)
+
+
+def to_pixels(image: Any) -> Pixels:
+    """Return the pixels of a sensor_msgs/Image.
+
+    Returns:
+        An array of shape (height, width, 1, 3 or 4) and type uint8 or uint16; colours begin with red.
+
+    Raises:
+        MessageError: the encoding is not supported, or the data is shorter than the image's size requires.
+    """
+    encoding = str(image.encoding)
+    layout = _layout(encoding)
+    if layout is None:
+        raise MessageError(
+            f"images with the encoding {encoding!r:.40} cannot be compressed: only 8 and 16 bits are supported"
+        )
+    bits, channels, is_blue_first = layout
+    pixels = _to_pixels(image, bits, channels)
+    return _swap_red_and_blue(pixels) if is_blue_first else pixels
 
 
 def is_deep_grey(encoding: str) -> bool:

@@ -1,0 +1,48 @@
+"""The pages of web_video_server (no I/O)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from html import escape
+from urllib.parse import quote
+
+_CAMERA_INFO = "/camera_info"
+_PAGE = "<!DOCTYPE html>\n<html><head><meta charset='utf-8'><title>{title}</title></head><body>{body}</body></html>\n"
+
+
+def list_page(image_topics: Iterable[str], camera_info_topics: Iterable[str]) -> str:
+    """Return the page with links to all images.
+
+    Args:
+        image_topics: the topics with images.
+        camera_info_topics: the topics with camera infos, by which those of each camera are grouped.
+    """
+    remaining = sorted(image_topics)
+    groups = ""
+    for info_topic in sorted(camera_info_topics):
+        camera = info_topic.removesuffix(_CAMERA_INFO) + "/"
+        topics = [topic for topic in remaining if topic.startswith(camera)] if info_topic != camera[:-1] else []
+        remaining = [topic for topic in remaining if topic not in topics]
+        if topics:
+            links = "".join(_links(topic, topic.removeprefix(camera)) for topic in topics)
+            groups += f"<li>{escape(camera)}<ul>{links}</ul></li>"
+    groups += "".join(_links(topic, topic) for topic in remaining)
+    title = "Images of this robot"
+    return _PAGE.format(title=title, body=f"<h1>{title}</h1><ul>{groups or '<li>none</li>'}</ul>")
+
+
+def viewer_page(topic: str, query: str) -> str:
+    """Return the page that shows a stream.
+
+    Args:
+        topic: the stream's topic.
+        query: the query of the stream's URL.
+    """
+    body = f'<h1>{escape(topic)}</h1><img alt="" src="/stream?{escape(query)}">'
+    return _PAGE.format(title=escape(topic), body=body)
+
+
+def _links(topic: str, shown: str) -> str:
+    urls = ((f"/{path}?topic={quote(topic)}", text) for path, text in (("stream", "Stream"), ("snapshot", "Snapshot")))
+    others = " ".join(f'(<a href="{url}">{text}</a>)' for url, text in urls)
+    return f'<li><a href="/stream_viewer?topic={quote(topic)}">{escape(shown)}</a> {others}</li>'
