@@ -11,6 +11,7 @@ from typing import Any
 import pytest
 
 from pyros1.msgs.rosgraph_msgs.msg import Log
+from pyros1.net.master_client import MasterClient
 from pyros1.node import Node
 from pyros1.robot_nodes.rosout.node import is_running, main
 
@@ -38,6 +39,13 @@ def test_nothing_is_done_while_another_node_collects_messages(
     assert waits == [True]
     assert "the node /rosout is running already" in capfd.readouterr().out
     core_node.shutdown()
+    assert not is_running(environ["ROS_MASTER_URI"])
+
+
+def test_a_node_that_died_does_not_count(environ: dict[str, str], free_port: int) -> None:
+    client = MasterClient("/rosout", environ["ROS_MASTER_URI"])
+    client.register_publisher("/rosout_agg", "rosgraph_msgs/Log", f"http://localhost:{free_port}/")
+    client.close()
     assert not is_running(environ["ROS_MASTER_URI"])
 
 

@@ -198,6 +198,17 @@ def test_connections_are_limited(serve: Any, get: Any, monkeypatch: pytest.Monke
     stream.close()
 
 
+def test_idle_connections_end_with_the_server(serve: Any) -> None:
+    server = serve()
+    with closing(socket.create_connection(("127.0.0.1", server.port), PATIENCE)) as client:
+        client.sendall(b"GET / HTTP/1.0\r\n")  # the rest does not come
+        client.settimeout(5.0)  # less than the server waits for it
+        thread = threading.Thread(target=server.node.shutdown)
+        thread.start()
+        assert client.recv(1000) == b""
+        thread.join(PATIENCE)
+
+
 def test_a_port_in_use(make_node: Callable[..., Node]) -> None:
     with closing(socket.socket()) as other:
         other.bind(("127.0.0.1", 0))

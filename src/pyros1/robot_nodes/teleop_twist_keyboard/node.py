@@ -139,7 +139,7 @@ def main(argv: list[str]) -> int:
     Args:
         argv: the command line, with the program's name.
     """
-    with Node("teleop_twist_keyboard", argv=argv[1:]) as node:
+    with Node("teleop_twist_keyboard", argv=argv[1:]) as node:  # at the end, its shutdown stops the robot
         try:
             with KeyReader() as keys, _Interrupts() as interrupts:
                 _drive(node, Teleop(node), keys, interrupts)
@@ -160,7 +160,6 @@ def _drive(node: Node, teleop: Teleop, keys: KeyReader, interrupts: _Interrupts)
     while node.ok() and not interrupts.arrived and (pressed := keys.read(teleop.check_timeout())) is not None:
         for key in pressed:
             _show(*teleop.press(key))
-    teleop.stop()
 
 
 class _Interrupts:
