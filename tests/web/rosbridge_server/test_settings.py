@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pyros1.robot_nodes.parameters import PrivateParameters
@@ -24,7 +24,7 @@ def test_defaults_and_values() -> None:
         parameters(max_message_size="None", topics_glob="[*]", services_glob="[*]", params_glob="[*]", address="")
     )
     assert launched == Settings(topics=("*",), services=("*",), parameters=("*",))
-    settings = read_settings(
+    read = read_settings(
         parameters(
             port=0,
             address="127.0.0.1",
@@ -38,7 +38,7 @@ def test_defaults_and_values() -> None:
             websocket_null_origin=False,
         )
     )
-    assert settings == Settings(0, "127.0.0.1", 5.0, "a.pem", "b.pem", True, 1000, 3.0, 4.0, False)
+    assert read == Settings(0, "127.0.0.1", 5.0, "a.pem", "b.pem", True, 1000, 3.0, 4.0, False)
     assert read_settings(parameters(max_message_size=10**12)).max_message_size == MAX_FRAME
     assert read_settings(parameters(websocket_ping_timeout=0)).ping_timeout == 30.0
 
@@ -59,6 +59,7 @@ def test_what_must_not_be_ignored(values: dict[str, Any], text: str) -> None:
         read_settings(parameters(**values))
 
 
+@settings(max_examples=40)
 @given(st.lists(st.from_regex(r"[a-z*?_/]{1,9}", fullmatch=True)), st.sampled_from(["", "'", '"']))
 def test_patterns(patterns: list[str], quote: str) -> None:
     text = "[" + ", ".join(f"{quote}{pattern}{quote}" for pattern in patterns) + "]"
