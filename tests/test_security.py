@@ -45,6 +45,7 @@ ALLOWED = {
     "drop_in/cfg_modules.py: compile": "a package's .cfg files: Python, as stock's",
     "drop_in/cfg_modules.py: exec": "the same",
     "cli/commands/run.py: os.execvpe": "the program that the user names, with its words one by one",
+    "cli/package_scripts.py: importlib.import_module": "modules of pyros1, named in the table of that file",
     "cli/make_index.py: os.execv": "this program itself, when pyros1 is built",
     "cli/registry.py: importlib.import_module": "commands by names in the registry",
     "web/calls/__init__.py: importlib.import_module": "files of a fixed list; the page's request must name one of them",
