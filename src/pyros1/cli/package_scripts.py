@@ -49,6 +49,8 @@ SCRIPTS: Mapping[str, Mapping[str, str | Callable[[], int]]] = {
         "state_publisher": _program("pyros1.urdf.state_publisher", "deprecated_main"),
     },
     "rosapi": {"rosapi_node": _program("pyros1.web.rosapi_node")},
+    "joy": {"joy_node": _program("pyros1.robot_nodes.joy.node")},
+    "robot_state_publisher": {"robot_state_publisher": _program("pyros1.urdf.state_publisher")},
     "rosbag": {"play": "bag play", "record": "bag record"},
     "rosbridge_server": {
         "rosbridge_tcp": _program("pyros1.web.rosbridge_server.node", "unsupported"),
@@ -66,6 +68,7 @@ SCRIPTS: Mapping[str, Mapping[str, str | Callable[[], int]]] = {
     "teleop_twist_keyboard": {
         "teleop_twist_keyboard.py": _program("pyros1.robot_nodes.teleop_twist_keyboard.node"),
     },
+    "teleop_twist_joy": {"teleop_node": _program("pyros1.robot_nodes.teleop_twist_joy.node")},
     "tf": {
         "static_transform_publisher": "tf static_transform_publisher --tf",
         "tf_change_notifier": "tf change_notifier",

@@ -1,0 +1,1 @@
+"""joy: publishes the state of a joystick (https://wiki.ros.org/joy)."""

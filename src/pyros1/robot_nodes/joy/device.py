@@ -1,0 +1,92 @@
+"""Opens joystick devices and reads them."""
+
+from __future__ import annotations
+
+import errno
+import fcntl
+import glob
+import os
+import stat
+from collections.abc import Iterator
+from contextlib import closing
+
+DEVICES = "/dev/input/js*"
+_READ_SIZE = 64 * 8
+# Requests of linux/joystick.h: read one byte, or a string of so many bytes.
+_GET_AXES, _GET_BUTTONS = 0x80016A11, 0x80016A12
+_NAME_SIZE = 128
+_GET_NAME = 0x80006A13 | _NAME_SIZE << 16
+
+
+class Device:
+    """An open joystick.
+
+    Anything that sends the events of a joystick will do, for example a pipe; its name and sizes are unknown.
+
+    Args:
+        path: the device.
+
+    Attributes:
+        path: the device.
+        name: what the joystick calls itself; empty if unknown.
+        axes, buttons: how many it has; 0 if unknown.
+
+    Raises:
+        OSError: the device cannot be opened.
+    """
+
+    def __init__(self, path: str) -> None:
+        self.path = path
+        self._file = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)
+        mode = os.fstat(self._file).st_mode
+        if not (stat.S_ISCHR(mode) or stat.S_ISFIFO(mode)):
+            os.close(self._file)
+            raise OSError(errno.ENODEV, "it is no device")
+        self.name = self._ask(_GET_NAME, _NAME_SIZE).split(b"\0")[0].decode(errors="replace")
+        self.axes = self._ask(_GET_AXES, 1)[0]
+        self.buttons = self._ask(_GET_BUTTONS, 1)[0]
+
+    def fileno(self) -> int:
+        """Return the file descriptor, to wait for events."""
+        return self._file
+
+    def read(self) -> bytes:
+        """Return bytes of events; none if there are no more at present.
+
+        Raises:
+            OSError: the device is gone, or cannot be read.
+        """
+        try:
+            data = os.read(self._file, _READ_SIZE)
+        except BlockingIOError:
+            return b""
+        if not data:
+            raise OSError(errno.ENODEV, "it was closed")
+        return data
+
+    def close(self) -> None:
+        """Close the device."""
+        os.close(self._file)
+
+    def _ask(self, request: int, size: int) -> bytes:
+        answer = bytearray(size)
+        try:
+            fcntl.ioctl(self._file, request, answer)
+        except OSError:  # it is a pipe, or the kernel does not know the request
+            return bytes(size)
+        return bytes(answer)
+
+
+def joysticks() -> Iterator[tuple[str, str]]:
+    """Return the path and name of each joystick that can be opened, in the order of their paths."""
+    for path in sorted(glob.glob(DEVICES), key=lambda path: (len(path), path)):
+        try:
+            with closing(Device(path)) as device:
+                yield path, device.name
+        except OSError:
+            continue
+
+
+def find_device(name: str) -> str | None:
+    """Return the path of the first joystick with this name; None if there is none."""
+    return next((path for path, found in joysticks() if found == name), None)

@@ -1,0 +1,55 @@
+"""Velocity commands (geometry_msgs/Twist): which of them can be used, and stopping a robot that has got one."""
+
+from __future__ import annotations
+
+import threading
+from math import isfinite
+from typing import TYPE_CHECKING, Any
+
+from pyros1.msgs.geometry_msgs.msg import Twist
+
+if TYPE_CHECKING:
+    from pyros1.node import Node
+
+
+def components(twist: Any) -> tuple[float, float, float, float, float, float]:
+    """Return a twist's linear x, y, z in m/s and angular x, y, z in rad/s."""
+    linear, angular = twist.linear, twist.angular
+    return linear.x, linear.y, linear.z, angular.x, angular.y, angular.z
+
+
+def is_finite(twist: Any) -> bool:
+    """Return whether all components of a twist are finite: no robot can follow another one."""
+    return all(map(isfinite, components(twist)))
+
+
+class TwistOutput:
+    """Publishes twists, and stops the robot with a single zero twist if the last one was not zero.
+
+    It also does so when the node shuts down. Thread-safe.
+
+    Args:
+        node: the node that publishes.
+        topic: the topic to publish.
+        latch: whether to latch the topic.
+    """
+
+    def __init__(self, node: Node, topic: str, latch: bool = False) -> None:
+        self.publisher = node.advertise(topic, Twist, queue_size=1, latch=latch)
+        self._lock = threading.Lock()
+        self._is_moving = False
+        node.on_shutdown(self.stop)
+
+    def publish(self, twist: Any) -> None:
+        """Publish a twist."""
+        with self._lock:
+            self._is_moving = any(components(twist))
+            self.publisher.publish(twist)
+
+    def stop(self) -> bool:
+        """Publish a zero twist if the last one was not zero; return whether it was not."""
+        with self._lock:
+            was_moving, self._is_moving = self._is_moving, False
+            if was_moving:
+                self.publisher.publish(Twist())
+            return was_moving

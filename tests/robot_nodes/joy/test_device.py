@@ -1,0 +1,65 @@
+"""Devices, and what they are asked when they are opened."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import pytest
+
+from pyros1.robot_nodes.joy import device as device_module
+from pyros1.robot_nodes.joy.device import Device, find_device
+
+NAMES = {"js0": b"Pad", "js2": b"Wheel \xff", "js10": b"Pad"}
+
+
+@pytest.fixture
+def joysticks(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Pipes that answer the requests of linux/joystick.h as joysticks with the names above do."""
+    for name in NAMES:
+        os.mkfifo(tmp_path / name)
+
+    def ioctl(file: int, request: int, answer: bytearray) -> int:
+        name = Path(os.readlink(f"/proc/self/fd/{file}")).name
+        data = {0x80806A13: NAMES[name], 0x80016A11: b"\x06", 0x80016A12: b"\x0c"}[request]
+        answer[: len(data)] = data
+        return len(data)
+
+    monkeypatch.setattr("fcntl.ioctl", ioctl)
+    monkeypatch.setattr(device_module, "DEVICES", f"{tmp_path}/js*")
+    return tmp_path
+
+
+def test_name_and_sizes(joysticks: Path) -> None:
+    device = Device(str(joysticks / "js2"))
+    assert (device.name, device.axes, device.buttons) == ("Wheel \ufffd", 6, 12)
+    device.close()
+
+
+def test_finding_one_by_its_name(joysticks: Path) -> None:
+    (joysticks / "js1").write_text("no device")
+    assert find_device("Pad") == f"{joysticks}/js0"
+    (joysticks / "js0").unlink()
+    assert find_device("Pad") == f"{joysticks}/js10"
+    assert find_device("Stick") is None
+
+
+def test_reading(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "js0")
+    device = Device(str(tmp_path / "js0"))
+    assert (device.name, device.axes, device.buttons) == ("", 0, 0)
+    with open(tmp_path / "js0", "wb") as joystick:
+        assert device.read() == b""
+        joystick.write(b"12345678")
+        joystick.flush()
+        assert device.read() == b"12345678"
+    with pytest.raises(OSError, match="it was closed"):
+        device.read()
+    device.close()
+
+
+def test_what_is_no_device(tmp_path: Path) -> None:
+    (tmp_path / "js0").write_bytes(bytes(8))
+    for path in (tmp_path / "js0", tmp_path):
+        with pytest.raises(OSError, match="it is no device"):
+            Device(str(path))
