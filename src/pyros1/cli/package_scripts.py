@@ -98,7 +98,13 @@ SCRIPTS: Mapping[str, Mapping[str, str | Callable[[], int]]] = {
         "turtlesim_node": _program("pyros1.turtlesim.simulator"),
     },
     "web_video_server": {"web_video_server": _program("pyros1.web.web_video_server.node")},
+    "twist_mux": {
+        "twist_marker": _program("pyros1.robot_nodes.twist_mux.marker"),
+        "twist_mux": _program("pyros1.robot_nodes.twist_mux.node"),
+    },
     "xacro": {"xacro": _xacro},
+    "yocs_cmd_vel_mux": {"cmd_vel_mux": _program("pyros1.robot_nodes.yocs_cmd_vel_mux.node")},
+    "yocs_velocity_smoother": {"velocity_smoother": _program("pyros1.robot_nodes.yocs_velocity_smoother.node")},
     **{package: {name: f"web {name}" for name in names} for package, names in PROGRAMS_BY_PACKAGE.items()},
 }
 """By package and script: the arguments of ``pyros1``, or a function that runs the script and returns an exit code."""

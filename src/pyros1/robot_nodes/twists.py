@@ -46,6 +46,11 @@ class TwistOutput:
             self._is_moving = any(components(twist))
             self.publisher.publish(twist)
 
+    def close(self) -> None:
+        """Stop the robot, and publish no more."""
+        self.stop()
+        self.publisher.unregister()
+
     def stop(self) -> bool:
         """Publish a zero twist if the last one was not zero; return whether it was not."""
         with self._lock:

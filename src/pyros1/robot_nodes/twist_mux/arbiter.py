@@ -1,0 +1,83 @@
+"""Which of several sources of velocity commands drives the robot."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from pyros1.robot_nodes.twist_sources import Source
+
+
+class Arbiter:
+    """Selects, for each command that arrives, whether it is passed on.
+
+    A topic is masked while its last command is older than its timeout, before the first one, and while a lock of higher
+    priority is on. A command is passed on if no other topic that is not masked has a higher priority, or the same and
+    comes earlier in the list. As in stock, a topic of priority 0 never drives. A lock is on after a message with True,
+    and while its last message is older than its timeout, or none has come. A timeout of 0 means that messages count for
+    ever. Times are in seconds; after time has jumped back, what was received before counts as too old.
+
+    Args:
+        topics: the topics with commands.
+        locks: the locks.
+
+    Attributes:
+        driver: the index of the topic whose command was passed on last; None if the robot has been stopped since.
+    """
+
+    def __init__(self, topics: Sequence[Source], locks: Sequence[Source]) -> None:
+        self.topics, self.locks = tuple(topics), tuple(locks)
+        self.driver: int | None = None
+        self._received: list[float | None] = [None] * len(topics)
+        self._locked: list[tuple[float, bool] | None] = [None] * len(locks)
+
+    def command(self, topic: int, now: float) -> bool:
+        """A command has arrived on a topic: return whether it is passed on."""
+        self._received[topic] = now
+        if self._selected(now) != topic:
+            return False
+        self.driver = topic
+        return True
+
+    def lock(self, lock: int, is_on: bool, now: float) -> None:
+        """A message has arrived on a lock's topic."""
+        self._locked[lock] = (now, is_on)
+
+    def must_stop(self, now: float) -> bool:
+        """Return True once when the topic that drives the robot is masked, so that the robot must be stopped."""
+        if self.driver is None or not self.is_masked(self.driver, now):
+            return False
+        self.driver = None
+        return True
+
+    def is_locked(self, lock: int, now: float) -> bool:
+        """Return whether a lock is on."""
+        message, timeout = self._locked[lock], self.locks[lock].timeout
+        if message is None:
+            return timeout > 0
+        time, is_on = message
+        return is_on or _is_old(time, timeout, now)
+
+    def locked_priority(self, now: float) -> int:
+        """Return the priority below which topics are locked."""
+        return max((lock.priority for index, lock in enumerate(self.locks) if self.is_locked(index, now)), default=0)
+
+    def is_masked(self, topic: int, now: float) -> bool:
+        """Return whether commands on a topic cannot be passed on."""
+        received, entry = self._received[topic], self.topics[topic]
+        return received is None or _is_old(received, entry.timeout, now) or entry.priority < self.locked_priority(now)
+
+    def _selected(self, now: float) -> int | None:
+        best, priority = None, 0
+        for index, topic in enumerate(self.topics):
+            if topic.priority > priority and not self.is_masked(index, now):
+                best, priority = index, topic.priority
+        return best
+
+    def age(self, now: float) -> float:
+        """Return how old the last command is in seconds; 0 before the first one."""
+        times = [time for time in self._received if time is not None]
+        return max(0.0, now - max(times)) if times else 0.0
+
+
+def _is_old(time: float, timeout: float, now: float) -> bool:
+    return timeout > 0 and not 0 <= now - time <= timeout

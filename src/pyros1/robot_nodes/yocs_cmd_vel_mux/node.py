@@ -1,0 +1,127 @@
+"""cmd_vel_mux: passes the command of highest priority on to ~output.
+
+It does what the nodelet yocs_cmd_vel_mux/CmdVelMuxNodelet does (https://wiki.ros.org/yocs_cmd_vel_mux). The name of the
+source that drives the robot is published on ~active, "idle" if there is none.
+
+When the source that drives the robot falls silent, a zero twist is published once; stock leaves it to the robot to
+notice. Commands that are not finite are dropped.
+"""
+
+from __future__ import annotations
+
+import threading
+from functools import partial
+from typing import Any
+
+from pyros1.ground.errors import Error
+from pyros1.msgs.geometry_msgs.msg import Twist
+from pyros1.msgs.std_msgs.msg import String
+from pyros1.node import Node
+from pyros1.reconfigure import Parameters, Server
+from pyros1.robot_nodes.node_clock import seconds
+from pyros1.robot_nodes.program import run_node
+from pyros1.robot_nodes.twists import TwistOutput, is_finite
+from pyros1.robot_nodes.yocs_cmd_vel_mux.config import Config, ConfigError, read_config
+from pyros1.robot_nodes.yocs_cmd_vel_mux.selector import Selector
+
+CHECK_PERIOD = 0.05
+"""Seconds between checks whether the robot must be stopped."""
+_MAX_FILE_SIZE = 1 << 20
+
+
+def load_config(file: str, text: str) -> Config:
+    """Return the configuration in a text, or if that is empty, in a file.
+
+    Raises:
+        Error: the configuration cannot be used.
+    """
+    if text:
+        return read_config(text, "yaml_cfg_data")
+    if not file:
+        raise ConfigError("the parameter yaml_cfg_file is not set, so nothing can drive the robot: set it to a file")
+    try:
+        with open(file, encoding="utf-8") as stream:
+            text = stream.read(_MAX_FILE_SIZE)
+    except (OSError, ValueError) as error:
+        raise ConfigError(f"cannot read the file that yaml_cfg_file names: {error}") from error
+    return read_config(text, file)
+
+
+class CmdVelMux:
+    """Subscribes to the topics of a configuration, which can be changed while the node is running.
+
+    Args:
+        node: the node.
+    """
+
+    def __init__(self, node: Node) -> None:
+        self._node = node
+        self._lock = threading.RLock()
+        self._selector = Selector(())
+        self._subscribers: list[Any] = []
+        self._output: TwistOutput | None = None
+        self._announced = ""
+        self._active = node.advertise("~active", String, queue_size=1, latch=True)
+        self._announce()
+        parameters = Parameters()
+        parameters.add("yaml_cfg_file", "", "A file with the configuration", level=1)
+        parameters.add("yaml_cfg_data", "", "The configuration itself, instead of the file", level=1)
+        self._server = Server(node, parameters, self._reconfigure)
+        node.timer(CHECK_PERIOD, lambda event: self._check())
+
+    def _reconfigure(self, values: Any, level: int) -> Any:
+        try:
+            config = load_config(values.yaml_cfg_file, values.yaml_cfg_data)
+        except Error as error:
+            self._node.log.error("%s", error)
+        else:
+            self._apply(config)
+        return values
+
+    def _apply(self, config: Config) -> None:
+        """Replace the configuration."""
+        with self._lock:
+            for subscriber in self._subscribers:
+                subscriber.unregister()
+            if self._output is not None:
+                self._output.close()
+            self._output = TwistOutput(self._node, f"~{config.output}")
+            self._selector = selector = Selector(config.sources)
+            self._announce()
+            self._subscribers = [
+                self._node.subscribe(f"~{source.topic}", Twist, partial(self._command, selector, index), queue_size=1)
+                for index, source in enumerate(config.sources)
+            ]
+
+    def _command(self, selector: Selector, index: int, twist: Any) -> None:
+        if not is_finite(twist):
+            self._node.log.error("dropped a command, since it is not finite", throttle=10)
+            return
+        with self._lock:
+            if selector is not self._selector or self._output is None:
+                return  # it was received before the configuration was replaced
+            if selector.command(index, seconds(self._node)):
+                self._announce()
+                self._output.publish(twist)
+
+    def _check(self) -> None:
+        with self._lock:
+            if self._output is not None and self._selector.must_stop(seconds(self._node)):
+                self._output.stop()
+                self._announce()
+
+    def _announce(self) -> None:
+        """Publish which source drives the robot if it has changed."""
+        active = self._selector.active
+        if active != self._announced:
+            self._announced = active
+            self._active.publish(active)
+
+
+def main(argv: list[str]) -> int:
+    """Run cmd_vel_mux; return its exit code.
+
+    Args:
+        argv: the command line, with the program's name.
+    """
+    return run_node(argv, "cmd_vel_mux", CmdVelMux)

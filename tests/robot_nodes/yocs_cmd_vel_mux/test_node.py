@@ -1,0 +1,69 @@
+"""cmd_vel_mux as a node."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import closing
+from pathlib import Path
+from queue import Queue
+from typing import Any
+
+import pytest
+
+from pyros1.msgs.geometry_msgs.msg import Twist
+from pyros1.msgs.std_msgs.msg import String
+from pyros1.reconfigure import Client
+from pyros1.robot_nodes.yocs_cmd_vel_mux.node import CmdVelMux
+
+Make = Callable[..., Any]
+MUX = """subscribers:
+  - {name: Safety, topic: input/safety, timeout: 0.2, priority: 10}
+  - {name: Teleoperation, topic: input/teleop, timeout: 60, priority: 7}
+"""
+
+
+def twist(speed: float) -> Any:
+    message = Twist()
+    message.linear.x = speed
+    return message
+
+
+def test_sources_take_over_and_the_robot_is_stopped(
+    make_node: Make, tmp_path: Path, next_of: Callable[..., Any], capfd: pytest.CaptureFixture[str]
+) -> None:
+    """Feature: cmd_vel_mux selects by priority, and stops the robot when its source is silent"""
+    (tmp_path / "mux.yaml").write_text(MUX)
+    user = make_node("user")
+    names: Queue[Any] = Queue()
+    came: Queue[Any] = Queue()
+    user.subscribe("mux/active", String, lambda message: names.put(message.data))
+    user.subscribe("/base", Twist, came.put)
+    CmdVelMux(make_node("mux", argv=[f"_yaml_cfg_file:={tmp_path}/mux.yaml", "mux/output:=base"]))
+    safety, teleop = (user.advertise(f"mux/input/{name}", Twist) for name in ("safety", "teleop"))
+    for publisher in (safety, teleop):
+        assert publisher.wait_for_subscribers(timeout=20)
+    assert names.get(timeout=20) == "idle"
+    teleop.publish(twist(1.0))
+    assert (names.get(timeout=20), came.get(timeout=20).linear.x) == ("Teleoperation", 1.0)
+    safety.publish(twist(2.0))
+    assert (names.get(timeout=20), came.get(timeout=20).linear.x) == ("Safety", 2.0)
+    teleop.publish(twist(1.0))
+    assert (names.get(timeout=20), came.get(timeout=20).linear.x) == ("idle", 0.0)
+    teleop.publish(twist(3.0))
+    assert (names.get(timeout=20), came.get(timeout=20).linear.x) == ("Teleoperation", 3.0)
+    with closing(Client(user, "mux")) as client:
+        client.update({"yaml_cfg_data": "subscribers: 5"})
+        assert "yaml_cfg_data: subscribers must be a list, not 5" in capfd.readouterr().err
+        client.update({"yaml_cfg_data": MUX.replace("teleop", "other") + "publisher: out"})
+    assert (names.get(timeout=20), came.get(timeout=20).linear.x) == ("idle", 0.0)
+    user.subscribe("mux/out", Twist, came.put)
+    other = user.advertise("mux/input/other", Twist, latch=True)
+    other.publish(twist(4.0))
+    assert names.get(timeout=20) == "Teleoperation"
+
+
+def test_without_a_configuration(make_node: Make, capfd: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    CmdVelMux(make_node("mux"))
+    assert "the parameter yaml_cfg_file is not set, so nothing can drive the robot" in capfd.readouterr().err
+    CmdVelMux(make_node("other", argv=[f"_yaml_cfg_file:={tmp_path}/none.yaml"]))
+    assert "cannot read the file that yaml_cfg_file names: [Errno 2] No such file" in capfd.readouterr().err
