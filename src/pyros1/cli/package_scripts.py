@@ -41,6 +41,9 @@ _TEST_NODES = "advertisetest hztest paramtest publishtest subscribetest"
 SCRIPTS: Mapping[str, Mapping[str, str | Callable[[], int]]] = {
     "dynamic_reconfigure": {"dynparam": "dynparam"},
     "image_transport": {"republish": _program("pyros1.topic_tools.republish")},
+    "interactive_marker_twist_server": {
+        "marker_server": _program("pyros1.robot_nodes.interactive_marker_twist_server.node")
+    },
     "joint_state_publisher": {"joint_state_publisher": _program("pyros1.urdf.joint_publisher")},
     "joint_state_publisher_gui": {"joint_state_publisher_gui": _program("pyros1.cli.joint_sliders")},
     "nodelet": {"nodelet": _program("pyros1.cli.nodelet_program")},
