@@ -29,8 +29,12 @@ class FakeJoystick:
 
     def send(self, type_: int, number: int, value: int) -> None:
         """Send an event: of type 1 for a button, 2 for an axis, and 128 more for one of the initial state."""
+        self.write(struct.pack("=IhBB", 0, value, type_, number))
+
+    def write(self, data: bytes) -> None:
+        """Send bytes."""
         assert self._file is not None
-        os.write(self._file, struct.pack("=IhBB", 0, value, type_, number))
+        os.write(self._file, data)
 
     def unplug(self) -> None:
         """Make the device disappear."""

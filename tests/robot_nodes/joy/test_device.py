@@ -10,7 +10,7 @@ import pytest
 from pyros1.robot_nodes.joy import device as device_module
 from pyros1.robot_nodes.joy.device import Device, find_device
 
-NAMES = {"js0": b"Pad", "js2": b"Wheel \xff", "js10": b"Pad"}
+NAMES = {"js0": b"Pad", "js2": b"Wheel \xff", "js9": b"Pad", "js10": b"Pad"}
 
 
 @pytest.fixture
@@ -40,7 +40,7 @@ def test_finding_one_by_its_name(joysticks: Path) -> None:
     (joysticks / "js1").write_text("no device")
     assert find_device("Pad") == f"{joysticks}/js0"
     (joysticks / "js0").unlink()
-    assert find_device("Pad") == f"{joysticks}/js10"
+    assert find_device("Pad") == f"{joysticks}/js9"
     assert find_device("Stick") is None
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import struct
 from collections.abc import Callable
 from queue import Queue
 from typing import Any
@@ -10,6 +11,7 @@ import pytest
 
 from pyros1.msgs.diagnostic_msgs.msg import DiagnosticArray
 from pyros1.msgs.sensor_msgs.msg import Joy
+from pyros1.robot_nodes.joy.device import Device
 from pyros1.robot_nodes.joy.joystick import Settings
 from pyros1.robot_nodes.joy.node import JoyNode, read_settings
 from pyros1.robot_nodes.parameters import PrivateParameters
@@ -71,13 +73,35 @@ def test_plugging_in_and_unplugging(
     ]
 
 
-def test_what_is_no_joystick(make_node: Make, joystick: Any, capfd: pytest.CaptureFixture[str]) -> None:
+def test_each_press_and_release_is_a_message(make_node: Make, joystick: Any) -> None:
+    came: Queue[Any] = Queue()
+    subscriber = make_node("user").subscribe("joy", Joy, lambda joy: came.put(joy.buttons))
+    JoyNode(make_node("stick", argv=[f"_dev:={joystick.path}"]))
+    assert subscriber.wait_for_publishers(timeout=20)
+    joystick.plug()
+    joystick.write(3 * (struct.pack("=IhBB", 0, 1, BUTTON, 0) + struct.pack("=IhBB", 0, 0, BUTTON, 0)))
+    assert [came.get(timeout=20) for _ in range(6)] == 3 * [(1,), (0,)]
+
+
+def test_what_is_no_joystick(
+    make_node: Make, joystick: Any, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    opened: list[str] = []
+
+    def open_device(path: str) -> Device:
+        opened.append(path)
+        return Device(path)
+
+    monkeypatch.setattr("pyros1.robot_nodes.joy.node.Device", open_device)
+    monkeypatch.setattr("pyros1.robot_nodes.joy.node.RETRY_PERIOD", 60.0)
     statuses: Queue[Any] = Queue()
     user = make_node("user")
     user.subscribe("/diagnostics", DiagnosticArray, lambda array: statuses.put(array.status[0]))
     joystick.plug()
     joystick.send(7, 0, 0)
     JoyNode(make_node("stick", argv=[f"_dev:={joystick.path}", "_diagnostic_period:=0.05"]))
-    while not any(value.key == "problem" for value in statuses.get(timeout=20).values):
-        pass
+    for _ in range(2):
+        while not any(value.key == "problem" for value in statuses.get(timeout=20).values):
+            pass
     assert capfd.readouterr().err.count("it sent an event of unknown type 7: it is no joystick") == 1
+    assert opened == [joystick.path], "it is not opened again at once"

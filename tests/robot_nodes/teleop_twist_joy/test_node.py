@@ -41,3 +41,6 @@ def test_joy_without_a_publisher_stops_the_robot(make_node: Make, next_of: Calla
     next_of(came, lambda twist: twist.linear.x)
     driver.shutdown()
     next_of(came, lambda twist: not twist.linear.x)
+    late: Queue[Any] = Queue()
+    make_node("late").subscribe("cmd_vel", Twist, late.put)
+    assert late.get(timeout=20) == Twist(), "the topic is latched"
