@@ -164,6 +164,6 @@ def test_after_it_is_plugged_in_again() -> None:
 
 def test_what_was_pressed_and_moved_before_does_not_count() -> None:
     before: list[tuple[float, Event | str]] = [(1.0, press(0)), (1.1, move(0, -32767)), (2.0, "unplug")]
-    after = [(3.0, "plug"), (3.1, move(0, -32767, True)), (4.0, press(0))]
+    after: list[tuple[float, Event | str]] = [(3.0, "plug"), (3.1, move(0, -32767, True)), (4.0, press(0))]
     published = run(Settings(sticky_buttons=True), [*before, *after], 5.0)
     assert published[-2:] == [(3.101, [0.0, 0.0], [0, 0]), (4.0, [0.0, 0.0], [1, 0])]

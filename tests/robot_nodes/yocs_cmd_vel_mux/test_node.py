@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from contextlib import closing
+from math import nan
 from pathlib import Path
 from queue import Queue
 from typing import Any
@@ -43,6 +44,7 @@ def test_sources_take_over_and_the_robot_is_stopped(
     for publisher in (safety, teleop):
         assert publisher.wait_for_subscribers(timeout=20)
     assert names.get(timeout=20) == "idle"
+    teleop.publish(twist(nan))
     teleop.publish(twist(1.0))
     assert (names.get(timeout=20), came.get(timeout=20).linear.x) == ("Teleoperation", 1.0)
     safety.publish(twist(2.0))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from contextlib import closing
+from math import nan
 from queue import Queue
 from typing import Any
 
@@ -36,6 +37,7 @@ def test_commands_are_limited_and_stopped(make_node: Make, next_of: Callable[...
     assert user.advertise("odom", Odometry).wait_for_subscribers(timeout=20)
     with closing(Client(user, "smoother")) as client:
         assert client.update({"speed_lim_w": 1.5})["decel_factor"] == 1.0
+    commands.publish(twist(nan))
     commands.publish(twist(5.0, 5.0))
     seen = next_of(came, lambda twist: twist.linear.x == 0.8)
     assert (seen.angular.z, seen.linear.y) == (1.5, 0.0)

@@ -81,7 +81,7 @@ class Smoother:
 
     def command(self, velocity: Velocity, now: float) -> None:
         """A command has arrived."""
-        if self._received is not None and now >= self._received:
+        if self._received is not None:
             self._periods.append(now - self._received)
         self._received = now
         self._is_active = True
