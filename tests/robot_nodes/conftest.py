@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import struct
+import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from queue import Queue
@@ -62,5 +63,19 @@ def next_of() -> Callable[[Queue[Any], Callable[[Any], Any]], Any]:
             item = queue.get(timeout=PATIENCE)
             if condition(item):
                 return item
+
+    return wait
+
+
+@pytest.fixture
+def wait_for_line(capfd: pytest.CaptureFixture[str]) -> Callable[[str], None]:
+    """Return a function that waits until a text is on stderr."""
+
+    def wait(text: str) -> None:
+        end, seen = time.monotonic() + PATIENCE, ""
+        while text not in seen:
+            assert time.monotonic() < end, f"no {text!r} in {seen}"
+            time.sleep(0.001)
+            seen += capfd.readouterr().err
 
     return wait

@@ -26,7 +26,9 @@ def twist(speed: float, turning: float = 0.0) -> Any:
     return message
 
 
-def test_commands_are_limited_and_stopped(make_node: Make, next_of: Callable[..., Any]) -> None:
+def test_commands_are_limited_and_stopped(
+    make_node: Make, next_of: Callable[..., Any], wait_for_line: Callable[[str], None]
+) -> None:
     user = make_node("user")
     user.params["/smoother"] = {**LIMITS, "frequency": 100, "robot_feedback": 1, "decel_factor": "much"}
     came: Queue[Any] = Queue()
@@ -38,6 +40,7 @@ def test_commands_are_limited_and_stopped(make_node: Make, next_of: Callable[...
     with closing(Client(user, "smoother")) as client:
         assert client.update({"speed_lim_w": 1.5})["decel_factor"] == 1.0
     commands.publish(twist(nan))
+    wait_for_line("dropped a command, since it is not finite")
     commands.publish(twist(5.0, 5.0))
     seen = next_of(came, lambda twist: twist.linear.x == 0.8)
     assert (seen.angular.z, seen.linear.y) == (1.5, 0.0)
