@@ -102,6 +102,7 @@ SCRIPTS: Mapping[str, Mapping[str, str | Callable[[], int]]] = {
     },
     "web_video_server": {"web_video_server": _program("pyros1.web.web_video_server.node")},
     "twist_mux": {
+        "joystick_relay.py": _program("pyros1.robot_nodes.twist_mux.relay"),
         "twist_marker": _program("pyros1.robot_nodes.twist_mux.marker"),
         "twist_mux": _program("pyros1.robot_nodes.twist_mux.node"),
     },

@@ -75,7 +75,9 @@ def test_plugging_in_and_unplugging(
 
 def test_each_press_and_release_is_a_message(make_node: Make, joystick: Any) -> None:
     came: Queue[Any] = Queue()
-    subscriber = make_node("user").subscribe("joy", Joy, lambda joy: came.put(joy.buttons))
+    user = make_node("user")
+    # In the publisher's thread, since a message may replace one that waits.
+    subscriber = user.subscribe("joy", Joy, lambda joy: came.put(joy.buttons), in_publisher=True)
     JoyNode(make_node("stick", argv=[f"_dev:={joystick.path}"]))
     assert subscriber.wait_for_publishers(timeout=20)
     joystick.plug()
