@@ -3,21 +3,28 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Callable, Iterator
 from pathlib import Path
+from queue import Queue
+from typing import Any
 
 import pytest
 
+from pyros1.msgs.sensor_msgs.msg import Joy
 from pyros1.robot_nodes.joy import device as device_module
-from pyros1.robot_nodes.joy.device import Device, find_device
+from pyros1.robot_nodes.joy.device import Device
+from pyros1.robot_nodes.joy.node import JoyNode
 
 NAMES = {"js0": b"Pad", "js2": b"Wheel \xff", "js9": b"Pad", "js10": b"Pad"}
 
 
 @pytest.fixture
-def joysticks(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def joysticks(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     """Pipes that answer the requests of linux/joystick.h as joysticks with the names above do."""
+    files = []
     for name in NAMES:
         os.mkfifo(tmp_path / name)
+        files.append(os.open(tmp_path / name, os.O_RDWR))
 
     def ioctl(file: int, request: int, answer: bytearray) -> int:
         name = Path(os.readlink(f"/proc/self/fd/{file}")).name
@@ -27,7 +34,9 @@ def joysticks(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
     monkeypatch.setattr("fcntl.ioctl", ioctl)
     monkeypatch.setattr(device_module, "DEVICES", f"{tmp_path}/js*")
-    return tmp_path
+    yield tmp_path
+    for file in files:
+        os.close(file)
 
 
 def test_name_and_sizes(joysticks: Path) -> None:
@@ -36,12 +45,22 @@ def test_name_and_sizes(joysticks: Path) -> None:
     device.close()
 
 
-def test_finding_one_by_its_name(joysticks: Path) -> None:
+def test_finding_joysticks(joysticks: Path) -> None:
     (joysticks / "js1").write_text("no device")
-    assert find_device("Pad") == f"{joysticks}/js0"
-    (joysticks / "js0").unlink()
-    assert find_device("Pad") == f"{joysticks}/js9"
-    assert find_device("Stick") is None
+    found = [(Path(path).name, name) for path, name in device_module.joysticks()]
+    assert found == [("js0", "Pad"), ("js2", "Wheel \ufffd"), ("js9", "Pad"), ("js10", "Pad")]
+
+
+def test_joy_node_finds_one_by_its_name(
+    joysticks: Path, make_node: Callable[..., Any], wait_for_line: Callable[[str], None]
+) -> None:
+    came: Queue[Any] = Queue()
+    make_node("user").subscribe("joy", Joy, came.put)
+    JoyNode(make_node("stick", argv=["_dev_name:=Wheel \ufffd", "_autorepeat_rate:=100"]))
+    message = came.get(timeout=20)
+    assert (message.header.frame_id, len(message.axes), len(message.buttons)) == (f"{joysticks}/js2", 6, 12)
+    JoyNode(make_node("other", argv=["_dev_name:=Stick", f"_dev:={joysticks}/none"]))
+    wait_for_line("no joystick is called 'Stick' (there are: 'Pad', 'Wheel \ufffd', 'Pad', 'Pad'): using")
 
 
 def test_reading(tmp_path: Path) -> None:

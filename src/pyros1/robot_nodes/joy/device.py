@@ -85,8 +85,3 @@ def joysticks() -> Iterator[tuple[str, str]]:
                 yield path, device.name
         except OSError:
             continue
-
-
-def find_device(name: str) -> str | None:
-    """Return the path of the first joystick with this name; None if there is none."""
-    return next((path for path, found in joysticks() if found == name), None)

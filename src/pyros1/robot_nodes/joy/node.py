@@ -17,7 +17,7 @@ from pyros1.ground.errors import Error
 from pyros1.ground.terminal_text import one_line
 from pyros1.msgs.sensor_msgs.msg import Joy
 from pyros1.node import Node
-from pyros1.robot_nodes.joy.device import Device, find_device
+from pyros1.robot_nodes.joy.device import Device, joysticks
 from pyros1.robot_nodes.joy.events import BUTTON, FULL_SCALE, EventReader
 from pyros1.robot_nodes.joy.joystick import MAX_DEADZONE, Joystick, Settings
 from pyros1.robot_nodes.parameters import PrivateParameters
@@ -61,6 +61,7 @@ class JoyNode:
         self._publisher = node.advertise("joy", Joy, queue_size=1)
         self._device: Device | None = None
         self._problem = ""
+        self._is_name_reported = False
         self._events = self._messages = 0
         self._counted_at = monotonic()
         self._wake_reader, self._wake_writer = os.pipe()
@@ -94,7 +95,7 @@ class JoyNode:
                 return
 
     def _open(self) -> Device | None:
-        path = (self._name and find_device(self._name)) or self._path
+        path = self._find_path()
         try:
             device = Device(path)
         except (OSError, ValueError) as error:  # a path with a null byte is a ValueError
@@ -104,6 +105,18 @@ class JoyNode:
         self._device, self._frame_id = device, path
         self._joystick.open(device.axes, device.buttons, monotonic())
         return device
+
+    def _find_path(self) -> str:
+        """Return the path of the joystick that ~dev_name names; that in ~dev if there is none."""
+        if not self._name:
+            return self._path
+        found = list(joysticks())
+        path = next((path for path, name in found if name == self._name), None)
+        if path is None and not self._is_name_reported:
+            self._is_name_reported = True
+            names = ", ".join(one_line(repr(name), 100) for _, name in found[:20]) or "none"
+            self._node.log.warn("no joystick is called %r (there are: %s): using %s", self._name, names, self._path)
+        return path or self._path
 
     def _follow(self, device: Device) -> bool:
         """Read a device and publish until it fails (by an exception), or the node ends: then return True."""

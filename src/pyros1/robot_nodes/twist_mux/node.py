@@ -40,7 +40,8 @@ class TwistMux:
         values = PrivateParameters.of(node)
         self._node = node
         topics, locks = (
-            read_sources(values.value(name) or [], f"{node.name}/{name}", MAX_PRIORITY) for name in ("topics", "locks")
+            [] if values.value(name) is None else read_sources(values.value(name), f"{node.name}/{name}", MAX_PRIORITY)
+            for name in ("topics", "locks")
         )
         self._arbiter = Arbiter(topics, locks)
         if not self._arbiter.topics:
