@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 from contextlib import closing
 from math import nan
@@ -58,6 +59,10 @@ def test_sources_take_over_and_the_robot_is_stopped(
         assert "yaml_cfg_data: subscribers must be a list, not 5" in capfd.readouterr().err
         client.update({"yaml_cfg_data": MUX.replace("teleop", "other") + "publisher: out"})
     assert (names.get(timeout=20), came.get(timeout=20).linear.x) == ("idle", 0.0)
+    end = time.monotonic() + 20
+    while teleop.num_connections:
+        assert time.monotonic() < end, "it still listens to what is not in the new configuration"
+        time.sleep(0.001)
     user.subscribe("mux/out", Twist, came.put)
     other = user.advertise("mux/input/other", Twist, latch=True)
     other.publish(twist(4.0))
