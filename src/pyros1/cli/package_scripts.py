@@ -53,6 +53,7 @@ SCRIPTS: Mapping[str, Mapping[str, str | Callable[[], int]]] = {
     },
     "rosapi": {"rosapi_node": _program("pyros1.web.rosapi_node")},
     "joy": {"joy_node": _program("pyros1.robot_nodes.joy.node")},
+    "map_server": {name: _program(f"pyros1.robot_nodes.map_server.{name[4:]}") for name in ("map_saver", "map_server")},
     "robot_state_publisher": {"robot_state_publisher": _program("pyros1.urdf.state_publisher")},
     "rosbag": {"play": "bag play", "record": "bag record"},
     "rosbridge_server": {

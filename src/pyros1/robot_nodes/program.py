@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 from pyros1.ground.errors import Error
 from pyros1.node import Node
 
 
-def run_node(argv: list[str], name: str, start: Callable[[Node], object]) -> int:
+def run_node(argv: list[str], name: str, start: Callable[[Node], object], **options: Any) -> int:
     """Run a node until it is shut down; return its exit code.
 
     Args:
@@ -16,8 +17,9 @@ def run_node(argv: list[str], name: str, start: Callable[[Node], object]) -> int
         name: the node's name, unless the command line has another one.
         start: creates the node's publishers, subscribers, services and timers. What it returns is kept until the end.
             If it raises an `Error`, that is logged, and the exit code is 1.
+        options: further arguments of `Node`, such as ``anonymous``.
     """
-    with Node(name, argv=argv[1:]) as node:
+    with Node(name, argv=argv[1:], **options) as node:
         try:
             running = start(node)
         except Error as error:
