@@ -50,6 +50,7 @@ DRIVE = "twist_sources joy/events joy/joystick teleop_twist_joy/teleop twist_mux
 DRIVE += " yocs_cmd_vel_mux/selector yocs_velocity_smoother/smoother interactive_marker_twist_server/handle"
 PURE += [f"robot_nodes/{name}.py" for name in DRIVE.split()]
 PURE += [f"robot_nodes/map_server/{name}.py" for name in ("pgm", "description", "cells", "messages", "errors")]
+PURE += [f"robot_nodes/flat_world/{name}.py" for name in ("walls", "drive", "sensors", "camera", "world")]
 PURE += [f"bridge/{name}" for name in ("names.py", "conversions", "protocol", "exchange", "rules")]
 PURE += [f"bridge/transport/{name}.py" for name in ("link", "endpoints", "queues", "pacing", "access_control")]
 PURE += [

@@ -107,6 +107,7 @@ SCRIPTS: Mapping[str, Mapping[str, str | Callable[[], int]]] = {
         "twist_marker": _program("pyros1.robot_nodes.twist_mux.marker"),
         "twist_mux": _program("pyros1.robot_nodes.twist_mux.node"),
     },
+    "two_wheeler": {"flat_world": _program("pyros1.robot_nodes.flat_world.simulator")},
     "xacro": {"xacro": _xacro},
     "yocs_cmd_vel_mux": {"cmd_vel_mux": _program("pyros1.robot_nodes.yocs_cmd_vel_mux.node")},
     "yocs_velocity_smoother": {"velocity_smoother": _program("pyros1.robot_nodes.yocs_velocity_smoother.node")},

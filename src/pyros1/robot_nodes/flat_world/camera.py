@@ -1,0 +1,87 @@
+"""The pictures that robots see of a flat world (no I/O)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import pi, tan
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+_FLOOR, _CEILING, _ROBOT = (112, 104, 96), (206, 214, 224), (217, 71, 15)
+_WALL_X, _WALL_Y, _STRIPE = (196, 186, 164), (166, 156, 138), 0.82
+_STRIPES_PER_METRE = 2.0
+_HALF_LIGHT = 12.0
+"""Distance in m at which things are half as bright."""
+
+
+@dataclass(frozen=True)
+class Camera:
+    """A camera that looks ahead, without distortion.
+
+    Attributes:
+        width, height: size of its pictures in pixels.
+        view: angle of view across in radians.
+        x, z: where it is on the robot, in m.
+        wall_height, robot_height: heights of what it sees, in m.
+        max_range: how far it sees, in m.
+    """
+
+    width: int = 160
+    height: int = 120
+    view: float = pi / 3
+    x: float = 0.05
+    z: float = 0.5
+    wall_height: float = 1.2
+    robot_height: float = 0.45
+    max_range: float = 30.0
+
+    @property
+    def focal_length(self) -> float:
+        """In pixels."""
+        return self.width / 2 / tan(self.view / 2)
+
+    @property
+    def angles(self) -> Floats:
+        """The direction of each column in radians, positive to the left; shape (width,)."""
+        angles: Floats = np.arctan2(self.width / 2 - 0.5 - np.arange(self.width), self.focal_length)
+        return angles
+
+
+def draw(
+    camera: Camera, pose: Floats, distances: Floats, faces_x: NDArray[np.bool_], are_robots: NDArray[np.bool_]
+) -> NDArray[np.uint8]:
+    """Return the picture that a robot sees, as RGB with shape (height, width, 3).
+
+    Args:
+        camera: the camera.
+        pose: x and y in m, heading in radians, of the robot.
+        distances: what `sensors.cast_rays` says of `Camera.angles`, in m; shape (width,).
+        faces_x: whether the walls face along x.
+        are_robots: which columns show robots.
+    """
+    angles = camera.angles
+    seen = np.where(np.isfinite(distances), distances, camera.max_range)
+    depth = np.maximum(seen * np.cos(angles), 1e-3)
+    heights = np.where(are_robots, camera.robot_height, camera.wall_height)
+    horizon = camera.height / 2 - 0.5
+    top = horizon - camera.focal_length * (heights - camera.z) / depth
+    bottom = horizon + camera.focal_length * camera.z / depth
+    columns = _column_colours(pose[2] + angles, pose, seen, faces_x, are_robots)
+    columns /= 1 + (seen / _HALF_LIGHT)[:, None]
+    rows = np.arange(camera.height)[:, None]
+    background = np.where(rows[:, :, None] < horizon, np.array(_CEILING), np.array(_FLOOR))
+    is_thing = (rows >= top) & (rows <= bottom) & np.isfinite(distances)
+    return np.where(is_thing[:, :, None], columns[None], background).astype(np.uint8)
+
+
+def _column_colours(
+    directions: Floats, pose: Floats, distances: Floats, faces_x: NDArray[np.bool_], are_robots: NDArray[np.bool_]
+) -> Floats:
+    """Return RGB with shape (width, 3): walls have stripes, so that one sees motion along them."""
+    along = np.where(faces_x, pose[1] + distances * np.sin(directions), pose[0] + distances * np.cos(directions))
+    is_stripe = np.floor(along * _STRIPES_PER_METRE) % 2 == 0
+    walls = np.where(faces_x[:, None], np.array(_WALL_X, float), np.array(_WALL_Y, float))
+    walls *= np.where(is_stripe, _STRIPE, 1.0)[:, None]
+    return np.where(are_robots[:, None], np.array(_ROBOT, float), walls)
