@@ -19,7 +19,8 @@ _IMU_HEIGHT = 0.1
 _WHEEL_JOINTS = ["left_wheel_joint", "right_wheel_joint"]
 _OPTICAL_ANGLES = (-1.5707963267948966, 0.0, -1.5707963267948966)
 """Roll, pitch and yaw of a frame whose z points forward and x to the right (REP 103)."""
-_UNKNOWN = 1e6
+_EXACT = 1e-9
+"""Variance of what is exact; some programs do not accept 0."""
 
 
 class RobotTopics:
@@ -72,7 +73,7 @@ class RobotTopics:
             self._odometry.publish(_make_odometry(stamp, self._odom_frame, self._base_frame, pose, speeds, 1e-3))
         if self._truth.num_connections:
             pose, speeds = _floats(world.poses[number]), _floats(world.speeds[number])
-            self._truth.publish(_make_odometry(stamp, "map", self._base_frame, pose, speeds, 1e-9))
+            self._truth.publish(_make_odometry(stamp, "map", self._base_frame, pose, speeds, _EXACT))
         if self._imu.num_connections:
             self._imu.publish(self._make_imu(stamp))
         if self._joints.num_connections:
@@ -197,7 +198,7 @@ def _make_odometry(
     position.x, position.y, heading = pose
     message.pose.pose.orientation = _rotation(heading)
     message.twist.twist.linear.x, message.twist.twist.angular.z = speeds
-    # What a robot on the floor cannot do is unknown to most estimators: height, roll and pitch.
-    covariance = _diagonal(variance, variance, _UNKNOWN, _UNKNOWN, _UNKNOWN, variance)
+    # Height, roll and pitch of a robot on a floor are known.
+    covariance = _diagonal(variance, variance, _EXACT, _EXACT, _EXACT, variance)
     message.pose.covariance = message.twist.covariance = covariance
     return message

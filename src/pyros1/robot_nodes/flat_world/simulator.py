@@ -149,13 +149,15 @@ def make_simulator(node: Node) -> Simulator:
         values.number("range_max", Laser.max_range, 0.1, 1000),
         noise=values.number("range_noise", Laser.noise, 0, 1),
     )
-    timeout = values.number("cmd_vel_timeout", Settings.command_timeout, 0.1)
+    speed = values.number("speed", Pace.speed, 0, 1000)
+    # Who commands the robot may be slower than simulated time: a person, a joystick.
+    timeout = values.number("cmd_vel_timeout", Settings.command_timeout, 0.1) * max(1.0, speed)
     settings = Settings(command_timeout=timeout, drive=drive, laser=laser)
     seed = values.integer("seed", 0, 0)
     first = (values.number("x", 0.0), values.number("y", 0.0), values.number("yaw", 0.0))
     starts = find_starts(walls, values.integer("robots", 1, 1, MAX_ROBOTS), settings.radius, first, seed)
     pace = Pace(
-        values.number("speed", Pace.speed, 0, 1000),
+        speed,
         _steps(values.number("scan_rate", 20.0, 0.1, STEPS_PER_SECOND)),
         _steps(values.number("camera_rate", 10.0, 0.1, STEPS_PER_SECOND)),
         values.flag("localization", True),

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import NamedTuple
 
 import numpy as np
@@ -41,7 +43,7 @@ def load_map(path: str) -> Map:
         MapMetadataError, MapDataError: a file is damaged; the message begins with its path.
         Error: Pillow is needed, and not installed.
     """
-    with _Named(path):
+    with _naming(path):
         description = parse_description(_read(path, _MAX_YAML_BYTES).decode("utf-8", "replace"))
     image = os.path.join(os.path.dirname(path), description.image)
     return load_picture(description._replace(image=image))
@@ -49,23 +51,18 @@ def load_map(path: str) -> Map:
 
 def load_picture(description: Description) -> Map:
     """Read a map whose description is known; the errors are those of `load_map`."""
-    with _Named(description.image):
+    with _naming(description.image):
         cells = to_cells(_read_pixels(description.image), description)
     return Map(cells, description.resolution, description.origin)
 
 
-class _Named:
-    """Puts a file's path in front of errors about it."""
-
-    def __init__(self, path: str) -> None:
-        self._path = path
-
-    def __enter__(self) -> None:
-        pass
-
-    def __exit__(self, error_class: object, error: BaseException | None, traceback: object) -> None:
-        if isinstance(error, MapError):
-            raise type(error)(f"{one_line(self._path, 1000)}: {error}") from None
+@contextmanager
+def _naming(path: str) -> Iterator[None]:
+    """Put a file's path in front of errors about it."""
+    try:
+        yield
+    except MapError as error:
+        raise type(error)(f"{one_line(path, 1000)}: {error}") from None
 
 
 def _read_pixels(path: str) -> NDArray[np.uint8]:
