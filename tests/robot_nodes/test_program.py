@@ -37,3 +37,30 @@ def test_a_node_runs_until_it_is_interrupted(environ: dict[str, str], monkeypatc
     assert run_node(["joy_node"], "joy_node", start) == 0
     interrupt.join()
     assert names == ["/joy_node"]
+
+
+def test_an_interrupt_during_the_start_is_no_error(
+    environ: dict[str, str], monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    for name, value in environ.items():
+        monkeypatch.setenv(name, value)
+
+    def start(node: Node) -> None:
+        node.shutdown()
+        node.advertise("late", "std_msgs/Empty")
+
+    assert run_node(["joy_node"], "joy_node", start) == 0
+    assert capfd.readouterr().err == ""
+
+
+def test_further_options_of_the_node(environ: dict[str, str], monkeypatch: pytest.MonkeyPatch) -> None:
+    for name, value in environ.items():
+        monkeypatch.setenv(name, value)
+    names = []
+
+    def start(node: Node) -> None:
+        names.append(node.name)
+        node.shutdown()
+
+    assert run_node(["map_server"], "map_server", start, anonymous=True) == 0
+    assert names[0].startswith("/map_server_")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from pyros1.ground.errors import Error
+from pyros1.ground.errors import Error, NodeShutdownError
 from pyros1.node import Node
 
 
@@ -22,6 +22,8 @@ def run_node(argv: list[str], name: str, start: Callable[[Node], object], **opti
     with Node(name, argv=argv[1:], **options) as node:
         try:
             running = start(node)
+        except NodeShutdownError:  # Ctrl-C came before the node was complete
+            return 0
         except Error as error:
             node.log.fatal("%s", error)
             return 1

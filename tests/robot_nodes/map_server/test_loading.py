@@ -51,6 +51,13 @@ def test_transparent_pixels_are_unknown_in_scale(folder: Path) -> None:
     assert load_map(str(folder / "floor.yaml")).cells.tolist() == [[-1, 100]]
 
 
+def test_pictures_with_fractions_are_refused(folder: Path) -> None:
+    image = pytest.importorskip("PIL.Image")
+    image.fromarray(np.ones((2, 2), np.float32)).save(folder / "floor.pgm", "TIFF")
+    with pytest.raises(MapDataError, match=r"floor.pgm: pictures with pixels of float32 cannot be maps"):
+        load_map(str(folder / "floor.yaml"))
+
+
 @pytest.mark.parametrize(
     ("change", "error_class", "problem"),
     [

@@ -81,7 +81,7 @@ def _read_pixels(path: str) -> NDArray[np.uint8]:
         raise MapDataError(str(error)) from None
     if pixels.dtype == np.uint16:  # as in SDL, the upper bits count
         pixels = pixels >> 8
-    if pixels.dtype.kind not in "ui" or not pixels.size:
+    if pixels.dtype.kind not in "ui":
         raise MapDataError(f"pictures with pixels of {pixels.dtype} cannot be maps; save it as PGM or PNG")
     return pixels.astype(np.uint8)
 
