@@ -92,6 +92,7 @@ def test_what_one_robot_says(make_node: Any, subscribe: Subscribe) -> None:
     assert (imu.header.frame_id, imu.linear_acceleration.z) == ("imu", 9.81)
     image = step_until(simulated, subscribe("/camera/image_raw", "sensor_msgs/Image"))
     assert (image.width, image.height, image.encoding, len(image.data)) == (160, 120, "rgb8", 160 * 120 * 3)
+    assert image.step == 160 * 3
     info = step_until(simulated, subscribe("/camera/camera_info", "sensor_msgs/CameraInfo"))
     assert (info.width, info.header.frame_id) == (160, image.header.frame_id)
     assert info.K[0] == info.P[5] == pytest.approx(138.564)
@@ -221,6 +222,7 @@ def test_parameters(room: Path, make_node: Any, subscribe: Subscribe) -> None:
     simulated = make_simulator(node)
     scan = step_until(simulated, subscribe("/scan", "sensor_msgs/LaserScan"))
     assert (len(scan.ranges), scan.range_max, scan.scan_time) == (10, 1.0, pytest.approx(0.1))
+    assert set(scan.ranges) == {inf}  # all walls are farther than that, and there is no noise
     truth = step_until(simulated, subscribe("/base_pose_ground_truth", "nav_msgs/Odometry")).pose.pose
     assert (truth.position.x, truth.position.y) == (1.5, 2.0)
     assert len(step_until(simulated, subscribe("/tf", "tf2_msgs/TFMessage")).transforms) == 1
