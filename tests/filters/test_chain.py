@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import queue
+import threading
 from typing import Any
 
 import pytest
@@ -65,6 +66,29 @@ def test_a_jump_back_in_time_clears() -> None:
     inputs[1].emit(stamped(Image, Time(100)))
     assert not got
     inputs[0].emit(stamped(Image, Time(100, 5)))
+    assert len(got) == 1
+
+
+def test_two_threads_at_the_same_time() -> None:
+    """The thread that comes second must not seem to be earlier than the first."""
+    clock: Any = Clock()
+    inputs, got = [Filter(clock), Filter(clock)], []
+    Synchronizer(inputs).connect(lambda *messages: got.append(messages))
+    other = threading.Thread(target=lambda: inputs[1].emit(stamped(Image, Time(100))))
+    other_has_asked = threading.Event()
+
+    def now() -> Time:
+        if threading.current_thread() is other:
+            other_has_asked.set()
+            return Time(100, 2)
+        other.start()
+        if other_has_asked.wait(0.05):  # then the other one goes on first
+            other.join()
+        return Time(100, 1)
+
+    clock.now = now
+    inputs[0].emit(stamped(Image, Time(100)))
+    other.join()
     assert len(got) == 1
 
 

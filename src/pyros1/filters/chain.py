@@ -86,9 +86,9 @@ class Synchronizer(Filter):
         Raises:
             TypeError: the message has no header, and ``headerless`` is False.
         """
-        now = self.node.now()
-        stamp = stamp_of(message, now if self._allow_headerless else None)
         with self._lock:  # held even while callbacks run, so that sets are output in order
+            now = self.node.now()  # not before, or a thread that waits for the lock would seem to be in the past
+            stamp = stamp_of(message, now if self._allow_headerless else None)
             if now < self._last_time:
                 self._matcher.clear()
             self._last_time = now
