@@ -39,6 +39,9 @@ switch_mux throttle transform
 _TEST_NODES = "advertisetest hztest paramtest publishtest subscribetest"
 
 SCRIPTS: Mapping[str, Mapping[str, str | Callable[[], int]]] = {
+    "depthimage_to_laserscan": {
+        "depthimage_to_laserscan": _program("pyros1.robot_nodes.depthimage_to_laserscan.node"),
+    },
     "dynamic_reconfigure": {"dynparam": "dynparam"},
     "image_transport": {"republish": _program("pyros1.topic_tools.republish")},
     "interactive_marker_twist_server": {
@@ -54,6 +57,10 @@ SCRIPTS: Mapping[str, Mapping[str, str | Callable[[], int]]] = {
     "rosapi": {"rosapi_node": _program("pyros1.web.rosapi_node")},
     "joy": {"joy_node": _program("pyros1.robot_nodes.joy.node")},
     "map_server": {name: _program(f"pyros1.robot_nodes.map_server.{name[4:]}") for name in ("map_saver", "map_server")},
+    "pointcloud_to_laserscan": {
+        "laserscan_to_pointcloud_node": _program("pyros1.robot_nodes.pointcloud_to_laserscan.node", "scan_to_cloud"),
+        "pointcloud_to_laserscan_node": _program("pyros1.robot_nodes.pointcloud_to_laserscan.node", "cloud_to_scan"),
+    },
     "robot_state_publisher": {"robot_state_publisher": _program("pyros1.urdf.state_publisher")},
     "rosbag": {"play": "bag play", "record": "bag record"},
     "rosbridge_server": {

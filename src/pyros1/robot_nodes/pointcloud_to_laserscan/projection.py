@@ -1,0 +1,119 @@
+"""Projects points into a laser scan, and a laser scan to points (no I/O)."""
+
+from __future__ import annotations
+
+import math
+import sys
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from pyros1.robot_nodes.parameters import PrivateParameters
+
+MAX_RAYS = 1_000_000
+"""Maximum number of rays of a scan."""
+_LARGEST = sys.float_info.max
+
+
+@dataclass(frozen=True)
+class ScanSettings:
+    """The shape of the scan, and which points count.
+
+    Attributes:
+        min_height, max_height: the lowest and the highest z of points that count, in metres.
+        angle_min, angle_max: the directions of the first ray and of the end of the scan, in radians.
+        angle_increment: the angle between rays in radians.
+        scan_time: the time between scans in seconds, which is only copied into the scan.
+        range_min, range_max: the shortest and the longest distance of points that count, in metres.
+        use_inf: whether rays without a point get the range infinity, instead of ``range_max + inf_epsilon``.
+        inf_epsilon: in metres.
+    """
+
+    min_height: float = sys.float_info.min
+    max_height: float = _LARGEST
+    angle_min: float = -math.pi
+    angle_max: float = math.pi
+    angle_increment: float = math.pi / 180
+    scan_time: float = 1.0 / 30.0
+    range_min: float = 0.0
+    range_max: float = _LARGEST
+    use_inf: bool = True
+    inf_epsilon: float = 1.0
+
+    @property
+    def num_rays(self) -> int:
+        """The number of rays of the scan."""
+        # In single precision, like the fields of the message: -pi to pi in steps of one degree are 360 rays, not 361.
+        single = np.float32
+        return math.ceil(float((single(self.angle_max) - single(self.angle_min)) / single(self.angle_increment)))
+
+
+def read_settings(parameters: PrivateParameters) -> ScanSettings:
+    """Return the settings in a node's parameters; if the angles are impossible, they are reported and not used."""
+    default = ScanSettings()
+    number = parameters.number
+    angle_min = number("angle_min", default.angle_min)
+    angle_max = number("angle_max", default.angle_max)
+    if angle_max <= angle_min:
+        parameters.reject("angle_max", angle_max, f"more than angle_min, {angle_min:g}", default.angle_max)
+        angle_min, angle_max = default.angle_min, default.angle_max
+    smallest = (angle_max - angle_min) / MAX_RAYS
+    return ScanSettings(
+        min_height=number("min_height", default.min_height),
+        max_height=number("max_height", default.max_height),
+        angle_min=angle_min,
+        angle_max=angle_max,
+        angle_increment=number("angle_increment", default.angle_increment, smallest),
+        scan_time=number("scan_time", default.scan_time),
+        range_min=number("range_min", default.range_min),
+        range_max=number("range_max", default.range_max),
+        use_inf=parameters.flag("use_inf", default.use_inf),
+        inf_epsilon=number("inf_epsilon", default.inf_epsilon),
+    )
+
+
+def project(positions: NDArray[np.float64], settings: ScanSettings) -> NDArray[np.float32]:
+    """Return the ranges of a scan: in the sector that begins at each ray, the distance of the nearest point.
+
+    Args:
+        positions: the points, of shape (n, 3), in metres; x is forwards, z upwards. NaN does not count.
+        settings: the shape of the scan.
+    """
+    empty = math.inf if settings.use_inf else settings.range_max + settings.inf_epsilon
+    with np.errstate(over="ignore"):
+        ranges = np.full(settings.num_rays, empty, np.float32)
+    height = positions[:, 2]
+    points = positions[(height >= settings.min_height) & (height <= settings.max_height)]
+    x, y = points[:, 0], points[:, 1]
+    distances, angles = np.hypot(x, y), np.arctan2(y, x)
+    counts = (distances >= settings.range_min) & (distances <= settings.range_max)
+    counts &= (angles >= settings.angle_min) & (angles <= settings.angle_max)
+    start, step = float(np.float32(settings.angle_min)), float(np.float32(settings.angle_increment))
+    rays = ((angles[counts] - start) / step).astype(np.int64)
+    np.clip(rays, 0, len(ranges) - 1, out=rays)
+    np.minimum.at(ranges, rays, distances[counts].astype(np.float32))
+    return ranges
+
+
+def unproject(scan: Any) -> dict[str, NDArray[Any]]:
+    """Return the points of a sensor_msgs/LaserScan, without rays that are outside its limits.
+
+    Returns:
+        Arrays of float32: x, y, z (which is 0), and intensity if the scan has intensities; and index, the number of
+        the ray, as int32.
+    """
+    ranges = np.asarray(scan.ranges, np.float64)
+    valid = np.flatnonzero((ranges >= scan.range_min) & (ranges < scan.range_max))
+    distances, angles = ranges[valid], scan.angle_min + valid * scan.angle_increment
+    columns: dict[str, NDArray[Any]] = {
+        "x": (distances * np.cos(angles)).astype(np.float32),
+        "y": (distances * np.sin(angles)).astype(np.float32),
+        "z": np.zeros(len(valid), np.float32),
+    }
+    if len(scan.intensities) == len(ranges):
+        columns["intensity"] = np.asarray(scan.intensities, np.float32)[valid]
+    columns["index"] = valid.astype(np.int32)
+    return columns

@@ -1,0 +1,37 @@
+"""Transforms points from one frame to another, by the transforms that a node receives."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pyros1.tf.buffer import Buffer, Span, When
+from pyros1.tf.transformations import quaternion_matrix
+
+
+def lookup_matrix(
+    buffer: Buffer, target_frame: str, source_frame: str, time: When = None, timeout: Span = None
+) -> NDArray[np.float64]:
+    """Return the matrix, of shape (4, 4), that converts points from one frame to another.
+
+    The arguments are those of `Buffer.lookup_transform`, except that frames may begin with a slash, as in old launch
+    files. So are the errors.
+    """
+    frames = target_frame.lstrip("/"), source_frame.lstrip("/")
+    transform = buffer.lookup_transform(*frames, time, timeout).transform
+    matrix: NDArray[np.float64] = quaternion_matrix(components(transform.rotation, "xyzw"))
+    matrix[:3, 3] = components(transform.translation, "xyz")
+    return matrix
+
+
+def components(message: Any, names: str) -> list[float]:
+    """Return the fields of a message with these names, each a letter."""
+    return [getattr(message, name) for name in names]
+
+
+def transform_points(matrix: NDArray[np.float64], points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return points, of shape (n, 3), multiplied with a matrix of shape (4, 4)."""
+    moved: NDArray[np.float64] = points @ matrix[:3, :3].T + matrix[:3, 3]
+    return moved
