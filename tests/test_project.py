@@ -47,6 +47,9 @@ PURE += ["values", "wire", "msgs"]
 PURE += [f"urdf/{name}.py" for name in ("model", "reading", "kinematics", "joints", "tf_encoder")]
 PURE += [f"robot_nodes/pointcloud_to_laserscan/{name}.py" for name in ("clouds", "projection")]
 PURE += ["robot_nodes/depthimage_to_laserscan/conversion.py"]
+PURE += [
+    f"robot_nodes/diagnostic_aggregator/{name}.py" for name in ("matching", "analyzers", "configuration", "aggregator")
+]
 PURE += [f"turtlesim/{name}.py" for name in ("turtle", "canvas", "world", "blocks", "finding")]
 DRIVE = "twist_sources joy/events joy/joystick teleop_twist_joy/teleop twist_mux/arbiter yocs_cmd_vel_mux/config"
 DRIVE += " yocs_cmd_vel_mux/selector yocs_velocity_smoother/smoother interactive_marker_twist_server/handle"

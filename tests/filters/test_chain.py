@@ -72,7 +72,8 @@ def test_a_jump_back_in_time_clears() -> None:
 def test_two_threads_at_the_same_time() -> None:
     """The thread that comes second must not seem to be earlier than the first."""
     clock: Any = Clock()
-    inputs, got = [Filter(clock), Filter(clock)], []
+    inputs = [Filter(clock), Filter(clock)]
+    got: list[Any] = []
     Synchronizer(inputs).connect(lambda *messages: got.append(messages))
     other = threading.Thread(target=lambda: inputs[1].emit(stamped(Image, Time(100))))
     other_has_asked = threading.Event()

@@ -42,6 +42,7 @@ SCRIPTS: Mapping[str, Mapping[str, str | Callable[[], int]]] = {
     "depthimage_to_laserscan": {
         "depthimage_to_laserscan": _program("pyros1.robot_nodes.depthimage_to_laserscan.node"),
     },
+    "diagnostic_aggregator": {"aggregator_node": _program("pyros1.robot_nodes.diagnostic_aggregator.node")},
     "dynamic_reconfigure": {"dynparam": "dynparam"},
     "image_transport": {"republish": _program("pyros1.topic_tools.republish")},
     "interactive_marker_twist_server": {

@@ -1,0 +1,36 @@
+"""Sorts diagnostics into a tree, with the analyzers that its parameters describe (no I/O)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+from pyros1.msgs.diagnostic_msgs.msg import DiagnosticStatus
+from pyros1.robot_nodes.diagnostic_aggregator.analyzers import AnalyzerGroup, OtherAnalyzer, combine
+
+
+class Aggregator:
+    """The analyzers of a robot, and another one for all that they do not take.
+
+    Args:
+        group: the analyzers.
+        base_path: the path above what they do not take.
+        other_as_errors: whether what they do not take is an error.
+        now: the time in seconds.
+    """
+
+    def __init__(self, group: AnalyzerGroup, base_path: str, other_as_errors: bool, now: float) -> None:
+        self.group = group
+        self._other = OtherAnalyzer(base_path, now, other_as_errors)
+
+    def receive(self, statuses: Iterable[Any], now: float) -> None:
+        """Take the statuses of a message of /diagnostics."""
+        for status in statuses:
+            if not self.group.analyze(status, now):
+                self._other.analyze(status, now)
+
+    def report(self, now: float) -> tuple[list[DiagnosticStatus], DiagnosticStatus]:
+        """Return all statuses in the tree, and one that sums them up."""
+        statuses = [*self.group.report(now), *self._other.report(now)]
+        level = combine(status.level for status in statuses)
+        return statuses, DiagnosticStatus(level=level, name="toplevel_state")

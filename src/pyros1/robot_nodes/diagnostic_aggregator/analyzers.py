@@ -1,0 +1,254 @@
+"""The analyzers of the package: they keep the items that belong to them, and report on them (no I/O).
+
+The texts of reports are those of the original, since programs may look for them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from pyros1.msgs.diagnostic_msgs.msg import DiagnosticStatus, KeyValue
+from pyros1.robot_nodes.diagnostic_aggregator.matching import Matcher, join_path, output_name
+
+OK, WARN, ERROR, STALE = 0, 1, 2, 3
+MAX_ITEMS = 10_000
+"""Maximum number of items of an analyzer; further ones are ignored."""
+DEFAULT_TIMEOUT = 5.0
+_LEVEL_WORDS = ("OK", "Warning", "Error", "Stale")
+_MISSING = "Missing"
+
+
+def combine(levels: Iterable[int]) -> int:
+    """Return the level of a group: the worst one, but STALE only if all are STALE, otherwise ERROR instead."""
+    levels = set(levels)
+    worst = max(levels, default=OK)
+    return ERROR if worst == STALE and levels != {STALE} else worst
+
+
+@dataclass
+class _Item:
+    """What is known of one name in /diagnostics."""
+
+    status: Any
+    updated_at: float
+
+
+class Analyzer:
+    """What all analyzers have in common.
+
+    Args:
+        path: where it is in the tree, such as "/Sensors/Laser".
+        title: what the group above it calls it.
+    """
+
+    def __init__(self, path: str, title: str) -> None:
+        self.path = path
+        self.title = title
+
+    def analyze(self, status: Any, now: float) -> bool:
+        """Take a diagnostic_msgs/DiagnosticStatus, and return whether it belongs to this analyzer."""
+        return False
+
+    def report(self, now: float) -> list[DiagnosticStatus]:
+        """Return the statuses of this analyzer at a time. The one with the analyzer's path sums up the others."""
+        return []
+
+
+class IgnoreAnalyzer(Analyzer):
+    """Takes nothing and reports nothing: to switch off an analyzer without removing its parameters."""
+
+
+class GenericAnalyzer(Analyzer):
+    """Collects the items that match, and watches how old and how many they are.
+
+    Args:
+        path, title: see `Analyzer`.
+        matcher: which items belong to it.
+        now: the time in seconds.
+        removed_prefixes: what to remove from the items' names.
+        expected: items that are missing if they do not arrive.
+        timeout: in seconds; older items are stale. 0 or less for no limit.
+        num_items: how many items there must be; None for any number.
+        discard_stale: whether stale items are removed.
+    """
+
+    def __init__(
+        self,
+        path: str,
+        title: str,
+        matcher: Matcher,
+        now: float,
+        *,
+        removed_prefixes: Sequence[str] = (),
+        expected: Sequence[str] = (),
+        timeout: float = DEFAULT_TIMEOUT,
+        num_items: int | None = None,
+        discard_stale: bool = False,
+    ) -> None:
+        super().__init__(path, title)
+        self._matcher = matcher
+        self._removed_prefixes = removed_prefixes
+        self._expected = tuple(dict.fromkeys(expected))
+        self._timeout = timeout
+        self._num_items = num_items
+        self._discard_stale = discard_stale and timeout > 0
+        self._items = {name: _Item(_missing_status(name), now) for name in self._expected}
+        self._not_stale_at = now
+
+    def matches(self, name: str) -> bool:
+        """Return whether the item with this name belongs to the analyzer."""
+        return self._matcher.matches(name)
+
+    def analyze(self, status: Any, now: float) -> bool:
+        """Keep a status if it belongs to this analyzer, and return whether it does."""
+        if not self.matches(status.name):
+            return False
+        if status.name in self._items or len(self._items) < MAX_ITEMS:
+            self._items[status.name] = _Item(status, now)
+        return True
+
+    def report(self, now: float) -> list[DiagnosticStatus]:
+        """Return the status that sums up the items, and then each of them.
+
+        If stale items are discarded, the former is left out, too, when it has been stale for as long as the timeout.
+        """
+        if self._discard_stale:
+            self._items = {name: item for name, item in self._items.items() if not self._is_stale(item, now)}
+        items = sorted(self._items.items(), key=lambda entry: entry[0].encode())
+        statuses = [self._report_item(item, now) for _, item in items]
+        missing = [_missing_status(name) for name in self._expected if name not in self._items]
+        level, message = self._sum_up([status.level for status in statuses])
+        shows_header = True
+        if level != STALE or not self._discard_stale:
+            self._not_stale_at = now
+        elif now - self._not_stale_at > self._timeout:
+            shows_header = False
+        if missing:
+            stale = level == STALE and all(status.level == STALE for status in statuses)
+            level, amount = (STALE, "All") if stale else (ERROR, "Some")
+            message = f"{amount} diagnostics are stale - setting combined level to {'STALE' if stale else 'ERROR'}."
+            statuses += [self._report_item(_Item(status, now), now) for status in missing]
+        if not shows_header:
+            return statuses
+        values = [(name, item.status.message) for name, item in items] + [(each.name, _MISSING) for each in missing]
+        return [make_header(self.path, level, values, message), *statuses]
+
+    def _is_stale(self, item: _Item, now: float) -> bool:
+        return self._timeout > 0 and now - item.updated_at > self._timeout
+
+    def _report_item(self, item: _Item, now: float) -> DiagnosticStatus:
+        status = item.status
+        level = status.level if OK <= status.level <= STALE else ERROR
+        return DiagnosticStatus(
+            level=STALE if self._is_stale(item, now) else level,
+            name=join_path(self.path, output_name(status.name, self._removed_prefixes)),
+            message=status.message,
+            hardware_id=status.hardware_id,
+            values=status.values,
+        )
+
+    def _sum_up(self, levels: list[int]) -> tuple[int, str]:
+        """Return the level and the message for items of these levels."""
+        level = combine(levels)
+        if not levels and self._num_items != 0:
+            level = STALE
+        if self._num_items and not levels:
+            return level, f"No items found, expected {self._num_items}"
+        if self._num_items and len(levels) != self._num_items:
+            return max(level, ERROR), f"Expected {self._num_items}, found {len(levels)}"
+        return level, _LEVEL_WORDS[level]
+
+
+class DiscardAnalyzer(Analyzer):
+    """Takes the items that match, and reports nothing.
+
+    Args:
+        path, title: see `Analyzer`.
+        matcher: which items belong to it.
+    """
+
+    def __init__(self, path: str, title: str, matcher: Matcher) -> None:
+        super().__init__(path, title)
+        self._matcher = matcher
+
+    def analyze(self, status: Any, now: float) -> bool:
+        """Return whether a status belongs to this analyzer."""
+        return self._matcher.matches(status.name)
+
+
+class OtherAnalyzer(GenericAnalyzer):
+    """Collects the items that no analyzer takes.
+
+    Args:
+        base_path: the path above it.
+        now: the time in seconds.
+        as_errors: whether such items are an error.
+    """
+
+    def __init__(self, base_path: str, now: float, as_errors: bool) -> None:
+        super().__init__(f"{base_path}/Other", "Other", Matcher(), now, discard_stale=True)
+        self._as_errors = as_errors
+
+    def matches(self, name: str) -> bool:
+        """Return True."""
+        return True
+
+    def report(self, now: float) -> list[DiagnosticStatus]:
+        """Return the statuses of the items, and one that sums them up; nothing if there are no items."""
+        statuses = super().report(now)
+        if len(statuses) < 2:
+            return []
+        if self._as_errors:
+            statuses[0].level, statuses[0].message = ERROR, 'Unanalyzed items found in "Other"'
+        return statuses
+
+
+class AnalyzerGroup(Analyzer):
+    """Combines analyzers.
+
+    Args:
+        path, title: see `Analyzer`. If the path is "/", there is no status that sums up the others.
+        analyzers: those in the group.
+        problems: what is wrong with analyzers that could not be created, by the last part of their paths.
+
+    Attributes:
+        analyzers, problems: the analyzers, and the statuses of those that could not be created.
+    """
+
+    def __init__(
+        self, path: str, title: str, analyzers: Sequence[Analyzer], problems: Sequence[tuple[str, str]] = ()
+    ) -> None:
+        super().__init__(path, title)
+        self.analyzers = list(analyzers)
+        self.problems = [make_header(join_path(path, name), STALE, [], message) for name, message in problems]
+
+    def analyze(self, status: Any, now: float) -> bool:
+        """Pass a status to all analyzers, and return whether it belongs to one of them."""
+        taken = [analyzer.analyze(status, now) for analyzer in self.analyzers]
+        return any(taken)
+
+    def report(self, now: float) -> list[DiagnosticStatus]:
+        """Return the statuses of all analyzers, one that sums them up, and the problems."""
+        statuses, headers = [], []
+        for analyzer in self.analyzers:
+            report = analyzer.report(now)
+            headers += [(analyzer.title, status) for status in report if status.name == analyzer.path]
+            statuses += report
+        if not self.analyzers:
+            return [make_header("/AnalyzerGroup" if self.path == "/" else self.path, ERROR, [], "No analyzers")]
+        if self.path != "/":
+            level = combine(status.level for _, status in headers)
+            statuses.append(make_header(self.path, level, [(title, status.message) for title, status in headers]))
+        return statuses + self.problems
+
+
+def make_header(path: str, level: int, values: Iterable[tuple[str, str]], message: str = "") -> DiagnosticStatus:
+    """Return a status with keys and values; its message is the word for its level if none is given."""
+    pairs = [KeyValue(key, value) for key, value in values]
+    return DiagnosticStatus(level=level, name=path, message=message or _LEVEL_WORDS[level], values=pairs)
+
+
+def _missing_status(name: str) -> DiagnosticStatus:
+    return DiagnosticStatus(level=STALE, name=name, message=_MISSING)
