@@ -45,6 +45,10 @@ PURE = [
 ]
 PURE += ["values", "wire", "msgs"]
 PURE += [f"urdf/{name}.py" for name in ("model", "reading", "kinematics", "joints", "tf_encoder")]
+PURE += [
+    f"robot_nodes/laser_filters/{name}.py"
+    for name in ("scans", "value_filters", "shape_filters", "neighbour_filters", "time_filters", "chain")
+]
 PURE += [f"robot_nodes/pointcloud_to_laserscan/{name}.py" for name in ("clouds", "projection")]
 PURE += ["robot_nodes/depthimage_to_laserscan/conversion.py"]
 PURE += [

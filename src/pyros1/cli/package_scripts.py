@@ -58,6 +58,7 @@ SCRIPTS: Mapping[str, Mapping[str, str | Callable[[], int]]] = {
     "rosapi": {"rosapi_node": _program("pyros1.web.rosapi_node")},
     "joy": {"joy_node": _program("pyros1.robot_nodes.joy.node")},
     "map_server": {name: _program(f"pyros1.robot_nodes.map_server.{name[4:]}") for name in ("map_saver", "map_server")},
+    "laser_filters": {"scan_to_scan_filter_chain": _program("pyros1.robot_nodes.laser_filters.node")},
     "pointcloud_to_laserscan": {
         "laserscan_to_pointcloud_node": _program("pyros1.robot_nodes.pointcloud_to_laserscan.node", "scan_to_cloud"),
         "pointcloud_to_laserscan_node": _program("pyros1.robot_nodes.pointcloud_to_laserscan.node", "cloud_to_scan"),

@@ -1,0 +1,1 @@
+"""Filters for laser scans (https://wiki.ros.org/laser_filters)."""
