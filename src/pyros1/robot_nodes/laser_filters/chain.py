@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
+from pyros1.ground.suggest import did_you_mean
 from pyros1.ground.terminal_text import one_line
 from pyros1.robot_nodes.laser_filters.neighbour_filters import (
     BlobFilter,
@@ -72,7 +73,8 @@ def _make_filter(specification: object, place: str, report: Callable[[str], obje
     package, _, kind = specification["type"].rpartition("/")
     if package not in ("", PACKAGE) or kind not in FILTERS:
         text = one_line(specification["type"], 100)
-        raise FilterError(f"{place}: there is no filter {text}; {PACKAGE} has {', '.join(FILTERS)}")
+        hint = did_you_mean(kind, FILTERS) or f"; {PACKAGE} has {', '.join(FILTERS)}"
+        raise FilterError(f"{place}: there is no filter {text}{hint}")
     values = specification.get("params")
     try:
         return FILTERS[kind](PrivateParameters(values if isinstance(values, Mapping) else {}, report, place))
