@@ -5,7 +5,6 @@ Feature: depth images become laser scans (depthimage_to_laserscan)
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 from queue import Queue
 from typing import Any
@@ -18,6 +17,8 @@ from pyros1.msgs.std_msgs.msg import Header
 from pyros1.node import Node
 from pyros1.reconfigure import Client
 from pyros1.robot_nodes.depthimage_to_laserscan.node import DepthImageToLaserScan
+
+from ..logs import wait_for_line
 
 PATIENCE = 20.0
 
@@ -53,12 +54,7 @@ def test_a_scan_for_each_image_with_its_camera_info(
     assert (scan.header.frame_id, scan.header.stamp) == ("camera_frame", header.stamp)
     assert len(scan.ranges) == 21 and min(scan.ranges) == 1.5
     assert (scan.scan_time, scan.range_min, scan.range_max) == pytest.approx((0.033, 0.45, 10.0))
-    error = "a depth image is ignored: 'rgb8' is not the encoding"
-    until = time.monotonic() + PATIENCE
-    text = ""
-    while error not in (text := text + capfd.readouterr().err) and time.monotonic() < until:
-        time.sleep(0.01)
-    assert error in text
+    wait_for_line(capfd, "a depth image is ignored: 'rgb8' is not the encoding")
     Client(user, "/depthimage_to_laserscan", timeout=PATIENCE).update({"range_min": 2.0})
     publish("16UC1")
     scan = scans.get(timeout=PATIENCE)
