@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from pyros1.filters import Subscriber, Synchronizer
+from pyros1.filters import Filter, Synchronizer
 from pyros1.ground.errors import MessageError
 from pyros1.msgs.sensor_msgs.msg import CameraInfo, Image, LaserScan
 from pyros1.msgs.std_msgs.msg import Header
@@ -43,15 +43,16 @@ class DepthImageToLaserScan:
 
     def _open(self) -> Callable[[], object]:
         info_topic = self._node.resolve("image").rpartition("/")[0] + "/camera_info"
-        inputs = [
-            Subscriber(self._node, "image", Image, queue_size=_QUEUE_SIZE, arrays="numpy"),
-            Subscriber(self._node, info_topic, CameraInfo, queue_size=_QUEUE_SIZE),
-        ]
+        inputs = [Filter(self._node), Filter(self._node)]
         Synchronizer(inputs, queue_size=_QUEUE_SIZE).connect(self._receive)
+        subscribers = [
+            self._node.subscribe("image", Image, inputs[0].emit, queue_size=_QUEUE_SIZE, arrays="numpy"),
+            self._node.subscribe(info_topic, CameraInfo, inputs[1].emit, queue_size=_QUEUE_SIZE),
+        ]
 
         def close() -> None:
-            for each in inputs:
-                each.close()
+            for subscriber in subscribers:
+                subscriber.unregister()
 
         return close
 
