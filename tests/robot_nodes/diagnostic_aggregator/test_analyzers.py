@@ -2,7 +2,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from pyros1.msgs.diagnostic_msgs.msg import DiagnosticStatus
+from pyros1.msgs.diagnostic_msgs.msg import DiagnosticStatus, KeyValue
 from pyros1.robot_nodes.diagnostic_aggregator.aggregator import Aggregator
 from pyros1.robot_nodes.diagnostic_aggregator.analyzers import (
     ERROR,
@@ -53,6 +53,13 @@ def test_items_are_summed_up_in_the_order_of_their_names() -> None:
     assert shown(analyzer, 109.5) == [("/A", STALE, "Stale"), ("/A/n1", STALE, "n1 says"), ("/A/n2", STALE, "n2 says")]
     feed(analyzer, 110.0, n1=7)
     assert shown(analyzer, 110.0)[1] == ("/A/n1", ERROR, "n1 says"), "there is no level 7"
+
+
+def test_an_item_keeps_its_hardware_and_values() -> None:
+    analyzer = generic("n")
+    analyzer.analyze(DiagnosticStatus(name="n", hardware_id="7", values=[KeyValue("volts", "12")]), 100.0)
+    item = analyzer.report(100.0)[1]
+    assert (item.hardware_id, item.values) == ("7", [KeyValue("volts", "12")])
 
 
 def test_without_a_timeout_nothing_becomes_stale() -> None:

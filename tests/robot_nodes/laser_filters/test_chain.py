@@ -78,6 +78,7 @@ def test_an_empty_chain_changes_nothing() -> None:
             {"name": "x\ny", "type": "filters/Unknown"},
             r"\[1\] \(x.{1,3}y\): there is no filter filters/Unknown; laser_",
         ),
+        ({"type": "other/InterpolationFilter"}, "there is no filter other/InterpolationFilter"),
         ({"type": "laser_filters/ScanShadwosFilter"}, r"ScanShadwosFilter \(did you mean 'ScanShadowsFilter'\?\)"),
         ({"type": "laser_filters/LaserScanAngularBoundsFilter"}, "lower_angle and upper_angle must be set"),
         ({"type": "LaserScanMaskFilter", "params": {"masks": {"laser": [-1]}}}, "masks/laser must be a list of numb"),

@@ -74,6 +74,13 @@ def test_polygon(seed: int) -> None:
     check(PolygonFilter("map", np.array(star), padding, invert), random_scan(seed), matrix(seed), inside, invert)
 
 
+def test_edges() -> None:
+    """The edge belongs to a footprint, but not to a box."""
+    corner = np.array([[1.5, -1.5, 0.0]])
+    assert FootprintFilter(1.5).contains(corner).all()
+    assert not BoxFilter("", (-1.5, -1.5, -1.0), (1.5, 1.5, 1.0)).contains(corner).any()
+
+
 def test_no_transform_is_needed_in_the_frame_of_the_scan() -> None:
     scan = random_scan(3, size=60)
     found = BoxFilter("laser", (-9, -9, -9), (9, 9, 9)).apply(scan, pytest.fail)

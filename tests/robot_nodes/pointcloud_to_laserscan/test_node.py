@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from queue import Empty, Queue
 from typing import Any
 
@@ -43,22 +44,36 @@ def first_output(user: Node, source: tuple[str, type[Any], Any], output: tuple[s
     outputs: Queue[Any] = Queue()
     publisher = user.advertise(source[0], source[1])
     assert not publisher.num_connections, "nobody has subscribed to the output yet"
-    user.subscribe(*output, outputs.put)
+    subscriber = user.subscribe(*output, outputs.put)
     assert publisher.wait_for_subscribers(1, PATIENCE)
     until = time.monotonic() + PATIENCE
     while time.monotonic() < until:
         publisher.publish(source[2])
-        try:
-            return outputs.get(timeout=2.0)
-        except Empty:
-            continue
+        with suppress(Empty):
+            found = outputs.get(timeout=2.0)
+            subscriber.unregister()
+            assert wait_until(lambda: not publisher.num_connections), "it goes on receiving"
+            return found
     raise AssertionError("no output")
+
+
+def wait_until(condition: Callable[[], bool]) -> bool:
+    until = time.monotonic() + PATIENCE
+    while not condition() and time.monotonic() < until:
+        time.sleep(0.01)
+    return condition()
 
 
 def test_a_cloud_becomes_a_scan_in_the_target_frame(make_node: Callable[..., Node], user: Node) -> None:
     node = make_node(
         "pointcloud_to_laserscan",
-        argv=["cloud_in:=/velodyne_points", "scan:=/front/scan", "_target_frame:=/base_link", "_angle_max:=1.5"],
+        argv=[
+            "cloud_in:=/velodyne_points",
+            "scan:=/front/scan",
+            "_target_frame:=/base_link",
+            "_angle_max:=1.5",
+            "_scan_time:=0.5",
+        ],
     )
     running = start_cloud_to_scan(node)
     columns = {"x": [1.0, math.nan], "y": [0.0, 0.0], "z": [0.5, 0.5]}
@@ -70,6 +85,7 @@ def test_a_cloud_becomes_a_scan_in_the_target_frame(make_node: Callable[..., Nod
     scan = first_output(user, ("/velodyne_points", PointCloud2, cloud), ("/front/scan", LaserScan))
     assert (scan.header.frame_id, scan.header.stamp) == ("base_link", stamp)
     assert (scan.angle_min, scan.angle_max) == pytest.approx((-math.pi, 1.5)) and scan.range_max == math.inf
+    assert scan.scan_time == 0.5
     rays = np.flatnonzero(np.isfinite(scan.ranges))
     assert rays.tolist() == [int((math.pi + math.pi / 4) / scan.angle_increment)]
     assert scan.ranges[rays[0]] == pytest.approx(math.sqrt(2))

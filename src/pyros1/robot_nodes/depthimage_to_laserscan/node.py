@@ -13,6 +13,7 @@ from pyros1.ground.errors import MessageError
 from pyros1.msgs.sensor_msgs.msg import CameraInfo, Image, LaserScan
 from pyros1.msgs.std_msgs.msg import Header
 from pyros1.node import Node
+from pyros1.node.subscribing.subscriber import Subscriber
 from pyros1.reconfigure import Parameters, Server
 from pyros1.robot_nodes.depthimage_to_laserscan.conversion import Camera, convert, read_depths
 from pyros1.robot_nodes.lazy import LazyInputs
@@ -45,7 +46,7 @@ class DepthImageToLaserScan:
         info_topic = self._node.resolve("image").rpartition("/")[0] + "/camera_info"
         inputs = [Filter(self._node), Filter(self._node)]
         Synchronizer(inputs, queue_size=_QUEUE_SIZE).connect(self._receive)
-        subscribers = [
+        subscribers: list[Subscriber[Any]] = [
             self._node.subscribe("image", Image, inputs[0].emit, queue_size=_QUEUE_SIZE, arrays="numpy"),
             self._node.subscribe(info_topic, CameraInfo, inputs[1].emit, queue_size=_QUEUE_SIZE),
         ]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -214,7 +214,7 @@ class MaskFilter:
         masks: the numbers of the rays, by the scan's frame.
     """
 
-    masks: Mapping[str, tuple[int, ...]] = field(default_factory=dict)
+    masks: Mapping[str, tuple[int, ...]]
 
     @classmethod
     def read(cls, parameters: PrivateParameters) -> MaskFilter:
