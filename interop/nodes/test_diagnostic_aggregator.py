@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import random
 from collections.abc import Callable, Iterator
-from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -104,7 +103,7 @@ def random_analyzer(chance: random.Random, depth: int) -> dict[str, Any]:
 
 def configurations() -> list[dict[str, Any]]:
     found = [yaml.safe_load(ROBOT), {"pub_rate": 20, **yaml.safe_load(PR2.read_text())}, {"base_path": "alone"}]
-    for seed in range(12):
+    for seed in range(10):
         chance = random.Random(seed)
         found.append(
             {
@@ -184,7 +183,7 @@ def test_the_same_trees(launcher: Master, make_node: Callable[..., Node]) -> Non
         pairs.append((number, Latest(user, names[0]), Latest(user, names[1])))
     publisher = user.advertise("/diagnostics", DiagnosticArray, queue_size=10)
     assert publisher.wait_for_subscribers(2 * len(pairs), 30.0)
-    for number in range(6):
+    for number in range(4):
         chance = random.Random(number)
         message = DiagnosticArray(status=random_statuses(chance, number))
         message.header.stamp = user.now()
@@ -198,8 +197,9 @@ def settle(pairs: list[tuple[int, Latest, Latest]], time: Any) -> None:
     """Wait until a time has passed, and both nodes of each pair say the same."""
     for number, stock, ours in pairs:
         until(lambda: stock.stamp > time and ours.stamp > time, "they are published periodically")  # noqa: B023
-        with suppress(AssertionError):
-            until(lambda: stock.shown == ours.shown, "they are equal", timeout=3.0)  # noqa: B023
-        assert (number, ours.state) == (number, stock.state)
-        for mine, theirs in zip(ours.tree, stock.tree, strict=True):
-            assert (number, mine) == (number, theirs)
+        try:
+            until(lambda: stock.shown == ours.shown, "they are equal", timeout=10.0)  # noqa: B023
+        except AssertionError:
+            assert (number, ours.state) == (number, stock.state)
+            for mine, theirs in zip(ours.tree, stock.tree, strict=True):
+                assert (number, mine) == (number, theirs)
