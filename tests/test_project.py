@@ -81,6 +81,7 @@ PURE += [
         "legal_names",
     )
 ]
+PURE += [f"robot_nodes/rosserial_python/{name}.py" for name in ("frames", "session", "parameters")]
 PURE += ["ros2_types/transcoding"]
 PURE += ["robot_nodes/teleop_twist_keyboard/driver.py", "robot_nodes/nodelet/matching.py"]
 PURE += ["web/rosbridge_server/settings.py", "web/web_video_server/requests.py", "web/web_video_server/pages.py"]

@@ -76,6 +76,7 @@ SCRIPTS: Mapping[str, Mapping[str, str | Callable[[], int]]] = {
     "rosout": {"rosout": _program("pyros1.robot_nodes.rosout.node")},
     "rosparam": {"rosparam": "param"},
     "rosservice": {"rosservice": "service"},
+    "rosserial_python": {"serial_node.py": _program("pyros1.robot_nodes.rosserial_python.node")},
     "rostest": dict.fromkeys(_TEST_NODES.split(), _program("pyros1.test_nodes.program")),
     "rostopic": {"rostopic": "topic"},
     "teleop_twist_keyboard": {

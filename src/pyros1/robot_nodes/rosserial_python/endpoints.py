@@ -1,0 +1,231 @@
+"""The topics and services of a board in ROS."""
+
+from __future__ import annotations
+
+import queue
+import threading
+from collections.abc import Callable
+from typing import Any
+
+from pyros1.ground.errors import Error, MessageError, NodeError, ServiceError
+from pyros1.msgs import load_message, load_service
+from pyros1.node import Node
+from pyros1.robot_nodes.rosserial_python.session import Endpoint, Kind
+
+QUEUE_SIZE = 10
+RESPONSE_TIMEOUT = 5.0
+"""Seconds that a board has to respond to a service call."""
+CALL_TIMEOUT = 10.0
+"""Seconds that a service has to respond to a board."""
+_Send = Callable[[int, bytes], bool]
+_Submit = Callable[[Callable[[], None]], None]
+_TITLES = {
+    Kind.PUBLISHER: "publisher",
+    Kind.SUBSCRIBER: "subscriber",
+    Kind.SERVER_RESPONSES: "service server",
+    Kind.SERVER_REQUESTS: "service server",
+    Kind.CLIENT_REQUESTS: "service client",
+    Kind.CLIENT_RESPONSES: "service client",
+}
+
+
+class Endpoints:
+    """Creates a board's publishers, subscribers and services, and exchanges messages between them and the board.
+
+    Args:
+        node: the node that has them.
+        send: sends a serialized message to the board; returns whether it was sent.
+        submit: runs a function in a thread that may wait.
+    """
+
+    def __init__(self, node: Node, send: _Send, submit: _Submit) -> None:
+        self._node = node
+        self._send = send
+        self._submit = submit
+        self._parts: dict[tuple[str, str], Any] = {}
+        self._receivers: dict[Endpoint, Callable[[bytes], None]] = {}
+
+    def set_up(self, endpoint: Endpoint) -> None:
+        """Create an endpoint, or give the one of this name its new topic id. What is not possible is logged."""
+        title = _TITLES[endpoint.kind]
+        try:
+            self._set_up(title, endpoint)
+        except (Error, ValueError, TypeError) as error:
+            self._node.log.error("cannot create the board's %s %s: %s", title, endpoint.name, error)
+
+    def _set_up(self, title: str, endpoint: Endpoint) -> None:
+        key = title, endpoint.name
+        is_topic = endpoint.kind in (Kind.PUBLISHER, Kind.SUBSCRIBER)
+        cls: Any = load_message(endpoint.type) if is_topic else load_service(endpoint.type)
+        _check_md5sum(endpoint, cls)
+        part = self._parts.get(key)
+        if part is not None and part.type is not cls:
+            part.close()
+            part = None
+        is_new = part is None
+        if part is None:
+            part = _PARTS[title](self._node, self._send, self._submit, endpoint, cls)
+            self._parts[key] = part
+        else:
+            part.attach(endpoint)
+        self._receivers[endpoint] = part.receive
+        if is_new:
+            self._node.log.info("Setup %s on %s [%s]", title, endpoint.name, endpoint.type)
+
+    def deliver(self, endpoint: Endpoint, data: bytes) -> None:
+        """Pass on a message that the board sent."""
+        receive = self._receivers.get(endpoint)
+        if receive is None:
+            return  # it could not be created, which was logged
+        try:
+            receive(data)
+        except MessageError as error:
+            self._node.log.warn("%s: the board sent an invalid message: %s", endpoint.name, error, throttle=10)
+
+    def on_disconnected(self) -> None:
+        """Let the calls fail for whose responses clients wait."""
+        for part in list(self._parts.values()):
+            part.on_disconnected()
+
+    def close(self) -> None:
+        """Remove all endpoints from ROS."""
+        for part in self._parts.values():
+            part.close()
+        self._parts.clear()
+        self._receivers.clear()
+
+
+def _check_md5sum(endpoint: Endpoint, cls: Any) -> None:
+    """Check that board and host mean the same by a type.
+
+    Raises:
+        NodeError: they do not.
+    """
+    if endpoint.kind in (Kind.SERVER_REQUESTS, Kind.CLIENT_REQUESTS):
+        cls = cls._request_class
+    elif endpoint.kind in (Kind.SERVER_RESPONSES, Kind.CLIENT_RESPONSES):
+        cls = cls._response_class
+    if cls._md5sum != endpoint.md5sum:
+        raise NodeError(
+            f"the board's {endpoint.type} is not the one here (md5 sum {endpoint.md5sum[:40]!r} on the board, "
+            f"{cls._md5sum} here): generate the board's ros_lib again from these definitions, or install the board's"
+        )
+
+
+class _Part:
+    """A topic or service of the board.
+
+    Args:
+        node, send, submit: as for `Endpoints`.
+        endpoint: what the board says of it.
+        type: the message or service class.
+    """
+
+    def __init__(self, node: Node, send: _Send, submit: _Submit, endpoint: Endpoint, type: Any) -> None:
+        self.type = type
+        self._node, self._send, self._submit, self._name = node, send, submit, endpoint.name
+        self._id: int | None = None
+        self._room = 0
+        self.attach(endpoint)  # before messages arrive
+        self._handle = self._open()
+
+    def _open(self) -> Any:
+        raise NotImplementedError
+
+    def attach(self, endpoint: Endpoint) -> None:
+        """Take the topic id for messages to the board, if the endpoint is for these."""
+        if endpoint.kind in (Kind.SUBSCRIBER, Kind.SERVER_REQUESTS, Kind.CLIENT_RESPONSES):
+            self._id, self._room = endpoint.id, endpoint.buffer_size
+
+    def receive(self, data: bytes) -> None:
+        """Take a message from the board."""
+
+    def on_disconnected(self) -> None:
+        """Let go of what waits for the board."""
+
+    def close(self) -> None:
+        """Remove it from ROS."""
+        if self._handle is not None:
+            self._handle.unregister()
+
+    def _send_message(self, message: Any) -> bool:
+        data = type(message)._encode(message)
+        if 0 < self._room < len(data):
+            text = "%s: a message of %d bytes is dropped, since the board's buffer has %d"
+            self._node.log.error(text, self._name, len(data), self._room, throttle=10)
+            return False
+        return self._id is not None and self._send(self._id, data)
+
+
+class _BoardPublisher(_Part):
+    def _open(self) -> Any:
+        return self._node.advertise(self._name, self.type, queue_size=QUEUE_SIZE)
+
+    def receive(self, data: bytes) -> None:
+        self._handle.publish(self.type._decode(data, 0, len(data), True))
+
+
+class _BoardSubscriber(_Part):
+    def _open(self) -> Any:
+        return self._node.subscribe(self._name, self.type, self._send_message, queue_size=QUEUE_SIZE)
+
+
+class _BoardServer(_Part):
+    """A service that the board provides: one call at a time, since responses have no numbers."""
+
+    def _open(self) -> Any:
+        self._lock = threading.Lock()
+        self._responses: queue.Queue[bytes | None] = queue.Queue(1)
+        return self._node.advertise_service(self._name, self.type, self._call)
+
+    def close(self) -> None:
+        self._handle.shutdown()
+
+    def _call(self, request: Any) -> Any:
+        with self._lock:
+            while not self._responses.empty():
+                self._responses.get_nowait()  # of a call that was given up
+            if not self._send_message(request):
+                raise ServiceError(f"{self._name}: the board is not connected")
+            try:
+                data = self._responses.get(timeout=RESPONSE_TIMEOUT)
+            except queue.Empty:
+                raise ServiceError(f"{self._name}: the board did not respond in {RESPONSE_TIMEOUT:g} s") from None
+            if data is None:
+                raise ServiceError(f"{self._name}: the connection to the board broke")
+            return self.type._response_class._decode(data, 0, len(data), True)
+
+    def receive(self, data: bytes) -> None:
+        self._respond(data)
+
+    def on_disconnected(self) -> None:
+        self._respond(None)
+
+    def _respond(self, data: bytes | None) -> None:
+        if not self._responses.full():  # nobody waits for a second one
+            self._responses.put_nowait(data)
+
+
+class _BoardClient(_Part):
+    """A service that the board calls."""
+
+    def _open(self) -> Any:
+        return self._node.service(self._name, self.type)
+
+    def close(self) -> None:
+        self._handle.close()
+
+    def receive(self, data: bytes) -> None:
+        request = self.type._request_class._decode(data, 0, len(data), True)
+        self._submit(lambda: self._call(request))
+
+    def _call(self, request: Any) -> None:
+        self._send_message(self._handle.call(request, timeout=CALL_TIMEOUT))
+
+
+_PARTS: dict[str, type[_Part]] = {
+    "publisher": _BoardPublisher,
+    "subscriber": _BoardSubscriber,
+    "service server": _BoardServer,
+    "service client": _BoardClient,
+}

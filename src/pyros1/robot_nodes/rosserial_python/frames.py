@@ -1,0 +1,113 @@
+"""The frames that a board and its host exchange (https://wiki.ros.org/rosserial/Overview/Protocol).
+
+A frame is: 0xff, 0xfe (the version of the protocol), length of the data (u16), its checksum, topic id (u16), data,
+checksum of topic id and data. Numbers are little-endian.
+"""
+
+from __future__ import annotations
+
+import struct
+from typing import NamedTuple
+
+SYNC = b"\xff\xfe"
+MAX_DATA = 0xFFFF
+_HEAD_SIZE = 7
+_OVERHEAD = _HEAD_SIZE + 1
+
+
+class Frame(NamedTuple):
+    """A frame with the right checksums.
+
+    Attributes:
+        topic_id: what the data is about: an id of rosserial_msgs/TopicInfo, or from 100 on one that the board chose.
+        data: a serialized message.
+    """
+
+    topic_id: int
+    data: bytes
+
+
+def encode_frame(topic_id: int, data: bytes) -> bytes:
+    """Return a frame's bytes.
+
+    Args:
+        topic_id: 0 to 65535.
+        data: the serialized message, at most `MAX_DATA` bytes.
+    """
+    length = struct.pack("<H", len(data))
+    body = struct.pack("<H", topic_id) + data
+    return b"".join((SYNC, length, _checksum(length), body, _checksum(body)))
+
+
+def _checksum(data: bytes) -> bytes:
+    return bytes([255 - sum(data) % 256])
+
+
+class FrameReader:
+    """Finds frames in a stream of bytes of which some may be lost or wrong.
+
+    After wrong bytes, the search goes on right behind the last sync bytes, so that a frame that was cut off, or whose
+    length was wrong, does not hide the frames that follow.
+
+    Attributes:
+        skipped: how many bytes belonged to no frame until now.
+    """
+
+    def __init__(self) -> None:
+        self.skipped = 0
+        self._buffer = bytearray()
+
+    @property
+    def is_inside(self) -> bool:
+        """Whether a frame has begun that is not complete."""
+        return bool(self._buffer)
+
+    def feed(self, data: bytes) -> list[Frame]:
+        """Take received bytes, and return the frames that are complete."""
+        self._buffer += data
+        return self._take_frames()
+
+    def give_up(self) -> list[Frame]:
+        """Stop waiting for the rest of a frame; return the frames that were received since its beginning."""
+        if self._buffer:
+            self._skip(1)
+        return self._take_frames()
+
+    def clear(self) -> None:
+        """Forget what was received: the next byte is the first one of a new connection."""
+        self._buffer.clear()
+
+    def _take_frames(self) -> list[Frame]:
+        frames = []
+        while (frame := self._next_frame()) is not None:
+            frames.append(frame)
+        return frames
+
+    def _next_frame(self) -> Frame | None:
+        buffer = self._buffer
+        while True:
+            self._skip_to_sync()
+            if len(buffer) < _HEAD_SIZE:
+                return None
+            length = buffer[2] | buffer[3] << 8
+            if sum(buffer[2:5]) % 256 != 255:
+                self._skip(1)
+                continue
+            end = length + _OVERHEAD
+            if len(buffer) < end:
+                return None
+            if sum(buffer[5:end]) % 256 == 255:
+                frame = Frame(buffer[5] | buffer[6] << 8, bytes(buffer[_HEAD_SIZE : end - 1]))
+                del buffer[:end]
+                return frame
+            self._skip(1)
+
+    def _skip_to_sync(self) -> None:
+        start = self._buffer.find(SYNC)
+        if start < 0:  # the last byte may be the first one of the next frame
+            start = len(self._buffer) - self._buffer.endswith(SYNC[:1])
+        self._skip(start)
+
+    def _skip(self, count: int) -> None:
+        self.skipped += count
+        del self._buffer[:count]
