@@ -44,6 +44,13 @@ SCRIPTS: Mapping[str, Mapping[str, str | Callable[[], int]]] = {
     },
     "diagnostic_aggregator": {"aggregator_node": _program("pyros1.robot_nodes.diagnostic_aggregator.node")},
     "dynamic_reconfigure": {"dynparam": "dynparam"},
+    "image_proc": {
+        "image_proc": _program("pyros1.robot_nodes.image_proc.programs"),
+        **{
+            name: _program("pyros1.robot_nodes.image_proc.programs", f"main_{name}")
+            for name in ("crop_decimate", "debayer", "rectify", "resize")
+        },
+    },
     "image_transport": {"republish": _program("pyros1.topic_tools.republish")},
     "interactive_marker_twist_server": {
         "marker_server": _program("pyros1.robot_nodes.interactive_marker_twist_server.node")

@@ -1,0 +1,160 @@
+"""Images in other colours: from Bayer patterns and YUV to blue, green and red, and to grey (no I/O).
+
+The results are those of OpenCV, with which stock converts; greys from Bayer patterns may differ by 2.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from pyros1.robot_nodes.image_proc.pixels import Encoding, ImageError, parse_encoding
+
+Array = np.ndarray[Any, Any]
+_RED, _GREEN, _BLUE = 9798, 19235, 3735
+"""The weights of the colours in grey (ITU-R BT.601), in units of 2^-15."""
+
+
+def to_bgr(pixels: Array, encoding: Encoding) -> tuple[Array, str]:
+    """Return an image with a Bayer pattern or YUV in colours.
+
+    Args:
+        pixels: (height, width), or (height, width, 2) for YUV.
+        encoding: what they mean.
+
+    Returns:
+        The colours of shape (height, width, 3), and "bgr8" or "bgr16".
+
+    Raises:
+        ImageError: the image is too small.
+    """
+    if encoding.is_yuv:
+        return _yuv_to_bgr(pixels, encoding), "bgr8"
+    return demosaic(pixels, encoding.bayer), f"bgr{8 * encoding.dtype.itemsize}"
+
+
+def to_mono(pixels: Array, encoding: Encoding) -> tuple[Array, str]:
+    """Return an image in grey.
+
+    Args:
+        pixels: an image with colours, a Bayer pattern or YUV.
+        encoding: what they mean.
+
+    Returns:
+        The greys of shape (height, width), and "mono8" or "mono16".
+
+    Raises:
+        ImageError: the image is too small, or is of another kind.
+    """
+    if encoding.is_yuv:
+        return np.ascontiguousarray(pixels[..., _first_y(encoding)]), "mono8"
+    if encoding.bayer:
+        pixels, name = to_bgr(pixels, encoding)
+        encoding = parse_encoding(name)
+    if not encoding.is_colour:
+        raise ImageError(f"images with the encoding {encoding.name} cannot be converted to grey")
+    red, blue = (0, 2) if encoding.name.startswith("rgb") else (2, 0)
+    grey = pixels[..., 1].astype(np.uint32)
+    grey *= _GREEN
+    grey += pixels[..., red] * np.uint32(_RED)
+    grey += pixels[..., blue] * np.uint32(_BLUE)
+    grey += 1 << 14
+    grey >>= 15
+    return grey.astype(encoding.dtype), f"mono{8 * encoding.dtype.itemsize}"
+
+
+def demosaic(raw: Array, pattern: str) -> Array:
+    """Return the colours of an image with a Bayer pattern, by bilinear interpolation.
+
+    Args:
+        raw: brightnesses of shape (height, width), at least (3, 3), as uint8 or uint16.
+        pattern: the colours of the first two pixels of the first and second row: "rggb", "bggr", "gbrg" or "grbg".
+
+    Returns:
+        Blue, green and red of shape (height, width, 3) and the same type. The pixels at the border repeat their
+        neighbours, as in OpenCV.
+
+    Raises:
+        ImageError: the image is too small.
+    """
+    height, width = raw.shape
+    if height < 3 or width < 3:
+        raise ImageError(f"an image with a Bayer pattern must have 3 x 3 pixels or more, not {width} x {height}")
+    bgr = np.empty((height, width, 3), raw.dtype)
+    wide = raw.astype(np.uint16 if raw.dtype == np.uint8 else np.uint32)
+    for row in (0, 1):
+        for column in (0, 1):
+            _fill_phase(bgr, wide, pattern, row, column)
+    bgr[:, 0], bgr[:, -1] = bgr[:, 1], bgr[:, -2]
+    bgr[0], bgr[-1] = bgr[1], bgr[-2]
+    return bgr
+
+
+def _fill_phase(bgr: Array, raw: Array, pattern: str, row: int, column: int) -> None:
+    """Fill in every second pixel of every second row, the first one at (1 + row, 1 + column)."""
+    height, width = raw.shape
+
+    def at(down: int, right: int) -> Array:
+        """Return these pixels' neighbours."""
+        return raw[1 + row + down : height - 1 + down : 2, 1 + column + right : width - 1 + right : 2]
+
+    colour = pattern[(1 + row) % 2 * 2 + (1 + column) % 2]
+    target = bgr[1 + row : height - 1 : 2, 1 + column : width - 1 : 2]
+    if not target.size:
+        return
+    beside = at(0, -1) + at(0, 1)
+    above = at(-1, 0) + at(1, 0)
+    if colour == "g":
+        # The colour of the neighbours to the left and right, then of those above and below.
+        left = pattern[(1 + row) % 2 * 2 + column % 2]
+        target[..., 1] = at(0, 0)
+        target[..., _channel(left)] = (beside + 1) >> 1
+        target[..., 2 - _channel(left)] = (above + 1) >> 1
+    else:
+        target[..., _channel(colour)] = at(0, 0)
+        target[..., 1] = (beside + above + 2) >> 2
+        diagonal = at(-1, -1) + at(-1, 1) + at(1, -1) + at(1, 1)
+        target[..., 2 - _channel(colour)] = (diagonal + 2) >> 2
+
+
+def _channel(colour: str) -> int:
+    return "bgr".index(colour)
+
+
+def halve_bayer(raw: Array, pattern: str) -> Array:
+    """Return an image with a Bayer pattern in colours and half the size: each 2 x 2 pixels become one.
+
+    Args:
+        raw: (height, width); an odd last row or column is left out.
+        pattern: see `demosaic`.
+
+    Returns:
+        Blue, green and red of shape (height // 2, width // 2, 3).
+    """
+    height, width = raw.shape[0] // 2 * 2, raw.shape[1] // 2 * 2
+    quarters = {
+        place: raw[place // 2 : height : 2, place % 2 : width : 2].astype(np.uint32) for place in range(len(pattern))
+    }
+    greens = [quarters[place] for place in range(4) if pattern[place] == "g"]
+    channels = [quarters[pattern.index("b")], (greens[0] + greens[1]) // 2, quarters[pattern.index("r")]]
+    return np.stack(channels, axis=-1).astype(raw.dtype)
+
+
+def _first_y(encoding: Encoding) -> int:
+    return 1 if encoding.name == "yuv422" else 0  # UYVY or YUY2
+
+
+def _yuv_to_bgr(pixels: Array, encoding: Encoding) -> Array:
+    y_place = _first_y(encoding)
+    height, width = pixels.shape[0], pixels.shape[1] // 2 * 2
+    if not width:
+        raise ImageError("an image with YUV must have two columns or more")
+    y = (pixels[:, :width, y_place].astype(np.float32) - 16.0) * 1.164
+    chroma = pixels[:, :width, 1 - y_place].astype(np.float32) - 128.0
+    u, v = (np.repeat(chroma[:, start::2], 2, axis=1) for start in (0, 1))
+    bgr = np.empty((height, width, 3), np.float32)
+    bgr[..., 0] = y + 2.018 * u
+    bgr[..., 1] = y - 0.391 * u - 0.813 * v
+    bgr[..., 2] = y + 1.596 * v
+    return np.clip(np.rint(bgr), 0, 255).astype(np.uint8)

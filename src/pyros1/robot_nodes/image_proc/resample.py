@@ -1,0 +1,64 @@
+"""Images of another size (no I/O): as OpenCV's resize does it, up to rounding."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+Array = np.ndarray[Any, Any]
+NEAREST, LINEAR, CUBIC, AREA, LANCZOS = range(5)
+METHODS = {"NN": NEAREST, "Linear": LINEAR, "Cubic": CUBIC, "Lanczos4": LANCZOS}
+"""The methods of dynamic_reconfigure by name. Cubic and Lanczos4 are computed as Linear."""
+
+
+def resize(pixels: Array, height: int, width: int, method: int = LINEAR) -> Array:
+    """Return an image in another size.
+
+    Args:
+        pixels: an array of shape (height, width) or (height, width, channels).
+        height, width: the new size, at least 1.
+        method: `NEAREST`; `AREA`, which is the mean of the pixels that become one where the image gets smaller by whole
+            factors; anything else is `LINEAR`.
+    """
+    rows, columns = pixels.shape[:2]
+    if (rows, columns) == (height, width):
+        return pixels
+    if method == NEAREST:
+        chosen: Array = pixels.take(np.arange(height) * rows // height, axis=0)
+        chosen = chosen.take(np.arange(width) * columns // width, axis=1)
+        return chosen
+    if method == AREA and rows % height == 0 and columns % width == 0:
+        blocks = pixels.reshape(height, rows // height, width, columns // width, *pixels.shape[2:])
+        return _round(blocks.mean(axis=(1, 3), dtype=np.float32), pixels.dtype)
+    row, row_weight = _neighbours(rows, height)
+    column, column_weight = _neighbours(columns, width)
+    more = (1,) * (pixels.ndim - 2)
+    across = column_weight.reshape(1, -1, *more)
+    # Rows first, since they are contiguous, and only those that are needed.
+    down = row_weight.reshape(-1, 1, *more)
+    wide = pixels[row] * (1 - down) + pixels[np.minimum(row + 1, rows - 1)] * down
+    narrow = wide[:, column] * (1 - across) + wide[:, np.minimum(column + 1, columns - 1)] * across
+    return _round(narrow, pixels.dtype)
+
+
+def decimate(pixels: Array, factor_y: int, factor_x: int, method: int) -> Array:
+    """Return an image that is smaller by whole factors; what is left of the last pixels is left out."""
+    height, width = pixels.shape[0] // factor_y, pixels.shape[1] // factor_x
+    pixels = pixels[: height * factor_y, : width * factor_x] if method == AREA else pixels
+    if method == NEAREST:
+        return pixels[: height * factor_y : factor_y, : width * factor_x : factor_x]
+    return resize(pixels, height, width, method)
+
+
+def _neighbours(size: int, new_size: int) -> tuple[Array, Array]:
+    """Return the first of the two pixels between which each new one is, and how near it is to the second one."""
+    positions = np.clip((np.arange(new_size) + 0.5) * (size / new_size) - 0.5, 0, size - 1)
+    first = positions.astype(np.intp)
+    return first, (positions - first).astype(np.float32)
+
+
+def _round(values: Array, dtype: Any) -> Array:
+    if dtype.kind == "f":
+        return values.astype(dtype)
+    return np.rint(values).astype(dtype)
