@@ -83,6 +83,7 @@ PURE += [
 ]
 PURE += [f"robot_nodes/rosserial_python/{name}.py" for name in ("frames", "session", "parameters")]
 PURE += [f"robot_nodes/image_proc/{name}.py" for name in ("pixels", "colours", "camera", "remap", "resample", "sizes")]
+PURE += [f"robot_nodes/usb_cam/{name}.py" for name in ("calibration", "controls")]
 PURE += ["ros2_types/transcoding"]
 PURE += ["robot_nodes/teleop_twist_keyboard/driver.py", "robot_nodes/nodelet/matching.py"]
 PURE += ["web/rosbridge_server/settings.py", "web/web_video_server/requests.py", "web/web_video_server/pages.py"]

@@ -43,6 +43,7 @@ SCRIPTS: Mapping[str, Mapping[str, str | Callable[[], int]]] = {
         "depthimage_to_laserscan": _program("pyros1.robot_nodes.depthimage_to_laserscan.node"),
     },
     "diagnostic_aggregator": {"aggregator_node": _program("pyros1.robot_nodes.diagnostic_aggregator.node")},
+    "cv_camera": {"cv_camera_node": _program("pyros1.robot_nodes.usb_cam.programs", "main_cv_camera")},
     "dynamic_reconfigure": {"dynparam": "dynparam"},
     "image_proc": {
         "image_proc": _program("pyros1.robot_nodes.image_proc.programs"),
@@ -125,6 +126,7 @@ SCRIPTS: Mapping[str, Mapping[str, str | Callable[[], int]]] = {
         "twist_mux": _program("pyros1.robot_nodes.twist_mux.node"),
     },
     "two_wheeler": {"flat_world": _program("pyros1.robot_nodes.flat_world.simulator")},
+    "usb_cam": {"usb_cam_node": _program("pyros1.robot_nodes.usb_cam.programs", "main_usb_cam")},
     "xacro": {"xacro": _xacro},
     "yocs_cmd_vel_mux": {"cmd_vel_mux": _program("pyros1.robot_nodes.yocs_cmd_vel_mux.node")},
     "yocs_velocity_smoother": {"velocity_smoother": _program("pyros1.robot_nodes.yocs_velocity_smoother.node")},
