@@ -10,6 +10,7 @@ import sys
 import threading
 from collections.abc import Iterator
 from pathlib import Path
+from queue import Queue
 from typing import Any
 
 import numpy as np
@@ -19,20 +20,21 @@ from harness import Master, until
 import pyros1
 from pyros1.msgs.sensor_msgs.msg import CameraInfo, Image
 from pyros1.node import Node
+from pyros1.reconfigure import Client
 
 OWN_MASTER = True
 MASTERS = ("ours",)  # stock's node and ours are compared, whatever the master
 
 STOCK = Path("/usr/lib/image_proc/image_proc")
-NODELET = Path("/usr/share/nodelet/package.xml")
 OURS = Path(pyros1.__file__).parent / "packages" / "image_proc" / "scripts" / "image_proc"
 TOPICS = ("image_mono", "image_color", "image_rect", "image_rect_color")
-CLASSES = {"debayer": "Debayer", "rectify": "Rectify"}
+LOADER = Path("/usr/lib/nodelet/nodelet")
+CLASSES = {"debayer": "Debayer", "rectify": "Rectify", "resize": "Resize", "crop_decimate": "CropDecimate"}
 
 pytestmark = [
     pytest.mark.ours_only,
     pytest.mark.skipif(
-        not (STOCK.exists() and NODELET.exists()),
+        not (STOCK.exists() and LOADER.exists()),
         reason="ros-image-proc or libnodeletlib-tools is not installed; run interop/setup",
     ),
 ]
@@ -202,3 +204,90 @@ def test_both_publish_the_same_images(pair: Pair, case: str) -> None:
         tolerance = 0 if is_exact else 1 if encoding == "yuv422" else 2
         wrong = np.abs(pixels(ours) - pixels(stock)) > tolerance
         assert wrong.mean() <= (1 / 500 if "rect" in topic else 0), topic
+
+
+INFO = camera_info("plumb_bob", PLUMB_BOB, binning_x=2)
+SIZES: dict[str, tuple[str, str, dict[str, Any]]] = {
+    "smaller": ("resize", "bgr8", {"scale_width": 0.5, "scale_height": 0.5}),
+    "larger": ("resize", "mono8", {"scale_width": 1.5, "scale_height": 2.225}),
+    "a size": ("resize", "mono16", {"use_scale": False, "width": 50, "height": 45}),
+    "nearest": ("resize", "bgr8", {"scale_width": 0.35, "scale_height": 0.8, "interpolation": 0}),
+    "a part": ("crop_decimate", "bgr8", {"x_offset": 11, "y_offset": 7, "width": 40, "height": 30}),
+    "every third": ("crop_decimate", "mono16", {"decimation_x": 3, "decimation_y": 2, "x_offset": 5}),
+    "means": ("crop_decimate", "bgr8", {"decimation_x": 2, "decimation_y": 3, "interpolation": 3}),
+    "Bayer": ("crop_decimate", "bayer_gbrg8", {"decimation_x": 2, "decimation_y": 4, "x_offset": 3, "width": 81}),
+}
+
+
+class SizePair:
+    """Stock's nodelets and ours that change the size of images."""
+
+    def __init__(self, launcher: Master, node: Node, home: Path) -> None:
+        self._node = node
+        variables = overlay(home)
+        self._found: dict[str, Queue[Any]] = {}
+        self._sources: dict[tuple[str, str], list[Any]] = {}
+        for nodelet, source, target in (
+            ("resize", "image", "resize/image"),
+            ("crop_decimate", "camera/image_raw", "camera_out/image_raw"),
+        ):
+            for kind in ("stock", "ours"):
+                ours = [sys.executable, str(OURS.with_name(nodelet))]
+                command = [str(LOADER), "standalone", f"image_proc/{nodelet}"] if kind == "stock" else ours
+                names = [f"__name:={nodelet}"]
+                if kind == "stock":
+                    launcher.run([*command, *names], ROS_NAMESPACE=f"/{kind}", **variables)
+                else:
+                    launcher.run([*command, *names], python="ours", ROS_NAMESPACE=f"/{kind}")
+                for topic, cls in ((target, Image), (f"{target.rpartition('/')[0]}/camera_info", CameraInfo)):
+                    queue = self._found[f"{kind} {nodelet} {cls.__name__}"] = Queue()
+                    node.subscribe(f"/{kind}/{topic}", cls, queue.put)
+                info = f"{source.rpartition('/')[0]}/camera_info".lstrip("/")
+                self._sources[kind, nodelet] = [
+                    node.advertise(f"/{kind}/{source}", Image),
+                    node.advertise(f"/{kind}/{info}", CameraInfo),
+                ]
+        for publisher in (each for publishers in self._sources.values() for each in publishers):
+            until(lambda publisher=publisher: publisher.num_connections, f"a subscriber of {publisher.name}")
+
+    def convert(self, kind: str, nodelet: str, image: Any, info: Any, config: dict[str, Any]) -> tuple[Any, Any]:
+        """Return what a node makes of an image and its camera_info with a configuration."""
+        client = Client(self._node, f"/{kind}/{nodelet}")
+        client.update(config, timeout=20)
+        client.close()
+        image.header.stamp = info.header.stamp = self._node.now()
+        for publisher, message in zip(self._sources[kind, nodelet], (image, info), strict=True):
+            publisher.publish(message)
+        image, info = (self._found[f"{kind} {nodelet} {name}"].get(timeout=20) for name in ("Image", "CameraInfo"))
+        return image, info
+
+
+@pytest.fixture(scope="module")
+def sizes(master: Master, tmp_path_factory: pytest.TempPathFactory) -> Iterator[SizePair]:
+    home = tmp_path_factory.mktemp("sizes")
+    environ = {**os.environ, "ROS_MASTER_URI": master.uri, "ROS_HOME": str(home / "ros")}
+    mark = len(master.processes)
+    with Node("sizes", argv=[], environ=environ, handle_signals=False) as node:
+        yield SizePair(master, node, home)
+    master.close_since(mark)
+
+
+@pytest.mark.parametrize("case", SIZES)
+def test_both_make_images_of_the_same_size(sizes: SizePair, case: str) -> None:
+    """Resized images differ by 1 at most; parts of images, decimated ones and their means are the same."""
+    nodelet, encoding, config = SIZES[case]
+    raw = scene(3 if encoding == "bgr8" else 1, "u2" if encoding == "mono16" else "u1")
+    image = Image(height=90, width=120, encoding=encoding, step=raw.nbytes // 90, data=raw.tobytes())
+    usual = {"use_scale": True, "interpolation": 1} if nodelet == "resize" else {"interpolation": 0}
+    usual |= {} if nodelet == "resize" else {"decimation_x": 1, "decimation_y": 1, "x_offset": 0, "y_offset": 0}
+    usual |= {"width": -1, "height": -1} if nodelet == "resize" else {"width": 0, "height": 0}
+    (stock, stock_info), (ours, our_info) = (
+        sizes.convert(kind, nodelet, image, INFO, {**usual, **config}) for kind in ("stock", "ours")
+    )
+    assert (ours.height, ours.width, ours.encoding) == (stock.height, stock.width, stock.encoding)
+    assert np.abs(pixels(ours) - pixels(stock)).max() <= (nodelet == "resize")
+    for name in ("height", "width", "binning_x", "binning_y", "roi"):
+        assert getattr(our_info, name) == getattr(stock_info, name), name
+    assert list(our_info.K) == pytest.approx(list(stock_info.K)) and list(our_info.P) == pytest.approx(
+        list(stock_info.P)
+    )

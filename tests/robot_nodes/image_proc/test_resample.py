@@ -47,6 +47,14 @@ def test_nearest_and_area() -> None:
     assert (resize(pixels, 6, 8, AREA) == pixels).all()
 
 
+def test_a_factor_may_not_fit_the_size() -> None:
+    """Of 10 pixels and the factor 0.33, 3 are left, 3.03 pixels apart."""
+    ramp = np.arange(10, dtype="f4").reshape(1, 10) * 100
+    found = resize(ramp, 1, 3, LINEAR, (1.0, 1 / 0.33))
+    assert np.allclose(found, [[100 * ((x + 0.5) / 0.33 - 0.5) for x in range(3)]], atol=1e-2)
+    assert resize(ramp, 1, 7, NEAREST, (1.0, 1.9)).tolist() == [[0, 100, 300, 500, 700, 900, 900]]
+
+
 def test_decimation_leaves_the_rest_out() -> None:
     pixels = np.arange(63, dtype="u2").reshape(7, 9)
     assert decimate(pixels, 2, 4, NEAREST).tolist() == pixels[:6:2, :8:4].tolist()

@@ -142,6 +142,23 @@ def test_boards_come_by_tcp_one_after_the_other(tcp_board: Callable[..., Any], m
     second.until(lambda board: board.requests)
 
 
+def test_a_silent_board_is_asked_again_and_a_lost_one_is_disconnected(
+    tcp_board: Callable[..., Any],
+    make_node: Callable[..., Any],
+    monkeypatch: pytest.MonkeyPatch,
+    capfd: pytest.CaptureFixture[str],
+) -> None:
+    for name, seconds in (("ASK_PERIOD", 0.05), ("LOST_AFTER", 1.0)):
+        monkeypatch.setattr(f"pyros1.robot_nodes.rosserial_python.session.{name}", seconds)
+    host = make_node("serial_node", argv=["_tcp_port:=0"])
+    board = tcp_board(SerialNode(host, ["tcp"]).tcp_port, [])
+    board.until(lambda board: board.requests >= 3)
+    board.send(10, Time())
+    board.wait(10)
+    board.join()  # the host closes the connection
+    assert "127.0.0.1: lost the board: nothing came for 1 s" in capfd.readouterr().err
+
+
 def test_several_boards_at_a_time_and_calls_that_end_with_the_connection(
     tcp_board: Callable[..., Any], make_node: Callable[..., Any], until: Callable[..., None]
 ) -> None:

@@ -141,6 +141,29 @@ def test_a_calibration_is_set_saved_and_loaded(
     assert "the camera has no calibration" in said.err and "camera calibration: " in said.out
 
 
+def test_every_image_of_a_file_is_published(make_node: Callable[..., Any], until: Callable[..., None]) -> None:
+    video, node, peer = FakeVideo(), make_node("film"), make_node("peer")
+    for shade in range(6):
+        video.images.put(shade)
+    video.images.put(VideoEndedError("film.avi has ended"))
+    images = listen(peer, "/film/image_raw", Image)
+    opened = threading.Event()
+
+    def open_video() -> FakeVideo:
+        opened.wait(PATIENCE)
+        return video
+
+    CameraDriver(node, CameraOptions("film.avi", "lens", "film", rate=100.0, is_live=False), open_video)
+    until(lambda: peer_is_connected(node, "/film/image_raw"))
+    opened.set()
+    assert [images.get(timeout=PATIENCE).data[0] for _ in range(6)] == list(range(6))
+
+
+def peer_is_connected(node: Any, topic: str) -> bool:
+    """Return whether a node sends a topic to somebody."""
+    return bool(node.advertise(topic, Image).num_connections)
+
+
 def test_capturing_can_be_stopped(make_node: Callable[..., Any], until: Callable[..., None]) -> None:
     videos: list[FakeVideo] = []
     node, peer = make_node("usb_cam", argv=["_video_device:=/dev/null"]), make_node("peer")

@@ -12,7 +12,9 @@ METHODS = {"NN": NEAREST, "Linear": LINEAR, "Cubic": CUBIC, "Lanczos4": LANCZOS}
 """The methods of dynamic_reconfigure by name. Cubic and Lanczos4 are computed as Linear."""
 
 
-def resize(pixels: Array, height: int, width: int, method: int = LINEAR) -> Array:
+def resize(
+    pixels: Array, height: int, width: int, method: int = LINEAR, steps: tuple[float, float] | None = None
+) -> Array:
     """Return an image in another size.
 
     Args:
@@ -20,19 +22,22 @@ def resize(pixels: Array, height: int, width: int, method: int = LINEAR) -> Arra
         height, width: the new size, at least 1.
         method: `NEAREST`; `AREA`, which is the mean of the pixels that become one where the image gets smaller by whole
             factors; anything else is `LINEAR`.
+        steps: how many rows and columns of the image one of the new ones stands for; None if it is all of them. With
+            the inverses of factors by which a size was calculated and rounded, it may be a little more or less.
     """
     rows, columns = pixels.shape[:2]
     if (rows, columns) == (height, width):
         return pixels
+    step_y, step_x = steps or (rows / height, columns / width)
     if method == NEAREST:
-        chosen: Array = pixels.take(np.arange(height) * rows // height, axis=0)
-        chosen = chosen.take(np.arange(width) * columns // width, axis=1)
+        chosen: Array = pixels.take(_nearest(rows, height, step_y), axis=0)
+        chosen = chosen.take(_nearest(columns, width, step_x), axis=1)
         return chosen
     if method == AREA and rows % height == 0 and columns % width == 0:
         blocks = pixels.reshape(height, rows // height, width, columns // width, *pixels.shape[2:])
         return _round(blocks.mean(axis=(1, 3), dtype=np.float32), pixels.dtype)
-    row, row_weight = _neighbours(rows, height)
-    column, column_weight = _neighbours(columns, width)
+    row, row_weight = _neighbours(rows, height, step_y)
+    column, column_weight = _neighbours(columns, width, step_x)
     more = (1,) * (pixels.ndim - 2)
     across = column_weight.reshape(1, -1, *more)
     # Rows first, since they are contiguous, and only those that are needed.
@@ -51,9 +56,13 @@ def decimate(pixels: Array, factor_y: int, factor_x: int, method: int) -> Array:
     return resize(pixels, height, width, method)
 
 
-def _neighbours(size: int, new_size: int) -> tuple[Array, Array]:
+def _nearest(size: int, new_size: int, step: float) -> Array:
+    return np.minimum(np.arange(new_size) * step, size - 1).astype(np.intp)
+
+
+def _neighbours(size: int, new_size: int, step: float) -> tuple[Array, Array]:
     """Return the first of the two pixels between which each new one is, and how near it is to the second one."""
-    positions = np.clip((np.arange(new_size) + 0.5) * (size / new_size) - 0.5, 0, size - 1)
+    positions = np.clip((np.arange(new_size) + 0.5) * step - 0.5, 0, size - 1)
     first = positions.astype(np.intp)
     return first, (positions - first).astype(np.float32)
 

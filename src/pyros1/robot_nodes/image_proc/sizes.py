@@ -60,7 +60,9 @@ class Scaling:
                 f"images with the encoding {encoding.name} cannot be resized: take image_color or image_mono"
             )
         height, width = self.size_of(image.height, image.width)
-        return to_image(image.header, resize(to_array(image), height, width, self.interpolation), image.encoding)
+        steps = (1 / self.scale_height, 1 / self.scale_width) if self.use_scale else None
+        pixels = resize(to_array(image), height, width, self.interpolation, steps)
+        return to_image(image.header, pixels, image.encoding)
 
     def apply_to_info(self, info: Any) -> Any:
         """Return a sensor_msgs/CameraInfo for images of the new size.
