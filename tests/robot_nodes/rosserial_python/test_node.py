@@ -21,6 +21,7 @@ from pyros1.msgs.rosserial_msgs.srv import RequestParamRequest, RequestParamResp
 from pyros1.msgs.std_msgs.msg import Bool, String, Time
 from pyros1.msgs.std_srvs.srv import SetBool, SetBoolRequest, SetBoolResponse
 from pyros1.robot_nodes.rosserial_python.node import SerialNode
+from pyros1.robot_nodes.rosserial_python.ports import PortError, SerialPort
 
 from ...bodies import decode
 from .conftest import Board, frame, topic_info
@@ -183,6 +184,16 @@ def test_several_boards_at_a_time_and_calls_that_end_with_the_connection(
     assert "the connection to the board broke" in errors.get()
     caller.join()
     until(lambda: not [name for name, _ in host.master.get_system_state()[2] if name == "/motor"])
+
+
+def test_ports_that_cannot_be_opened(device: Any) -> None:
+    with pytest.raises(PortError, match="is not a serial line"):
+        SerialPort("/dev/null", 57600)
+    device.plug([])
+    first = SerialPort(str(device.path), 57600)
+    with pytest.raises(PortError, match="is in use by another program"):
+        SerialPort(str(device.path), 57600)
+    first.close()
 
 
 @pytest.mark.parametrize("args", [["/dev/ttyUSB0", "fast"], ["tcp", "0"], ["tcp", "70000000000"]])

@@ -55,10 +55,9 @@ def to_mono(pixels: Array, encoding: Encoding) -> tuple[Array, str]:
     if not encoding.is_colour:
         raise ImageError(f"images with the encoding {encoding.name} cannot be converted to grey")
     red, blue = (0, 2) if encoding.name.startswith("rgb") else (2, 0)
-    grey = pixels[..., 1].astype(np.uint32)
-    grey *= _GREEN
-    grey += pixels[..., red] * np.uint32(_RED)
-    grey += pixels[..., blue] * np.uint32(_BLUE)
+    grey = np.multiply(pixels[..., 1], _GREEN, dtype=np.uint32)
+    grey += np.multiply(pixels[..., red], _RED, dtype=np.uint32)
+    grey += np.multiply(pixels[..., blue], _BLUE, dtype=np.uint32)
     grey += 1 << 14
     grey >>= 15
     return grey.astype(encoding.dtype), f"mono{8 * encoding.dtype.itemsize}"

@@ -57,7 +57,8 @@ def decimate(pixels: Array, factor_y: int, factor_x: int, method: int) -> Array:
 
 
 def _nearest(size: int, new_size: int, step: float) -> Array:
-    return np.minimum(np.arange(new_size) * step, size - 1).astype(np.intp)
+    places: Array = np.minimum(np.arange(new_size) * step, size - 1).astype(np.intp)
+    return places
 
 
 def _neighbours(size: int, new_size: int, step: float) -> tuple[Array, Array]:

@@ -90,6 +90,8 @@ def _explain(name: str, error: Exception) -> str:
         return f"there is no {name}: plug the board in, or set ~port to its device"
     if number in (EACCES, EPERM):
         return f"no permission to open {name}: sudo usermod -a -G dialout $USER, and log in again"
+    if "Could not configure" in str(error):
+        return f"{name} is not a serial line"
     if number == EAGAIN:
         return f"{name} is in use by another program"
     if "returned no data" in str(error) or number == EIO:
