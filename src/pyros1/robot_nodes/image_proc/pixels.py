@@ -97,6 +97,8 @@ def to_array(image: Any) -> np.ndarray[Any, Any]:
         )
     data = np.frombuffer(image.data, np.uint8, image.step * image.height)
     rows = data.reshape(image.height, image.step)[:, :row]
+    if size > 1:
+        rows = np.ascontiguousarray(rows)  # numpy before 1.23 has no views of other types of what is not
     swapped = size > 1 and bool(image.is_bigendian) != (sys.byteorder == "big")
     pixels = rows.view(encoding.dtype.newbyteorder() if swapped else encoding.dtype)
     if swapped:
