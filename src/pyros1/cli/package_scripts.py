@@ -39,11 +39,11 @@ switch_mux throttle transform
 _TEST_NODES = "advertisetest hztest paramtest publishtest subscribetest"
 
 SCRIPTS: Mapping[str, Mapping[str, str | Callable[[], int]]] = {
+    "cv_camera": {"cv_camera_node": _program("pyros1.robot_nodes.usb_cam.programs", "main_cv_camera")},
     "depthimage_to_laserscan": {
         "depthimage_to_laserscan": _program("pyros1.robot_nodes.depthimage_to_laserscan.node"),
     },
     "diagnostic_aggregator": {"aggregator_node": _program("pyros1.robot_nodes.diagnostic_aggregator.node")},
-    "cv_camera": {"cv_camera_node": _program("pyros1.robot_nodes.usb_cam.programs", "main_cv_camera")},
     "dynamic_reconfigure": {"dynparam": "dynparam"},
     "image_proc": {
         "image_proc": _program("pyros1.robot_nodes.image_proc.programs"),
@@ -58,39 +58,38 @@ SCRIPTS: Mapping[str, Mapping[str, str | Callable[[], int]]] = {
     },
     "joint_state_publisher": {"joint_state_publisher": _program("pyros1.urdf.joint_publisher")},
     "joint_state_publisher_gui": {"joint_state_publisher_gui": _program("pyros1.cli.joint_sliders")},
+    "joy": {"joy_node": _program("pyros1.robot_nodes.joy.node")},
+    "laser_filters": {"scan_to_scan_filter_chain": _program("pyros1.robot_nodes.laser_filters.node")},
+    "map_server": {name: _program(f"pyros1.robot_nodes.map_server.{name[4:]}") for name in ("map_saver", "map_server")},
     "nodelet": {"nodelet": _program("pyros1.cli.nodelet_program")},
+    "pointcloud_to_laserscan": {
+        "laserscan_to_pointcloud_node": _program("pyros1.robot_nodes.pointcloud_to_laserscan.node", "scan_to_cloud"),
+        "pointcloud_to_laserscan_node": _program("pyros1.robot_nodes.pointcloud_to_laserscan.node", "cloud_to_scan"),
+    },
     "robot_state_publisher": {
         "robot_state_publisher": _program("pyros1.urdf.state_publisher"),
         "state_publisher": _program("pyros1.urdf.state_publisher", "deprecated_main"),
     },
     "rosapi": {"rosapi_node": _program("pyros1.web.rosapi_node")},
-    "joy": {"joy_node": _program("pyros1.robot_nodes.joy.node")},
-    "map_server": {name: _program(f"pyros1.robot_nodes.map_server.{name[4:]}") for name in ("map_saver", "map_server")},
-    "laser_filters": {"scan_to_scan_filter_chain": _program("pyros1.robot_nodes.laser_filters.node")},
-    "pointcloud_to_laserscan": {
-        "laserscan_to_pointcloud_node": _program("pyros1.robot_nodes.pointcloud_to_laserscan.node", "scan_to_cloud"),
-        "pointcloud_to_laserscan_node": _program("pyros1.robot_nodes.pointcloud_to_laserscan.node", "cloud_to_scan"),
-    },
-    "robot_state_publisher": {"robot_state_publisher": _program("pyros1.urdf.state_publisher")},
     "rosbag": {"play": "bag play", "record": "bag record"},
     "rosbridge_server": {
-        "rosbridge_tcp": _program("pyros1.web.rosbridge_server.node", "unsupported"),
-        "rosbridge_tcp.py": _program("pyros1.web.rosbridge_server.node", "unsupported"),
-        "rosbridge_udp": _program("pyros1.web.rosbridge_server.node", "unsupported"),
-        "rosbridge_udp.py": _program("pyros1.web.rosbridge_server.node", "unsupported"),
+        **{
+            f"rosbridge_{name}": _program("pyros1.web.rosbridge_server.node", "unsupported")
+            for name in ("tcp", "tcp.py", "udp", "udp.py")
+        },
         "rosbridge_websocket": _program("pyros1.web.rosbridge_server.node"),
         "rosbridge_websocket.py": _program("pyros1.web.rosbridge_server.node"),
     },
     "rosout": {"rosout": _program("pyros1.robot_nodes.rosout.node")},
     "rosparam": {"rosparam": "param"},
-    "rosservice": {"rosservice": "service"},
     "rosserial_python": {"serial_node.py": _program("pyros1.robot_nodes.rosserial_python.node")},
+    "rosservice": {"rosservice": "service"},
     "rostest": dict.fromkeys(_TEST_NODES.split(), _program("pyros1.test_nodes.program")),
     "rostopic": {"rostopic": "topic"},
+    "teleop_twist_joy": {"teleop_node": _program("pyros1.robot_nodes.teleop_twist_joy.node")},
     "teleop_twist_keyboard": {
         "teleop_twist_keyboard.py": _program("pyros1.robot_nodes.teleop_twist_keyboard.node"),
     },
-    "teleop_twist_joy": {"teleop_node": _program("pyros1.robot_nodes.teleop_twist_joy.node")},
     "tf": {
         "static_transform_publisher": "tf static_transform_publisher --tf",
         "tf_change_notifier": "tf change_notifier",
@@ -119,7 +118,6 @@ SCRIPTS: Mapping[str, Mapping[str, str | Callable[[], int]]] = {
         "turtle_view": _program("pyros1.turtlesim.view"),
         "turtlesim_node": _program("pyros1.turtlesim.simulator"),
     },
-    "web_video_server": {"web_video_server": _program("pyros1.web.web_video_server.node")},
     "twist_mux": {
         "joystick_relay.py": _program("pyros1.robot_nodes.twist_mux.relay"),
         "twist_marker": _program("pyros1.robot_nodes.twist_mux.marker"),
@@ -127,6 +125,7 @@ SCRIPTS: Mapping[str, Mapping[str, str | Callable[[], int]]] = {
     },
     "two_wheeler": {"flat_world": _program("pyros1.robot_nodes.flat_world.simulator")},
     "usb_cam": {"usb_cam_node": _program("pyros1.robot_nodes.usb_cam.programs", "main_usb_cam")},
+    "web_video_server": {"web_video_server": _program("pyros1.web.web_video_server.node")},
     "xacro": {"xacro": _xacro},
     "yocs_cmd_vel_mux": {"cmd_vel_mux": _program("pyros1.robot_nodes.yocs_cmd_vel_mux.node")},
     "yocs_velocity_smoother": {"velocity_smoother": _program("pyros1.robot_nodes.yocs_velocity_smoother.node")},
