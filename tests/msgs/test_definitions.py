@@ -68,6 +68,9 @@ tf2_web_republisher/TFSubscriptionActionGoal ef8da891ba3ba9b13d97bca8154eaeb5
 rosapi/TypeDef 80597571d79bbeef6c9c4d98f30116a0
 rosapi/Topics d966d98fc333fa1f3135af765eac1ba8
 rosapi/MessageDetails f9c88144f6f6bd888dd99d4e0411905d
+geographic_msgs/GeoPoint c48027a852aeff972be80478ff38e81a
+robot_localization/SetDatum fe903ca95d0210defda73a1629604439
+robot_localization/SetPose 4f3e0bbe7a24e1f929488cd1970222d3
 """
 
 PACKAGES = """actionlib actionlib_msgs actionlib_tutorials bond control_msgs controller_manager_msgs diagnostic_msgs

@@ -71,6 +71,9 @@ SCRIPTS: Mapping[str, Mapping[str, str | Callable[[], int]]] = {
         "state_publisher": _program("pyros1.urdf.state_publisher", "deprecated_main"),
     },
     "rosapi": {"rosapi_node": _program("pyros1.web.rosapi_node")},
+    "robot_localization": {
+        "ekf_localization_node": _program("pyros1.robot_nodes.robot_localization.ekf_node"),
+    },
     "rosbag": {"play": "bag play", "record": "bag record"},
     "rosbridge_server": {
         **{

@@ -1,0 +1,55 @@
+"""Predicts how a robot accelerates towards the velocity that it was told to have (``use_control``). Pure."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from pyros1.robot_nodes.robot_localization.motion import ACCELERATION, ANGULAR, Array
+
+
+@dataclass
+class Control:
+    """The latest commanded velocity, and what the robot can do.
+
+    The six directions are vx, vy, vz, vroll, vpitch, vyaw.
+
+    Attributes:
+        used: which of the directions are commanded: bools (6,).
+        acceleration_limits, deceleration_limits: magnitudes in m/s² and rad/s² (6,).
+        acceleration_gains, deceleration_gains: the acceleration per difference of velocities in 1/s (6,).
+        timeout: after so many seconds without a command, the robot is assumed to stop.
+        command: the latest commanded velocity (6,).
+        time: when it was received, in nanoseconds.
+    """
+
+    used: np.ndarray[tuple[int], np.dtype[np.bool_]]
+    acceleration_limits: Array
+    deceleration_limits: Array
+    acceleration_gains: Array
+    deceleration_gains: Array
+    timeout: float
+    command: Array = field(default_factory=lambda: np.zeros(6))
+    time: int = 0
+
+    def accelerations(self, velocity: Array, time: int) -> Array:
+        """Return the accelerations (6,) of a robot with a velocity (6,) at a time in nanoseconds."""
+        is_current = abs(time - self.time) * 1e-9 < self.timeout
+        command = self.command if is_current else np.zeros(6)
+        # A robot that drives the other way must first stop, for which it brakes.
+        brakes = (command * velocity < 0.0) | (np.abs(command) < np.abs(velocity))
+        limits = np.where(brakes, self.deceleration_limits, self.acceleration_limits)
+        gains = np.where(brakes, self.deceleration_gains, self.acceleration_gains)
+        wanted = np.clip(gains * (command - velocity), -limits, limits)
+        return np.where(self.used, wanted, 0.0)
+
+    def apply(self, state: Array, seconds: float, time: int) -> Array:
+        """Return a state (15,) that accelerates as commanded: the accelerations are set, and the velocities of rotation
+        changed by those of a time in seconds.
+        """
+        accelerations = self.accelerations(state[6:12], time)
+        state = state.copy()
+        state[ANGULAR] += seconds * accelerations[3:]
+        state[ACCELERATION] = np.where(self.used[:3], accelerations[:3], state[ACCELERATION])
+        return state

@@ -1,0 +1,115 @@
+"""The extended Kalman filter of ekf_localization_node. Pure.
+
+Predicts the state with the motion model, and corrects it with measurements of some of its variables. The order of the
+variables is that of `motion`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import inf
+
+import numpy as np
+
+from pyros1.robot_nodes.robot_localization.control import Control
+from pyros1.robot_nodes.robot_localization.motion import (
+    ANGLES,
+    ANGULAR,
+    IDENTITY,
+    LINEAR,
+    SIZE,
+    Array,
+    predict,
+    wrap_angles,
+)
+
+MIN_VARIANCE = 1e-9
+"""Smaller variances of measurements are replaced by this one, since no measurement is exact."""
+
+
+@dataclass(frozen=True, slots=True)
+class Measurement:
+    """Measured values of some of the state's variables.
+
+    Attributes:
+        time: when it was measured, in nanoseconds.
+        indices: which of the 15 variables were measured (k,), ascending.
+        values: their values (k,).
+        covariance: the covariance of the values (k, k).
+        threshold: the Mahalanobis distance from the estimate from which on it is rejected.
+        name: what measured it, such as ``imu0``.
+    """
+
+    time: int
+    indices: np.ndarray[tuple[int], np.dtype[np.intp]]
+    values: Array
+    covariance: Array
+    threshold: float = inf
+    name: str = ""
+
+
+class Ekf:
+    """An estimate of the state, with its covariance.
+
+    Args:
+        process_noise: by how much the covariance grows per second (15, 15).
+        covariance: the initial covariance (15, 15).
+        state: the initial state (15,); None for 0.
+        dynamic_noise: whether the noise of the pose is proportional to the square of the robot's speed.
+
+    Attributes:
+        state: the estimate (15,).
+        covariance: its covariance (15, 15).
+    """
+
+    def __init__(
+        self, process_noise: Array, covariance: Array, state: Array | None = None, dynamic_noise: bool = False
+    ) -> None:
+        self.state = np.zeros(SIZE) if state is None else state.copy()
+        self.covariance = covariance.copy()
+        self._noise = process_noise
+        self._dynamic_noise = dynamic_noise
+
+    def start(self, measurement: Measurement) -> None:
+        """Take the first measurement as the state of the variables that it has."""
+        self.state[measurement.indices] = measurement.values
+        self.covariance[measurement.indices[:, None], measurement.indices] = measurement.covariance
+
+    def predict(self, seconds: float, control: Control | None = None, time: int = 0) -> None:
+        """Predict the state after a time.
+
+        Args:
+            seconds: the time.
+            control: the commands that the robot has received, or None.
+            time: the time after the prediction in nanoseconds, to find commands that are too old.
+        """
+        state = self.state if control is None else control.apply(self.state, seconds, time)
+        self.state, jacobian = predict(state, seconds)
+        noise = self._noise
+        if self._dynamic_noise:
+            noise = noise.copy()
+            noise[:6, :6] *= state[LINEAR] @ state[LINEAR] + state[ANGULAR] @ state[ANGULAR]
+        self.covariance = jacobian @ self.covariance @ jacobian.T + seconds * noise
+
+    def correct(self, measurement: Measurement) -> bool:
+        """Correct the estimate. Return whether the measurement was accepted; its threshold decides."""
+        indices = measurement.indices
+        innovation = measurement.values - self.state[indices]
+        if indices[0] < ANGLES.stop and indices[-1] >= ANGLES.start:
+            is_angle = (indices >= ANGLES.start) & (indices < ANGLES.stop)
+            innovation[is_angle] = wrap_angles(innovation[is_angle])
+        columns = self.covariance[:, indices]
+        try:
+            inverse = np.linalg.inv(columns[indices] + measurement.covariance)
+        except np.linalg.LinAlgError:
+            return False
+        if measurement.threshold < inf and innovation @ inverse @ innovation >= measurement.threshold**2:
+            return False
+        gain = columns @ inverse
+        self.state += gain @ innovation
+        self.state[ANGLES] = wrap_angles(self.state[ANGLES])
+        # Joseph's form, which keeps the matrix symmetric and positive despite rounding.
+        residual = IDENTITY.copy()
+        residual[:, indices] -= gain
+        self.covariance = residual @ self.covariance @ residual.T + gain @ measurement.covariance @ gain.T
+        return True

@@ -1,0 +1,85 @@
+"""Finds the frames of sensors by tf, and remembers their matrices."""
+
+from __future__ import annotations
+
+import threading
+import time
+from typing import Any
+
+from pyros1.ground.timing import Time
+from pyros1.node import Node
+from pyros1.robot_nodes.robot_localization.sensors import Frame
+from pyros1.tf.rotation import Transform
+
+MAX_FRAMES = 1000
+"""Maximum number of pairs of frames that are remembered."""
+_GRACE = 2.0
+"""For so many seconds after listening has begun, frames that are missing are not reported."""
+
+
+class Frames:
+    """Finds frames; listens to tf from when it is first needed, since many robots' sensors need no conversion.
+
+    Args:
+        node: the node that listens and logs.
+        timeout: how long to wait for a transform, in seconds.
+    """
+
+    def __init__(self, node: Node, timeout: float = 0.0) -> None:
+        self._node = node
+        self._timeout = timeout
+        self._lock = threading.Lock()
+        self._buffer: Any = None
+        self._quiet_until = 0.0
+        self._known: dict[tuple[str, str], Frame] = {}
+        self._identity = Frame()
+
+    def find(self, target: str, source: str, time: int) -> Frame | None:
+        """Return the pose of a frame in another; None, with a warning in the log, if it is not known.
+
+        If it is not known for that time, the latest is returned.
+
+        Args:
+            target: the frame to convert to.
+            source: the frame to convert from.
+            time: the time in nanoseconds.
+        """
+        target, source = target.lstrip("/"), source.lstrip("/")
+        if target == source:
+            return self._identity
+        transform = self._look_up(target, source, time)
+        if transform is None:
+            return None
+        frame = self._known.get((target, source))
+        if frame is None or frame.transform != transform:
+            if len(self._known) >= MAX_FRAMES:
+                self._known.clear()
+            frame = self._known[target, source] = Frame(transform)
+        return frame
+
+    def _look_up(self, target: str, source: str, time_ns: int) -> Transform | None:
+        from pyros1.tf import TransformException  # noqa: PLC0415 - not needed by many robots
+
+        buffer = self._listen()
+        try:
+            try:
+                stamped = buffer.lookup_transform(target, source, Time.from_nsec(time_ns), self._timeout or None)
+            except TransformException:
+                stamped = buffer.lookup_transform(target, source)
+        except TransformException as error:
+            if time.monotonic() >= self._quiet_until:
+                text = "what is measured in the frame %s is not used, since it cannot be converted to %s: %s"
+                self._node.log.warn(text, source, target, error, throttle=10)
+            return None
+        position, rotation = stamped.transform.translation, stamped.transform.rotation
+        return (position.x, position.y, position.z, rotation.x, rotation.y, rotation.z, rotation.w)
+
+    def _listen(self) -> Any:
+        from pyros1.tf import Buffer, TransformListener  # noqa: PLC0415 - not needed by many robots
+
+        with self._lock:
+            if self._buffer is None:
+                self._buffer = Buffer()
+                TransformListener(self._node, self._buffer)
+                self._quiet_until = time.monotonic() + _GRACE
+            return self._buffer

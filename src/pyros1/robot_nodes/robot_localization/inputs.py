@@ -1,0 +1,166 @@
+"""Turns the messages of a sensor into measurements. Does no I/O: frames come from a function."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from pyros1.robot_nodes.robot_localization.ekf import Ekf, Measurement
+from pyros1.robot_nodes.robot_localization.motion import ACCELERATION, ANGLES, ANGULAR, SIZE, Array, rotation_matrix
+from pyros1.robot_nodes.robot_localization.sensors import (
+    AccelerationPart,
+    FindFrame,
+    Frame,
+    PoseHistory,
+    PosePart,
+    TwistPart,
+    matrix,
+    mounting,
+    robot_orientation,
+    unit,
+    velocity_mask,
+)
+from pyros1.robot_nodes.robot_localization.settings import SensorSettings, Settings
+from pyros1.tf.rotation import Quaternion, Transform
+
+_NOT_MEASURED = -1.0
+"""The first variance of a part of an IMU's message that it does not measure."""
+
+
+class SensorInput:
+    """Reads the messages of one sensor.
+
+    Args:
+        sensor: the sensor's parameters.
+        settings: the node's parameters.
+        ekf: the filter, whose estimate some conversions need.
+        find_frame: finds the sensor's frames.
+    """
+
+    def __init__(self, sensor: SensorSettings, settings: Settings, ekf: Ekf, find_frame: FindFrame) -> None:
+        self.sensor = sensor
+        self._ekf = ekf
+        self._find_frame = find_frame
+        self._world, self._base, self._gravity = settings.world_frame, settings.base_frame, settings.gravity
+        self._history = PoseHistory()
+        parts = {"pose": slice(0, 6), "twist": slice(6, 12), "acceleration": ACCELERATION}
+        masks = {part: np.zeros(SIZE, bool) for part in parts}
+        for part, variables in parts.items():
+            masks[part][variables] = sensor.mask[variables]
+        self._uses = {part: bool(mask.any()) for part, mask in masks.items()}
+        self._pose = PosePart(sensor.name, masks["pose"], sensor.pose_threshold, settings.flat)
+        self._twist = TwistPart(sensor.name, masks["twist"], sensor.twist_threshold, settings.flat)
+        self._velocity = TwistPart(
+            sensor.name, velocity_mask(masks["pose"]), sensor.pose_threshold, settings.flat
+        )  # of differential poses
+        self._acceleration = AccelerationPart(
+            sensor.name, masks["acceleration"], sensor.acceleration_threshold, settings.flat
+        )
+        readers = {"odom": self._read_odometry, "pose": self._read_pose, "twist": self._read_twist}
+        self._read = readers.get(sensor.kind, self._read_imu)
+
+    def read(self, message: Any) -> list[Measurement]:
+        """Return the measurements of a message: nav_msgs/Odometry, sensor_msgs/Imu,
+        geometry_msgs/PoseWithCovarianceStamped or TwistWithCovarianceStamped.
+        """
+        measurements = self._read(message.header.stamp.to_nsec(), message)
+        return [measurement for measurement in measurements if measurement is not None]
+
+    def _read_odometry(self, time: int, message: Any) -> Iterator[Measurement | None]:
+        if self._uses["pose"]:
+            yield from self._read_pose(time, message)
+        if self._uses["twist"]:
+            yield self._convert_twist(time, message.child_frame_id, message.twist)
+
+    def _read_pose(self, time: int, message: Any) -> Iterator[Measurement | None]:
+        pose, covariance = pose_tuple(message.pose.pose), _square(message.pose.covariance)
+        if self.sensor.differential:
+            yield self._differentiate(time, pose, covariance)
+            return
+        if self.sensor.relative:
+            pose = self._history.relative(pose)
+        frame = self._find_frame(self._world, message.header.frame_id or self._world, time)
+        yield None if frame is None else self._pose.convert(time, pose, covariance, frame)
+
+    def _read_twist(self, time: int, message: Any) -> Iterator[Measurement | None]:
+        yield self._convert_twist(time, message.header.frame_id, message.twist)
+
+    def _read_imu(self, time: int, message: Any) -> Iterator[Measurement | None]:
+        frame = self._find_frame(self._base, message.header.frame_id or self._base, time)
+        if frame is None:
+            return
+        if self._uses["pose"] and message.orientation_covariance[0] != _NOT_MEASURED:
+            yield self._convert_orientation(time, message, frame)
+        if self._uses["twist"] and message.angular_velocity_covariance[0] != _NOT_MEASURED:
+            twist, covariance = np.zeros(6), np.zeros((6, 6))
+            twist[3:] = _vector(message.angular_velocity)
+            covariance[3:, 3:] = _square(message.angular_velocity_covariance)
+            yield self._twist.convert(time, twist, covariance, frame, self._ekf.state[ANGULAR])
+        if self._uses["acceleration"] and message.linear_acceleration_covariance[0] != _NOT_MEASURED:
+            yield self._acceleration.convert(
+                time,
+                np.array(_vector(message.linear_acceleration)),
+                _square(message.linear_acceleration_covariance),
+                frame,
+                self._ekf.state[ANGULAR],
+                self._find_attitude(message, frame) if self.sensor.removes_gravity else None,
+                self._gravity,
+            )
+
+    def _convert_orientation(self, time: int, message: Any, frame: Frame) -> Measurement | None:
+        pose = robot_orientation(_quaternion(message.orientation), frame)
+        mount, covariance = mounting(frame), np.zeros((6, 6))
+        covariance[3:, 3:] = mount.rotation @ _square(message.orientation_covariance) @ mount.rotation.T
+        part = self._pose if frame.is_identity else self._pose.mounted(frame)
+        if self.sensor.differential:
+            return self._differentiate(time, pose, covariance, part)
+        if self.sensor.relative:
+            pose = self._history.relative(pose)
+        return part.convert(time, pose, covariance, Frame())
+
+    def _find_attitude(self, message: Any, frame: Frame) -> Array:
+        """Return the rotation matrix (3, 3) from an IMU's frame to the world."""
+        if message.orientation_covariance[0] == _NOT_MEASURED:
+            return rotation_matrix(*self._ekf.state[ANGLES].tolist()) @ frame.rotation
+        attitude = matrix(_quaternion(message.orientation))
+        # With ``_relative``, the orientation is taken to be relative to how the IMU is mounted.
+        return attitude @ frame.rotation if self.sensor.relative else attitude
+
+    def _convert_twist(self, time: int, frame_name: str, twist: Any) -> Measurement | None:
+        frame = self._find_frame(self._base, frame_name or self._base, time)
+        if frame is None:
+            return None
+        values = np.array((*_vector(twist.twist.linear), *_vector(twist.twist.angular)))
+        return self._twist.convert(time, values, _square(twist.covariance), frame, self._ekf.state[ANGULAR])
+
+    def _differentiate(
+        self, time: int, pose: Transform, covariance: Array, part: PosePart | None = None
+    ) -> Measurement | None:
+        velocity = self._history.velocity(time, pose, covariance)
+        if velocity is None:
+            return None
+        mask = None if part is None else velocity_mask(part.mask)
+        convert = partial(self._velocity.convert, frame=Frame(), angular=self._ekf.state[ANGULAR], mask=mask)
+        return convert(time, *velocity)
+
+
+def pose_tuple(pose: Any) -> Transform:
+    """Return a geometry_msgs/Pose as a tuple, with its quaternion normalised."""
+    return (*_vector(pose.position), *unit(_quaternion(pose.orientation)))
+
+
+def _vector(vector: Any) -> tuple[float, float, float]:
+    return vector.x, vector.y, vector.z
+
+
+def _quaternion(quaternion: Any) -> Quaternion:
+    return quaternion.x, quaternion.y, quaternion.z, quaternion.w
+
+
+def _square(numbers: Any) -> Array:
+    matrix = np.array(numbers, float)
+    size = round(len(matrix) ** 0.5)
+    return matrix.reshape(size, size)
