@@ -1,0 +1,233 @@
+"""Where a robot is on Earth, and where what is measured on Earth is for the robot. Does no I/O.
+
+The first fix, the pose of the robot at that time and its heading give the transform between UTM and the robot's world
+frame; or a datum, the place on Earth of the world frame's origin, does.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import isfinite
+from typing import Any
+
+import numpy as np
+
+from pyros1.msgs.nav_msgs.msg import Odometry
+from pyros1.msgs.sensor_msgs.msg import NavSatFix
+from pyros1.robot_nodes.robot_localization.inputs import pose_tuple
+from pyros1.robot_nodes.robot_localization.motion import Array
+from pyros1.robot_nodes.robot_localization.sensors import FindFrame, matrix, robot_orientation
+from pyros1.robot_nodes.robot_localization.utm import Grid
+from pyros1.tf.rotation import IDENTITY, Quaternion, Transform, from_angles, invert, multiply, to_angles
+
+_NO_FIX, _GBAS_FIX, _KNOWN = -1, 2, 3  # constants of NavSatStatus and NavSatFix
+
+
+@dataclass(frozen=True)
+class Heading:
+    """What to add to the heading that an IMU reports, in radians.
+
+    Attributes:
+        declination: the magnetic declination, if the IMU's heading is from magnetic north.
+        yaw_offset: what the IMU reports when it faces east, negative.
+    """
+
+    declination: float = 0.0
+    yaw_offset: float = 0.0
+
+
+@dataclass(frozen=True)
+class Georeference:
+    """The transform between UTM and the robot's world frame.
+
+    Attributes:
+        grid: the UTM zone.
+        pose: the origin of the grid, in the world frame.
+        flat: whether altitudes in the world frame are 0.
+    """
+
+    grid: Grid
+    pose: Transform
+    flat: bool
+
+    def to_world(self, latitude: float, longitude: float, altitude: float) -> tuple[float, float, float]:
+        """Return the position in the world frame, in metres, of degrees and an altitude in metres.
+
+        Raises:
+            UtmError: see `Grid.forward`.
+        """
+        x, y, z, *_ = multiply(self.pose, (*self.grid.forward(latitude, longitude), altitude, *IDENTITY[3:]))
+        return x, y, 0.0 if self.flat else z
+
+    def to_earth(self, x: float, y: float, z: float) -> tuple[float, float, float]:
+        """Return latitude and longitude in degrees, and the altitude in metres, of a position in the world frame."""
+        easting, northing, altitude, *_ = multiply(invert(self.pose), (x, y, z, *IDENTITY[3:]))
+        return (*self.grid.inverse(easting, northing), altitude)
+
+
+class Navsat:
+    """Converts between fixes and the robot's world frame.
+
+    Args:
+        heading: corrections of the heading.
+        flat: whether altitudes in the world frame are 0.
+        uses_odometry_yaw: whether the heading is that of the odometry, instead of an IMU's.
+        waits_for_datum: whether `set_datum` gives the transform, instead of the first fix.
+        find_frame: finds the frames of the IMU and the receiver on the robot.
+        world, base: the frames until an odometry names them.
+
+    Attributes:
+        georeference: the transform, as soon as it is known.
+        world, base: the frames of the odometry.
+    """
+
+    def __init__(
+        self,
+        heading: Heading,
+        find_frame: FindFrame,
+        *,
+        flat: bool = False,
+        uses_odometry_yaw: bool = False,
+        waits_for_datum: bool = False,
+        world: str = "odom",
+        base: str = "base_link",
+    ) -> None:
+        self.georeference: Georeference | None = None
+        self.world, self.base = world, base
+        self._heading = heading
+        self._find_frame = find_frame
+        self._flat = flat
+        self._uses_odometry_yaw = uses_odometry_yaw
+        self._has_datum = waits_for_datum
+        self._datum: tuple[float, float, float, Quaternion] | None = None
+        self._odometry: Any = None
+        self._fix: Any = None
+        self._orientation: Quaternion | None = None
+        self._odometry_is_new = self._fix_is_new = False
+
+    @property
+    def has_odometry(self) -> bool:
+        """Whether an odometry has been received, so that the frames are known."""
+        return self._odometry is not None
+
+    def add_odometry(self, odometry: Any) -> None:
+        """Use a nav_msgs/Odometry; those with numbers that are not finite are ignored."""
+        pose = pose_tuple(odometry.pose.pose)
+        if not all(map(isfinite, pose)):
+            return
+        self.world, self.base = odometry.header.frame_id or self.world, odometry.child_frame_id or self.base
+        self._odometry, self._odometry_is_new = odometry, True
+        if self._uses_odometry_yaw:
+            self._orientation = pose[3:]
+
+    def add_fix(self, fix: Any) -> None:
+        """Use a sensor_msgs/NavSatFix, unless it is none.
+
+        Raises:
+            UtmError: it is not on Earth, or too far from the zone of the first one.
+        """
+        if fix.status.status == _NO_FIX or not all(map(isfinite, (fix.latitude, fix.longitude, fix.altitude))):
+            return
+        grid = Grid.at(fix.latitude, fix.longitude) if self.georeference is None else self.georeference.grid
+        grid.forward(fix.latitude, fix.longitude)
+        self._fix, self._fix_is_new = fix, True
+
+    def add_imu(self, imu: Any) -> None:
+        """Use the orientation of a sensor_msgs/Imu. It is ignored before the first odometry, which names the robot's
+        frame.
+        """
+        if self._odometry is None or self._uses_odometry_yaw:
+            return
+        frame = self._find_frame(self.base, imu.header.frame_id or self.base, imu.header.stamp.to_nsec())
+        orientation = imu.orientation.x, imu.orientation.y, imu.orientation.z, imu.orientation.w
+        if frame is not None and all(map(isfinite, orientation)):
+            self._orientation = robot_orientation(orientation, frame)[3:]
+
+    def set_datum(self, latitude: float, longitude: float, altitude: float, orientation: Quaternion) -> None:
+        """Set where on Earth the origin of the world frame is, and the direction of its x axis, east of which is 0.
+
+        Raises:
+            UtmError: there is no UTM there.
+        """
+        Grid.at(latitude, longitude)
+        self._has_datum, self.georeference = True, None
+        self._datum = latitude, longitude, altitude, orientation
+
+    def start(self) -> bool:
+        """Find the transform if all that it needs has been received. Return whether it was found by this call."""
+        if self.georeference is not None:
+            return False
+        if self._has_datum:
+            if self._datum is None:
+                return False
+            *place, orientation = self._datum
+            self.georeference = self._reference(place, IDENTITY, orientation, None)
+            return True
+        if self._odometry is None or self._fix is None or self._orientation is None:
+            return False
+        place = [self._fix.latitude, self._fix.longitude, self._fix.altitude]
+        pose, receiver = pose_tuple(self._odometry.pose.pose), self._receiver_offset()
+        self.georeference = self._reference(place, pose, self._orientation, receiver)
+        return True
+
+    def make_odometry(self) -> Any:
+        """Return the last fix as a nav_msgs/Odometry with the robot's position in its world frame; None if there is no
+        new fix, or no odometry since the last one.
+
+        Raises:
+            UtmError: the fix is too far from the zone of a datum.
+        """
+        if self.georeference is None or not (self._fix_is_new and self._odometry_is_new):
+            return None
+        self._fix_is_new = False
+        fix, message = self._fix, Odometry()
+        position = np.array(self.georeference.to_world(fix.latitude, fix.longitude, fix.altitude))
+        offset = self._receiver_offset()
+        if offset is not None:
+            position -= matrix(pose_tuple(self._odometry.pose.pose)[3:]) @ offset
+        message.header.stamp, message.header.frame_id = fix.header.stamp, self.world
+        point = message.pose.pose.position
+        point.x, point.y, point.z = position.tolist()
+        if self._flat:
+            point.z = 0.0
+        message.pose.pose.orientation.w = 1.0
+        rotation, covariance = matrix(self.georeference.pose[3:]), np.zeros((6, 6))
+        covariance[:3, :3] = rotation @ np.array(fix.position_covariance).reshape(3, 3) @ rotation.T
+        message.pose.covariance = covariance.ravel().tolist()
+        return message
+
+    def make_fix(self) -> Any:
+        """Return the last odometry as a sensor_msgs/NavSatFix; None if there is no new one."""
+        if self.georeference is None or not self._odometry_is_new or self._odometry is None:
+            return None
+        self._odometry_is_new = False
+        odometry, message = self._odometry, NavSatFix()
+        point = odometry.pose.pose.position
+        message.latitude, message.longitude, message.altitude = self.georeference.to_earth(point.x, point.y, point.z)
+        message.header.stamp, message.header.frame_id = odometry.header.stamp, self.base
+        rotation = matrix(invert(self.georeference.pose)[3:])
+        covariance = np.array(odometry.pose.covariance).reshape(6, 6)[:3, :3]
+        message.position_covariance = (rotation @ covariance @ rotation.T).ravel().tolist()
+        message.position_covariance_type, message.status.status = _KNOWN, _GBAS_FIX
+        return message
+
+    def _receiver_offset(self) -> Array | None:
+        """Return where on the robot the receiver is (3,), or None if that is not known."""
+        name = self._fix.header.frame_id
+        frame = self._find_frame(self.base, name, self._fix.header.stamp.to_nsec()) if name else None
+        return None if frame is None else frame.offset
+
+    def _reference(
+        self, place: list[float], world: Transform, orientation: Quaternion, receiver: Array | None
+    ) -> Georeference:
+        latitude, longitude, altitude = place
+        grid = Grid.at(latitude, longitude)
+        position = np.array((*grid.forward(latitude, longitude), altitude))
+        roll, pitch, yaw = to_angles(orientation)
+        yaw += self._heading.declination + self._heading.yaw_offset + grid.convergence(latitude, longitude)
+        if receiver is not None:
+            position -= matrix(from_angles(roll, pitch, yaw)) @ receiver
+        x, y, z = position.tolist()
+        on_grid = (x, y, z, *from_angles(0.0, 0.0, yaw))
+        level = (*world[:3], *from_angles(0.0, 0.0, to_angles(world[3:])[2]))
+        return Georeference(grid, multiply(level, invert(on_grid)), self._flat)
