@@ -13,11 +13,13 @@ from pyros1.robot_nodes.robot_localization.sensors import (
     AccelerationPart,
     Frame,
     Mask,
+    Mount,
     PoseHistory,
     PosePart,
     TwistPart,
+    cross,
     matrix,
-    robot_orientation,
+    rotate_mask,
     unit,
 )
 from pyros1.tf.rotation import Transform, from_angles, multiply, to_angles
@@ -46,6 +48,11 @@ def test_matrices_are_those_of_tf() -> None:
     for _ in range(20):
         quaternion = random_quaternion()
         assert matrix(tuple(3.0 * quaternion)) == pytest.approx(quaternion_matrix(quaternion)[:3, :3])
+
+
+def test_cross_products_are_those_of_numpy() -> None:
+    a, b = np.random.default_rng(0).normal(0.0, 1.0, (2, 3))
+    assert cross(a, b) == pytest.approx(np.cross(a, b))
 
 
 def test_quaternions_that_nobody_filled_in_do_not_rotate() -> None:
@@ -95,14 +102,14 @@ def test_what_is_used_is_meant_in_the_sensors_frame() -> None:
 def test_the_orientation_of_a_mounted_imu_is_that_of_the_robot(mount: tuple[float, float, float]) -> None:
     robot = (0.2, -0.1, 2.5)
     imu = multiply((0.0, 0.0, 0.0, *from_angles(*robot)), (0.0, 0.0, 0.0, *from_angles(*mount)))
-    found = robot_orientation(imu[3:], Frame((1.0, 2.0, 3.0, *from_angles(*mount))))
+    found = Mount(Frame((1.0, 2.0, 3.0, *from_angles(*mount)))).robot_orientation(imu[3:])
     assert to_angles(found[3:]) == pytest.approx(robot)
     assert found[:3] == (0.0, 0.0, 0.0)
 
 
 def test_the_yaw_of_an_imus_mounting_turns_what_is_used() -> None:
-    sideways = Frame((0.0, 0.0, 0.0, *from_angles(0.0, 0.0, pi / 2)))
-    assert PosePart("imu0", mask(3, 5)).mounted(sideways).mask.tolist() == mask(4, 5).tolist()
+    mount = Mount(Frame((0.0, 0.0, 0.0, *from_angles(pi, 0.0, pi / 2))))
+    assert rotate_mask(mask(3, 5), mount.turn).tolist() == mask(4, 5).tolist()
 
 
 @pytest.mark.parametrize("seed", range(10))

@@ -68,8 +68,8 @@ class Frames:
                 stamped = buffer.lookup_transform(target, source)
         except TransformException as error:
             if time.monotonic() >= self._quiet_until:
-                text = "what is measured in the frame %s is not used, since it cannot be converted to %s: %s"
-                self._node.log.warn(text, source, target, error, throttle=10)
+                text = "what is measured in the frame %s cannot be converted to %s: %s"
+                self._node.log.warn(text, source, target, error, throttle=30)
             return None
         position, rotation = stamped.transform.translation, stamped.transform.rotation
         return (position.x, position.y, position.z, rotation.x, rotation.y, rotation.z, rotation.w)

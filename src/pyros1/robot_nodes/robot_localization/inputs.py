@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -14,17 +13,16 @@ from pyros1.robot_nodes.robot_localization.sensors import (
     AccelerationPart,
     FindFrame,
     Frame,
+    Mount,
     PoseHistory,
     PosePart,
     TwistPart,
     matrix,
-    mounting,
-    robot_orientation,
     unit,
     velocity_mask,
 )
 from pyros1.robot_nodes.robot_localization.settings import SensorSettings, Settings
-from pyros1.tf.rotation import Quaternion, Transform
+from pyros1.tf.rotation import Quaternion, Transform, to_angles
 
 _NOT_MEASURED = -1.0
 """The first variance of a part of an IMU's message that it does not measure."""
@@ -46,6 +44,8 @@ class SensorInput:
         self._find_frame = find_frame
         self._world, self._base, self._gravity = settings.world_frame, settings.base_frame, settings.gravity
         self._history = PoseHistory()
+        self._identity = Frame()
+        self._mount = Mount(self._identity)
         parts = {"pose": slice(0, 6), "twist": slice(6, 12), "acceleration": ACCELERATION}
         masks = {part: np.zeros(SIZE, bool) for part in parts}
         for part, variables in parts.items():
@@ -78,7 +78,7 @@ class SensorInput:
     def _read_pose(self, time: int, message: Any) -> Iterator[Measurement | None]:
         pose, covariance = pose_tuple(message.pose.pose), _square(message.pose.covariance)
         if self.sensor.differential:
-            yield self._differentiate(time, pose, covariance)
+            yield self._differentiate(time, pose, covariance, self._identity)
             return
         if self.sensor.relative:
             pose = self._history.relative(pose)
@@ -92,8 +92,10 @@ class SensorInput:
         frame = self._find_frame(self._base, message.header.frame_id or self._base, time)
         if frame is None:
             return
+        if frame is not self._mount.frame:  # it stays the same for nearly all IMUs
+            self._mount = Mount(frame)
         if self._uses["pose"] and message.orientation_covariance[0] != _NOT_MEASURED:
-            yield self._convert_orientation(time, message, frame)
+            yield self._convert_orientation(time, message, self._mount)
         if self._uses["twist"] and message.angular_velocity_covariance[0] != _NOT_MEASURED:
             twist, covariance = np.zeros(6), np.zeros((6, 6))
             twist[3:] = _vector(message.angular_velocity)
@@ -110,16 +112,14 @@ class SensorInput:
                 self._gravity,
             )
 
-    def _convert_orientation(self, time: int, message: Any, frame: Frame) -> Measurement | None:
-        pose = robot_orientation(_quaternion(message.orientation), frame)
-        mount, covariance = mounting(frame), np.zeros((6, 6))
-        covariance[3:, 3:] = mount.rotation @ _square(message.orientation_covariance) @ mount.rotation.T
-        part = self._pose if frame.is_identity else self._pose.mounted(frame)
+    def _convert_orientation(self, time: int, message: Any, mount: Mount) -> Measurement | None:
+        pose, covariance = mount.robot_orientation(_quaternion(message.orientation)), np.zeros((6, 6))
+        covariance[3:, 3:] = mount.turn.rotation @ _square(message.orientation_covariance) @ mount.turn.rotation.T
         if self.sensor.differential:
-            return self._differentiate(time, pose, covariance, part)
+            return self._differentiate(time, pose, covariance, mount.turn)
         if self.sensor.relative:
             pose = self._history.relative(pose)
-        return part.convert(time, pose, covariance, Frame())
+        return self._pose.measure(time, np.array((0.0, 0.0, 0.0, *to_angles(pose[3:]))), covariance, mount.turn)
 
     def _find_attitude(self, message: Any, frame: Frame) -> Array:
         """Return the rotation matrix (3, 3) from an IMU's frame to the world."""
@@ -136,15 +136,9 @@ class SensorInput:
         values = np.array((*_vector(twist.twist.linear), *_vector(twist.twist.angular)))
         return self._twist.convert(time, values, _square(twist.covariance), frame, self._ekf.state[ANGULAR])
 
-    def _differentiate(
-        self, time: int, pose: Transform, covariance: Array, part: PosePart | None = None
-    ) -> Measurement | None:
+    def _differentiate(self, time: int, pose: Transform, covariance: Array, frame: Frame) -> Measurement | None:
         velocity = self._history.velocity(time, pose, covariance)
-        if velocity is None:
-            return None
-        mask = None if part is None else velocity_mask(part.mask)
-        convert = partial(self._velocity.convert, frame=Frame(), angular=self._ekf.state[ANGULAR], mask=mask)
-        return convert(time, *velocity)
+        return None if velocity is None else self._velocity.measure(time, *velocity, frame)
 
 
 def pose_tuple(pose: Any) -> Transform:

@@ -16,7 +16,7 @@ from pyros1.msgs.nav_msgs.msg import Odometry
 from pyros1.msgs.sensor_msgs.msg import NavSatFix
 from pyros1.robot_nodes.robot_localization.inputs import pose_tuple
 from pyros1.robot_nodes.robot_localization.motion import Array
-from pyros1.robot_nodes.robot_localization.sensors import FindFrame, matrix, robot_orientation
+from pyros1.robot_nodes.robot_localization.sensors import FindFrame, Mount, matrix
 from pyros1.robot_nodes.robot_localization.utm import Grid
 from pyros1.tf.rotation import IDENTITY, Quaternion, Transform, from_angles, invert, multiply, to_angles
 
@@ -141,7 +141,7 @@ class Navsat:
         frame = self._find_frame(self.base, imu.header.frame_id or self.base, imu.header.stamp.to_nsec())
         orientation = imu.orientation.x, imu.orientation.y, imu.orientation.z, imu.orientation.w
         if frame is not None and all(map(isfinite, orientation)):
-            self._orientation = robot_orientation(orientation, frame)[3:]
+            self._orientation = Mount(frame).robot_orientation(orientation)[3:]
 
     def set_datum(self, latitude: float, longitude: float, altitude: float, orientation: Quaternion) -> None:
         """Set where on Earth the origin of the world frame is, and the direction of its x axis, east of which is 0.

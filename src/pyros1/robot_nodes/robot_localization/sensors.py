@@ -7,7 +7,6 @@ the sensor's frame; rotated to the filter's frame, a used axis can lead to sever
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from math import hypot, inf
 
 import numpy as np
@@ -28,9 +27,8 @@ from pyros1.robot_nodes.robot_localization.motion import (
     VZ,
     Array,
     Z,
-    rotation_matrix,
 )
-from pyros1.tf.rotation import IDENTITY, Quaternion, Transform, invert, multiply, to_angles
+from pyros1.tf.rotation import IDENTITY, Quaternion, Transform, from_angles, invert, multiply, to_angles
 
 Mask = np.ndarray[tuple[int], np.dtype[np.bool_]]
 
@@ -50,6 +48,7 @@ class Frame:
     Attributes:
         transform: the same.
         rotation: its rotation as a matrix (3, 3).
+        blocks: the same twice (6, 6), for a pose or twist.
         offset: its position (3,).
         is_identity: whether nothing has to be converted.
     """
@@ -57,6 +56,7 @@ class Frame:
     def __init__(self, transform: Transform = IDENTITY) -> None:
         self.transform = transform
         self.rotation = matrix(transform[3:])
+        self.blocks = np.kron(np.eye(2), self.rotation)
         self.offset = np.array(transform[:3])
         self.is_identity = transform == IDENTITY
 
@@ -65,42 +65,83 @@ FindFrame = Callable[[str, str, int], Frame | None]
 """Returns the pose of the second frame in the first at a time in nanoseconds, or None if it is not known."""
 
 
-@dataclass(frozen=True)
 class Part:
     """What is used of one part of a sensor's messages: its pose, twist or acceleration.
 
-    Attributes:
+    Args:
         name: the sensor, such as ``odom0``.
-        mask: which of the 15 variables are used (15,).
+        mask: which of the 15 variables are used (15,), in the sensor's frame.
         threshold: the Mahalanobis distance from which on a measurement is rejected.
         flat: whether the robot moves in a plane (``two_d_mode``).
     """
 
-    name: str
-    mask: Mask
-    threshold: float = inf
-    flat: bool = False
+    variables = slice(0, SIZE)
+    """Those that such a part can measure."""
 
-    def measure(self, time: int, values: Array, covariance: Array, mask: Mask) -> Measurement | None:
-        """Return a measurement of those variables that are masked and finite; None if there are none.
+    def __init__(self, name: str, mask: Mask, threshold: float = inf, flat: bool = False) -> None:
+        self.name, self.mask, self.threshold, self.flat = name, mask, threshold, flat
+        self._frame: Frame | None = None
+        self._choice = _Choice(mask, self.variables, flat)
+
+    def measure(self, time: int, values: Array, covariance: Array, frame: Frame) -> Measurement | None:
+        """Return a measurement of what is used and finite; None if that is nothing.
 
         Args:
             time: the time in nanoseconds.
-            values, covariance: of the whole state (15,), (15, 15). Both are changed.
-            mask: the variables (15,). It is changed.
+            values, covariance: the values and covariance of the part's variables, converted (k,), (k, k).
+            frame: the frame that they were converted from.
         """
-        if self.flat:
-            mask[_FLAT] = True
-            values[_FLAT] = 0.0
-            covariance[_FLAT], covariance[:, _FLAT] = 0.0, 0.0
-            covariance[_FLAT, _FLAT] = _FLAT_VARIANCE
-        (indices,) = np.nonzero(mask & np.isfinite(values))
-        covariance = covariance[indices[:, None], indices]
-        if not len(indices) or not np.isfinite(covariance).all():
+        if frame is not self._frame:  # it stays the same for nearly all sensors
+            self._frame, self._choice = frame, _Choice(rotate_mask(self.mask, frame), self.variables, self.flat)
+        choice = self._choice
+        if not np.isfinite(values).all():
+            choice = choice.without(~np.isfinite(values))
+        chosen = choice.apply(values, covariance)
+        return None if chosen is None else Measurement(time, choice.indices, *chosen, self.threshold, self.name)
+
+
+class _Choice:
+    """Chooses values and covariances of a part.
+
+    Args:
+        mask: the variables that are used (15,).
+        variables: those that the part measures.
+        flat: whether the robot moves in a plane.
+
+    Attributes:
+        indices: the variables of the measurement (k,).
+    """
+
+    def __init__(self, mask: Mask, variables: slice, flat: bool) -> None:
+        self._arguments = mask, variables, flat
+        in_plane = np.zeros(SIZE, bool)
+        in_plane[_FLAT] = flat
+        measured = mask & ~in_plane
+        (self.indices,) = np.nonzero(measured | (in_plane & mask.any()))
+        self._from = np.nonzero(measured[variables])[0]
+        self._to = np.nonzero(measured[self.indices])[0]
+        self._pads = len(self._to) < len(self.indices)
+
+    def without(self, unknown: Mask) -> _Choice:
+        """Return the choice without some of the part's variables."""
+        mask, variables, flat = self._arguments
+        mask = mask.copy()
+        mask[variables] &= ~unknown
+        return _Choice(mask, variables, flat)
+
+    def apply(self, values: Array, covariance: Array) -> tuple[Array, Array] | None:
+        """Return the values (k,) and covariance (k, k) of the measurement; None if there is none."""
+        chosen = covariance[self._from[:, None], self._from]
+        if not len(self.indices) or not np.isfinite(chosen).all():
             return None
-        diagonal = np.arange(len(indices))
-        covariance[diagonal, diagonal] = np.maximum(np.abs(covariance[diagonal, diagonal]), MIN_VARIANCE)
-        return Measurement(time, indices, values[indices], covariance, self.threshold, self.name)
+        diagonal = chosen.diagonal()
+        if len(diagonal) and diagonal.min() < MIN_VARIANCE:
+            np.fill_diagonal(chosen, np.maximum(np.abs(diagonal), MIN_VARIANCE))
+        if not self._pads:
+            return values[self._from], chosen
+        padded, full = np.zeros(len(self.indices)), _FLAT_VARIANCE * np.eye(len(self.indices))
+        padded[self._to], full[self._to[:, None], self._to] = values[self._from], chosen
+        return padded, full
 
 
 def matrix(quaternion: Quaternion) -> Array:
@@ -125,9 +166,9 @@ def unit(quaternion: Quaternion) -> Quaternion:
 class TwistPart(Part):
     """The twist of a sensor: velocities in the sensor's frame."""
 
-    def convert(
-        self, time: int, twist: Array, covariance: Array, frame: Frame, angular: Array, mask: Mask | None = None
-    ) -> Measurement | None:
+    variables = slice(6, 12)
+
+    def convert(self, time: int, twist: Array, covariance: Array, frame: Frame, angular: Array) -> Measurement | None:
         """Return a measurement of the robot's velocities.
 
         Args:
@@ -136,20 +177,17 @@ class TwistPart(Part):
             covariance: its covariance (6, 6).
             frame: the sensor's frame on the robot.
             angular: the robot's estimated angular velocity (3,), by which a sensor beside its centre moves.
-            mask: what is used (15,); None for the part's own mask.
         """
-        values, full, mask = np.zeros(SIZE), np.zeros((SIZE, SIZE)), (self.mask if mask is None else mask).copy()
-        values[6:12], full[6:12, 6:12] = twist, covariance
         if not frame.is_identity:
-            values[LINEAR] = frame.rotation @ twist[:3] + np.cross(frame.offset, angular)
-            values[ANGULAR] = frame.rotation @ twist[3:]
-            _rotate(full[6:12, 6:12], frame.rotation)
-            mask[LINEAR], mask[ANGULAR] = _rotate_mask(mask[LINEAR], frame), _rotate_mask(mask[ANGULAR], frame)
-        return self.measure(time, values, full, mask)
+            twist, covariance = frame.blocks @ twist, frame.blocks @ covariance @ frame.blocks.T
+            twist[:3] += cross(frame.offset, angular)
+        return self.measure(time, twist, covariance, frame)
 
 
 class AccelerationPart(Part):
     """The linear acceleration of an IMU, in its own frame."""
+
+    variables = ACCELERATION
 
     def convert(
         self,
@@ -174,18 +212,17 @@ class AccelerationPart(Part):
         """
         if to_world is not None:
             acceleration = acceleration - gravity * to_world[2]
-        values, full, mask = np.zeros(SIZE), np.zeros((SIZE, SIZE)), self.mask.copy()
         if not frame.is_identity:
-            towards_centre = np.cross(angular, np.cross(angular, frame.offset))
+            towards_centre = cross(angular, cross(angular, frame.offset))
             acceleration = frame.rotation @ acceleration - towards_centre
             covariance = frame.rotation @ covariance @ frame.rotation.T
-            mask[ACCELERATION] = _rotate_mask(mask[ACCELERATION], frame)
-        values[ACCELERATION], full[ACCELERATION, ACCELERATION] = acceleration, covariance
-        return self.measure(time, values, full, mask)
+        return self.measure(time, acceleration, covariance, frame)
 
 
 class PosePart(Part):
     """The pose of a sensor: the robot's, in the sensor's world."""
+
+    variables = slice(0, 6)
 
     def convert(self, time: int, pose: Transform, covariance: Array, frame: Frame) -> Measurement | None:
         """Return a measurement of the robot's pose.
@@ -196,44 +233,50 @@ class PosePart(Part):
             covariance: its covariance (6, 6).
             frame: the sensor's world in the filter's.
         """
-        x, y, z, *quaternion = multiply(frame.transform, pose)
-        mask, full = self.mask.copy(), np.zeros((SIZE, SIZE))
-        full[:6, :6] = covariance
         if not frame.is_identity:
-            _rotate(full[:6, :6], frame.rotation)
-            mask[POSITION], mask[ANGLES] = _rotate_mask(mask[POSITION], frame), _rotate_mask(mask[ANGLES], frame)
-        values = np.zeros(SIZE)
-        values[:6] = (x, y, z, *to_angles((quaternion[0], quaternion[1], quaternion[2], quaternion[3])))
-        return self.measure(time, values, full, mask)
-
-    def mounted(self, frame: Frame) -> PosePart:
-        """Return this part for an IMU that is mounted on the robot in another direction: what it calls roll and pitch
-        is turned by its yaw.
-        """
-        mask = self.mask.copy()
-        mask[ANGLES] = _rotate_mask(mask[ANGLES], mounting(frame))
-        return PosePart(self.name, mask, self.threshold, self.flat)
+            pose, covariance = multiply(frame.transform, pose), frame.blocks @ covariance @ frame.blocks.T
+        return self.measure(time, np.array((*pose[:3], *to_angles(pose[3:]))), covariance, frame)
 
 
-def mounting(frame: Frame) -> Frame:
-    """Return the yaw of an IMU's frame, alone: its roll and pitch do not change which axis of the robot is which."""
+def cross(a: Array, b: Array) -> Array:
+    """Return the cross product (3,) of two vectors (3,). numpy's own function takes 20 times as long."""
+    ax, ay, az = a.tolist()
+    bx, by, bz = b.tolist()
+    return np.array((ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx))
+
+
+def rotate_mask(mask: Mask, frame: Frame) -> Mask:
+    """Return which variables (15,) have a part of those that are used (15,), after a rotation by a frame's."""
     if frame.is_identity:
-        return frame
-    yaw = to_angles(frame.transform[3:])[2]
-    turned = Frame()
-    turned.rotation, turned.is_identity = rotation_matrix(0.0, 0.0, yaw), False
-    return turned
+        return mask
+    rotated = np.zeros(SIZE, bool)
+    for vector in (POSITION, ANGLES, LINEAR, ANGULAR, ACCELERATION):
+        rotated[vector] = np.linalg.norm(frame.rotation[:, mask[vector]], axis=1) >= _MIN_MASK
+    return rotated
 
 
-def robot_orientation(orientation: Quaternion, frame: Frame) -> Transform:
-    """Return the robot's orientation in the world, without a position.
+class Mount:
+    """How an IMU is mounted on the robot.
 
     Args:
-        orientation: that of an IMU in the world.
         frame: the IMU's frame on the robot.
+
+    Attributes:
+        frame: the same.
+        turn: its yaw, by which what an IMU calls roll and pitch is turned. Its own roll and pitch do not change which
+            axis of the robot is which.
     """
-    mount = invert((0.0, 0.0, 0.0, *unit(frame.transform[3:])))
-    return multiply((0.0, 0.0, 0.0, *unit(orientation)), mount)
+
+    def __init__(self, frame: Frame) -> None:
+        self.frame = frame
+        self.turn = frame
+        if not frame.is_identity:
+            self.turn = Frame((0.0, 0.0, 0.0, *from_angles(0.0, 0.0, to_angles(frame.transform[3:])[2])))
+        self._from_robot = invert((0.0, 0.0, 0.0, *unit(frame.transform[3:])))
+
+    def robot_orientation(self, orientation: Quaternion) -> Transform:
+        """Return the robot's orientation in the world, without a position, from that of the IMU."""
+        return multiply((0.0, 0.0, 0.0, *unit(orientation)), self._from_robot)
 
 
 class PoseHistory:
@@ -273,16 +316,3 @@ def velocity_mask(mask: Mask) -> Mask:
     velocities = np.zeros(SIZE, bool)
     velocities[6:12] = mask[:6]
     return velocities
-
-
-def _rotate(covariance: Array, rotation: Array) -> None:
-    """Rotate the four blocks of a covariance (6, 6) in place."""
-    blocks = np.zeros((6, 6))
-    blocks[:3, :3] = blocks[3:, 3:] = rotation
-    covariance[:] = blocks @ covariance @ blocks.T
-
-
-def _rotate_mask(mask: Mask, frame: Frame) -> Mask:
-    """Return which axes (3,) have a part of the used axes of a sensor."""
-    rotated: Mask = np.linalg.norm(frame.rotation[:, mask], axis=1) >= _MIN_MASK
-    return rotated
