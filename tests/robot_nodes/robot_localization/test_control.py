@@ -31,7 +31,7 @@ def make_control(command: list[float]) -> Control:
         (-2.0, 0.0, -1.0),
         (0.0, 2.0, -3.0),  # brakes
         (0.5, 1.0, -2.0),  # gain 4
-        (-0.1, 0.3, -1.6),  # the other way: brakes first
+        (-0.5, 0.3, -3.0),  # the other way: brakes first
         (1.0, 1.0, 0.0),
     ],
 )

@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 
 from pyros1.ground.errors import ServiceError
-from pyros1.ground.timing import Time
+from pyros1.ground.timing import Duration, Time
 from pyros1.msgs.diagnostic_msgs.msg import DiagnosticArray
 from pyros1.msgs.geometry_msgs.msg import AccelWithCovarianceStamped, PoseWithCovarianceStamped, Twist
 from pyros1.msgs.nav_msgs.msg import Odometry
 from pyros1.msgs.robot_localization.srv import SetPose, ToggleFilterProcessing
-from pyros1.msgs.rosgraph_msgs.msg import Log
+from pyros1.msgs.rosgraph_msgs.msg import Clock, Log
 from pyros1.msgs.sensor_msgs.msg import Imu
 from pyros1.msgs.std_srvs.srv import Empty
 from pyros1.msgs.tf2_msgs.msg import TFMessage
@@ -36,9 +36,16 @@ ODOMETRY = {
 class Robot:
     """A node that drives at 1 m/s and reports it, beside the node that is tested."""
 
-    def __init__(self, make_node: Callable[..., Node], parameters: dict[str, Any]) -> None:
-        self.node = node = make_node("robot")
+    def __init__(
+        self, make_node: Callable[..., Node], parameters: dict[str, Any], simulated_since: float | None = None
+    ) -> None:
+        self.node = node = make_node("robot", wall_time=True)
         node.params["/ekf"] = parameters
+        self.stamp: Time | None = None
+        self.clock: Any = None
+        if simulated_since is not None:
+            node.params["/use_sim_time"] = True
+            self.stamp, self.clock = Time.from_sec(simulated_since), node.advertise("/clock", Clock)
         self.ekf = make_node("ekf")
         self.heard: dict[str, list[Any]] = {}
         self._changed = threading.Condition()
@@ -48,9 +55,12 @@ class Robot:
         self.program = EkfNode(self.ekf)
         node.timer(0.02, lambda event: self.report())
         self.speed = 1.0
-        self.stamp: Time | None = None
 
     def report(self) -> None:
+        if self.clock is not None:
+            assert self.stamp is not None
+            self.stamp += Duration(0, 20_000_000)
+            self.clock.publish(self.stamp)
         message = Odometry(child_frame_id="base_link")
         message.header.stamp, message.header.frame_id = self.stamp or self.node.now(), "odom"
         message.twist.twist.linear.x = self.speed
@@ -88,7 +98,7 @@ def make_robot(make_node: Callable[..., Node]) -> Callable[..., Robot]:
 
 
 def test_the_robot_is_followed(make_robot: Callable[..., Robot]) -> None:
-    robot = make_robot(publish_acceleration=True, transform_time_offset=0.5)
+    robot = make_robot(publish_acceleration=True, transform_time_offset=0.5, sensor_timeout=0.2)
     for topic, kind in (("odometry/filtered", Odometry), ("accel/filtered", AccelWithCovarianceStamped)):
         robot.listen(topic, kind)
     robot.listen("/tf", TFMessage)
@@ -131,6 +141,30 @@ def test_the_pose_can_be_set(make_robot: Callable[..., Robot]) -> None:
     pose.header.frame_id = "moon"
     with pytest.raises(ServiceError, match="cannot be converted"):
         robot.call("set_pose", SetPose, pose)
+
+
+def test_what_is_older_than_the_pose_that_was_set_is_ignored(make_robot: Callable[..., Robot]) -> None:
+    robot = make_robot()
+    pose = PoseWithCovarianceStamped()
+    pose.header.stamp = robot.node.now() + Duration(1000)
+    robot.call("set_pose", SetPose, pose)
+    robot.until("/rosout", lambda message: "older than the pose that was set" in message.msg)
+
+
+def test_time_that_jumps_back_restarts_the_filter(make_node: Callable[..., Node]) -> None:
+    robot = Robot(make_node, {**ODOMETRY, "reset_on_time_jump": True}, simulated_since=100.0)
+    robot.listen("odometry/filtered", Odometry)
+    robot.until("odometry/filtered", lambda message: message.pose.pose.position.x > 0.3)
+    robot.stamp = Time(50)
+    robot.until("/rosout", lambda message: "time has jumped back by 5" in message.msg)
+    robot.until("odometry/filtered", lambda message: message.header.stamp < Time(60))
+
+
+def test_the_transform_can_be_inverted(make_robot: Callable[..., Robot]) -> None:
+    robot = make_robot(invert_tf=True)
+    robot.listen("/tf", TFMessage)
+    (transform,) = robot.until("/tf", lambda message: message.transforms[0].transform.translation.x < -0.1).transforms
+    assert (transform.header.frame_id, transform.child_frame_id) == ("base_link", "odom")
 
 
 def test_the_filter_can_be_switched_off(make_robot: Callable[..., Robot]) -> None:

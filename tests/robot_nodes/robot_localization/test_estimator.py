@@ -58,6 +58,17 @@ def test_with_a_history_the_order_of_arrival_does_not_matter(seed: int) -> None:
     assert late.num_too_late == 0
 
 
+def test_measurements_of_the_same_time_keep_their_order() -> None:
+    estimator = make_estimator(history=10.0)
+    # The last one is near enough only after the one before it.
+    for measurement in (at(0.0, 0, 0.0), at(1.0, 0, 50.0), at(1.0, 0, 50.0, threshold=50.0)):
+        estimator.add(measurement)
+    advance(estimator, 1.0)
+    estimator.add(at(0.5, 1, 0.0))
+    advance(estimator, 1.0)
+    assert (estimator.num_rejected, estimator.num_too_late) == (0, 0)
+
+
 def test_without_a_history_a_late_measurement_corrects_the_present() -> None:
     estimator = make_estimator()
     for measurement in (at(0.0, 0, 0.0), at(1.0, 1, 2.0)):
@@ -119,6 +130,13 @@ def test_without_measurements_the_state_is_predicted(always: bool, now: float, e
     advance(estimator, now)
     assert estimator.time == round(expected * SECOND)
     assert estimator.ekf.state[0] == pytest.approx(2.0 * (expected - 1.0))
+
+
+def test_the_state_stays_at_a_measurement_that_has_just_arrived_however_old() -> None:
+    estimator = make_estimator(timeout=0.5)
+    estimator.add(at(1.0, 0, 0.0))
+    advance(estimator, 2.0)
+    assert estimator.time == SECOND
 
 
 def test_a_jump_of_the_clock_is_not_driven() -> None:

@@ -116,6 +116,15 @@ def test_an_imus_acceleration_without_gravity() -> None:
     assert values(make_input("imu", [14]), make_imu()) == [{14: 9.80665}]
 
 
+def test_the_orientation_of_a_relative_imu_is_that_of_its_mounting_at_first() -> None:
+    """It is mounted sideways, and has been tilted by its own pitch, which is a roll of the robot."""
+    sensor = make_input("imu", [12, 13], relative=True, remove_gravitational_acceleration=True)
+    message = make_imu(from_angles(0.2, 0.0, 0.0))
+    message.angular_velocity.y, message.linear_acceleration.z = 0.0, 0.0
+    message.linear_acceleration.x = 9.80665 * sin(0.2)
+    assert values(sensor, message) == [pytest.approx({12: 0.0, 13: 0.0}, abs=1e-6)]
+
+
 def test_gravity_is_removed_with_the_estimate_if_the_imu_has_no_orientation() -> None:
     ekf = make_ekf()
     ekf.state[4] = 0.2

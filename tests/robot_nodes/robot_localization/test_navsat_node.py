@@ -39,9 +39,10 @@ class Robot:
         self.program = NavsatNode(make_node("navsat"))
         odometry, imu = Odometry(child_frame_id="base_link"), Imu()
         odometry.header.frame_id, odometry.pose.pose.orientation.w, imu.orientation.w = "map", 1.0, 1.0
+        self.imu = node.advertise("imu/data", Imu)
         publish = [
             node.advertise("odometry/filtered", Odometry).publish,
-            node.advertise("imu/data", Imu).publish,
+            self.imu.publish,
             node.advertise("gps/fix", NavSatFix).publish,
         ]
 
@@ -71,6 +72,8 @@ def test_a_robot_with_a_receiver(make_node: Callable[..., Node], name: str) -> N
     (transform,) = robot.heard["tf_static"].get(timeout=PATIENCE).transforms
     assert (transform.header.frame_id, transform.child_frame_id) == ("map", "utm")
     assert transform.transform.translation.x == pytest.approx(-500_000.0, abs=1.0)
+    while robot.imu.num_connections:  # it is no longer needed
+        robot.heard["odometry/gps"].get(timeout=PATIENCE)
     place = robot.call("toLL", ToLL, Point(100.0, 0.0, 0.0)).ll_point
     assert place.longitude > 9.001
     point = robot.call("fromLL", FromLL, place).map_point

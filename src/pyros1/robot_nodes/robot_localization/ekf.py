@@ -7,7 +7,7 @@ variables is that of `motion`.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import inf
+from math import inf, pi
 
 import numpy as np
 
@@ -95,7 +95,7 @@ class Ekf:
         """Correct the estimate. Return whether the measurement was accepted; its threshold decides."""
         indices = measurement.indices
         innovation = measurement.values - self.state[indices]
-        if indices[0] < ANGLES.stop and indices[-1] >= ANGLES.start:
+        if np.abs(innovation).max() > pi:
             is_angle = (indices >= ANGLES.start) & (indices < ANGLES.stop)
             innovation[is_angle] = wrap_angles(innovation[is_angle])
         columns = self.covariance[:, indices]
@@ -107,7 +107,8 @@ class Ekf:
             return False
         gain = columns @ inverse
         self.state += gain @ innovation
-        self.state[ANGLES] = wrap_angles(self.state[ANGLES])
+        if np.abs(self.state[ANGLES]).max() > pi:
+            self.state[ANGLES] = wrap_angles(self.state[ANGLES])
         # Joseph's form, which keeps the matrix symmetric and positive despite rounding.
         residual = IDENTITY.copy()
         residual[:, indices] -= gain
