@@ -9,6 +9,7 @@ from typing import Any
 from pyros1.ground.timing import Time
 from pyros1.node import Node
 from pyros1.robot_nodes.robot_localization.sensors import Frame
+from pyros1.tf.errors import TransformException
 from pyros1.tf.rotation import Transform
 
 MAX_FRAMES = 1000
@@ -58,8 +59,6 @@ class Frames:
         return frame
 
     def _look_up(self, target: str, source: str, time_ns: int) -> Transform | None:
-        from pyros1.tf import TransformException  # noqa: PLC0415 - not needed by many robots
-
         buffer = self._listen()
         try:
             try:
@@ -75,10 +74,10 @@ class Frames:
         return (position.x, position.y, position.z, rotation.x, rotation.y, rotation.z, rotation.w)
 
     def _listen(self) -> Any:
-        from pyros1.tf import Buffer, TransformListener  # noqa: PLC0415 - not needed by many robots
-
         with self._lock:
             if self._buffer is None:
+                from pyros1.tf import Buffer, TransformListener  # noqa: PLC0415 - not needed by many robots
+
                 self._buffer = Buffer()
                 TransformListener(self._node, self._buffer)
                 self._quiet_until = time.monotonic() + _GRACE
