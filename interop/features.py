@@ -36,6 +36,7 @@ SECTIONS = {
     "Commands": "interop/tools tests/cli tests/doctor tests/topic_tools",
     "The web page": "interop/web tests/web",
     "Several masters": "interop/bridge tests/bridge",
+    "Nodes of robots": "tests/robot_nodes tests/web/rosbridge_server tests/web/web_video_server",
     "ROS 2": "interop/ros2 tests/ros2",
     "Networks and faults": "interop/hosts interop/faults tests/net tests/fuzz tests/schedules",
     "Packages, the guide and tests of your own": "tests/packages tests/guide tests/testing tests/turtlesim tests",

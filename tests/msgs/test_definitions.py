@@ -77,7 +77,7 @@ PACKAGES = """actionlib actionlib_msgs actionlib_tutorials bond control_msgs con
 dynamic_reconfigure geometry_msgs map_msgs move_base_msgs nav_msgs nodelet pcl_msgs rosgraph_msgs roscpp
 roscpp_tutorials rospy_tutorials sensor_msgs shape_msgs smach_msgs std_msgs std_srvs stereo_msgs tf tf2_msgs topic_tools
 trajectory_msgs turtle_actionlib turtlesim visualization_msgs tf2_web_republisher
-rosapi rosbridge_msgs twist_mux_msgs"""
+rosapi rosbridge_msgs twist_mux_msgs rosserial_msgs robot_localization geographic_msgs"""
 
 
 @pytest.mark.parametrize("line", KNOWN.split("\n")[1:-1])

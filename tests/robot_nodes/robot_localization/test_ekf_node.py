@@ -1,4 +1,7 @@
-"""ekf_localization_node through its topics and services."""
+"""ekf_localization_node through its topics and services.
+
+Feature: the pose of a robot from odometry and IMUs -- ekf_localization_node of robot_localization
+"""
 
 from __future__ import annotations
 

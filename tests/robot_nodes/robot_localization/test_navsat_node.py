@@ -1,4 +1,7 @@
-"""navsat_transform_node through its topics and services."""
+"""navsat_transform_node through its topics and services.
+
+Feature: the position of a robot by GPS -- navsat_transform_node of robot_localization
+"""
 
 from __future__ import annotations
 

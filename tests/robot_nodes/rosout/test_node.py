@@ -1,3 +1,5 @@
+"""The node rosout."""
+
 from __future__ import annotations
 
 import os

@@ -1,3 +1,5 @@
+"""teleop_twist_keyboard in a terminal."""
+
 from __future__ import annotations
 
 import os

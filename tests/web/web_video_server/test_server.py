@@ -1,3 +1,5 @@
+"""web_video_server and its clients."""
+
 from __future__ import annotations
 
 import http.client
