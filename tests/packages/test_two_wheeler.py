@@ -20,6 +20,7 @@ from pyros1.msgs.tf2_msgs.msg import TFMessage
 from pyros1.urdf.joints import JointStates, Options
 from pyros1.urdf.kinematics import Kinematics
 from pyros1.urdf.reading import read_robot
+from pyros1.web.scene.rviz.file import read_rviz
 
 PATIENCE = 20.0
 ROBOT = Path(OWN_PACKAGES) / "two_wheeler" / "urdf" / "two_wheeler.urdf"
@@ -33,6 +34,13 @@ def test_the_description_is_one_of_a_robot() -> None:
     assert Kinematics(robot).root == "base_footprint"
     assert {joint.type for joint in robot.joints.values()} == {"fixed", "continuous", "revolute", "prismatic"}
     assert list(states.followers) == ["right_finger_joint"]
+
+
+def test_the_view_of_the_world_has_its_map_and_its_robot() -> None:
+    file = Path(OWN_PACKAGES) / "two_wheeler" / "rviz" / "world.rviz"
+    settings, notes = read_rviz(file.read_text("utf-8"), lambda name: name)
+    assert (settings["fixed"], settings["topics"], notes) == ("map", ["/map", "/scan", "/odom"], [])
+    assert settings["robots"] == ["robot_description"]
 
 
 @contextmanager
