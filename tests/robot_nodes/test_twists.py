@@ -37,3 +37,19 @@ def test_a_robot_is_stopped_once(make_node: Callable[..., Any]) -> None:
     driver.shutdown()
     assert [any(components(came.get(timeout=20))) for _ in range(4)] == [True, False, True, False]
     assert came.empty()
+
+
+def test_commands_that_come_while_the_node_shuts_down_do_not_start_the_robot_again(
+    make_node: Callable[..., Any],
+) -> None:
+    came: Queue[Any] = Queue()
+    make_node("robot").subscribe("cmd_vel", Twist, came.put, in_publisher=True)
+    driver = make_node("driver")
+    output = TwistOutput(driver, "cmd_vel")
+    assert output.publisher.wait_for_subscribers(timeout=20)
+    command = Twist(Vector3(0.5, 0.0, 0.0), Vector3())
+    output.publish(command)
+    driver.on_shutdown(lambda: output.publish(command))  # as callbacks do, which still run at this time
+    driver.shutdown()
+    assert [any(components(came.get(timeout=20))) for _ in range(2)] == [True, False]
+    assert came.empty()

@@ -26,7 +26,8 @@ def is_finite(twist: Any) -> bool:
 class TwistOutput:
     """Publishes twists, and stops the robot with a single zero twist if the last one was not zero.
 
-    It also does so when the node shuts down. Thread-safe.
+    It also does so when the node shuts down, and publishes nothing afterwards: callbacks still run at that time, and
+    would start the robot again. Thread-safe.
 
     Args:
         node: the node that publishes.
@@ -38,18 +39,25 @@ class TwistOutput:
         self.publisher = node.advertise(topic, Twist, queue_size=1, latch=latch)
         self._lock = threading.Lock()
         self._is_moving = False
-        node.on_shutdown(self.stop)
+        self._has_ended = False
+        node.on_shutdown(self._end)
 
     def publish(self, twist: Any) -> None:
         """Publish a twist."""
         with self._lock:
-            self._is_moving = any(components(twist))
-            self.publisher.publish(twist)
+            if not self._has_ended:
+                self._is_moving = any(components(twist))
+                self.publisher.publish(twist)
 
     def close(self) -> None:
         """Stop the robot, and publish no more."""
-        self.stop()
+        self._end()
         self.publisher.unregister()
+
+    def _end(self) -> None:
+        with self._lock:
+            self._has_ended = True
+        self.stop()
 
     def stop(self) -> bool:
         """Publish a zero twist if the last one was not zero; return whether it was not."""
