@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 import time
 from collections.abc import Callable
 from contextlib import closing
@@ -14,6 +15,7 @@ import pytest
 
 from pyros1.msgs.geometry_msgs.msg import Twist
 from pyros1.msgs.std_msgs.msg import String
+from pyros1.node.subscribing.subscriber import Subscriber
 from pyros1.reconfigure import Client
 from pyros1.robot_nodes.yocs_cmd_vel_mux.node import CmdVelMux
 
@@ -74,3 +76,49 @@ def test_without_a_configuration(make_node: Make, capfd: pytest.CaptureFixture[s
     assert "the parameter yaml_cfg_file is not set, so nothing can drive the robot" in capfd.readouterr().err
     CmdVelMux(make_node("other", argv=[f"_yaml_cfg_file:={tmp_path}/none.yaml"]))
     assert "cannot read the file that yaml_cfg_file names: [Errno 2] No such file" in capfd.readouterr().err
+
+
+def test_the_robot_is_stopped_even_if_the_master_is_slow_when_the_configuration_is_replaced(
+    make_node: Make, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    user, node = make_node("user"), make_node("mux", argv=["mux/output:=base"])
+    node.params["~yaml_cfg_data"] = MUX
+    came: Queue[Any] = Queue()
+    user.subscribe("/base", Twist, came.put)
+    master_responds = threading.Event()
+    unregister = Subscriber.unregister
+
+    def unregister_slowly(subscriber: Any) -> None:
+        master_responds.wait(20)
+        unregister(subscriber)
+
+    CmdVelMux(node)
+    teleop = user.advertise("mux/input/teleop", Twist)
+    assert teleop.wait_for_subscribers(timeout=20)
+    teleop.publish(twist(1.0))
+    assert came.get(timeout=20).linear.x == 1.0
+    monkeypatch.setattr(Subscriber, "unregister", unregister_slowly)
+    with closing(Client(user, "mux")) as client:
+        caller = threading.Thread(target=client.update, args=({"yaml_cfg_data": f"{MUX}publisher: out"},))
+        caller.start()
+        try:
+            assert came.get(timeout=10).linear.x == 0.0
+        finally:
+            master_responds.set()
+            caller.join()
+
+
+def test_a_configuration_with_a_wrong_name_is_not_used(make_node: Make, capfd: pytest.CaptureFixture[str]) -> None:
+    user, node = make_node("user"), make_node("mux", argv=["mux/output:=base"])
+    node.params["~yaml_cfg_data"] = MUX
+    came: Queue[Any] = Queue()
+    user.subscribe("/base", Twist, came.put)
+    CmdVelMux(node)
+    with closing(Client(user, "mux")) as client:
+        client.update({"yaml_cfg_data": MUX.replace("input/teleop", "in put")})
+        client.update({"yaml_cfg_data": f"{MUX}publisher: out put"})
+    assert capfd.readouterr().err.count(" put") == 2
+    teleop = user.advertise("mux/input/teleop", Twist)
+    assert teleop.wait_for_subscribers(timeout=20)
+    teleop.publish(twist(1.0))
+    assert came.get(timeout=20).linear.x == 1.0

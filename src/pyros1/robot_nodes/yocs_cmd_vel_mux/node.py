@@ -13,7 +13,7 @@ import threading
 from functools import partial
 from typing import Any
 
-from pyros1.ground.errors import Error
+from pyros1.ground.errors import Error, NodeShutdownError
 from pyros1.msgs.geometry_msgs.msg import Twist
 from pyros1.msgs.std_msgs.msg import String
 from pyros1.node import Node
@@ -72,26 +72,35 @@ class CmdVelMux:
     def _reconfigure(self, values: Any, level: int) -> Any:
         try:
             config = load_config(values.yaml_cfg_file, values.yaml_cfg_data)
+            for topic in (config.output, *(source.topic for source in config.sources)):
+                self._node.resolve(f"~{topic}")  # before the configuration in use is given up
+            self._apply(config)
+        except NodeShutdownError:
+            raise
         except Error as error:
             self._node.log.error("%s", error)
-        else:
-            self._apply(config)
         return values
 
     def _apply(self, config: Config) -> None:
-        """Replace the configuration."""
+        """Replace the configuration; the robot is stopped first.
+
+        The lock is not held while the master is waited for, so that the robot is stopped in time even if that is slow.
+        """
+        selector = Selector(config.sources)
         with self._lock:
-            for subscriber in self._subscribers:
-                subscriber.unregister()
-            if self._output is not None:
-                self._output.close()
-            self._output = TwistOutput(self._node, f"~{config.output}")
-            self._selector = selector = Selector(config.sources)
+            old_output, old_subscribers = self._output, self._subscribers
+            self._output, self._subscribers, self._selector = None, [], selector
             self._announce()
-            self._subscribers = [
-                self._node.subscribe(f"~{source.topic}", Twist, partial(self._command, selector, index), queue_size=1)
-                for index, source in enumerate(config.sources)
-            ]
+        if old_output is not None:
+            old_output.close()
+        for subscriber in old_subscribers:
+            subscriber.unregister()
+        output = TwistOutput(self._node, f"~{config.output}")
+        with self._lock:
+            self._output = output
+        for index, source in enumerate(config.sources):
+            command = partial(self._command, selector, index)
+            self._subscribers.append(self._node.subscribe(f"~{source.topic}", Twist, command, queue_size=1))
 
     def _command(self, selector: Selector, index: int, twist: Any) -> None:
         if not is_finite(twist):
