@@ -6,6 +6,7 @@ Feature: boards with rosserial, such as Arduinos -- `pyros1 run rosserial_python
 
 from __future__ import annotations
 
+import socket
 import threading
 import time
 from collections.abc import Callable
@@ -200,3 +201,12 @@ def test_ports_that_cannot_be_opened(device: Any) -> None:
 def test_wrong_arguments(args: list[str], make_node: Callable[..., Any]) -> None:
     with pytest.raises(SettingError, match="is not a number: serial_node"):
         SerialNode(make_node("serial_node"), args)
+
+
+def test_a_connection_that_never_sends_anything_does_not_keep_boards_out(
+    tcp_board: Callable[..., Any], make_node: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("pyros1.robot_nodes.rosserial_python.session.LOST_AFTER", 0.5)
+    server = SerialNode(make_node("serial_node", argv=["_tcp_port:=0"]), ["tcp"])
+    with socket.create_connection(("127.0.0.1", server.tcp_port)):
+        tcp_board(server.tcp_port, [LED]).until(lambda board: board.requests)

@@ -74,8 +74,8 @@ class Board:
                 synced = self._session.is_synced
                 if was_synced and not synced:
                     self._last_lost = time.time()
-                    if end_if_lost:
-                        return
+                if end_if_lost and self._session.is_lost:
+                    return
                 if synced and data:
                     self._last_sync = time.time()
                 self.set_problem("" if synced else "no sync with device")

@@ -137,6 +137,11 @@ class Session:
         self._has_complained = False
         self._skipped_before = 0
 
+    @property
+    def is_lost(self) -> bool:
+        """Whether the board has been silent for so long that it counts as lost, also if it has never answered."""
+        return self._has_complained
+
     def start(self, now: float) -> list[Action]:
         """Begin on a new connection.
 
