@@ -210,3 +210,18 @@ def test_a_connection_that_never_sends_anything_does_not_keep_boards_out(
     server = SerialNode(make_node("serial_node", argv=["_tcp_port:=0"]), ["tcp"])
     with socket.create_connection(("127.0.0.1", server.tcp_port)):
         tcp_board(server.tcp_port, [LED]).until(lambda board: board.requests)
+
+
+def test_a_topic_that_could_not_be_replaced_comes_back(device: Any, make_node: Callable[..., Any]) -> None:
+    number = topic_info(0, 126, "chatter", "std_msgs/Bool", Bool._md5sum)
+    board: Board = device.plug([CHATTER])
+    host, peer = make_node("serial_node"), make_node("peer")
+    own = host.advertise("chatter", String)  # so that the board cannot have another type
+    heard: Queue[str] = Queue()
+    peer.subscribe("chatter", String, lambda message: heard.put(message.data))
+    assert own.wait_for_subscribers(timeout=20)
+    SerialNode(host, [str(device.path)])
+    board.until(lambda board: board.requests)
+    board.write(number + CHATTER)
+    board.send(125, String("hello"))
+    assert heard.get(timeout=20) == "hello"

@@ -60,7 +60,7 @@ class Endpoints:
         _check_md5sum(endpoint, cls)
         part = self._parts.get(key)
         if part is not None and part.type is not cls:
-            part.close()
+            self._remove(key)
             part = None
         is_new = part is None
         if part is None:
@@ -71,6 +71,14 @@ class Endpoints:
         self._receivers[endpoint] = part.receive
         if is_new:
             self._node.log.info("Setup %s on %s [%s]", title, endpoint.name, endpoint.type)
+
+    def _remove(self, key: tuple[str, str]) -> None:
+        self._parts.pop(key).close()
+        self._receivers = {
+            endpoint: receive
+            for endpoint, receive in self._receivers.items()
+            if (_TITLES[endpoint.kind], endpoint.name) != key
+        }
 
     def deliver(self, endpoint: Endpoint, data: bytes) -> None:
         """Pass on a message that the board sent."""
