@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
+from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
 from queue import Queue
@@ -224,3 +225,31 @@ class TestWithPyAv:
         assert (image.encoding, image.height, image.width, image.header.frame_id) == ("bgr8", 48, 64, "film")
         said = []
         until(lambda: said.append(capfd.readouterr().out) or "film.avi has ended" in "".join(said))
+
+
+def test_images_come_although_simulated_time_has_not_begun(
+    make_node: Callable[..., Any], until: Callable[..., None]
+) -> None:
+    video, peer = FakeVideo(), make_node("peer")
+    peer.params["/use_sim_time"] = True
+    node = make_node("cv_camera")
+    infos = listen(peer, "/cv_camera/camera_info", CameraInfo)
+    CameraDriver(node, replace(OPTIONS, delay=0.1), lambda: video)
+    assert feed_until(video, infos, until).header.stamp.to_nsec() == 0
+    finish(node, video)
+
+
+def test_a_calibration_without_a_size_does_not_end_the_camera(
+    make_node: Callable[..., Any], until: Callable[..., None], tmp_path: Path
+) -> None:
+    video, node, peer = FakeVideo(), make_node("cv_camera"), make_node("peer")
+    images = listen(peer, "/cv_camera/image_raw", Image)
+    options = replace(OPTIONS, url=f"file://{tmp_path}/lens.yaml", rescale=True)
+    CameraDriver(node, options, lambda: video)
+    feed_until(video, images, until)
+    info = CameraInfo(distortion_model="plumb_bob")
+    info.K[0] = 1.0
+    assert peer.service("/cv_camera/set_camera_info", SetCameraInfo)(info).success
+    for _ in range(3):
+        feed_until(video, images, until)
+    finish(node, video)

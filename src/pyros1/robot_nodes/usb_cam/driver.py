@@ -15,7 +15,7 @@ from pyros1.diagnostics import ERROR, OK, Updater
 from pyros1.finding.packages import PackageIndex
 from pyros1.ground.atomic_file import write_atomically
 from pyros1.ground.errors import Error
-from pyros1.ground.timing import Duration
+from pyros1.ground.timing import Duration, Time
 from pyros1.msgs.sensor_msgs.msg import CameraInfo, Image
 from pyros1.msgs.sensor_msgs.srv import SetCameraInfo
 from pyros1.node import Node
@@ -129,16 +129,22 @@ class CameraDriver:
                 self._publish(pixels)
 
     def _publish(self, pixels: Any) -> None:
-        stamp = self._node.now() - Duration.from_sec(self._options.delay)
+        now, delay = self._node.now(), Duration.from_sec(self._options.delay)
+        stamp = Time() if now - Time() < delay else now - delay  # simulated time begins at 0
         info = deepcopy(self._info)
         info.header.stamp, info.header.frame_id = stamp, self._options.frame_id
         if pixels is not None:
             if not info.K[0] and not info.width:
                 self._info.height, self._info.width = info.height, info.width = pixels.shape[:2]
-            elif self._options.rescale and (info.height, info.width) != pixels.shape[:2]:
+            elif self._must_rescale(info, pixels):
                 info = Scaling(False, height=pixels.shape[0], width=pixels.shape[1]).apply_to_info(info)
             self._images.publish(to_image(info.header, pixels, self._options.encoding))
         self._infos.publish(info)
+
+    def _must_rescale(self, info: Any, pixels: Any) -> bool:
+        """Return whether a calibration is for images of another size; it may come from a service, and have none."""
+        size = info.height, info.width
+        return self._options.rescale and all(size) and size != pixels.shape[:2]
 
     # The calibration --------------------------------------------------------------------------------------------------
 
