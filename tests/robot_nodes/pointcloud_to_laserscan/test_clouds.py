@@ -63,6 +63,8 @@ def xyz(**changes: object) -> PointCloud2:
         (xyz(width=4), "36 bytes are too few for 4 x 1"),
         (xyz(width=2**32 - 1, height=2**32 - 1), "too few"),
         (xyz(row_step=11, width=1), "too few"),
+        (xyz(width=2**32 - 1, height=2**32 - 1, point_step=0, row_step=0), "outside the 0 bytes"),
+        (xyz(width=2**31, height=1, point_step=0, row_step=0, data=b""), "outside the 0 bytes"),
         (xyz(fields=[]), "no coordinate x, only nothing"),
         (xyz(fields=[PointField(name="x", datatype=9)]), "no coordinate x, only x"),
         (xyz(fields=[PointField(name="x", offset=9, datatype=7)]), "x is outside the 12 bytes"),

@@ -32,9 +32,9 @@ def read_positions(cloud: Any) -> NDArray[np.float64]:
         return np.empty((0, 3))
     if row_step < width * point_step or len(data) < row_step * (height - 1) + width * point_step:
         raise MessageError(f"{len(data)} bytes are too few for {width} x {height} points of {point_step} bytes")
+    fields = [_find_field(cloud, name) for name in "xyz"]  # first: points without bytes may be any number
     positions = np.empty((height, width, 3))
-    for axis, name in enumerate("xyz"):
-        offset, dtype = _find_field(cloud, name)
+    for axis, (offset, dtype) in enumerate(fields):
         positions[:, :, axis] = np.ndarray((height, width), dtype, data, offset, (row_step, point_step))
     return positions.reshape(-1, 3)
 
