@@ -79,3 +79,13 @@ def test_parameters_that_cannot_be_used() -> None:
     values = {"linear_scale": {"x": "far", "w": 1}, "max_angular_velocity": -1}
     read_settings(PrivateParameters(values, problems.append))
     assert ["/w must be for x, y or z" in problems[0], "/x must be" in problems[1], len(problems)] == [True, True, 3]
+
+
+@pytest.mark.parametrize("size", [1e155, 1e200, 1e308])
+def test_a_rotation_that_is_too_large_to_calculate_with_does_not_turn_the_robot(size: float) -> None:
+    for turn in (
+        Quaternion(0.0, size, 0.0, 0.0),
+        Quaternion(size, size, size, -size),
+        Quaternion(0.0, 0.0, size, size),
+    ):
+        assert components(twist_for(Pose(Point(0.5, 0.0, 0.0), turn), settings())) == (0.5, 0, 0, 0, 0, 0)

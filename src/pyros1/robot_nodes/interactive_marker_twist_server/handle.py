@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from math import atan2, sqrt
+from math import atan2, isfinite, sqrt
 from typing import Any
 
 from pyros1.msgs.geometry_msgs.msg import Quaternion, Twist
@@ -119,4 +119,7 @@ def twist_for(pose: Any, settings: Settings) -> Any:
 
 
 def _yaw(turn: Any) -> float:
-    return atan2(2 * (turn.w * turn.z + turn.x * turn.y), 1 - 2 * (turn.y**2 + turn.z**2))
+    """Return the rotation about z in radians; 0 if the quaternion's numbers are too large to calculate with."""
+    sine = 2 * (turn.w * turn.z + turn.x * turn.y)
+    cosine = 1 - 2 * (turn.y * turn.y + turn.z * turn.z)
+    return atan2(sine, cosine) if isfinite(sine) and isfinite(cosine) else 0.0

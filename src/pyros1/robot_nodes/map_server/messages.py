@@ -41,12 +41,9 @@ def read_grid(message: Any) -> tuple[NDArray[np.int8], tuple[float, float, float
     if not cells.size or cells.size != info.width * info.height:
         raise MapDataError(f"the map has {cells.size} cells instead of {info.width} x {info.height}")
     position, rotation = info.origin.position, info.origin.orientation
-    yaw = to_angles((rotation.x, rotation.y, rotation.z, rotation.w))[2] if _length(rotation) else 0.0
-    origin = (position.x, position.y, yaw)
-    if not all(map(isfinite, (info.resolution, *origin))):
+    quaternion = rotation.x, rotation.y, rotation.z, rotation.w
+    square = sum(each * each for each in quaternion)  # infinite if it is too large
+    origin = (position.x, position.y, to_angles(quaternion)[2] if square else 0.0)
+    if not all(map(isfinite, (info.resolution, square, *origin))):
         raise MapDataError("the map's resolution or origin is not a number")
     return cells.reshape(info.height, info.width), origin
-
-
-def _length(rotation: Any) -> float:
-    return float(rotation.x**2 + rotation.y**2 + rotation.z**2 + rotation.w**2)
