@@ -155,3 +155,12 @@ def test_senders_cannot_fill_the_memory() -> None:
     assert len(shown(analyzer, 100.0)) == MAX_ITEMS + 1
     feed(analyzer, 100.0, n0=WARN)
     assert shown(analyzer, 100.0)[0][1] == WARN, "what is known is still updated"
+
+
+def test_what_came_before_time_jumped_back_is_stale() -> None:
+    analyzer, discarding = generic("n"), generic("n", discard_stale=True)
+    for each in (analyzer, discarding):
+        feed(each, 1000.0, n1=OK, n2=OK)
+        feed(each, 3.0, n2=OK)
+    assert shown(analyzer, 4.0)[1:] == [("/A/n1", STALE, "n1 says"), ("/A/n2", OK, "n2 says")]
+    assert shown(discarding, 4.0)[1:] == [("/A/n2", OK, "n2 says")]

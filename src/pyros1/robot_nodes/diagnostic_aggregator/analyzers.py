@@ -123,7 +123,7 @@ class GenericAnalyzer(Analyzer):
         shows_header = True
         if level != STALE or not self._discard_stale:
             self._not_stale_at = now
-        elif now - self._not_stale_at > self._timeout:
+        elif not 0 <= now - self._not_stale_at <= self._timeout:
             shows_header = False
         if missing:
             stale = level == STALE and all(status.level == STALE for status in statuses)
@@ -136,7 +136,8 @@ class GenericAnalyzer(Analyzer):
         return [make_header(self.path, level, values, message), *statuses]
 
     def _is_stale(self, item: _Item, now: float) -> bool:
-        return self._timeout > 0 and now - item.updated_at > self._timeout
+        """Return whether an item is too old, or time has jumped back since it came."""
+        return self._timeout > 0 and not 0 <= now - item.updated_at <= self._timeout
 
     def _report_item(self, item: _Item, now: float) -> DiagnosticStatus:
         status = item.status

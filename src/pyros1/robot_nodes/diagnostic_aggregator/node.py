@@ -41,13 +41,12 @@ class AggregatorNode:
         self._timer = node.timer(1.0 / parameters.number("pub_rate", 1.0, _MIN_RATE, _MAX_RATE), self._publish)
 
     def _receive(self, message: Any) -> None:
-        now = self._node.now().to_sec()
-        with self._lock:
-            self._aggregator.receive(message.status, now)
+        with self._lock:  # also while the time is read, so that nothing seems to come from the future
+            self._aggregator.receive(message.status, self._node.now().to_sec())
 
     def _publish(self, _: Any) -> None:
-        now = self._node.now()
         with self._lock:
+            now = self._node.now()
             statuses, state = self._aggregator.report(now.to_sec())
         message = DiagnosticArray(status=statuses)
         message.header.stamp = now
