@@ -18,6 +18,7 @@ from pyros1.msgs.sensor_msgs.msg import CameraInfo, Image
 from pyros1.reconfigure import Client
 from pyros1.robot_nodes.image_proc.nodelets import Debayer, Rectify
 from pyros1.robot_nodes.image_proc.programs import start_image_proc
+from pyros1.robot_nodes.image_proc.remap import LINEAR, NEAREST, Remap
 from pyros1.robot_nodes.image_proc.size_nodelets import CropDecimate, Resize
 
 PATIENCE = 20.0
@@ -168,3 +169,26 @@ def test_resize_and_crop_decimate(camera: Camera, make_node: Callable[..., Any])
     found = camera.publish_until(images, "rgb8", rgb)
     assert (found.height, found.width) == (12, 2)
     assert infos.get(timeout=PATIENCE).binning_x == 2
+
+
+def test_the_interpolation_can_be_changed_at_any_time(
+    camera: Camera, make_node: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    Rectify(make_node("rectify", namespace="/camera", argv=["image_mono:=image_raw"]))
+    rect = camera.listen("image_rect")
+    grey = np.tile(np.array([0, 200], "u1"), (12, 8))
+    used: list[int] = []
+
+    class SlowRemap(Remap):
+        """A map that is made while the interpolation is changed."""
+
+        def __init__(self, x: Any, y: Any, size: tuple[int, int], interpolation: int = LINEAR) -> None:
+            used.append(interpolation)
+            if len(used) == 1:
+                Client(camera.node, "/camera/rectify").update({"interpolation": NEAREST}, timeout=PATIENCE)
+            super().__init__(x, y, size, interpolation)
+
+    monkeypatch.setattr("pyros1.robot_nodes.image_proc.nodelets.Remap", SlowRemap)
+    for _ in range(3):
+        camera.publish_until(rect, "mono8", grey)
+    assert used[:2] == [LINEAR, NEAREST]

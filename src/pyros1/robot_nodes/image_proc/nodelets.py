@@ -95,8 +95,8 @@ class Rectify:
     ) -> None:
         self._node = node
         self._source, self._queue_size = source, queue_size
-        self._camera: Camera | None = None
         self._remap: Remap | None = None
+        self._remap_is_for: tuple[Camera, int] | None = None  # and the interpolation
         self._interpolation = LINEAR
         parameters = Parameters()
         parameters.add("interpolation", LINEAR, "interpolation algorithm", minimum=0, maximum=4, choices=METHODS)
@@ -109,7 +109,6 @@ class Rectify:
             text = "rectify: only NN (0) and Linear (1) are available; Linear is used instead of %d"
             self._node.log.warn(text, config.interpolation)
         self._interpolation = NEAREST if config.interpolation == NEAREST else LINEAR
-        self._camera = None  # so that the map is made again
         return config
 
     def _subscribe(self) -> list[Ending]:
@@ -141,8 +140,8 @@ class Rectify:
                 f"images with the encoding {encoding.name} cannot be rectified: take image_color or image_mono"
             )
         pixels = to_array(image)
-        remap = self._remap
-        if remap is None or camera != self._camera:
-            remap = self._remap = Remap(*camera.source_positions(), camera.size, self._interpolation)
-            self._camera = camera
+        remap, wanted = self._remap, (camera, self._interpolation)  # which may be changed meanwhile
+        if remap is None or self._remap_is_for != wanted:
+            remap = self._remap = Remap(*camera.source_positions(), camera.size, wanted[1])
+            self._remap_is_for = wanted
         return to_image(image.header, remap.apply(pixels), image.encoding)
