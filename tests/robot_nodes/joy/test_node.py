@@ -107,3 +107,16 @@ def test_what_is_no_joystick(
             pass
     assert capfd.readouterr().err.count("it sent an event of unknown type 7: it is no joystick") == 1
     assert opened == [joystick.path], "it is not opened again at once"
+
+
+def test_a_node_that_shuts_down_while_it_starts(make_node: Make, monkeypatch: pytest.MonkeyPatch) -> None:
+    node = make_node("joy_node")
+    ended: list[bool] = []
+
+    def call_now(hook: Callable[[], object], early: bool = False) -> None:
+        hook()
+        ended.append(early)
+
+    monkeypatch.setattr(node, "on_shutdown", call_now)
+    JoyNode(node)
+    assert ended == [False]

@@ -68,8 +68,8 @@ class JoyNode:
         self._diagnostics = Updater(node, "none")
         self._diagnostics.add("Joystick Driver Status", self._diagnose)
         self._thread = threading.Thread(target=self._run, name="joystick", daemon=True)
-        node.on_shutdown(self._end)
         self._thread.start()
+        node.on_shutdown(self._end)  # which is called at once if the node shuts down already
 
     def _end(self) -> None:
         os.close(self._wake_writer)  # which wakes the thread
