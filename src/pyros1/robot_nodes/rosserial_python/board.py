@@ -80,7 +80,7 @@ class Board:
                     self._last_sync = time.time()
                 self.set_problem("" if synced else "no sync with device")
                 was_synced = synced
-            port.write(STOP_REQUEST)
+            self._write(STOP_REQUEST)
         except PortError:
             self._last_lost = time.time()
             raise

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import socket
+from contextlib import suppress
 from errno import EACCES, EAGAIN, EIO, ENOENT, EPERM
 from importlib import import_module
 from typing import Any, Protocol
@@ -109,6 +110,7 @@ class TcpPort:
 
     def __init__(self, sock: socket.socket, name: str) -> None:
         self._socket, self._name = sock, name
+        self._end = "has closed the connection"
         sock.settimeout(READ_TIMEOUT)
         sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
 
@@ -121,7 +123,7 @@ class TcpPort:
         except OSError as error:
             raise PortError(f"{self._name}: {error.strerror}") from None
         if not data:
-            raise PortError(f"{self._name} has closed the connection")
+            raise PortError(f"{self._name} {self._end}")
         return data
 
     def write(self, data: bytes) -> None:
@@ -129,7 +131,11 @@ class TcpPort:
         try:
             self._socket.sendall(data)
         except OSError as error:
-            self.close()  # part of the frame may have been sent, and a board that takes nothing does not run
+            # Part of the frame may have been sent, and a board that takes nothing does not run. The socket is not
+            # closed here: the thread that reads from it could then read from another one that got its number.
+            self._end = "took no data"
+            with suppress(OSError):
+                self._socket.shutdown(socket.SHUT_RDWR)
             raise PortError(f"{self._name}: {error.strerror or 'takes no data'}") from None
 
     def close(self) -> None:
