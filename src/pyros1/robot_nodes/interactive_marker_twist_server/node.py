@@ -21,7 +21,7 @@ from pyros1.msgs.visualization_msgs.msg import (
 )
 from pyros1.node import Node
 from pyros1.robot_nodes.interactive_marker_twist_server.handle import make_marker, read_settings, twist_for
-from pyros1.robot_nodes.node_clock import seconds
+from pyros1.robot_nodes.node_clock import check_regularly, seconds
 from pyros1.robot_nodes.parameters import PrivateParameters
 from pyros1.robot_nodes.program import run_node
 from pyros1.robot_nodes.twists import TwistOutput
@@ -52,7 +52,7 @@ class MarkerServer:
         self._updates = node.advertise(f"{TOPIC}/update", InteractiveMarkerUpdate)
         self._all.publish(server_id=node.name, seq_num=0, markers=[self._marker])
         node.subscribe(f"{TOPIC}/feedback", InteractiveMarkerFeedback, self._receive, queue_size=100)
-        node.timer(KEEP_ALIVE_PERIOD, lambda event: self._keep_alive())
+        check_regularly(node, KEEP_ALIVE_PERIOD, self._keep_alive)
 
     def _receive(self, feedback: Any) -> None:
         pose, frame_id = feedback.pose, feedback.header.frame_id.lstrip("/")

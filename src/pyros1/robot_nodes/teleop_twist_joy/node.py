@@ -11,6 +11,7 @@ from typing import Any
 
 from pyros1.msgs.sensor_msgs.msg import Joy
 from pyros1.node import Node
+from pyros1.robot_nodes.node_clock import check_regularly
 from pyros1.robot_nodes.parameters import PrivateParameters
 from pyros1.robot_nodes.program import run_node
 from pyros1.robot_nodes.teleop_twist_joy.teleop import Teleop, read_controls
@@ -36,7 +37,7 @@ class TeleopNode:
         self._output = TwistOutput(node, "cmd_vel", latch=True)
         self._lock = threading.Lock()
         self._subscriber = node.subscribe("joy", Joy, self._receive, queue_size=1)
-        self._timer = node.timer(WATCH_PERIOD, lambda event: self._check_publishers())
+        check_regularly(node, WATCH_PERIOD, self._check_publishers)
 
     def _receive(self, joy: Any) -> None:
         with self._lock:

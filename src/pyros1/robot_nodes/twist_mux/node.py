@@ -14,7 +14,7 @@ from pyros1.diagnostics import OK, Status, Updater
 from pyros1.msgs.geometry_msgs.msg import Twist
 from pyros1.msgs.std_msgs.msg import Bool
 from pyros1.node import Node
-from pyros1.robot_nodes.node_clock import seconds
+from pyros1.robot_nodes.node_clock import check_regularly, seconds
 from pyros1.robot_nodes.parameters import PrivateParameters
 from pyros1.robot_nodes.program import run_node
 from pyros1.robot_nodes.twist_mux.arbiter import Arbiter
@@ -52,7 +52,7 @@ class TwistMux:
             node.subscribe(topic.topic, Twist, partial(self._command, index), queue_size=1)
         for index, lock in enumerate(self._arbiter.locks):
             node.subscribe(lock.topic, Bool, partial(self._switch, index), queue_size=1)
-        node.timer(CHECK_PERIOD, lambda event: self._check())
+        check_regularly(node, CHECK_PERIOD, self._check)
         self._diagnostics = Updater(node, "none")
         self._diagnostics.add("Twist mux status", self._diagnose)
 

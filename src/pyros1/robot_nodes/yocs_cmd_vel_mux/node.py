@@ -18,7 +18,7 @@ from pyros1.msgs.geometry_msgs.msg import Twist
 from pyros1.msgs.std_msgs.msg import String
 from pyros1.node import Node
 from pyros1.reconfigure import Parameters, Server
-from pyros1.robot_nodes.node_clock import seconds
+from pyros1.robot_nodes.node_clock import check_regularly, seconds
 from pyros1.robot_nodes.program import run_node
 from pyros1.robot_nodes.twists import TwistOutput, is_finite
 from pyros1.robot_nodes.yocs_cmd_vel_mux.config import Config, ConfigError, read_config
@@ -67,7 +67,7 @@ class CmdVelMux:
         parameters.add("yaml_cfg_file", "", "A file with the configuration", level=1)
         parameters.add("yaml_cfg_data", "", "The configuration itself, instead of the file", level=1)
         self._server = Server(node, parameters, self._reconfigure)
-        node.timer(CHECK_PERIOD, lambda event: self._check())
+        check_regularly(node, CHECK_PERIOD, self._check)
 
     def _reconfigure(self, values: Any, level: int) -> Any:
         try:
