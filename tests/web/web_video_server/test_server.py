@@ -257,3 +257,15 @@ def can_connect(port: int) -> bool:
     except OSError:
         return False
     return True
+
+
+def test_a_client_that_sends_more_than_its_request_is_noticed_when_it_goes(
+    serve: Callable[..., VideoServer], make_node: Callable[..., Node]
+) -> None:
+    publisher, server = make_node("camera").advertise("/image", Image), serve()
+    with socket.create_connection(("127.0.0.1", server.port), PATIENCE) as client:
+        client.sendall(b"GET /stream?topic=/image HTTP/1.0\r\n\r\n")
+        assert publisher.wait_for_subscribers(timeout=PATIENCE)
+        client.recv(10_000)
+        client.sendall(b"more")
+    until(lambda: not publisher.num_connections)

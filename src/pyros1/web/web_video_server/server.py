@@ -38,6 +38,7 @@ _SOCKET_TIMEOUT = 10.0
 """Seconds after which a client is disconnected that sends no request, or reads nothing."""
 _CHECK_PERIOD = 1.0
 """Seconds between checks of whether a client is still there while no images arrive."""
+_CHUNK = 1 << 16
 _BOUNDARY = "boundarydonotcross"
 _IMAGE_TYPE, _COMPRESSED_TYPE, _INFO_TYPE = map("sensor_msgs/{}".format, ("Image", "CompressedImage", "CameraInfo"))
 _HEADERS = {
@@ -254,10 +255,10 @@ class _Handler(BaseHTTPRequestHandler):
         return None
 
     def _is_gone(self) -> bool:
-        """Return whether the client has disconnected. Clients send nothing after their request."""
+        """Return whether the client has disconnected. What it sends after its request is discarded."""
         try:
             readable, _, _ = select.select([self.connection], [], [], 0)
-            return bool(readable) and not self.connection.recv(1, socket.MSG_PEEK)
+            return bool(readable) and not self.connection.recv(_CHUNK)
         except (OSError, ValueError):
             return True
 
