@@ -260,3 +260,19 @@ def test_the_program_without_a_map(
         monkeypatch.setenv(name, value)
     assert simulator.main(["flat_world"]) == 1
     assert "set the parameter /flat_world/map" in capfd.readouterr().err
+
+
+def test_an_interrupt_during_the_start_is_no_error(
+    environ: dict[str, str], monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str], room: Path
+) -> None:
+    for name, value in environ.items():
+        monkeypatch.setenv(name, value)
+    advertise = Node.advertise
+
+    def advertise_too_late(node: Node, *args: Any, **options: Any) -> Any:
+        node.shutdown()
+        return advertise(node, *args, **options)
+
+    monkeypatch.setattr(Node, "advertise", advertise_too_late)
+    assert simulator.main(["flat_world", f"_map:={room}"]) == 0
+    assert capfd.readouterr().err == ""

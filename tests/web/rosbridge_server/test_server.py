@@ -155,3 +155,19 @@ def test_a_parameter_that_is_not_supported_is_one_line(
 def test_rosbridge_without_a_websocket(capfd: pytest.CaptureFixture[str]) -> None:
     assert unsupported(["/x/rosbridge_tcp.py"]) == 1
     assert "ERROR: rosbridge_tcp: only rosbridge over WebSockets" in capfd.readouterr().err
+
+
+def test_an_interrupt_during_the_start_is_no_error(
+    environ: dict[str, str], monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    for name, value in environ.items():
+        monkeypatch.setenv(name, value)
+    advertise = Node.advertise
+
+    def advertise_too_late(node: Node, *args: Any, **options: Any) -> Any:
+        node.shutdown()
+        return advertise(node, *args, **options)
+
+    monkeypatch.setattr(Node, "advertise", advertise_too_late)
+    assert main(["rosbridge_websocket", "_port:=0"]) == 0
+    assert capfd.readouterr().err == ""

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from time import monotonic
 from typing import Any
 
-from pyros1.ground.errors import Error, NodeError
+from pyros1.ground.errors import Error, NodeError, NodeShutdownError
 from pyros1.ground.timing import Time
 from pyros1.msgs.rosgraph_msgs.msg import Clock
 from pyros1.msgs.std_srvs.srv import Empty
@@ -179,6 +179,8 @@ def main(argv: list[str]) -> int:
     with Node("flat_world", argv=argv[1:], wall_time=True) as node:
         try:
             simulator = make_simulator(node)
+        except NodeShutdownError:  # Ctrl-C came before the simulator was complete
+            return 0
         except Error as error:
             node.log.fatal("%s", error)
             return 1

@@ -9,7 +9,7 @@ import threading
 from time import monotonic
 from typing import Any
 
-from pyros1.ground.errors import Error
+from pyros1.ground.errors import Error, NodeShutdownError
 from pyros1.ground.interrupts import TERMINATION_SIGNALS
 from pyros1.ground.keys import KeyReader
 from pyros1.msgs.geometry_msgs.msg import Twist, TwistStamped
@@ -143,6 +143,8 @@ def main(argv: list[str]) -> int:
         try:
             with KeyReader() as keys, _Interrupts() as interrupts:
                 _drive(node, Teleop(node), keys, interrupts)
+        except NodeShutdownError:  # it came before the node was complete
+            return 0
         except Error as error:
             node.log.fatal("%s", error)
             return 1

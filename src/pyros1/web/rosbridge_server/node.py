@@ -7,7 +7,7 @@ import sys
 from collections.abc import Mapping
 from functools import partial
 
-from pyros1.ground.errors import Error
+from pyros1.ground.errors import Error, NodeShutdownError
 from pyros1.node import Node
 from pyros1.robot_nodes.parameters import PrivateParameters
 from pyros1.web.rosbridge_server.server import BridgeServer
@@ -30,6 +30,8 @@ def main(argv: list[str]) -> int:
                 node.name,
             )
             BridgeServer(node, read_settings(parameters)).run()
+        except NodeShutdownError:  # Ctrl-C came before the server was complete
+            return 0
         except Error as error:
             node.log.fatal("%s", error)
             return 1
