@@ -248,7 +248,7 @@ def test_a_calibration_without_a_size_does_not_end_the_camera(
     CameraDriver(node, options, lambda: video)
     feed_until(video, images, until)
     info = CameraInfo(distortion_model="plumb_bob")
-    info.K[0] = 1.0
+    info.K = [1.0, *[0.0] * 8]
     assert peer.service("/cv_camera/set_camera_info", SetCameraInfo)(info).success
     for _ in range(3):
         feed_until(video, images, until)
