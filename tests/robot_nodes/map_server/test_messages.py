@@ -47,3 +47,11 @@ def test_maps_that_are_none(change: Any, problem: str) -> None:
     change(grid)
     with pytest.raises(MapDataError, match=problem):
         read_grid(grid)
+
+
+@pytest.mark.parametrize("factor", [1e-200, 1e-3, 7.0, 1e200])
+def test_an_orientation_of_any_length(factor: float) -> None:
+    grid = make_grid(CELLS, 0.5, (1.0, 2.0, 0.7))
+    rotation = grid.info.origin.orientation
+    rotation.z, rotation.w = rotation.z * factor, rotation.w * factor
+    assert read_grid(grid)[1] == pytest.approx((1.0, 2.0, 0.7))

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 from contextlib import suppress
 from io import BytesIO
+from tracemalloc import get_traced_memory, start, stop
 
 import numpy as np
 import pytest
@@ -73,3 +74,15 @@ def test_damaged_files(data: bytes, problem: str) -> None:
 
 def test_values_above_the_maximum_are_white() -> None:
     assert read_pgm(b"P2 3 1 9 0 9 12").tolist() == [[0, 255, 255]]
+
+
+@pytest.mark.parametrize("gap", [b" ", b"#\n"])
+def test_an_endless_header_takes_little_memory(gap: bytes) -> None:
+    data = b"P5" + gap * 300_000
+    start()
+    try:
+        with pytest.raises(MapDataError, match="damaged"):
+            read_pgm(data)
+        assert get_traced_memory()[1] < 20_000_000
+    finally:
+        stop()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import isfinite
+from math import hypot, isfinite
 from typing import Any
 
 import numpy as np
@@ -41,9 +41,11 @@ def read_grid(message: Any) -> tuple[NDArray[np.int8], tuple[float, float, float
     if not cells.size or cells.size != info.width * info.height:
         raise MapDataError(f"the map has {cells.size} cells instead of {info.width} x {info.height}")
     position, rotation = info.origin.position, info.origin.orientation
-    quaternion = rotation.x, rotation.y, rotation.z, rotation.w
-    square = sum(each * each for each in quaternion)  # infinite if it is too large
-    origin = (position.x, position.y, to_angles(quaternion)[2] if square else 0.0)
-    if not all(map(isfinite, (info.resolution, square, *origin))):
+    parts = rotation.x, rotation.y, rotation.z, rotation.w
+    length = hypot(*parts)
+    x, y, z, w = (part / length if length else 0.0 for part in parts)
+    yaw = to_angles((x, y, z, w))[2] if length else 0.0
+    origin = (position.x, position.y, yaw)
+    if not all(map(isfinite, (info.resolution, *origin))):
         raise MapDataError("the map's resolution or origin is not a number")
     return cells.reshape(info.height, info.width), origin

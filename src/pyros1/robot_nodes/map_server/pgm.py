@@ -15,6 +15,8 @@ from pyros1.robot_nodes.map_server.errors import MapDataError
 MAX_PIXELS = 1 << 27
 """Maximum number of pixels of a picture."""
 _MAX_TEXT_BYTES = 1 << 26
+_MAX_HEADER_BYTES = 1 << 16
+"""To match a gap takes a hundred bytes of memory for each of its characters."""
 _WHITE = 255
 _GAP = rb"(?:\s|#[^\r\n]*[\r\n])+"
 _HEADER = re.compile(rb"(P[25])" + 3 * (_GAP + rb"(\d{1,9})") + rb"(?:#[^\r\n]*[\r\n]|\s)")
@@ -38,7 +40,7 @@ def read_pgm(data: bytes) -> NDArray[np.uint8]:
     Raises:
         MapDataError: the file is damaged, or has more than `MAX_PIXELS` pixels.
     """
-    header = _HEADER.match(data)
+    header = _HEADER.match(data, 0, _MAX_HEADER_BYTES)
     if header is None:
         raise MapDataError("the PGM file is damaged: it needs P2 or P5, its width, height and maximum value")
     width, height, maximum = (int(header[number]) for number in (2, 3, 4))
