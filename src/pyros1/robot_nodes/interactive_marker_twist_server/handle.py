@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from math import atan2, isfinite, sqrt
+from math import atan2, hypot, sqrt
 from typing import Any
 
 from pyros1.msgs.geometry_msgs.msg import Quaternion, Twist
@@ -119,7 +119,7 @@ def twist_for(pose: Any, settings: Settings) -> Any:
 
 
 def _yaw(turn: Any) -> float:
-    """Return the rotation about z in radians; 0 if the quaternion's numbers are too large to calculate with."""
-    sine = 2 * (turn.w * turn.z + turn.x * turn.y)
-    cosine = 1 - 2 * (turn.y * turn.y + turn.z * turn.z)
-    return atan2(sine, cosine) if isfinite(sine) and isfinite(cosine) else 0.0
+    parts = turn.x, turn.y, turn.z, turn.w
+    length = hypot(*parts) or 1.0  # programs that are not rviz send quaternions of any length
+    x, y, z, w = (part / length for part in parts)
+    return atan2(2 * (w * z + x * y), w * w + x * x - y * y - z * z)

@@ -13,6 +13,7 @@ import threading
 from math import isfinite
 from typing import Any
 
+from pyros1.ground.terminal_text import one_line
 from pyros1.msgs.visualization_msgs.msg import (
     InteractiveMarkerFeedback,
     InteractiveMarkerInit,
@@ -59,7 +60,8 @@ class MarkerServer:
         if feedback.marker_name != self._settings.marker_name:
             return
         if frame_id != self._settings.link.lstrip("/"):
-            self._node.log.error("ignored a pose in %s, which is not %s", frame_id, self._settings.link, throttle=10)
+            shown = one_line(frame_id, 100)
+            self._node.log.error("ignored a pose in %s, which is not %s", shown, self._settings.link, throttle=10)
             return
         position, turn = pose.position, pose.orientation
         if not all(map(isfinite, (position.x, position.y, position.z, turn.x, turn.y, turn.z, turn.w))):
