@@ -102,3 +102,22 @@ def test_urls_of_calibrations(url: str, path: str) -> None:
 def test_other_urls(url: str) -> None:
     with pytest.raises(CalibrationError, match="camera_info_url must be"):
         calibration_path(url, "camera", "/home", lambda name: f"/opt/{name}")
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "!!int ''",
+        "!!bool maybe",
+        "!!timestamp soon",
+        TEXT.replace("500.5", "1" + "0" * 400),
+        TEXT
+        + "a: &a [x, x, x, x, x, x, x, x, x]\n"
+        + "".join(
+            f"{new}: &{new} [{', '.join([f'*{old}'] * 9)}]\n" for old, new in zip("abcdefgh", "bcdefghi", strict=True)
+        ),
+    ],
+)
+def test_yaml_that_is_hard_to_read(text: str) -> None:
+    with pytest.raises(CalibrationError):
+        parse_calibration(text)

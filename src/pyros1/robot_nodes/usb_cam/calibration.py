@@ -10,6 +10,7 @@ import yaml
 
 from pyros1.ground.errors import Error
 from pyros1.msgs.sensor_msgs.msg import CameraInfo
+from pyros1.values.reading import YamlError, load_yaml
 
 DEFAULT_URL = "file://${ROS_HOME}/camera_info/${NAME}.yaml"
 _MATRICES = (("camera_matrix", "K", 3, 3), ("rectification_matrix", "R", 3, 3), ("projection_matrix", "P", 3, 4))
@@ -27,8 +28,8 @@ def parse_calibration(text: str) -> tuple[Any, str]:
         CalibrationError: the text is no calibration.
     """
     try:
-        values = yaml.safe_load(text)
-    except (yaml.YAMLError, RecursionError, ValueError) as error:
+        values = load_yaml(text)
+    except YamlError as error:
         raise CalibrationError(f"it is not valid YAML: {' '.join(str(error).split())[:200]}") from None
     if not isinstance(values, Mapping):
         raise CalibrationError("it has no image_width, image_height, camera_matrix and so on")
