@@ -1,7 +1,9 @@
 from __future__ import annotations
 
 import math
+import random
 from collections.abc import Mapping
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
@@ -122,3 +124,20 @@ def test_medians_and_means_over_time() -> None:
     assert [median.add(each).tolist() for each in arrays] == [[1, 9], [1, 2], [3, 4], [5, 4]]
     assert [mean.add(each).tolist() for each in arrays] == [[1, 9], [3, 5.5], [4, 3], [5, 6]]
     assert median.add(np.array([6], np.float32)).tolist() == [6], "another number of rays"
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("kind", FILTERS)
+def test_scans_with_any_numbers(kind: str) -> None:
+    chance = random.Random(kind)
+    numbers = [math.nan, math.inf, -math.inf, 3.4e38, -3.4e38, 1e-45, 0.0, -1.0, 0.1, 2.0]
+    filters = make_chain([{"type": kind, "params": PARAMETERS.get(kind, {})}], "chain", lambda text: None)
+    for _ in range(100):
+        scan = random_scan(chance.randrange(100))
+        for name in ("angle_min", "angle_max", "angle_increment", "time_increment", "range_min", "range_max"):
+            if chance.random() < 0.5:
+                setattr(scan, name, chance.choice(numbers))
+        scan.ranges = [chance.choice(numbers) for _ in scan.ranges]
+        with suppress(FilterError):
+            filtered = apply_chain(filters, scan, lambda frame: np.eye(4))
+            assert len(filtered.ranges) <= len(scan.ranges)

@@ -76,3 +76,21 @@ def test_a_chain_with_a_mistake_does_not_start(make_node: Callable[..., Node]) -
     node.params["~filter_chain"] = [{"name": "box", "type": "Unknown"}]
     with pytest.raises(FilterError, match=r"/chain/filter_chain\[0\] \(box\): there is no filter Unknown"):
         FilterChain(node)
+
+
+def test_a_scan_that_no_message_can_hold_after_the_filter_is_dropped(
+    make_node: Callable[..., Node], capfd: pytest.CaptureFixture[str]
+) -> None:
+    user = make_node("user")
+    bounds = {"lower_angle": 0.5, "upper_angle": 3.0}
+    user.params["/chain/scan_filter_chain"] = [{"type": "LaserScanAngularBoundsFilter", "params": bounds}]
+    running = FilterChain(make_node("chain"))
+    scans: Queue[Any] = Queue()
+    user.subscribe("/scan_filtered", LaserScan, scans.put)
+    publisher = user.advertise("/scan", LaserScan)
+    assert publisher.wait_for_subscribers(1, PATIENCE)
+    publisher.publish(LaserScan(angle_increment=0.6, ranges=[1.0, 2.0]))
+    assert len(scans.get(timeout=PATIENCE).ranges) == 1  # somebody receives them
+    publisher.publish(LaserScan(angle_increment=1.0, time_increment=1e30, ranges=[1.0, 2.0]))
+    wait_for_line(capfd, "a scan is dropped: /scan_filtered: field header.stamp")
+    del running

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
+import numpy as np
+
 from pyros1.ground.suggest import did_you_mean
 from pyros1.ground.terminal_text import one_line
 from pyros1.robot_nodes.laser_filters.neighbour_filters import (
@@ -89,6 +91,7 @@ def apply_chain(filters: Sequence[ScanFilter], scan: Any, matrix_to: MatrixTo) -
         FilterError: a filter cannot filter it.
         TransformException: a filter needs a transform that there is not.
     """
-    for each in filters:
-        scan = each.apply(scan, matrix_to)
+    with np.errstate(all="ignore"):  # scans may have any numbers, and numpy's warnings help nobody
+        for each in filters:
+            scan = each.apply(scan, matrix_to)
     return scan

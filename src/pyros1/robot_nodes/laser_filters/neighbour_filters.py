@@ -62,8 +62,8 @@ class ShadowsFilter:
         with np.errstate(invalid="ignore"):
             for offset in _offsets(self.window, len(ranges)):
                 here, there = _shifted(len(ranges), offset)
-                across = np.abs(ranges[there] * math.sin(offset * increment))
-                along = ranges[here] - ranges[there] * math.cos(offset * increment)
+                across = np.abs(ranges[there] * np.sin(offset * increment))
+                along = ranges[here] - ranges[there] * np.cos(offset * increment)
                 angle = np.arctan2(across, along)
                 angle[np.isinf(ranges[there])] = np.nan  # nothing was hit there
                 edges[here] |= (angle < self.min_angle) | (angle > self.max_angle)
@@ -127,7 +127,7 @@ class SpeckleFilter:
         for offset in _offsets(self.window, len(ranges)):
             here, there = _shifted(len(ranges), offset)
             one, other = ranges[here].astype(np.float64), ranges[there].astype(np.float64)
-            squared = one * one + other * other - 2 * one * other * math.cos(offset * increment)
+            squared = one * one + other * other - 2 * one * other * np.cos(offset * increment)
             near[here] += np.sqrt(np.maximum(squared, 0.0)) <= self.max_difference
         return near >= self.window
 

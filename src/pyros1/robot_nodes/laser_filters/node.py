@@ -6,7 +6,7 @@ from contextlib import suppress
 from functools import partial
 from typing import Any
 
-from pyros1.ground.errors import NodeShutdownError
+from pyros1.ground.errors import MessageError, NodeShutdownError
 from pyros1.ground.terminal_text import one_line
 from pyros1.ground.timing import Duration
 from pyros1.msgs.sensor_msgs.msg import LaserScan
@@ -62,11 +62,9 @@ class FilterChain:
                 if self._frame:  # the scan waits until it can be transformed
                     end = header.stamp + self._tolerance
                     lookup_matrix(self._buffer, self._frame, header.frame_id, end, _MAX_WAIT)
-                filtered = apply_chain(self._filters, scan, matrix_to)
-            except (FilterError, TransformException) as error:
+                self._publisher.publish(apply_chain(self._filters, scan, matrix_to))
+            except (FilterError, MessageError, TransformException) as error:
                 self._node.log.error("a scan is dropped: %s", one_line(str(error), 300), throttle=1)
-            else:
-                self._publisher.publish(filtered)
 
 
 def main(argv: list[str]) -> int:

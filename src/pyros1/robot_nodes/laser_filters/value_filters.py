@@ -121,7 +121,11 @@ class AngularBoundsFilter:
         return cls(*_read_bounds(parameters))
 
     def apply(self, scan: Any, matrix_to: MatrixTo) -> Any:
-        """Return the filtered scan. As in stock, it keeps at least the ray at which it begins."""
+        """Return the filtered scan. As in stock, it keeps at least the ray at which it begins.
+
+        Raises:
+            FilterError: the time of its first ray cannot be computed.
+        """
         angles = angles_of(scan)
         first, last = self.lower_angle, self.upper_angle
         if scan.angle_increment <= 0:  # the scanner turns clockwise
@@ -131,11 +135,11 @@ class AngularBoundsFilter:
         kept = slice(begin, end)
         count = len(scan.ranges[kept])
         start = float(scan.angle_min + begin * scan.angle_increment)
-        header = type(scan.header)(
-            seq=scan.header.seq,
-            stamp=scan.header.stamp + Duration(begin * float(scan.time_increment)),
-            frame_id=scan.header.frame_id,
-        )
+        try:
+            stamp = scan.header.stamp + Duration(begin * float(scan.time_increment))
+        except (OverflowError, TypeError, ValueError):  # not finite, or before 1970
+            raise FilterError(f"a scan with the time_increment {scan.time_increment:g} cannot be cut") from None
+        header = type(scan.header)(seq=scan.header.seq, stamp=stamp, frame_id=scan.header.frame_id)
         fields = {
             "header": header,
             "angle_min": start,
