@@ -10,7 +10,13 @@ import pytest
 
 from pyros1.msgs.sensor_msgs.msg import LaserScan
 from pyros1.robot_nodes.parameters import PrivateParameters
-from pyros1.robot_nodes.pointcloud_to_laserscan.projection import ScanSettings, project, read_settings, unproject
+from pyros1.robot_nodes.pointcloud_to_laserscan.projection import (
+    MAX_RAYS,
+    ScanSettings,
+    project,
+    read_settings,
+    unproject,
+)
 
 
 def slow_ranges(points: list[tuple[float, float, float]], settings: ScanSettings) -> list[float]:
@@ -105,3 +111,17 @@ def test_a_scan_as_points_and_back(seed: int) -> None:
     assert list(columns) == ["x", "y", "z", *(["intensity"] if seed % 2 else []), "index"]
     if intensities:
         assert columns["intensity"].tolist() == pytest.approx([intensities[ray] for ray in valid])
+
+
+@pytest.mark.parametrize(
+    "values", [{"angle_min": -1e300}, {"angle_max": 1e300}, {"angle_min": 1.0, "angle_max": 1.0 + 1e-15}]
+)
+def test_any_angles_give_a_scan(values: dict[str, Any]) -> None:
+    settings = read_settings(PrivateParameters(values, lambda text: None))
+    assert 1 <= len(project(np.array([[1.0, 1e300, 0.5], [1e300, 1.0, 0.5]]), settings)) <= MAX_RAYS
+
+
+@pytest.mark.filterwarnings("error")
+def test_scans_whose_angles_are_not_finite() -> None:
+    scan = LaserScan(angle_increment=math.inf, range_max=9.0, ranges=[1.0, 2.0])
+    assert np.isnan(unproject(scan)["x"]).all()

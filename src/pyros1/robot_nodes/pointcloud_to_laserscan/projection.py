@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 MAX_RAYS = 1_000_000
 """Maximum number of rays of a scan."""
 _LARGEST = sys.float_info.max
+_LARGEST_ANGLE = 1000.0
+_SMALLEST_INCREMENT = 1e-6
 
 
 @dataclass(frozen=True)
@@ -48,19 +50,20 @@ class ScanSettings:
         """The number of rays of the scan."""
         # In single precision, like the fields of the message: -pi to pi in steps of one degree are 360 rays, not 361.
         single = np.float32
-        return math.ceil(float((single(self.angle_max) - single(self.angle_min)) / single(self.angle_increment)))
+        angle = float((single(self.angle_max) - single(self.angle_min)) / single(self.angle_increment))
+        return max(1, math.ceil(angle))
 
 
 def read_settings(parameters: PrivateParameters) -> ScanSettings:
     """Return the settings in a node's parameters; if the angles are impossible, they are reported and not used."""
     default = ScanSettings()
     number = parameters.number
-    angle_min = number("angle_min", default.angle_min)
-    angle_max = number("angle_max", default.angle_max)
+    angle_min = number("angle_min", default.angle_min, -_LARGEST_ANGLE, _LARGEST_ANGLE)
+    angle_max = number("angle_max", default.angle_max, -_LARGEST_ANGLE, _LARGEST_ANGLE)
     if angle_max <= angle_min:
         parameters.reject("angle_max", angle_max, f"more than angle_min, {angle_min:g}", default.angle_max)
         angle_min, angle_max = default.angle_min, default.angle_max
-    smallest = (angle_max - angle_min) / MAX_RAYS
+    smallest = max((angle_max - angle_min) / MAX_RAYS, _SMALLEST_INCREMENT)
     return ScanSettings(
         min_height=number("min_height", default.min_height),
         max_height=number("max_height", default.max_height),
@@ -83,8 +86,12 @@ def project(positions: NDArray[np.float64], settings: ScanSettings) -> NDArray[n
         settings: the shape of the scan.
     """
     empty = math.inf if settings.use_inf else settings.range_max + settings.inf_epsilon
-    with np.errstate(over="ignore"):
-        ranges = np.full(settings.num_rays, empty, np.float32)
+    with np.errstate(all="ignore"):  # beyond float32, and what is made of numbers that are not finite
+        return _nearest(positions, settings, empty)
+
+
+def _nearest(positions: NDArray[np.float64], settings: ScanSettings, empty: float) -> NDArray[np.float32]:
+    ranges = np.full(settings.num_rays, empty, np.float32)
     height = positions[:, 2]
     points = positions[(height >= settings.min_height) & (height <= settings.max_height)]
     x, y = points[:, 0], points[:, 1]
@@ -107,12 +114,10 @@ def unproject(scan: Any) -> dict[str, NDArray[Any]]:
     """
     ranges = np.asarray(scan.ranges, np.float64)
     valid = np.flatnonzero((ranges >= scan.range_min) & (ranges < scan.range_max))
-    distances, angles = ranges[valid], scan.angle_min + valid * scan.angle_increment
-    columns: dict[str, NDArray[Any]] = {
-        "x": (distances * np.cos(angles)).astype(np.float32),
-        "y": (distances * np.sin(angles)).astype(np.float32),
-        "z": np.zeros(len(valid), np.float32),
-    }
+    with np.errstate(all="ignore"):
+        distances, angles = ranges[valid], scan.angle_min + valid * scan.angle_increment
+        x, y = (distances * np.cos(angles)).astype(np.float32), (distances * np.sin(angles)).astype(np.float32)
+    columns: dict[str, NDArray[Any]] = {"x": x, "y": y, "z": np.zeros(len(valid), np.float32)}
     if len(scan.intensities) == len(ranges):
         columns["intensity"] = np.asarray(scan.intensities, np.float32)[valid]
     columns["index"] = valid.astype(np.int32)
