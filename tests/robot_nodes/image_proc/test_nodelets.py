@@ -21,6 +21,8 @@ from pyros1.robot_nodes.image_proc.programs import start_image_proc
 from pyros1.robot_nodes.image_proc.remap import LINEAR, NEAREST, Remap
 from pyros1.robot_nodes.image_proc.size_nodelets import CropDecimate, Resize
 
+from ..logs import wait_for_line
+
 PATIENCE = 20.0
 
 
@@ -192,3 +194,18 @@ def test_the_interpolation_can_be_changed_at_any_time(
     for _ in range(3):
         camera.publish_until(rect, "mono8", grey)
     assert used[:2] == [LINEAR, NEAREST]
+
+
+def test_a_camera_info_that_cannot_be_enlarged(
+    camera: Camera, make_node: Callable[..., Any], capfd: pytest.CaptureFixture[str]
+) -> None:
+    node = make_node("double", argv=["image:=/camera/image_raw", "camera_info:=/camera/camera_info"])
+    node.params["~scale_width"] = 2.0
+    Resize(node)
+    found = camera.listen("/double/camera_info", CameraInfo)
+    first = camera.publish_until(found, "mono8", RED)
+    assert first.width == 2 * RED.shape[1]
+    info = camera_info(RED)
+    info.roi.x_offset = 2**32 - 1
+    camera.infos.publish(info)
+    wait_for_line(capfd, "/camera/camera_info: /double/camera_info: field roi.x_offset")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from pyros1.ground.errors import MessageError
 from pyros1.msgs.sensor_msgs.msg import CameraInfo, Image
 from pyros1.node import Node
 from pyros1.reconfigure import Parameters, Server
@@ -61,13 +62,13 @@ class Resize:
     def _receive_image(self, image: Any) -> None:
         try:
             self._images.publish(self._scaling.apply_to_image(image))
-        except ImageError as error:
+        except (ImageError, MessageError) as error:
             self._node.log.error("%s: %s", self._node.resolve("image"), error, throttle=QUIET)
 
     def _receive_info(self, info: Any) -> None:
         try:
             self._infos.publish(self._scaling.apply_to_info(info))
-        except ImageError as error:
+        except (ImageError, MessageError) as error:
             self._node.log.error("%s: %s", self._node.resolve("camera_info"), error, throttle=QUIET)
 
 
@@ -108,8 +109,7 @@ class CropDecimate:
     def _receive(self, image: Any, info: Any) -> None:
         try:
             image, info = self._crop.apply(image, info)
-        except ImageError as error:
+            self._images.publish(image)
+            self._infos.publish(info)
+        except (ImageError, MessageError) as error:
             self._node.log.error("%s: %s", self._source, error, throttle=2.0)
-            return
-        self._images.publish(image)
-        self._infos.publish(info)
