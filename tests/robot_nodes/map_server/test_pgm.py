@@ -2,7 +2,8 @@ from __future__ import annotations
 
 from contextlib import suppress
 from io import BytesIO
-from tracemalloc import get_traced_memory, start, stop
+from tracemalloc import get_traced_memory, stop
+from tracemalloc import start as start_tracing
 
 import numpy as np
 import pytest
@@ -79,7 +80,7 @@ def test_values_above_the_maximum_are_white() -> None:
 @pytest.mark.parametrize("gap", [b" ", b"#\n"])
 def test_an_endless_header_takes_little_memory(gap: bytes) -> None:
     data = b"P5" + gap * 300_000
-    start()
+    start_tracing()
     try:
         with pytest.raises(MapDataError, match="damaged"):
             read_pgm(data)

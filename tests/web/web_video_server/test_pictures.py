@@ -98,3 +98,11 @@ def test_compressed_images() -> None:
 def test_damaged_images(message: Any) -> None:
     with pytest.raises(MessageError):
         render(message, PNG)
+
+
+@pytest.mark.filterwarnings("error")
+def test_depths_beyond_float32() -> None:
+    far = np.array([[1e300, 2.0], [1.0, -1e300]], np.float64)
+    assert pixels_of(render(image(far, "64FC1"), PNG)).tolist() == [[0, 255], [128, 0]]
+    near = np.array([[1e-45, 0.0]], np.float32)
+    assert pixels_of(render(image(near, "32FC1"), PNG)).tolist()[0][1] == 0

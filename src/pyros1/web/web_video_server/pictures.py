@@ -61,10 +61,11 @@ def _to_8_bits(image: Any) -> NDArray[np.uint8]:
 
 
 def _scale(pixels: NDArray[Any]) -> NDArray[np.uint8]:
-    values = np.nan_to_num(pixels.astype(np.float32), nan=0.0, posinf=0.0, neginf=0.0)
+    with np.errstate(over="ignore"):
+        values = np.nan_to_num(pixels.astype(np.float32), nan=0.0, posinf=0.0, neginf=0.0)
     largest = float(values.max())
-    scaled = np.clip(values * (255.0 / largest if largest > 0.0 else 1.0), 0.0, 255.0)
-    return to_uint8(scaled)
+    factor = min(255.0 / largest, 1e38) if largest > 0.0 else 1.0  # a float32, also for the least depths
+    return to_uint8(np.clip(values * factor, 0.0, 255.0))
 
 
 def _float_pixels(image: Any) -> NDArray[Any]:
