@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import random
+import time
 
 import pytest
 from hypothesis import given
@@ -89,3 +90,30 @@ def test_a_new_connection_starts_with_a_new_frame() -> None:
     reader.feed(frame(125, b"text")[:9])
     reader.clear()
     assert reader.feed(frame(125, b"text")) == [(125, b"text")] and reader.skipped == 0
+
+
+def test_frames_that_seem_to_begin_in_each_other_take_little_time() -> None:
+    longest = b"\xff\xfe\xff\xff\x01\x00"  # the head of a frame with 65535 bytes, whose checksum is wrong
+    reader = FrameReader()
+    start = time.process_time()
+    assert reader.feed(longest * 50_000) == [] and reader.skipped > 200_000
+    assert time.process_time() - start < 5.0  # it would take about 20 s to add them up anew
+
+
+@given(st.binary(max_size=20), st.lists(st.sampled_from([b"\xff", b"\xff\xfe", b"\x00", b"\x01", b"\x02", b"\xfd"])))
+def test_any_bytes_are_frames_or_skipped(before: bytes, parts: list[bytes]) -> None:
+    """As a slow search for frames, one place after the other, finds them."""
+    stream = before + b"".join(parts) + frame(125, b"end") + b"".join(reversed(parts))
+    expected, place = [], 0
+    while place < len(stream):
+        end = place + 8 + int.from_bytes(stream[place + 2 : place + 4], "little")
+        whole = stream[place:end]
+        if len(whole) >= 8 and frame(int.from_bytes(whole[5:7], "little"), whole[7:-1]) == whole:
+            expected.append((int.from_bytes(whole[5:7], "little"), whole[7:-1]))
+            place = end
+        else:
+            place += 1
+    found, reader = feed(stream, 3)
+    while reader.is_inside:
+        found += reader.give_up()
+    assert found == expected
