@@ -25,7 +25,7 @@ from pyros1.robot_nodes.rosserial_python.node import SerialNode
 from pyros1.robot_nodes.rosserial_python.ports import PortError, SerialPort
 
 from ...bodies import decode
-from .conftest import Board, frame, topic_info
+from .conftest import PATIENCE, Board, frame, topic_info
 
 pytest.importorskip("serial", reason="the extra `serial` brings it")
 
@@ -197,7 +197,61 @@ def test_ports_that_cannot_be_opened(device: Any) -> None:
     first.close()
 
 
-@pytest.mark.parametrize("args", [["/dev/ttyUSB0", "fast"], ["tcp", "0"], ["tcp", "70000000000"]])
+def test_a_board_that_changes_the_types_of_its_topics(
+    tcp_board: Callable[..., Any], make_node: Callable[..., Any], capfd: pytest.CaptureFixture[str]
+) -> None:
+    host = make_node("serial_node", argv=["_tcp_port:=0"])
+    others = [topic_info(0, number, "chatter", "std_msgs/Bool", Bool._md5sum) for number in (126, 127)]
+    board = tcp_board(SerialNode(host, ["tcp"]).tcp_port, [CHATTER, *others])
+    board.until(lambda board: board.requests)
+    board.send(125, String("of the publisher that was closed"))
+    board.send(10, Time())
+    board.wait(10)  # the host goes on
+    host.shutdown()
+    assert "Traceback" not in capfd.readouterr().err
+
+
+def test_a_board_that_announces_ever_more_topics(
+    tcp_board: Callable[..., Any],
+    make_node: Callable[..., Any],
+    monkeypatch: pytest.MonkeyPatch,
+    capfd: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.setattr("pyros1.robot_nodes.rosserial_python.endpoints.MAX_ENDPOINTS", 3)
+    host = make_node("serial_node", argv=["_tcp_port:=0"])
+    topics = [topic_info(0, 125, f"flood{number}", "std_msgs/Bool", Bool._md5sum) for number in range(9)]
+    board = tcp_board(SerialNode(host, ["tcp"]).tcp_port, topics)
+    board.until(lambda board: board.requests)
+    board.send(10, Time())
+    board.wait(10)
+    assert sum(name.startswith("/flood") for name, _ in host.master.get_system_state()[0]) == 3
+    host.shutdown()
+    assert capfd.readouterr().err.count("announced 3 topics and services until now: flood3 is ignored") == 1
+
+
+def test_who_connects_and_is_no_board_is_disconnected(
+    tcp_board: Callable[..., Any], make_node: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Otherwise, nobody else could connect."""
+    monkeypatch.setattr("pyros1.robot_nodes.rosserial_python.session.LOST_AFTER", 0.5)
+    server = SerialNode(make_node("serial_node", argv=["_tcp_port:=0"]), ["tcp"])
+    stranger = socket.create_connection(("127.0.0.1", server.tcp_port), PATIENCE)
+    with stranger:
+        stranger.sendall(b"GET / HTTP/1.0\r\n\r\n")
+        while stranger.recv(100):
+            pass
+        tcp_board(server.tcp_port, [CHATTER]).until(lambda board: board.requests)
+
+
+def test_a_port_in_stocks_namespace_that_is_no_number(make_node: Callable[..., Any]) -> None:
+    host = make_node("serial_node", argv=["_tcp_port:=0"])
+    host.params["/rosserial_embeddedlinux"] = {"tcp_port": "any"}
+    assert SerialNode(host, ["tcp"]).tcp_port
+
+
+@pytest.mark.parametrize(
+    "args", [["/dev/ttyUSB0", "fast"], ["tcp", "0"], ["tcp", "70000000000"], ["tcp", "0000000001" + "9" * 5000]]
+)
 def test_wrong_arguments(args: list[str], make_node: Callable[..., Any]) -> None:
     with pytest.raises(SettingError, match="is not a number: serial_node"):
         SerialNode(make_node("serial_node"), args)

@@ -8,9 +8,10 @@ from collections.abc import Callable
 from typing import Any
 
 from pyros1.ground.errors import Error, MessageError, NodeError, ServiceError
+from pyros1.ground.terminal_text import one_line
 from pyros1.msgs import load_message, load_service
 from pyros1.node import Node
-from pyros1.robot_nodes.rosserial_python.session import Endpoint, Kind
+from pyros1.robot_nodes.rosserial_python.session import MAX_ENDPOINTS, Endpoint, Kind
 
 QUEUE_SIZE = 10
 RESPONSE_TIMEOUT = 5.0
@@ -43,12 +44,17 @@ class Endpoints:
         self._send = send
         self._submit = submit
         self._parts: dict[tuple[str, str], Any] = {}
-        self._receivers: dict[Endpoint, Callable[[bytes], None]] = {}
+        self._receivers: dict[int, Callable[[bytes], None]] = {}
 
     def set_up(self, endpoint: Endpoint) -> None:
         """Create an endpoint, or give the one of this name its new topic id. What is not possible is logged."""
         title = _TITLES[endpoint.kind]
+        self._receivers.pop(endpoint.id, None)
         try:
+            if (title, endpoint.name) not in self._parts and len(self._parts) >= MAX_ENDPOINTS:
+                text = "the board has announced %d topics and services until now: %s is ignored"
+                self._node.log.error(text, MAX_ENDPOINTS, one_line(endpoint.name, 100), throttle=10)
+                return
             self._set_up(title, endpoint)
         except (Error, ValueError, TypeError) as error:
             self._node.log.error("cannot create the board's %s %s: %s", title, endpoint.name, error)
@@ -60,7 +66,9 @@ class Endpoints:
         _check_md5sum(endpoint, cls)
         part = self._parts.get(key)
         if part is not None and part.type is not cls:
-            self._remove(key)
+            part.close()
+            del self._parts[key]
+            self._receivers = {id: receive for id, receive in self._receivers.items() if receive != part.receive}
             part = None
         is_new = part is None
         if part is None:
@@ -68,21 +76,13 @@ class Endpoints:
             self._parts[key] = part
         else:
             part.attach(endpoint)
-        self._receivers[endpoint] = part.receive
+        self._receivers[endpoint.id] = part.receive
         if is_new:
             self._node.log.info("Setup %s on %s [%s]", title, endpoint.name, endpoint.type)
 
-    def _remove(self, key: tuple[str, str]) -> None:
-        self._parts.pop(key).close()
-        self._receivers = {
-            endpoint: receive
-            for endpoint, receive in self._receivers.items()
-            if (_TITLES[endpoint.kind], endpoint.name) != key
-        }
-
     def deliver(self, endpoint: Endpoint, data: bytes) -> None:
         """Pass on a message that the board sent."""
-        receive = self._receivers.get(endpoint)
+        receive = self._receivers.get(endpoint.id)
         if receive is None:
             return  # it could not be created, which was logged
         try:

@@ -18,7 +18,7 @@ from pyros1.ground.errors import SettingError
 from pyros1.msgs.diagnostic_msgs.msg import DiagnosticArray
 from pyros1.net.ports import listening_socket
 from pyros1.node import Node
-from pyros1.robot_nodes.parameters import PrivateParameters
+from pyros1.robot_nodes.parameters import PrivateParameters, is_number
 from pyros1.robot_nodes.program import run_node
 from pyros1.robot_nodes.rosserial_python.board import Board
 from pyros1.robot_nodes.rosserial_python.ports import Port, PortError, SerialPort, TcpPort
@@ -92,7 +92,7 @@ class SerialNode:
     def _prepare_tcp(self, params: PrivateParameters, port: int | None) -> Any:
         get = self._node.params.get
         fallback = get(f"{_STOCK_NAMESPACE}/tcp_port", DEFAULT_TCP_PORT)
-        port = port or params.integer("tcp_port", int(fallback), 0, 65535)
+        port = port or params.integer("tcp_port", int(fallback) if is_number(fallback) else DEFAULT_TCP_PORT, 0, 65535)
         several = params.flag("fork_server", get(f"{_STOCK_NAMESPACE}/fork_server", False) is True)
         try:
             listener = listening_socket("0.0.0.0", port)
@@ -166,7 +166,7 @@ def _read_speed(params: PrivateParameters, default: int) -> int:
 
 
 def _parse_number(text: str) -> int:
-    if not (text.isascii() and text.isdigit() and 0 < int(text[:10]) < 2**31):
+    if not (text.isascii() and text.isdigit() and len(text) <= 10 and 0 < int(text[:10]) < 2**31):
         raise SettingError(f"{text!r} is not a number: serial_node.py [PORT [BAUD]], or serial_node.py tcp [TCP_PORT]")
     return int(text)
 

@@ -139,7 +139,7 @@ class Session:
 
     @property
     def is_lost(self) -> bool:
-        """Whether the board has been silent for so long that it counts as lost, also if it has never answered."""
+        """Whether the board has been silent, or has sent nothing that can be understood, for `LOST_AFTER`."""
         return self._has_complained
 
     def start(self, now: float) -> list[Action]:
