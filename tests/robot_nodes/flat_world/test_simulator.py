@@ -199,6 +199,7 @@ def test_reset_positions(make_node: Any) -> None:
         ({}, "set the parameter /flat_world/map to the YAML file of a map"),
         ({"map": "nowhere.yaml"}, "nowhere.yaml: cannot be read"),
         ({"map": "room.yaml", "robots": 50}, "the map has free places for"),
+        ({"map": "fine.yaml"}, "fine.yaml: its resolution must be 0.002 m or more"),
         ({"map": "turned.yaml"}, "turned.yaml: the yaw of its origin must be 0"),
     ],
 )
@@ -207,6 +208,7 @@ def test_worlds_that_cannot_be(
 ) -> None:
     monkeypatch.chdir(room.parent)
     (room.parent / "turned.yaml").write_text(YAML.format(0, 1.5))
+    (room.parent / "fine.yaml").write_text(YAML.format(0, 0).replace("0.5", "1e-300"))
     node = make_node("flat_world")
     for name, value in values.items():
         node.params[f"~{name}"] = value

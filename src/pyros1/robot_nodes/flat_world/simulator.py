@@ -31,6 +31,8 @@ _NS_PER_STEP = 1_000_000_000 // STEPS_PER_SECOND
 _MAX_DELAY = 0.5
 """Seconds by which the simulation may be late before time is lost."""
 _REPORT_PERIOD = 30
+_MAX_RADIUS_IN_CELLS = 100
+"""Maximum radius of robots in cells, since all cells near a robot are looked at."""
 
 
 @dataclass(frozen=True)
@@ -142,6 +144,8 @@ def make_simulator(node: Node) -> Simulator:
     x, y, yaw = loaded.origin
     if yaw:
         raise Error(f"{path}: the yaw of its origin must be 0")
+    if loaded.resolution < Settings.radius / _MAX_RADIUS_IN_CELLS:
+        raise Error(f"{path}: its resolution must be {Settings.radius / _MAX_RADIUS_IN_CELLS:g} m or more")
     walls = Walls(loaded.cells == OCCUPIED, loaded.resolution, (x, y))
     drive = Drive(slip=values.number("slip", Drive.slip, 0, 0.5), noise=values.number("noise", Drive.noise, 0, 0.1))
     laser = Laser(
