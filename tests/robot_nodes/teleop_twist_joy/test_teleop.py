@@ -40,6 +40,7 @@ def drive(machine: Teleop, axes: list[float], buttons: list[int]) -> tuple[float
         (SIX | {"enable_turbo_button": 2}, [1.0] * 6, [0, 0, 1], (10, 20, 0, 0, 0, 60)),
         (SIX | {"scale_linear": {}}, [1.0] * 6, [1], (0, 0, 0, 4, 5, 6)),
         ({}, [nan, 1.0], [1], (0.5, 0, 0, 0, 0, 0)),
+        ({"scale_linear": 1e300}, [0.5, 1e38], [1], (0, 0, 0, 0, 0, 0.25)),
     ],
 )
 def test_commands(values: dict[str, Any], axes: list[float], buttons: list[int], expected: tuple[float, ...]) -> None:

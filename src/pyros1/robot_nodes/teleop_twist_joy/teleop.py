@@ -71,8 +71,8 @@ class Teleop:
         twist = Twist()
         for axis in controls.axes:
             value = axes[axis.index] if 0 <= axis.index < len(axes) else 0.0
-            if isfinite(value):
-                speed = value * (axis.turbo_scale if is_turbo else axis.scale)
+            speed = value * (axis.turbo_scale if is_turbo else axis.scale)
+            if isfinite(speed):
                 setattr(getattr(twist, axis.vector), axis.component, speed)
         return twist
 
