@@ -126,7 +126,10 @@ def test_a_calibration_is_set_saved_and_loaded(
     video, node, peer = FakeVideo(), make_node("usb_cam"), make_node("peer")
     CameraDriver(node, OPTIONS, lambda: video)
     info = CameraInfo(width=6, height=4, distortion_model="plumb_bob", D=[0.5], K=[7.0, *[0.0] * 7, 1.0])
-    response = peer.service("/usb_cam/set_camera_info", SetCameraInfo)(info)
+    service = peer.service("/usb_cam/set_camera_info", SetCameraInfo)
+    response = service(CameraInfo(D=[0.5] * 101))
+    assert (response.success, response.status_message) == (False, "a calibration has at most 100 coefficients")
+    response = service(info)
     assert response.success
     assert list(tmp_path.rglob("camera_info/head_camera.yaml"))
     finish(node, video)
@@ -140,6 +143,18 @@ def test_a_calibration_is_set_saved_and_loaded(
     finish(node, video)
     said = capfd.readouterr()
     assert "the camera has no calibration" in said.err and "camera calibration: " in said.out
+
+
+def test_a_calibration_without_size_and_a_delay_from_before_time_began(
+    make_node: Callable[..., Any], until: Callable[..., None]
+) -> None:
+    video, node, peer = FakeVideo(), make_node("usb_cam"), make_node("peer")
+    images = listen(peer, "/usb_cam/image_raw", Image)
+    CameraDriver(node, CameraOptions("/dev/video7", "lens", "head_camera", rescale=True, delay=1e10), lambda: video)
+    service = peer.service("/usb_cam/set_camera_info", SetCameraInfo)
+    service(CameraInfo(K=[7.0, *[0.0] * 7, 1.0]))
+    assert feed_until(video, images, until).header.stamp.to_sec() < 1
+    finish(node, video)
 
 
 def test_every_image_of_a_file_is_published(make_node: Callable[..., Any], until: Callable[..., None]) -> None:

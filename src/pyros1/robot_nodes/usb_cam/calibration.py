@@ -14,7 +14,7 @@ from pyros1.values.reading import YamlError, load_yaml
 
 DEFAULT_URL = "file://${ROS_HOME}/camera_info/${NAME}.yaml"
 _MATRICES = (("camera_matrix", "K", 3, 3), ("rectification_matrix", "R", 3, 3), ("projection_matrix", "P", 3, 4))
-_MAX_COEFFICIENTS = 100
+MAX_COEFFICIENTS = 100
 
 
 class CalibrationError(Error):
@@ -53,7 +53,7 @@ def _numbers(values: Mapping[Any, Any], name: str, count: int | None) -> list[fl
     data = part.get("data") if isinstance(part, Mapping) else None
     if (
         not isinstance(data, list)
-        or len(data) > _MAX_COEFFICIENTS
+        or len(data) > MAX_COEFFICIENTS
         or (count is not None and len(data) != count)
         or not all(type(value) in (int, float) for value in data)
     ):
