@@ -6,7 +6,6 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-
 MAX_LENGTH = 500
 """Longer names match no regular expression: with ``.*a.*b``, a name of a megabyte would take hours."""
 
