@@ -39,7 +39,6 @@ def test_a_map_without_orientation() -> None:
         (lambda grid: setattr(grid.info.origin.position, "y", float("inf")), "is not a number"),
         (lambda grid: setattr(grid.info.origin.orientation, "x", float("nan")), "is not a number"),
         (lambda grid: setattr(grid.info.origin.orientation, "x", float("inf")), "is not a number"),
-        (lambda grid: setattr(grid.info.origin.orientation, "x", 1e200), "is not a number"),
     ],
 )
 def test_maps_that_are_none(change: Any, problem: str) -> None:

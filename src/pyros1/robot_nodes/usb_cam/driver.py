@@ -21,7 +21,12 @@ from pyros1.msgs.sensor_msgs.srv import SetCameraInfo
 from pyros1.node import Node
 from pyros1.robot_nodes.image_proc.pixels import to_image
 from pyros1.robot_nodes.image_proc.sizes import Scaling
-from pyros1.robot_nodes.usb_cam.calibration import calibration_path, format_calibration, parse_calibration
+from pyros1.robot_nodes.usb_cam.calibration import (
+    MAX_COEFFICIENTS,
+    calibration_path,
+    format_calibration,
+    parse_calibration,
+)
 from pyros1.robot_nodes.usb_cam.video import Video, VideoEndedError, VideoError
 
 RETRY_PERIOD = 2.0
@@ -172,6 +177,8 @@ class CameraDriver:
         return info
 
     def _set_calibration(self, request: Any) -> Any:
+        if len(request.camera_info.D) > MAX_COEFFICIENTS:
+            return False, f"a calibration has at most {MAX_COEFFICIENTS} coefficients"
         self._info = deepcopy(request.camera_info)
         try:
             path = self._path()
