@@ -83,3 +83,12 @@ def test_without_pillow(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (folder / "floor.pgm").write_bytes(b"\x89PNG\r\n\x1a\n")
     with pytest.raises(MapDataError, match=r"floor.pgm: .* need Pillow: pip install 'pyros1\[images\]'"):
         load_map(str(folder / "floor.yaml"))
+
+
+def test_a_relative_path_is_reported_with_its_folder(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """roslaunch starts nodes in another folder than the user's."""
+    monkeypatch.chdir(folder)
+    with pytest.raises(MapMissingError, match=rf"No such file or directory \(in the folder {folder}; .* full path\)"):
+        load_map("nowhere.yaml")
+    with pytest.raises(MapMissingError, match=r"No such file or directory$"):
+        load_map(str(folder / "nowhere.yaml"))

@@ -91,7 +91,9 @@ def _read(path: str, max_bytes: int) -> bytes:
         with open(path, "rb") as file:
             data = file.read(max_bytes + 1)
     except (OSError, ValueError) as error:
-        raise MapMissingError(f"cannot be read: {getattr(error, 'strerror', None) or error}") from None
+        # roslaunch starts nodes in another folder than the user's.
+        where = "" if os.path.isabs(path) else f" (in the folder {os.getcwd()}; nodes of launch files need a full path)"
+        raise MapMissingError(f"cannot be read: {getattr(error, 'strerror', None) or error}{where}") from None
     if len(data) > max_bytes:
         raise MapDataError(f"too large: at most {max_bytes >> 20} MiB can be read")
     return data
