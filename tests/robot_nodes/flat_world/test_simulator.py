@@ -30,6 +30,8 @@ from pyros1.robot_nodes.flat_world.walls import Walls
 from pyros1.robot_nodes.flat_world.world import Settings, World
 from pyros1.tf import Buffer
 
+from ..logs import wait_for_line
+
 PATIENCE = 20.0
 SETTINGS = Settings(drive=Drive(slip=0.04), laser=Laser(rays=4, noise=0.0), imu=Imu(0.0, 0.0, 0.0))
 YAML = "image: room.pgm\nresolution: 0.5\norigin: [{}, 0, {}]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n"
@@ -228,6 +230,13 @@ def test_parameters(room: Path, make_node: Any, subscribe: Subscribe) -> None:
     truth = step_until(simulated, subscribe("/base_pose_ground_truth", "nav_msgs/Odometry")).pose.pose
     assert (truth.position.x, truth.position.y) == (1.5, 2.0)
     assert len(step_until(simulated, subscribe("/tf", "tf2_msgs/TFMessage")).transforms) == 1
+
+
+def test_a_start_in_a_wall_is_reported(room: Path, make_node: Any, capfd: pytest.CaptureFixture[str]) -> None:
+    node: Node = make_node("flat_world", wall_time=True)
+    node.params["~map"], node.params["~x"], node.params["~y"] = str(room), 100, 2
+    make_simulator(node)
+    wait_for_line(capfd, "the first robot has no room at x=100, y=2: it starts at x=")
 
 
 @pytest.mark.parametrize(("speed", "seconds"), [(20, 1.0), (0, 1.0)])

@@ -124,3 +124,12 @@ def test_free_places_are_free(grid: tuple[int, int, int, float], clearance: floa
 def test_there_are_free_places() -> None:
     places = Walls(np.zeros((7, 9), np.bool_), 0.5, (10.0, 20.0)).free_places(0.4)
     assert places[0].tolist() == [11.25, 21.25] and len(places) == 15
+
+
+@pytest.mark.parametrize("place", [(100.0, 2.0), (-100.0, 2.0), (2.0, 1e300), (2.0, -7.0)])
+def test_everything_beyond_the_grid_is_wall(place: tuple[float, float]) -> None:
+    x, y = place
+    assert Walls(np.zeros((10, 10), np.bool_), 0.5).are_hit(np.array([x, 2.0]), np.array([y, 2.0]), 0.2).tolist() == [
+        True,
+        False,
+    ]

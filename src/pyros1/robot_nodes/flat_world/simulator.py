@@ -160,6 +160,9 @@ def make_simulator(node: Node) -> Simulator:
     seed = values.integer("seed", 0, 0)
     first = (values.number("x", 0.0), values.number("y", 0.0), values.number("yaw", 0.0))
     starts = find_starts(walls, values.integer("robots", 1, 1, MAX_ROBOTS), settings.radius, first, seed)
+    if tuple(starts[0]) != first:
+        places = (*first[:2], *starts[0, :2])
+        node.log.warn("the first robot has no room at x=%g, y=%g: it starts at x=%g, y=%g", *places)
     pace = Pace(
         speed,
         _steps(values.number("scan_rate", 20.0, 0.1, STEPS_PER_SECOND)),

@@ -83,10 +83,12 @@ class Walls:
             radius: their radius in m.
         """
         centre_x, centre_y = self._to_cells(x, y)
-        cells = self._clip(np.stack([np.floor(centre_x), np.floor(centre_y)]).astype(np.int64))
+        centres = np.floor(np.stack([centre_x, centre_y]))
+        cells = self._clip(centres).astype(np.int64)
         reach = ceil(radius / self.resolution)
-        hit = np.zeros(x.shape, np.bool_)
-        near = np.flatnonzero(self._distances[cells[1], cells[0]] <= reach)  # the others are too far from walls
+        hit: Flags = (cells != centres).any(axis=0)  # beyond the grid
+        # The others are there or too far from walls.
+        near = np.flatnonzero(~hit & (self._distances[cells[1], cells[0]] <= reach))
         if near.size:
             offsets = np.arange(-reach, reach + 1)
             columns = cells[0, near, None, None] + offsets[None, None, :]
