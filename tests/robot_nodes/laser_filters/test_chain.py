@@ -85,7 +85,11 @@ def test_an_empty_chain_changes_nothing() -> None:
         ({"type": "laser_filters/LaserScanAngularBoundsFilter"}, "lower_angle and upper_angle must be set"),
         ({"type": "LaserScanMaskFilter", "params": {"masks": {"laser": [-1]}}}, "masks/laser must be a list of numb"),
         ({"type": "LaserScanMaskFilter"}, "masks must be set"),
-        ({"type": "LaserScanFootprintFilter", "params": 5}, "inscribed_radius must be set"),
+        ({"type": "LaserScanFootprintFilter"}, "inscribed_radius must be set"),
+        (
+            {"type": "LaserScanRangeFilter", "params": [{"lower_threshold": 1}]},
+            "params must be a mapping, not .{'lower_",
+        ),
         ({"type": "ScanBlobFilter"}, "max_radius and min_points must be set"),
         ({"type": "LaserScanPolygonFilter", "params": {"polygon": "[]"}}, "polygon must be set, to a list of corners"),
         ({"type": "LaserScanPolygonFilter", "params": {"polygon": [[0, 0]] * 3}}, "polygon_frame must be set"),

@@ -94,3 +94,8 @@ def test_a_scan_that_no_message_can_hold_after_the_filter_is_dropped(
     publisher.publish(LaserScan(angle_increment=1.0, time_increment=1e30, ranges=[1.0, 2.0]))
     wait_for_line(capfd, "a scan is dropped: /scan_filtered: field header.stamp")
     del running
+
+
+def test_a_node_without_filters_says_so(make_node: Callable[..., Node], capfd: pytest.CaptureFixture[str]) -> None:
+    FilterChain(make_node("chain"))
+    wait_for_line(capfd, "the parameter /chain/scan_filter_chain is not set: scans are passed on as they are")

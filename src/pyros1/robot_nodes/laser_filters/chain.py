@@ -78,8 +78,12 @@ def _make_filter(specification: object, place: str, report: Callable[[str], obje
         hint = did_you_mean(kind, FILTERS) or f"; {PACKAGE} has {', '.join(FILTERS)}"
         raise FilterError(f"{place}: there is no filter {text}{hint}")
     values = specification.get("params")
+    if values is None:
+        values = {}
+    if not isinstance(values, Mapping):
+        raise FilterError(f"{place}: params must be a mapping, not {one_line(repr(values), 100)}")
     try:
-        return FILTERS[kind](PrivateParameters(values if isinstance(values, Mapping) else {}, report, place))
+        return FILTERS[kind](PrivateParameters(values, report, place))
     except FilterError as error:
         raise FilterError(f"{place}: {error}") from None
 
