@@ -259,8 +259,8 @@ def _subscribe(frame: Mapping[str, Any], id: Id) -> Subscribe:
 
 def _auth(frame: Mapping[str, Any], _: Id) -> Action:
     raise BridgeError(
-        "this server does not use rosauth; put the token from the link that the server prints into the address: "
-        "ws://HOST:PORT/?token=TOKEN"
+        "this server does not use rosauth; only `pyros1 web` needs a token, which is in the link that it prints: "
+        "put it into the address, ws://HOST:PORT/?token=TOKEN"
     )
 
 
