@@ -90,6 +90,15 @@ def test_patterns_for_services_and_topics_differ(serve: Callable[..., Served], m
         assert "/client_count is not among" in ask(client, "subscribe", topic="/client_count")["msg"]
 
 
+def test_what_clients_do_wrong_is_logged(serve: Callable[..., Served], capfd: pytest.CaptureFixture[str]) -> None:
+    with serve().connect() as client:
+        assert ask(client, "publish", topic="/unknown", msg={})["level"] == "error"
+    text, deadline = "", monotonic() + PATIENCE
+    while "a client's request failed: " not in text and monotonic() < deadline:
+        text += capfd.readouterr().err
+    assert "a client's request failed: the type of /unknown is unknown" in text
+
+
 def test_pages_without_an_origin(serve: Callable[..., Served]) -> None:
     with serve().connect(origin="null") as client:
         assert ask(client, "call_service", service="/rosapi/get_time")["result"] is True

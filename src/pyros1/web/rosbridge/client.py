@@ -65,6 +65,7 @@ class Client:
         send_now: sends frames without waiting, from any thread; returns False if it cannot send them now. None if all
             frames must be taken by `take`.
         on_fault: called, from any thread, with an unexpected error.
+        on_refusal: called, from any thread, with the text of each error that the client is told.
 
     Attributes:
         pending_subscriptions: the subscriptions in progress.
@@ -80,6 +81,7 @@ class Client:
         shared_encodings: SharedEncodings | None = None,
         send_now: Callable[[Iterable[Frame]], bool] | None = None,
         on_fault: Callable[[Exception], object] = lambda error: None,
+        on_refusal: Callable[[str], object] = lambda text: None,
     ) -> None:
         self._robot = robot
         self._run_in_thread = run_in_thread
@@ -100,6 +102,7 @@ class Client:
         self._shared_encodings = shared_encodings or SharedEncodings()
         self._send_now = send_now
         self._on_fault = on_fault
+        self._on_refusal = on_refusal
 
     def handle(self, received: Iterable[str | bytes]) -> bool:
         """Handle frames from the client in order. Errors are reported to the client.
@@ -165,6 +168,8 @@ class Client:
             raise BridgeError("this server is read-only (--read-only)")
 
     def _send_status(self, level: str, message: str, id: Id = None) -> None:
+        if level == "error":
+            self._on_refusal(message)
         if LEVELS.index(level) <= self._status_level:
             self.outbox.enqueue(frames.status(level, message, id))
 

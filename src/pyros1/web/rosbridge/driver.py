@@ -54,10 +54,14 @@ class Bridge:
     Args:
         robot: the robot, with the access rules for clients.
         call_threads: run the clients' service calls, which may take a long time.
+        on_refusal: called, from any thread, with the text of each error that a client is told.
     """
 
-    def __init__(self, robot: Robot, call_threads: ThreadPool) -> None:
+    def __init__(
+        self, robot: Robot, call_threads: ThreadPool, on_refusal: Callable[[str], object] = lambda text: None
+    ) -> None:
         self._robot = robot
+        self._on_refusal = on_refusal
         self._threads = ThreadPool(_MAX_THREADS, "web: clients")
         self._call_threads = call_threads
         self._large_input_slots = asyncio.Semaphore(_MAX_LARGE_INPUTS)
@@ -74,6 +78,7 @@ class Bridge:
                 self._call_threads.queue(),
                 self._large_input_slots,
                 self._shared_encodings,
+                self._on_refusal,
             ).run()
         finally:
             self._shared_encodings.remove_client()
@@ -92,6 +97,7 @@ class _Driver:
         call_threads: Executor,
         large_input_slots: asyncio.Semaphore,
         shared_encodings: SharedEncodings,
+        on_refusal: Callable[[str], object],
     ) -> None:
         self._connection = connection
         self._robot = robot
@@ -118,6 +124,7 @@ class _Driver:
             shared_encodings,
             None if transport is None else partial(send_now, transport),
             self._on_fault,
+            on_refusal,
         )
 
     async def run(self) -> None:

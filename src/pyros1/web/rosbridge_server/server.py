@@ -19,6 +19,7 @@ from websockets.asyncio.server import Server, ServerConnection, serve
 from websockets.http11 import Request, Response
 
 from pyros1.ground.errors import Error
+from pyros1.ground.terminal_text import one_line
 from pyros1.net.allowlist import make_allowlist
 from pyros1.net.hosts import addresses_from_environment
 from pyros1.node import Node
@@ -34,6 +35,9 @@ from pyros1.web.service_calls import MAX_CONCURRENT_CALLS
 MAX_CLIENTS = 256
 _CLEANUP_PERIOD = 10.0
 """Seconds after which a client's topics are unadvertised if no client uses them any more."""
+
+_REPORT_PERIOD = 1.0
+"""Minimum number of seconds between log messages about what clients do wrong."""
 
 
 class TlsError(Error):
@@ -95,11 +99,15 @@ class BridgeServer:
                 await asyncio.to_thread(self._robot.clean_up)
             await asyncio.to_thread(self._robot.close)  # ends whatever clients are waiting for
 
+    def _report(self, text: str) -> None:
+        """Log what a client is told, which many clients do not show."""
+        self._node.log.error("a client's request failed: %s", one_line(text, 300), throttle=_REPORT_PERIOD)
+
     @contextlib.asynccontextmanager
     async def _listen(self, ended: asyncio.Event) -> AsyncIterator[Server | None]:
         """Listen while the context is active; yield None if the node shuts down while the port is in use."""
         threads = ThreadPool(MAX_CLIENTS * MAX_CONCURRENT_CALLS, "rosbridge: services")
-        bridge = Bridge(self._robot, threads)
+        bridge = Bridge(self._robot, threads, self._report)
         pending = PendingConnections(self._robot.access.allowlist)
         logger = logging.getLogger("pyros1.web")
         logger.addHandler(logging.NullHandler())
