@@ -68,6 +68,28 @@ def test_the_program_stops_the_robot_at_its_end(
             os.close(ours)
 
 
+def test_the_program_can_be_ended_while_it_waits_for_a_robot(environ: dict[str, str]) -> None:
+    ours, theirs = pty.openpty()
+    child = subprocess.Popen(
+        [sys.executable, PROGRAM],
+        env={**os.environ, **environ, "PYTHONPATH": str(Path(pyros1.__file__).parents[1])},
+        stdin=theirs,
+        stdout=subprocess.PIPE,
+        start_new_session=True,
+    )
+    os.close(theirs)
+    try:
+        assert child.stdout is not None
+        assert child.stdout.readline() == b"Waiting for subscriber to connect to /cmd_vel\n"
+        child.send_signal(signal.SIGINT)
+        shown, _ = child.communicate(timeout=PATIENCE)
+        assert b"Drive with the keyboard" not in shown and child.returncode == 0
+    finally:
+        child.kill()
+        child.wait()
+        os.close(ours)
+
+
 def test_no_key_for_some_time_stops_the_robot(make_node: Callable[..., Node]) -> None:
     twists = listen(make_node("base"))
     teleop = Teleop(make_node("keyboard", argv=["_key_timeout:=0.02"]))

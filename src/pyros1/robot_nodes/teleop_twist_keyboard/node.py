@@ -157,6 +157,8 @@ def _drive(node: Node, teleop: Teleop, keys: KeyReader, interrupts: _Interrupts)
         if monotonic() >= next_reminder:
             next_reminder += _WAITING_PERIOD
             _show(f"Waiting for subscriber to connect to {teleop.topic}")
+    if interrupts.arrived or not node.ok():
+        return
     teleop.publish()
     _show(HELP_TEXT, teleop.describe())
     while node.ok() and not interrupts.arrived and (pressed := keys.read(teleop.check_timeout())) is not None:
