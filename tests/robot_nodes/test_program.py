@@ -3,11 +3,13 @@ from __future__ import annotations
 import os
 import signal
 import threading
+from collections.abc import Callable
 
 import pytest
 
 from pyros1.ground.errors import NodeError
 from pyros1.node import Node
+from pyros1.robot_nodes import program
 from pyros1.robot_nodes.program import run_node
 
 
@@ -64,3 +66,25 @@ def test_further_options_of_the_node(environ: dict[str, str], monkeypatch: pytes
 
     assert run_node(["map_server"], "map_server", start, anonymous=True) == 0
     assert names[0].startswith("/map_server_")
+
+
+def test_a_clock_that_nobody_publishes_is_reported(
+    environ: dict[str, str],
+    monkeypatch: pytest.MonkeyPatch,
+    make_node: Callable[..., Node],
+    wait_for_line: Callable[[str], None],
+) -> None:
+    for name, value in environ.items():
+        monkeypatch.setenv(name, value)
+    monkeypatch.setattr(program, "CLOCK_PATIENCE", 0.0)
+    make_node("user").params["/use_sim_time"] = True
+
+    def look() -> None:
+        try:
+            wait_for_line("/use_sim_time is true, but nobody publishes /clock")
+        finally:
+            os.kill(os.getpid(), signal.SIGINT)
+
+    looking = threading.Thread(target=look)
+    assert run_node(["joy_node"], "joy_node", lambda node: looking.start()) == 0
+    looking.join()

@@ -3,10 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from time import monotonic, sleep
 from typing import Any
 
 from pyros1.ground.errors import Error, NodeShutdownError
 from pyros1.node import Node
+
+CLOCK_PATIENCE = 5.0
+"""Seconds without simulated time until that is reported."""
+_POLL_PERIOD = 0.1
 
 
 def run_node(argv: list[str], name: str, start: Callable[[Node], object], **options: Any) -> int:
@@ -27,6 +32,22 @@ def run_node(argv: list[str], name: str, start: Callable[[Node], object], **opti
         except Error as error:
             node.log.fatal("%s", error)
             return 1
+        if node.simulated_time:
+            _wait_for_clock(node)
         node.spin()
         del running
     return 0
+
+
+def _wait_for_clock(node: Node) -> None:
+    """Report it if simulated time does not begin: then no timer and no timeout of the node works."""
+    deadline = monotonic() + CLOCK_PATIENCE
+    while node.ok() and not node.now().to_sec():
+        if monotonic() >= deadline:
+            node.log.warn(
+                "/use_sim_time is true, but nobody publishes /clock, so time stands still: "
+                "start the simulation, or set it to false and restart this node"
+            )
+            return
+        node.spin_once()
+        sleep(_POLL_PERIOD)
