@@ -285,5 +285,5 @@ def test_an_interrupt_during_the_start_is_no_error(
         return advertise(node, *args, **options)
 
     monkeypatch.setattr(Node, "advertise", advertise_too_late)
-    assert simulator.main(["flat_world", f"_map:={room}"]) == 0
+    assert simulator.main(["flat_world", f"_map:={room}", "_x:=2.25", "_y:=1.75"]) == 0
     assert capfd.readouterr().err == ""
