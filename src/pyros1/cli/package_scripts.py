@@ -53,6 +53,10 @@ SCRIPTS: Mapping[str, Mapping[str, str | Callable[[], int]]] = {
         },
     },
     "image_transport": {"republish": _program("pyros1.topic_tools.republish")},
+    "imu_complementary_filter": {
+        "complementary_filter_node": _program("pyros1.robot_nodes.imu_complementary_filter.node"),
+    },
+    "imu_filter_madgwick": {"imu_filter_node": _program("pyros1.robot_nodes.imu_filter_madgwick.node")},
     "interactive_marker_twist_server": {
         "marker_server": _program("pyros1.robot_nodes.interactive_marker_twist_server.node")
     },
