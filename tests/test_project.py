@@ -55,10 +55,10 @@ PURE += [
     f"robot_nodes/diagnostic_aggregator/{name}.py" for name in ("matching", "analyzers", "configuration", "aggregator")
 ]
 PURE += [f"turtlesim/{name}.py" for name in ("turtle", "canvas", "world", "blocks", "finding")]
-DRIVE = "twist_sources joy/events joy/joystick teleop_twist_joy/teleop twist_mux/arbiter yocs_cmd_vel_mux/config"
+DRIVE = "shared/twist_sources joy/events joy/joystick teleop_twist_joy/teleop twist_mux/arbiter yocs_cmd_vel_mux/config"
 DRIVE += " yocs_cmd_vel_mux/selector yocs_velocity_smoother/smoother interactive_marker_twist_server/handle"
 PURE += [f"robot_nodes/{name}.py" for name in DRIVE.split()]
-IMU = "quaternions imu_readings imu_filter_madgwick/world imu_filter_madgwick/madgwick"
+IMU = "shared/quaternions shared/imu_readings imu_filter_madgwick/world imu_filter_madgwick/madgwick"
 PURE += [f"robot_nodes/{name}.py" for name in f"{IMU} imu_complementary_filter/complementary".split()]
 PURE += [f"robot_nodes/map_server/{name}.py" for name in ("pgm", "description", "cells", "messages", "errors")]
 PURE += [f"robot_nodes/flat_world/{name}.py" for name in ("walls", "drive", "sensors", "camera", "world")]

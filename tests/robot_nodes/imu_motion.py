@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pyros1.robot_nodes.imu_readings import Reading
+from pyros1.robot_nodes.shared.imu_readings import Reading
 from pyros1.tf.rotation import Quaternion
 
 Array = NDArray[np.float64]

@@ -13,10 +13,10 @@ from pyros1.launch.reading.loader import load_plan
 from pyros1.launch.reading.resources import Resources
 from pyros1.robot_nodes.interactive_marker_twist_server.handle import read_settings
 from pyros1.robot_nodes.joy.node import read_settings as read_joy_settings
-from pyros1.robot_nodes.parameters import PrivateParameters
+from pyros1.robot_nodes.shared.parameters import PrivateParameters
+from pyros1.robot_nodes.shared.twist_sources import read_sources
 from pyros1.robot_nodes.teleop_twist_joy.teleop import read_controls
 from pyros1.robot_nodes.twist_mux.turbo import read_ranges
-from pyros1.robot_nodes.twist_sources import read_sources
 from pyros1.robot_nodes.yocs_cmd_vel_mux.config import read_config
 from pyros1.robot_nodes.yocs_velocity_smoother.node import check_limits
 

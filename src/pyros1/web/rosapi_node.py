@@ -11,8 +11,8 @@ from typing import Any
 from pyros1.ground.errors import Error, ServiceRefusal
 from pyros1.msgs import Message, Service, load_service
 from pyros1.node import Node
-from pyros1.robot_nodes.parameters import PrivateParameters
-from pyros1.robot_nodes.program import run_node
+from pyros1.robot_nodes.shared.parameters import PrivateParameters
+from pyros1.robot_nodes.shared.program import run_node
 from pyros1.web.robot import Robot
 from pyros1.web.rosbridge import rosapi
 from pyros1.web.rosbridge.values import from_args

@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pyros1.robot_nodes.imu_complementary_filter.complementary import ComplementaryFilter, Settings
-from pyros1.robot_nodes.imu_readings import Estimate, Reading, UnusableReadingError
+from pyros1.robot_nodes.shared.imu_readings import Estimate, Reading, UnusableReadingError
 from pyros1.tf.rotation import Vector, to_angles
 
 from ..imu_motion import FIELD, Motion, angle_between, tilt_between

@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 
 from pyros1.robot_nodes.imu_filter_madgwick.madgwick import GRAVITY, MadgwickFilter, Settings, gradient
 from pyros1.robot_nodes.imu_filter_madgwick.world import WorldFrame
-from pyros1.robot_nodes.imu_readings import Reading, UnusableReadingError
-from pyros1.robot_nodes.quaternions import conjugate, from_rotation_vector, rotate
+from pyros1.robot_nodes.shared.imu_readings import Reading, UnusableReadingError
+from pyros1.robot_nodes.shared.quaternions import conjugate, from_rotation_vector, rotate
 from pyros1.tf.rotation import Vector, to_angles
 
 from ..imu_motion import FIELD, Motion, angle_between, matrix, tilt_between

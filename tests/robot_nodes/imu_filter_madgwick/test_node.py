@@ -154,7 +154,7 @@ def test_wrong_parameters_are_reported(
 def test_it_says_what_it_waits_for(
     make_node: Make, wait_for_line: Callable[[str], None], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("pyros1.robot_nodes.imu_node.WAIT_PERIOD", 0.05)
+    monkeypatch.setattr("pyros1.robot_nodes.shared.imu_node.WAIT_PERIOD", 0.05)
     running = Madgwick(make_node("imu_filter", argv=["imu/mag:=compass"]))
     wait_for_line("still waiting for messages on /imu/data_raw and /compass")
     del running

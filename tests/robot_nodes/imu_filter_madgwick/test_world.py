@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pyros1.robot_nodes.imu_filter_madgwick.world import WorldFrame, measured_orientation
-from pyros1.robot_nodes.imu_readings import UnusableReadingError
+from pyros1.robot_nodes.shared.imu_readings import UnusableReadingError
 from pyros1.tf.rotation import Vector, to_angles
 
 from ..imu_motion import EAST_NORTH_UP, FIELD, angle_between, exponential, tilt_between

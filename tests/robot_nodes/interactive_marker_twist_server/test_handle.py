@@ -10,8 +10,8 @@ import pytest
 
 from pyros1.msgs.geometry_msgs.msg import Point, Pose, Quaternion
 from pyros1.robot_nodes.interactive_marker_twist_server.handle import Settings, make_marker, read_settings, twist_for
-from pyros1.robot_nodes.parameters import PrivateParameters
-from pyros1.robot_nodes.twists import components
+from pyros1.robot_nodes.shared.parameters import PrivateParameters
+from pyros1.robot_nodes.shared.twists import components
 
 
 def settings(**values: Any) -> Settings:

@@ -14,7 +14,7 @@ from pyros1.msgs.sensor_msgs.msg import Joy
 from pyros1.robot_nodes.joy.device import Device
 from pyros1.robot_nodes.joy.joystick import Settings
 from pyros1.robot_nodes.joy.node import JoyNode, read_settings
-from pyros1.robot_nodes.parameters import PrivateParameters
+from pyros1.robot_nodes.shared.parameters import PrivateParameters
 
 Make = Callable[..., Any]
 BUTTON, AXIS, INIT = 1, 2, 128

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from pyros1.msgs.sensor_msgs.msg import LaserScan
-from pyros1.robot_nodes.parameters import PrivateParameters
 from pyros1.robot_nodes.pointcloud_to_laserscan.projection import (
     MAX_RAYS,
     ScanSettings,
@@ -17,6 +16,7 @@ from pyros1.robot_nodes.pointcloud_to_laserscan.projection import (
     read_settings,
     unproject,
 )
+from pyros1.robot_nodes.shared.parameters import PrivateParameters
 
 
 def slow_ranges(points: list[tuple[float, float, float]], settings: ScanSettings) -> list[float]:

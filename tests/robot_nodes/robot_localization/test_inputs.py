@@ -12,12 +12,12 @@ from pyros1.ground.timing import Time
 from pyros1.msgs.geometry_msgs.msg import PoseWithCovarianceStamped, TwistWithCovarianceStamped
 from pyros1.msgs.nav_msgs.msg import Odometry
 from pyros1.msgs.sensor_msgs.msg import Imu
-from pyros1.robot_nodes.parameters import PrivateParameters
 from pyros1.robot_nodes.robot_localization.ekf import Ekf
 from pyros1.robot_nodes.robot_localization.estimator import Estimator
 from pyros1.robot_nodes.robot_localization.inputs import SensorInput, pose_tuple
 from pyros1.robot_nodes.robot_localization.sensors import Frame
 from pyros1.robot_nodes.robot_localization.settings import DEFAULT_NOISE, read_settings
+from pyros1.robot_nodes.shared.parameters import PrivateParameters
 from pyros1.tf.rotation import Quaternion, Transform, from_angles, multiply
 
 MOUNTED: Transform = (0.1, 0.2, 0.3, *from_angles(0.0, 0.0, pi / 2))

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 import yaml
 
-from pyros1.robot_nodes.parameters import PrivateParameters
 from pyros1.robot_nodes.robot_localization.settings import DEFAULT_NOISE, Settings, prefixed, read_settings
+from pyros1.robot_nodes.shared.parameters import PrivateParameters
 
 # as in the files that come with robots
 WHEELED = """

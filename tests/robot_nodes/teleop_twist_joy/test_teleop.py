@@ -8,9 +8,9 @@ from typing import Any
 
 import pytest
 
-from pyros1.robot_nodes.parameters import PrivateParameters
+from pyros1.robot_nodes.shared.parameters import PrivateParameters
+from pyros1.robot_nodes.shared.twists import components
 from pyros1.robot_nodes.teleop_twist_joy.teleop import Teleop, read_controls
-from pyros1.robot_nodes.twists import components
 
 SIX = {"axis_linear": {"x": 0, "y": 1, "z": 2}, "scale_linear": {"x": 1, "y": 2.0, "z": 3}}
 SIX |= {"scale_linear_turbo": {"x": 10, "y": 20}, "axis_angular": {"roll": 3, "pitch": 4, "yaw": 5}}

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import random
 
+from pyros1.robot_nodes.shared.twist_sources import Source
 from pyros1.robot_nodes.twist_mux.arbiter import Arbiter
-from pyros1.robot_nodes.twist_sources import Source
 
 
 def topics(*entries: tuple[float, int]) -> list[Source]:

@@ -12,10 +12,10 @@ import pytest
 from pyros1.actions import Client
 from pyros1.msgs.geometry_msgs.msg import Twist, Vector3
 from pyros1.msgs.std_msgs.msg import Bool
-from pyros1.robot_nodes.parameters import PrivateParameters
+from pyros1.robot_nodes.shared.parameters import PrivateParameters
+from pyros1.robot_nodes.shared.twists import components
 from pyros1.robot_nodes.twist_mux.relay import JoystickRelay
 from pyros1.robot_nodes.twist_mux.turbo import Turbo, read_ranges
-from pyros1.robot_nodes.twists import components
 
 TURBO = {"linear_forward_min": 0.5, "linear_forward_max": 2.0, "linear_backward_min": 0.25, "steps": 4}
 TURBO |= {"linear_backward_max": 0.25, "angular_min": 1.0, "angular_max": 4.0}

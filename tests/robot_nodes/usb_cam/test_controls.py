@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from pyros1.robot_nodes.parameters import PrivateParameters
+from pyros1.robot_nodes.shared.parameters import PrivateParameters
 from pyros1.robot_nodes.usb_cam.controls import Control, read_controls
 
 

@@ -7,7 +7,7 @@ import random
 import pytest
 
 from pyros1.ground.errors import Error
-from pyros1.robot_nodes.twist_sources import Source
+from pyros1.robot_nodes.shared.twist_sources import Source
 from pyros1.robot_nodes.yocs_cmd_vel_mux.config import Config, read_config
 from pyros1.robot_nodes.yocs_cmd_vel_mux.selector import Selector
 

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from pyros1.robot_nodes.parameters import PrivateParameters
+from pyros1.robot_nodes.shared.parameters import PrivateParameters
 from pyros1.web.rosbridge.frame_decoder import MAX_FRAME
 from pyros1.web.rosbridge_server.settings import Settings, UnsupportedError, options_in, read_patterns, read_settings
 

@@ -16,8 +16,8 @@ from pyros1.node import Node
 from pyros1.node.subscribing.subscriber import Subscriber
 from pyros1.reconfigure import Parameters, Server
 from pyros1.robot_nodes.depthimage_to_laserscan.conversion import Camera, convert, read_depths
-from pyros1.robot_nodes.lazy import LazyInputs
-from pyros1.robot_nodes.program import run_node
+from pyros1.robot_nodes.shared.lazy import LazyInputs
+from pyros1.robot_nodes.shared.program import run_node
 
 _QUEUE_SIZE = 10
 

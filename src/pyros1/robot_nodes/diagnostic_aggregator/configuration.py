@@ -17,7 +17,7 @@ from pyros1.robot_nodes.diagnostic_aggregator.analyzers import (
     IgnoreAnalyzer,
 )
 from pyros1.robot_nodes.diagnostic_aggregator.matching import Matcher, join_path
-from pyros1.robot_nodes.parameters import PrivateParameters
+from pyros1.robot_nodes.shared.parameters import PrivateParameters
 
 PACKAGE = "diagnostic_aggregator"
 MATCHING_PARAMETERS = ("find_and_remove_prefix", "startswith", "name", "contains", "expected", "regex")

@@ -10,8 +10,8 @@ from pyros1.msgs.diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from pyros1.node import Node
 from pyros1.robot_nodes.diagnostic_aggregator.aggregator import Aggregator
 from pyros1.robot_nodes.diagnostic_aggregator.configuration import AnalyzerFactory
-from pyros1.robot_nodes.parameters import PrivateParameters
-from pyros1.robot_nodes.program import run_node
+from pyros1.robot_nodes.shared.parameters import PrivateParameters
+from pyros1.robot_nodes.shared.program import run_node
 
 _INPUT_QUEUE_SIZE = 1000
 _MIN_RATE, _MAX_RATE = 0.01, 1000.0

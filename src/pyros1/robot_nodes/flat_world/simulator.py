@@ -24,7 +24,7 @@ from pyros1.robot_nodes.flat_world.walls import Walls
 from pyros1.robot_nodes.flat_world.world import MAX_ROBOTS, STEPS_PER_SECOND, Settings, World, find_starts
 from pyros1.robot_nodes.map_server.cells import OCCUPIED
 from pyros1.robot_nodes.map_server.loading import load_map
-from pyros1.robot_nodes.parameters import PrivateParameters
+from pyros1.robot_nodes.shared.parameters import PrivateParameters
 from pyros1.tf import StaticTransformBroadcaster, TransformBroadcaster
 
 _NS_PER_STEP = 1_000_000_000 // STEPS_PER_SECOND

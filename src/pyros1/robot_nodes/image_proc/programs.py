@@ -11,8 +11,8 @@ from typing import Any
 from pyros1.node import Node
 from pyros1.robot_nodes.image_proc.nodelets import QUEUE_SIZE, Debayer, Rectify
 from pyros1.robot_nodes.image_proc.size_nodelets import CropDecimate, Resize
-from pyros1.robot_nodes.parameters import PrivateParameters
-from pyros1.robot_nodes.program import run_node
+from pyros1.robot_nodes.shared.parameters import PrivateParameters
+from pyros1.robot_nodes.shared.program import run_node
 
 PATIENCE = 60.0
 """Seconds after which a missing input is reported, as in stock; once."""

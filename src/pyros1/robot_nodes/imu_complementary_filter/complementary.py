@@ -9,8 +9,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from math import atan2, hypot
 
-from pyros1.robot_nodes.imu_readings import Estimate, Reading, UnusableReadingError
-from pyros1.robot_nodes.quaternions import from_rotation_vector, normalized, product, rotate
+from pyros1.robot_nodes.shared.imu_readings import Estimate, Reading, UnusableReadingError
+from pyros1.robot_nodes.shared.quaternions import from_rotation_vector, normalized, product, rotate
 from pyros1.tf.rotation import Quaternion, Vector
 
 GRAVITY = 9.81

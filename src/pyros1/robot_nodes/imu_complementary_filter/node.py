@@ -10,10 +10,10 @@ from typing import Any
 from pyros1.msgs.std_msgs.msg import Bool
 from pyros1.node import Node
 from pyros1.robot_nodes.imu_complementary_filter.complementary import ComplementaryFilter, Settings
-from pyros1.robot_nodes.imu_node import ImuFilterNode
-from pyros1.robot_nodes.imu_readings import Estimate, Reading
-from pyros1.robot_nodes.parameters import PrivateParameters
-from pyros1.robot_nodes.program import run_node
+from pyros1.robot_nodes.shared.imu_node import ImuFilterNode
+from pyros1.robot_nodes.shared.imu_readings import Estimate, Reading
+from pyros1.robot_nodes.shared.parameters import PrivateParameters
+from pyros1.robot_nodes.shared.program import run_node
 
 
 class Complementary:

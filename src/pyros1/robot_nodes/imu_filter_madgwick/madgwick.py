@@ -9,8 +9,8 @@ from dataclasses import dataclass, replace
 from math import cos, hypot, sin
 
 from pyros1.robot_nodes.imu_filter_madgwick.world import WorldFrame, measured_orientation
-from pyros1.robot_nodes.imu_readings import Estimate, Reading, UnusableReadingError
-from pyros1.robot_nodes.quaternions import conjugate, from_rotation_vector, normalized, product, rotate
+from pyros1.robot_nodes.shared.imu_readings import Estimate, Reading, UnusableReadingError
+from pyros1.robot_nodes.shared.quaternions import conjugate, from_rotation_vector, normalized, product, rotate
 from pyros1.tf.rotation import Quaternion, Vector
 
 GRAVITY = 9.80665

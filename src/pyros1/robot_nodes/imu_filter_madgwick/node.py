@@ -15,10 +15,10 @@ from pyros1.node import Node
 from pyros1.reconfigure import Parameters, Server
 from pyros1.robot_nodes.imu_filter_madgwick.madgwick import MadgwickFilter, Settings
 from pyros1.robot_nodes.imu_filter_madgwick.world import WorldFrame
-from pyros1.robot_nodes.imu_node import ImuFilterNode
-from pyros1.robot_nodes.imu_readings import Estimate, Reading, UnusableReadingError
-from pyros1.robot_nodes.parameters import PrivateParameters, is_number
-from pyros1.robot_nodes.program import run_node
+from pyros1.robot_nodes.shared.imu_node import ImuFilterNode
+from pyros1.robot_nodes.shared.imu_readings import Estimate, Reading, UnusableReadingError
+from pyros1.robot_nodes.shared.parameters import PrivateParameters, is_number
+from pyros1.robot_nodes.shared.program import run_node
 from pyros1.tf.rotation import to_angles
 
 DEFAULTS: Mapping[str, float] = {"gain": 0.1, "zeta": 0.0, "mag_bias_x": 0.0, "mag_bias_y": 0.0, "mag_bias_z": 0.0}

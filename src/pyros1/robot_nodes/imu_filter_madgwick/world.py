@@ -5,8 +5,8 @@ from __future__ import annotations
 from enum import Enum
 from math import atan2, hypot
 
-from pyros1.robot_nodes.imu_readings import UnusableReadingError
-from pyros1.robot_nodes.quaternions import from_rows
+from pyros1.robot_nodes.shared.imu_readings import UnusableReadingError
+from pyros1.robot_nodes.shared.quaternions import from_rows
 from pyros1.tf.rotation import Quaternion, Vector, from_angles
 
 _MIN_ACCELERATION = 0.1  # as in stock

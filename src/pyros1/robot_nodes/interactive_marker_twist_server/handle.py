@@ -9,7 +9,7 @@ from typing import Any
 
 from pyros1.msgs.geometry_msgs.msg import Quaternion, Twist
 from pyros1.msgs.visualization_msgs.msg import InteractiveMarker, InteractiveMarkerControl
-from pyros1.robot_nodes.parameters import PrivateParameters
+from pyros1.robot_nodes.shared.parameters import PrivateParameters
 
 _AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 0.0, 1.0), "z": (0.0, 1.0, 0.0)}
 """By direction: the vector part of the quaternion, (x, y, z, 1) before it is normalized, that turns a control there."""

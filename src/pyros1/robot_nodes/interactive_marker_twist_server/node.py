@@ -22,10 +22,10 @@ from pyros1.msgs.visualization_msgs.msg import (
 )
 from pyros1.node import Node
 from pyros1.robot_nodes.interactive_marker_twist_server.handle import make_marker, read_settings, twist_for
-from pyros1.robot_nodes.node_clock import check_regularly, seconds
-from pyros1.robot_nodes.parameters import PrivateParameters
-from pyros1.robot_nodes.program import run_node
-from pyros1.robot_nodes.twists import TwistOutput
+from pyros1.robot_nodes.shared.node_clock import check_regularly, seconds
+from pyros1.robot_nodes.shared.parameters import PrivateParameters
+from pyros1.robot_nodes.shared.program import run_node
+from pyros1.robot_nodes.shared.twists import TwistOutput
 
 TOPIC = "twist_marker_server"
 KEEP_ALIVE_PERIOD = 0.5

@@ -20,8 +20,8 @@ from pyros1.node import Node
 from pyros1.robot_nodes.joy.device import Device, joysticks
 from pyros1.robot_nodes.joy.events import BUTTON, FULL_SCALE, EventReader
 from pyros1.robot_nodes.joy.joystick import MAX_DEADZONE, Joystick, Settings
-from pyros1.robot_nodes.parameters import PrivateParameters
-from pyros1.robot_nodes.program import run_node
+from pyros1.robot_nodes.shared.parameters import PrivateParameters
+from pyros1.robot_nodes.shared.program import run_node
 
 RETRY_PERIOD = 1.0
 """Seconds between attempts to open the device."""

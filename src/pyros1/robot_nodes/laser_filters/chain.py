@@ -26,7 +26,7 @@ from pyros1.robot_nodes.laser_filters.value_filters import (
     RangeFilter,
     SectorFilter,
 )
-from pyros1.robot_nodes.parameters import PrivateParameters
+from pyros1.robot_nodes.shared.parameters import PrivateParameters
 
 PACKAGE = "laser_filters"
 FILTERS: Mapping[str, Callable[[PrivateParameters], ScanFilter]] = {

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from pyros1.robot_nodes.laser_filters.scans import FilterError, Floats, Mask, MatrixTo, changed, ranges_of, replace_rays
-from pyros1.robot_nodes.parameters import PrivateParameters, is_number
+from pyros1.robot_nodes.shared.parameters import PrivateParameters, is_number
 
 _MAX_NEIGHBOURS = 1000
 

@@ -14,9 +14,9 @@ from pyros1.node import Node
 from pyros1.robot_nodes.laser_filters.chain import apply_chain, make_chain
 from pyros1.robot_nodes.laser_filters.scans import FilterError, Matrix
 from pyros1.robot_nodes.laser_filters.shape_filters import ShapeFilter
-from pyros1.robot_nodes.parameters import PrivateParameters
-from pyros1.robot_nodes.program import run_node
-from pyros1.robot_nodes.transforms import lookup_matrix
+from pyros1.robot_nodes.shared.parameters import PrivateParameters
+from pyros1.robot_nodes.shared.program import run_node
+from pyros1.robot_nodes.shared.transforms import lookup_matrix
 from pyros1.tf import Buffer, TransformException, TransformListener
 
 _MAX_WAIT = 1.0

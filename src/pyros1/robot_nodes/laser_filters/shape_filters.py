@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pyros1.robot_nodes.laser_filters.scans import FilterError, Mask, MatrixTo, points_of, replace_rays
-from pyros1.robot_nodes.parameters import PrivateParameters, is_number
-from pyros1.robot_nodes.transforms import transform_points
+from pyros1.robot_nodes.shared.parameters import PrivateParameters, is_number
+from pyros1.robot_nodes.shared.transforms import transform_points
 
 _Points = NDArray[np.float64]
 

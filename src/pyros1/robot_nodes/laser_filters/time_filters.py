@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from pyros1.robot_nodes.laser_filters.scans import FilterError, Floats, MatrixTo, changed, intensities_of, ranges_of
-from pyros1.robot_nodes.parameters import PrivateParameters, is_number
+from pyros1.robot_nodes.shared.parameters import PrivateParameters, is_number
 
 _MAX_OBSERVATIONS = 1000
 _KINDS = {"MultiChannelMedianFilterFloat": "median", "MultiChannelMeanFilterFloat": "mean"}

@@ -19,7 +19,7 @@ from pyros1.robot_nodes.laser_filters.scans import (
     ranges_of,
     replace_rays,
 )
-from pyros1.robot_nodes.parameters import PrivateParameters, is_number
+from pyros1.robot_nodes.shared.parameters import PrivateParameters, is_number
 
 _LARGE = 100000.0
 

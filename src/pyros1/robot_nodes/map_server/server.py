@@ -18,8 +18,8 @@ from pyros1.robot_nodes.map_server.description import Description
 from pyros1.robot_nodes.map_server.errors import MapDataError, MapMetadataError, MapMissingError
 from pyros1.robot_nodes.map_server.loading import Map, load_map, load_picture
 from pyros1.robot_nodes.map_server.messages import make_grid
-from pyros1.robot_nodes.parameters import PrivateParameters
-from pyros1.robot_nodes.program import run_node
+from pyros1.robot_nodes.shared.parameters import PrivateParameters
+from pyros1.robot_nodes.shared.program import run_node
 
 USAGE = """\
 usage: map_server MAP.yaml

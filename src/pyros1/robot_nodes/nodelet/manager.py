@@ -11,7 +11,7 @@ from typing import Any
 from pyros1.ground.terminal_text import one_line
 from pyros1.msgs.nodelet.srv import NodeletList, NodeletListResponse, NodeletLoad, NodeletUnload
 from pyros1.node import Node
-from pyros1.robot_nodes.program import run_node
+from pyros1.robot_nodes.shared.program import run_node
 
 
 class Manager:

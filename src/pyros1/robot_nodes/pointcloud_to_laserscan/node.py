@@ -17,12 +17,12 @@ from pyros1.ground.terminal_text import one_line
 from pyros1.msgs.sensor_msgs.msg import LaserScan, PointCloud2
 from pyros1.msgs.std_msgs.msg import Header
 from pyros1.node import Node
-from pyros1.robot_nodes.lazy import LazyInputs
-from pyros1.robot_nodes.parameters import PrivateParameters
 from pyros1.robot_nodes.pointcloud_to_laserscan.clouds import make_cloud, read_positions
 from pyros1.robot_nodes.pointcloud_to_laserscan.projection import project, read_settings, unproject
-from pyros1.robot_nodes.program import run_node
-from pyros1.robot_nodes.transforms import lookup_matrix, transform_points
+from pyros1.robot_nodes.shared.lazy import LazyInputs
+from pyros1.robot_nodes.shared.parameters import PrivateParameters
+from pyros1.robot_nodes.shared.program import run_node
+from pyros1.robot_nodes.shared.transforms import lookup_matrix, transform_points
 from pyros1.tf import Buffer, TransformException, TransformListener
 
 _MAX_WAIT = 1.0

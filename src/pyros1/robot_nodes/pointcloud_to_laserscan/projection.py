@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 if TYPE_CHECKING:
-    from pyros1.robot_nodes.parameters import PrivateParameters
+    from pyros1.robot_nodes.shared.parameters import PrivateParameters
 
 MAX_RAYS = 1_000_000
 """Maximum number of rays of a scan."""

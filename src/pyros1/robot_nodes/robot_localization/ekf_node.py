@@ -27,8 +27,6 @@ from pyros1.msgs.robot_localization.srv import SetPose, ToggleFilterProcessing
 from pyros1.msgs.sensor_msgs.msg import Imu
 from pyros1.msgs.std_srvs.srv import Empty
 from pyros1.node import Node
-from pyros1.robot_nodes.parameters import PrivateParameters
-from pyros1.robot_nodes.program import run_node
 from pyros1.robot_nodes.robot_localization.ekf import Ekf
 from pyros1.robot_nodes.robot_localization.estimator import Estimator
 from pyros1.robot_nodes.robot_localization.frames import Frames
@@ -42,6 +40,8 @@ from pyros1.robot_nodes.robot_localization.output import (
 )
 from pyros1.robot_nodes.robot_localization.sensors import PosePart
 from pyros1.robot_nodes.robot_localization.settings import read_settings
+from pyros1.robot_nodes.shared.parameters import PrivateParameters
+from pyros1.robot_nodes.shared.program import run_node
 from pyros1.tf.broadcaster import TransformBroadcaster
 from pyros1.tf.rotation import invert, multiply
 

@@ -14,8 +14,6 @@ from pyros1.msgs.nav_msgs.msg import Odometry
 from pyros1.msgs.robot_localization.srv import FromLL, SetDatum, ToLL
 from pyros1.msgs.sensor_msgs.msg import Imu, NavSatFix
 from pyros1.node import Node
-from pyros1.robot_nodes.parameters import PrivateParameters, is_number
-from pyros1.robot_nodes.program import run_node
 from pyros1.robot_nodes.robot_localization.ekf_node import find_prefix
 from pyros1.robot_nodes.robot_localization.frames import Frames
 from pyros1.robot_nodes.robot_localization.navsat import Heading, Navsat
@@ -23,6 +21,8 @@ from pyros1.robot_nodes.robot_localization.output import make_transform
 from pyros1.robot_nodes.robot_localization.sensors import unit
 from pyros1.robot_nodes.robot_localization.settings import prefixed
 from pyros1.robot_nodes.robot_localization.utm import UtmError
+from pyros1.robot_nodes.shared.parameters import PrivateParameters, is_number
+from pyros1.robot_nodes.shared.program import run_node
 from pyros1.tf.broadcaster import StaticTransformBroadcaster
 from pyros1.tf.rotation import from_angles, invert
 

@@ -11,10 +11,10 @@ from typing import Any, TypeGuard
 
 import numpy as np
 
-from pyros1.robot_nodes.parameters import PrivateParameters, is_number
 from pyros1.robot_nodes.robot_localization.control import Control
 from pyros1.robot_nodes.robot_localization.motion import SIZE, Array
 from pyros1.robot_nodes.robot_localization.sensors import Mask
+from pyros1.robot_nodes.shared.parameters import PrivateParameters, is_number
 
 DEFAULT_NOISE = (0.05, 0.05, 0.06, 0.03, 0.03, 0.06, 0.025, 0.025, 0.04, 0.01, 0.01, 0.02, 0.01, 0.01, 0.015)
 """The diagonal of the default process noise."""

@@ -18,10 +18,10 @@ from pyros1.ground.errors import SettingError
 from pyros1.msgs.diagnostic_msgs.msg import DiagnosticArray
 from pyros1.net.ports import listening_socket
 from pyros1.node import Node
-from pyros1.robot_nodes.parameters import PrivateParameters, is_number
-from pyros1.robot_nodes.program import run_node
 from pyros1.robot_nodes.rosserial_python.board import Board
 from pyros1.robot_nodes.rosserial_python.ports import Port, PortError, SerialPort, TcpPort
+from pyros1.robot_nodes.shared.parameters import PrivateParameters, is_number
+from pyros1.robot_nodes.shared.program import run_node
 
 DEFAULT_PORT = "/dev/ttyUSB0"
 DEFAULT_BAUD = 57600

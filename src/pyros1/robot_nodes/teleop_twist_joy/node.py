@@ -11,11 +11,11 @@ from typing import Any
 
 from pyros1.msgs.sensor_msgs.msg import Joy
 from pyros1.node import Node
-from pyros1.robot_nodes.node_clock import check_regularly
-from pyros1.robot_nodes.parameters import PrivateParameters
-from pyros1.robot_nodes.program import run_node
+from pyros1.robot_nodes.shared.node_clock import check_regularly
+from pyros1.robot_nodes.shared.parameters import PrivateParameters
+from pyros1.robot_nodes.shared.program import run_node
+from pyros1.robot_nodes.shared.twists import TwistOutput
 from pyros1.robot_nodes.teleop_twist_joy.teleop import Teleop, read_controls
-from pyros1.robot_nodes.twists import TwistOutput
 
 WATCH_PERIOD = 0.2
 """Seconds between checks that joy has a publisher."""

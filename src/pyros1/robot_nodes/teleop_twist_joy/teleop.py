@@ -8,7 +8,7 @@ from math import isfinite
 from typing import Any
 
 from pyros1.msgs.geometry_msgs.msg import Twist
-from pyros1.robot_nodes.parameters import PrivateParameters, is_number
+from pyros1.robot_nodes.shared.parameters import PrivateParameters, is_number
 
 _LINEAR = {"x": "x", "y": "y", "z": "z"}
 _ANGULAR = {"yaw": "z", "pitch": "y", "roll": "x"}

@@ -14,7 +14,7 @@ from pyros1.ground.interrupts import TERMINATION_SIGNALS
 from pyros1.ground.keys import KeyReader
 from pyros1.msgs.geometry_msgs.msg import Twist, TwistStamped
 from pyros1.node import Node
-from pyros1.robot_nodes.parameters import PrivateParameters
+from pyros1.robot_nodes.shared.parameters import PrivateParameters
 from pyros1.robot_nodes.teleop_twist_keyboard.driver import STOPPED, Driver, Velocity
 
 HELP_TEXT = """

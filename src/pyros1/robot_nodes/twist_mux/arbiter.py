@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from pyros1.robot_nodes.twist_sources import Source
+from pyros1.robot_nodes.shared.twist_sources import Source
 
 
 class Arbiter:

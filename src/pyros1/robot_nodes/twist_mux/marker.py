@@ -8,8 +8,8 @@ from typing import Any
 from pyros1.msgs.geometry_msgs.msg import Point, Twist
 from pyros1.msgs.visualization_msgs.msg import Marker
 from pyros1.node import Node
-from pyros1.robot_nodes.parameters import PrivateParameters
-from pyros1.robot_nodes.program import run_node
+from pyros1.robot_nodes.shared.parameters import PrivateParameters
+from pyros1.robot_nodes.shared.program import run_node
 
 
 def make_marker(twist: Any, frame_id: str, scale: float, height: float) -> Any:

@@ -14,12 +14,12 @@ from pyros1.diagnostics import OK, Status, Updater
 from pyros1.msgs.geometry_msgs.msg import Twist
 from pyros1.msgs.std_msgs.msg import Bool
 from pyros1.node import Node
-from pyros1.robot_nodes.node_clock import check_regularly, seconds
-from pyros1.robot_nodes.parameters import PrivateParameters
-from pyros1.robot_nodes.program import run_node
+from pyros1.robot_nodes.shared.node_clock import check_regularly, seconds
+from pyros1.robot_nodes.shared.parameters import PrivateParameters
+from pyros1.robot_nodes.shared.program import run_node
+from pyros1.robot_nodes.shared.twist_sources import Source, read_sources
+from pyros1.robot_nodes.shared.twists import TwistOutput, is_finite
 from pyros1.robot_nodes.twist_mux.arbiter import Arbiter
-from pyros1.robot_nodes.twist_sources import Source, read_sources
-from pyros1.robot_nodes.twists import TwistOutput, is_finite
 
 CHECK_PERIOD = 0.05
 """Seconds between checks whether the robot must be stopped."""

@@ -16,10 +16,10 @@ from pyros1.msgs.geometry_msgs.msg import Twist
 from pyros1.msgs.std_msgs.msg import Bool
 from pyros1.msgs.visualization_msgs.msg import Marker
 from pyros1.node import Node
-from pyros1.robot_nodes.parameters import PrivateParameters
-from pyros1.robot_nodes.program import run_node
+from pyros1.robot_nodes.shared.parameters import PrivateParameters
+from pyros1.robot_nodes.shared.program import run_node
+from pyros1.robot_nodes.shared.twists import TwistOutput
 from pyros1.robot_nodes.twist_mux.turbo import Turbo, read_ranges
-from pyros1.robot_nodes.twists import TwistOutput
 
 
 class JoystickRelay:

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from pyros1.msgs.geometry_msgs.msg import Twist
-from pyros1.robot_nodes.parameters import PrivateParameters
-from pyros1.robot_nodes.twists import components
+from pyros1.robot_nodes.shared.parameters import PrivateParameters
+from pyros1.robot_nodes.shared.twists import components
 
 _MAX_STEPS = 1000
 

@@ -8,8 +8,8 @@ from typing import Any
 from pyros1.ground.errors import SettingError
 from pyros1.msgs.std_srvs.srv import Empty
 from pyros1.node import Node
-from pyros1.robot_nodes.parameters import PrivateParameters
-from pyros1.robot_nodes.program import run_node
+from pyros1.robot_nodes.shared.parameters import PrivateParameters
+from pyros1.robot_nodes.shared.program import run_node
 from pyros1.robot_nodes.usb_cam.controls import SET_CONTROL, Control, read_controls
 from pyros1.robot_nodes.usb_cam.driver import CameraDriver, CameraOptions
 from pyros1.robot_nodes.usb_cam.video import AvVideo

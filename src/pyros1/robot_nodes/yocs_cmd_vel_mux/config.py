@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from pyros1.ground.errors import Error
 from pyros1.ground.terminal_text import one_line
-from pyros1.robot_nodes.twist_sources import Source, read_sources
+from pyros1.robot_nodes.shared.twist_sources import Source, read_sources
 from pyros1.values.reading import load_yaml
 
 DEFAULT_OUTPUT = "output"

@@ -18,9 +18,9 @@ from pyros1.msgs.geometry_msgs.msg import Twist
 from pyros1.msgs.std_msgs.msg import String
 from pyros1.node import Node
 from pyros1.reconfigure import Parameters, Server
-from pyros1.robot_nodes.node_clock import check_regularly, seconds
-from pyros1.robot_nodes.program import run_node
-from pyros1.robot_nodes.twists import TwistOutput, is_finite
+from pyros1.robot_nodes.shared.node_clock import check_regularly, seconds
+from pyros1.robot_nodes.shared.program import run_node
+from pyros1.robot_nodes.shared.twists import TwistOutput, is_finite
 from pyros1.robot_nodes.yocs_cmd_vel_mux.config import Config, ConfigError, read_config
 from pyros1.robot_nodes.yocs_cmd_vel_mux.selector import Selector
 

@@ -14,10 +14,10 @@ from pyros1.msgs.geometry_msgs.msg import Twist
 from pyros1.msgs.nav_msgs.msg import Odometry
 from pyros1.node import Node
 from pyros1.reconfigure import Parameters, Server
-from pyros1.robot_nodes.node_clock import seconds
-from pyros1.robot_nodes.parameters import PrivateParameters, is_number
-from pyros1.robot_nodes.program import run_node
-from pyros1.robot_nodes.twists import TwistOutput, is_finite
+from pyros1.robot_nodes.shared.node_clock import seconds
+from pyros1.robot_nodes.shared.parameters import PrivateParameters, is_number
+from pyros1.robot_nodes.shared.program import run_node
+from pyros1.robot_nodes.shared.twists import TwistOutput, is_finite
 from pyros1.robot_nodes.yocs_velocity_smoother.smoother import STANDSTILL, Feedback, Limits, Smoother, Velocity
 
 _MANDATORY = ("speed_lim_v", "speed_lim_w", "accel_lim_v", "accel_lim_w")

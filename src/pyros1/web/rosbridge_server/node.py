@@ -9,7 +9,7 @@ from functools import partial
 
 from pyros1.ground.errors import Error, NodeShutdownError
 from pyros1.node import Node
-from pyros1.robot_nodes.parameters import PrivateParameters
+from pyros1.robot_nodes.shared.parameters import PrivateParameters
 from pyros1.web.rosbridge_server.server import BridgeServer
 from pyros1.web.rosbridge_server.settings import options_in, read_settings
 

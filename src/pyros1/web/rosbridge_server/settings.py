@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from pyros1.ground.errors import Error
-from pyros1.robot_nodes.parameters import PrivateParameters
+from pyros1.robot_nodes.shared.parameters import PrivateParameters
 from pyros1.web.rosbridge.frame_decoder import MAX_FRAME
 
 _DEFAULT_PING_INTERVAL = 20.0

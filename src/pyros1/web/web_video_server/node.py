@@ -9,8 +9,8 @@ from pyros1.net.allowlist import make_allowlist
 from pyros1.net.hosts import addresses_from_environment
 from pyros1.node import Node
 from pyros1.observe.image_files import import_pillow
-from pyros1.robot_nodes.parameters import PrivateParameters
-from pyros1.robot_nodes.program import run_node
+from pyros1.robot_nodes.shared.parameters import PrivateParameters
+from pyros1.robot_nodes.shared.program import run_node
 from pyros1.web.web_video_server.requests import STREAM_TYPES
 from pyros1.web.web_video_server.server import VideoServer, describe
 

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from pyros1.node import Node
-from pyros1.robot_nodes.parameters import PrivateParameters, is_number
+from pyros1.robot_nodes.shared.parameters import PrivateParameters, is_number
 
 Read = Callable[[PrivateParameters], Any]
 

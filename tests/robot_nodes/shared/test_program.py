@@ -9,8 +9,8 @@ import pytest
 
 from pyros1.ground.errors import NodeError
 from pyros1.node import Node
-from pyros1.robot_nodes import program
-from pyros1.robot_nodes.program import run_node
+from pyros1.robot_nodes.shared import program
+from pyros1.robot_nodes.shared.program import run_node
 
 
 def test_an_error_at_the_start_is_logged(

@@ -6,7 +6,7 @@ from math import inf, nan
 
 import pytest
 
-from pyros1.robot_nodes.imu_readings import Reading, Steps, UnusableReadingError, is_usable
+from pyros1.robot_nodes.shared.imu_readings import Reading, Steps, UnusableReadingError, is_usable
 
 SECOND = 1_000_000_000
 

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from pyros1.msgs.geometry_msgs.msg import Twist, Vector3
-from pyros1.robot_nodes.twists import TwistOutput, components, is_finite
+from pyros1.robot_nodes.shared.twists import TwistOutput, components, is_finite
 
 
 @pytest.mark.parametrize("component", range(6))

@@ -5,7 +5,7 @@ from queue import Queue
 from typing import Any
 
 from pyros1.msgs.std_msgs.msg import Float64
-from pyros1.robot_nodes.lazy import LazyInputs
+from pyros1.robot_nodes.shared.lazy import LazyInputs
 
 PATIENCE = 20.0
 

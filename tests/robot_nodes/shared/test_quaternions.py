@@ -7,10 +7,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pyros1.robot_nodes.quaternions import conjugate, from_rotation_vector, from_rows, normalized, product, rotate
+from pyros1.robot_nodes.shared.quaternions import (
+    conjugate,
+    from_rotation_vector,
+    from_rows,
+    normalized,
+    product,
+    rotate,
+)
 from pyros1.tf.rotation import Vector
 
-from .imu_motion import exponential, matrix
+from ..imu_motion import exponential, matrix
 
 angles = st.tuples(*[st.floats(-3.0, 3.0)] * 3)
 

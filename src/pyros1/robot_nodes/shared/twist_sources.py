@@ -8,7 +8,7 @@ from typing import Any
 
 from pyros1.ground.errors import Error
 from pyros1.ground.terminal_text import one_line
-from pyros1.robot_nodes.parameters import is_number
+from pyros1.robot_nodes.shared.parameters import is_number
 
 
 class SourceError(Error):

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from pyros1.robot_nodes.twist_sources import Source, SourceError, read_sources
+from pyros1.robot_nodes.shared.twist_sources import Source, SourceError, read_sources
 
 GOOD = {"name": "joy", "topic": "joy_vel", "timeout": 0.5, "priority": 10}
 

@@ -11,7 +11,7 @@ from pyros1.ground.terminal_text import one_line
 from pyros1.msgs.geometry_msgs.msg import Quaternion, Transform, TransformStamped, Vector3, Vector3Stamped
 from pyros1.msgs.sensor_msgs.msg import Imu, MagneticField
 from pyros1.node import Node
-from pyros1.robot_nodes.imu_readings import (
+from pyros1.robot_nodes.shared.imu_readings import (
     MAX_PAUSE,
     Estimate,
     OrientationFilter,
@@ -20,8 +20,8 @@ from pyros1.robot_nodes.imu_readings import (
     UnusableReadingError,
     is_usable,
 )
-from pyros1.robot_nodes.parameters import PrivateParameters
-from pyros1.robot_nodes.quaternions import conjugate
+from pyros1.robot_nodes.shared.parameters import PrivateParameters
+from pyros1.robot_nodes.shared.quaternions import conjugate
 from pyros1.tf import TransformBroadcaster
 from pyros1.tf.rotation import Vector, to_angles
 
