@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from pyros1.ground.errors import NodeError, ServiceError, WaitTimeoutError
+from pyros1.ground.errors import NodeError, ServiceError, SettingError, WaitTimeoutError
 from pyros1.msgs.dynamic_reconfigure.msg import BoolParameter, ConfigDescription, GroupState, IntParameter, StrParameter
 from pyros1.msgs.dynamic_reconfigure.msg import Config as Message
 from pyros1.msgs.dynamic_reconfigure.srv import Reconfigure
@@ -150,6 +150,14 @@ def test_servers_that_cannot_begin(make_node: Any, parameters: Parameters) -> No
         Server(node, parameters, lambda config, level: config)
     assert Client(make_node("panel"), "motor", 10).update({"rate": 3}, 10).rate == 3.0
     server.close()
+
+
+@pytest.mark.parametrize(("name", "value"), [("rate", "fast"), ("mode", [1]), ("mode", 1e400)])
+def test_a_value_of_the_wrong_type(make_node: Any, parameters: Parameters, name: str, value: object) -> None:
+    node = make_node("driver")
+    node.params[f"~{name}"] = value
+    with pytest.raises(SettingError, match=f"the parameter /driver/{name} must be a value of type (double|int), not "):
+        Server(node, parameters, lambda config, level: config)
 
 
 def test_nobody_there(make_node: Any) -> None:

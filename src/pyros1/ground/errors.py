@@ -49,7 +49,7 @@ class InvalidNameError(Error, ValueError):
 
 
 class SettingError(Error, ValueError):
-    """An environment variable, or a special argument on the command line, has a value that cannot be used."""
+    """An environment variable, an argument of the command line, or a parameter has a value that cannot be used."""
 
 
 class MessageError(Error):

@@ -6,7 +6,8 @@ import threading
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
-from pyros1.ground.errors import Error
+from pyros1.ground.errors import Error, SettingError
+from pyros1.ground.terminal_text import one_line
 from pyros1.msgs.dynamic_reconfigure.msg import Config as ConfigMessage
 from pyros1.msgs.dynamic_reconfigure.msg import ConfigDescription
 from pyros1.msgs.dynamic_reconfigure.srv import Reconfigure
@@ -57,6 +58,7 @@ class Server:
     Raises:
         CallbackError: the callback did not return a configuration.
         NodeError: the node already has a server in this namespace.
+        SettingError: a value on the parameter server does not fit its parameter's type.
     """
 
     def __init__(
@@ -80,7 +82,7 @@ class Server:
         }
         self._lock = threading.RLock()  # reentrant, since a callback may request a change
         self._written_values: dict[str, Any] = {}
-        values = make({name: node.params.get(self.namespace + name, value) for name, value in self._defaults()})
+        values = make({name: self._initial_value(name, default) for name, default in self._defaults()})
         self.config = initial_config(self._clamp(values), description.config_description, make)
         self.message = encode_description(
             description.config_description, description.max, description.min, dict(description.defaults)
@@ -96,6 +98,21 @@ class Server:
         except BaseException:
             self.close()
             raise
+
+    def _initial_value(self, name: str, default: Any) -> Any:
+        """Return a parameter's value on the parameter server, or its default if it is not set.
+
+        Raises:
+            SettingError: the value does not fit the parameter's type.
+        """
+        value, type_name = self._node.params.get(self.namespace + name, default), self._types[name]
+        try:
+            TYPE_CONVERTERS[type_name](value)
+        except (ValueError, TypeError, OverflowError) as error:
+            full_name = self._node.resolve(self.namespace + name)
+            text = f"the parameter {full_name} must be a value of type {type_name}, not {one_line(repr(value), 100)}"
+            raise SettingError(text) from error
+        return value
 
     def _defaults(self) -> list[tuple[str, Any]]:
         """Return all parameters with their defaults, in the order of the fields of a configuration message."""
