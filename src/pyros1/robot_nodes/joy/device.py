@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import errno
-import fcntl
 import glob
 import os
 import stat
@@ -69,6 +68,8 @@ class Device:
         os.close(self._file)
 
     def _ask(self, request: int, size: int) -> bytes:
+        import fcntl  # noqa: PLC0415 - Windows has none, nor such devices
+
         answer = bytearray(size)
         try:
             fcntl.ioctl(self._file, request, answer)
