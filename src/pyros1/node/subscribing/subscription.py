@@ -204,6 +204,8 @@ class Subscription:
         with self._lock:
             if link.connected:  # the publisher may have closed the link meanwhile, on its own thread
                 self._inbox_links = (*self._inbox_links, link)
+        if self._closed:  # on another thread, perhaps before the link was added: then only we know it
+            link.close()
         self._notify_listeners()
 
     def _on_inbox_link_closed(self, link: Source) -> None:
