@@ -36,13 +36,13 @@ class DepthImageToLaserScan:
         self._config: Any = None
         self._server = Server(node, _make_parameters(), self._on_configured)
         self._publisher = node.advertise("scan", LaserScan, queue_size=_QUEUE_SIZE)
-        self._lazy = LazyInputs(self._publisher, self._open)
+        self._lazy = LazyInputs([self._publisher], self._open)
 
     def _on_configured(self, config: Any, level: int) -> Any:
         self._config = config
         return config
 
-    def _open(self) -> Callable[[], object]:
+    def _open(self) -> list[Callable[[], object]]:
         info_topic = self._node.resolve("image").rpartition("/")[0] + "/camera_info"
         inputs = [Filter(self._node), Filter(self._node)]
         Synchronizer(inputs, queue_size=_QUEUE_SIZE).connect(self._receive)
@@ -51,11 +51,7 @@ class DepthImageToLaserScan:
             self._node.subscribe(info_topic, CameraInfo, inputs[1].emit, queue_size=_QUEUE_SIZE),
         ]
 
-        def close() -> None:
-            for subscriber in subscribers:
-                subscriber.unregister()
-
-        return close
+        return [subscriber.unregister for subscriber in subscribers]
 
     def _receive(self, image: Any, info: Any) -> None:
         config = self._config

@@ -12,10 +12,11 @@ from pyros1.node import Node
 from pyros1.reconfigure import Parameters, Server
 from pyros1.robot_nodes.image_proc.camera import Camera, UncalibratedError, is_undistorted
 from pyros1.robot_nodes.image_proc.colours import to_bgr, to_mono
-from pyros1.robot_nodes.image_proc.lazy import Ending, Lazy, info_topic, subscribe_camera
+from pyros1.robot_nodes.image_proc.inputs import Ending, info_topic, subscribe_camera
 from pyros1.robot_nodes.image_proc.pixels import ImageError, parse_encoding, to_array, to_image
 from pyros1.robot_nodes.image_proc.remap import LINEAR, NEAREST, Remap
 from pyros1.robot_nodes.image_proc.resample import METHODS
+from pyros1.robot_nodes.shared.lazy import LazyInputs
 
 QUEUE_SIZE = 5
 QUIET = 30.0
@@ -39,7 +40,7 @@ class Debayer:
         parameters.add("debayer", _BILINEAR, "debayering algorithm", minimum=0, maximum=3, choices=_ALGORITHMS)
         self._server = Server(node, parameters, self._on_configured, namespace=namespace)
         self._mono, self._colour = (node.advertise(f"image_{name}", Image, queue_size=1) for name in ("mono", "color"))
-        self._lazy = Lazy([self._mono, self._colour], self._subscribe)
+        self._lazy = LazyInputs([self._mono, self._colour], self._subscribe)
 
     def _on_configured(self, config: Any, level: int) -> Any:
         if config.debayer != _BILINEAR:
@@ -102,7 +103,7 @@ class Rectify:
         parameters.add("interpolation", LINEAR, "interpolation algorithm", minimum=0, maximum=4, choices=METHODS)
         self._server = Server(node, parameters, self._on_configured, namespace=namespace)
         self._publisher = node.advertise(target, Image, queue_size=1)
-        self._lazy = Lazy([self._publisher], self._subscribe)
+        self._lazy = LazyInputs([self._publisher], self._subscribe)
 
     def _on_configured(self, config: Any, level: int) -> Any:
         if config.interpolation not in (NEAREST, LINEAR):

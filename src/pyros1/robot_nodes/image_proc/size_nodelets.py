@@ -8,11 +8,12 @@ from pyros1.ground.errors import MessageError
 from pyros1.msgs.sensor_msgs.msg import CameraInfo, Image
 from pyros1.node import Node
 from pyros1.reconfigure import Parameters, Server
-from pyros1.robot_nodes.image_proc.lazy import Ending, Lazy, subscribe_camera
+from pyros1.robot_nodes.image_proc.inputs import Ending, subscribe_camera
 from pyros1.robot_nodes.image_proc.nodelets import QUIET
 from pyros1.robot_nodes.image_proc.pixels import ImageError
 from pyros1.robot_nodes.image_proc.resample import LINEAR, METHODS, NEAREST
 from pyros1.robot_nodes.image_proc.sizes import CROP_METHODS, Crop, Scaling
+from pyros1.robot_nodes.shared.lazy import LazyInputs
 
 _MAX_SIZE = 2**31 - 1
 
@@ -38,8 +39,8 @@ class Resize:
         self._images = node.advertise("~image", Image, queue_size=1)
         self._infos = node.advertise("~camera_info", CameraInfo, queue_size=1)
         self._lazies = [
-            Lazy([self._images], self._subscribe_images),
-            Lazy([self._infos], self._subscribe_infos),
+            LazyInputs([self._images], self._subscribe_images),
+            LazyInputs([self._infos], self._subscribe_infos),
         ]
 
     def _on_configured(self, config: Any, level: int) -> Any:
@@ -97,7 +98,7 @@ class CropDecimate:
         target = node.resolve("camera_out")
         self._images = node.advertise(f"{target}/image_raw", Image, queue_size=1)
         self._infos = node.advertise(f"{target}/camera_info", CameraInfo, queue_size=1)
-        self._lazy = Lazy([self._images, self._infos], self._subscribe)
+        self._lazy = LazyInputs([self._images, self._infos], self._subscribe)
 
     def _on_configured(self, config: Any, level: int) -> Any:
         self._crop = Crop(**{name: config[name] for name in Crop.__dataclass_fields__})

@@ -61,21 +61,15 @@ class Converter:
         self._target_frame = parameters.text("target_frame", "").lstrip("/")
         self._timeout = max(parameters.number("transform_tolerance", 0.01, 0.0), _MAX_WAIT)
         self._publisher = node.advertise(output_topic, output_type, queue_size=queue_size)
-        self._lazy = LazyInputs(self._publisher, self._open)
+        self._lazy = LazyInputs([self._publisher], self._open)
 
-    def _open(self) -> Callable[[], object]:
+    def _open(self) -> list[Callable[[], object]]:
         buffer = Buffer()
         listener = TransformListener(self._node, buffer) if self._target_frame else None
         subscriber = self._node.subscribe(
             *self._input, lambda message: self._receive(message, buffer), queue_size=self._queue_size, arrays="numpy"
         )
-
-        def close() -> None:
-            subscriber.unregister()
-            if listener is not None:
-                listener.close()
-
-        return close
+        return [subscriber.unregister] if listener is None else [subscriber.unregister, listener.close]
 
     def _receive(self, message: Any, buffer: Buffer) -> None:
         with suppress(NodeShutdownError):

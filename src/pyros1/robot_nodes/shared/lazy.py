@@ -1,33 +1,51 @@
-"""Subscribes to a node's inputs only while its output has subscribers."""
+"""Subscribes to a node's inputs only while its outputs have subscribers."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import threading
+from collections.abc import Callable, Sequence
 from contextlib import suppress
+from functools import partial
 from typing import Any
 
 from pyros1.ground.errors import NodeShutdownError
+from pyros1.node.publishing.peers import Peer
 from pyros1.node.publishing.publisher import Publisher
+
+OpenInputs = Callable[[], Sequence[Callable[[], object]]]
+"""Subscribes, and returns functions that unsubscribe."""
 
 
 class LazyInputs:
-    """Opens inputs when a publisher gets its first subscriber, and closes them when the last one has left.
+    """Opens inputs when publishers get their first subscriber, and closes them when the last one has left.
 
     Args:
-        output: the publisher.
-        open_inputs: subscribes, and returns a function that unsubscribes. Both are called in one other thread.
+        outputs: the publishers.
+        open_inputs: opens the inputs. It is called in a thread of its own, as the functions that it returns are.
     """
 
-    def __init__(self, output: Publisher[Any], open_inputs: Callable[[], Callable[[], object]]) -> None:
-        self._output = output
+    def __init__(self, outputs: Sequence[Publisher[Any]], open_inputs: OpenInputs) -> None:
         self._open_inputs = open_inputs
-        self._close_inputs: Callable[[], object] | None = None
-        self._watch = output.watch(joined=self._update, left=self._update)
+        self._closers: Sequence[Callable[[], object]] | None = None
+        self._wanted: set[int] = set()  # the indices of the outputs that have subscribers
+        self._lock = threading.Lock()
+        self._watches = [
+            output.watch(joined=partial(self._on_joined, index), left=partial(self._on_left, index))
+            for index, output in enumerate(outputs)
+        ]
 
-    def _update(self, _: object) -> None:
-        with suppress(NodeShutdownError):
-            if self._output.num_connections and self._close_inputs is None:
-                self._close_inputs = self._open_inputs()
-            elif not self._output.num_connections and self._close_inputs is not None:
-                close_inputs, self._close_inputs = self._close_inputs, None
-                close_inputs()
+    def _on_joined(self, index: int, _: Peer) -> None:
+        with self._lock, suppress(NodeShutdownError):
+            self._wanted.add(index)
+            if self._closers is None:
+                self._closers = self._open_inputs()
+
+    def _on_left(self, index: int, peer: Peer) -> None:
+        # Not the number of subscribers that there are now: of one that comes and goes meanwhile, nothing is heard.
+        with self._lock, suppress(NodeShutdownError):
+            if not peer.others:
+                self._wanted.discard(index)
+            if not self._wanted and self._closers is not None:
+                closers, self._closers = self._closers, None
+                for close in closers:
+                    close()

@@ -1,0 +1,36 @@
+"""The inputs of nodes for cameras: images, and the camera_info beside them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from pyros1.filters import Subscriber, Synchronizer
+from pyros1.msgs.sensor_msgs.msg import CameraInfo, Image
+from pyros1.node import Node
+
+Ending = Callable[[], object]
+"""Ends a subscription."""
+
+
+def subscribe_camera(node: Node, image: str, callback: Callable[[Any, Any], object], queue_size: int) -> list[Ending]:
+    """Subscribe to images and the camera_info beside them, and call a function with those of the same time.
+
+    Args:
+        node: the node.
+        image: the images' topic.
+        callback: called with image and camera_info.
+        queue_size: how many of each wait for the other.
+
+    Returns:
+        Functions that end it.
+    """
+    topics = {node.resolve(image): Image, info_topic(node, image): CameraInfo}
+    inputs = [Subscriber(node, name, cls, queue_size=queue_size) for name, cls in topics.items()]
+    Synchronizer(inputs, queue_size).connect(callback)
+    return [source.close for source in inputs]
+
+
+def info_topic(node: Node, image: str) -> str:
+    """Return the topic of the camera_info that belongs to images: it is in the same namespace."""
+    return node.resolve(node.resolve(image).rpartition("/")[0] + "/camera_info")
