@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable
 from functools import partial
 from typing import Any
 
-from pyros1.filters import Filter, Synchronizer
 from pyros1.ground.terminal_text import one_line
 from pyros1.msgs.geometry_msgs.msg import Quaternion, Transform, TransformStamped, Vector3, Vector3Stamped
 from pyros1.msgs.sensor_msgs.msg import Imu, MagneticField
 from pyros1.node import Node
+from pyros1.robot_nodes.shared.imu_pairs import ImuPairs
 from pyros1.robot_nodes.shared.imu_readings import (
-    MAX_PAUSE,
     Estimate,
     OrientationFilter,
     Reading,
@@ -28,8 +28,6 @@ from pyros1.tf.rotation import Vector, to_angles
 _QUEUE_SIZE = 5
 WAIT_PERIOD = 10.0
 """Seconds without messages after which the node says so."""
-_SLOP = 0.5
-"""Maximum number of seconds between the stamps of an IMU message and its magnetic field. Stock has no limit."""
 
 
 class ImuFilterNode:
@@ -77,7 +75,8 @@ class ImuFilterNode:
         self._timer = node.timer(WAIT_PERIOD, lambda event: self._complain())
         if use_mag:
             self._topics.append(f"{imu}/mag")
-            self._pair()
+            self._pairs = ImuPairs(_QUEUE_SIZE)
+            self._pairs_lock = threading.Lock()
             field_type: type[Any] = Vector3Stamped if vector_field else MagneticField
             node.subscribe(self._topics[0], Imu, partial(self._add, 0), queue_size=_QUEUE_SIZE)
             node.subscribe(self._topics[1], field_type, partial(self._add, 1), queue_size=_QUEUE_SIZE)
@@ -88,17 +87,10 @@ class ImuFilterNode:
         topics = " and ".join(map(self._node.resolve, self._topics))
         self._node.log.warn("still waiting for messages on %s", topics)
 
-    def _pair(self) -> None:
-        self._newest = [0.0, 0.0]
-        self._inputs = [Filter(self._node), Filter(self._node)]
-        Synchronizer(self._inputs, queue_size=_QUEUE_SIZE, slop=_SLOP).connect(self._receive_both)
-
     def _add(self, index: int, message: Any) -> None:
-        stamp = message.header.stamp.to_sec()
-        if stamp < self._newest[index] - MAX_PAUSE:
-            self._pair()  # what waits is from before a jump of time, as when a bag is played in a loop
-        self._newest[index] = stamp
-        self._inputs[index].emit(message)
+        with self._pairs_lock:  # until the pair is filtered, so that none overtakes another
+            for imu, field in self._pairs.add(index, message.header.stamp, message):
+                self._receive_both(imu, field)
 
     def _receive_both(self, imu: Any, field: Any) -> None:
         vector = as_tuple(field.vector if isinstance(field, Vector3Stamped) else field.magnetic_field)
