@@ -13,7 +13,7 @@ SLOP = 0.5
 
 
 class ImuPairs:
-    """Finds pairs of messages with nearly equal stamps, even if the stamps jump back, as when a bag is played in a loop.
+    """Finds pairs of messages with nearly equal stamps, even if stamps jump back, as when a bag is played in a loop.
 
     Args:
         queue_size: maximum number of waiting messages per topic.
