@@ -85,6 +85,7 @@ class Both:
         self.came: dict[str, list[Any]] = {"ours": [], "stock": []}
         self.fixed: dict[str, list[Any]] = {"ours": [], "stock": []}
         self.processes: dict[str, Process] = {}
+        outputs: list[Any] = []
         for who, command in PROGRAMS[program].items():
             name = f"{program}_{who}"
             for key, value in {"rate": 20, **params}.items():
@@ -92,15 +93,16 @@ class Both:
             words = [f"__name:={name}"]
             if program == "states":
                 words += [f"/tf:=/{who}/tf", f"/tf_static:=/{who}/tf_static"]
-                self.node.subscribe(f"/{who}/tf", TFMessage, self.came[who].append)
+                outputs.append(self.node.subscribe(f"/{who}/tf", TFMessage, self.came[who].append))
                 self.node.subscribe(f"/{who}/tf_static", TFMessage, self.fixed[who].append)
             else:
                 words += [f"joint_states:=/{who}/joint_states"]
-                self.node.subscribe(f"/{who}/joint_states", JointState, self.came[who].append)
+                outputs.append(self.node.subscribe(f"/{who}/joint_states", JointState, self.came[who].append))
             self.processes[who] = launcher.run([*command, *words], python=who)
         self.publisher = self.node.advertise("/joint_states" if program == "states" else "/source", JointState)
         if program == "states" or "source_list" in params:
             assert self.publisher.wait_for_subscribers(2, timeout=20)
+            assert all(output.wait_for_publishers(timeout=20) for output in outputs)  # or the first answers are lost
 
     def say(self, at: float, positions: dict[str, float], **more: Any) -> None:
         message = JointState(name=list(positions), position=list(positions.values()), **more)
@@ -188,16 +190,21 @@ def test_which_messages_count(both: Callable[..., Both]) -> None:
             f"answer {end}",
         )
 
+    def say_again(at: float, positions: dict[str, float]) -> bool:
+        """Return whether the same messages have counted so far.
+
+        Stock drops a message that arrives while it is busy. One that does not count, does not count again either.
+        """
+        nonlocal number
+        number += 1
+        say(at, positions, 5000 * 10**9 + number * 2 * 10**8)
+        return transforms(pair.came["ours"]).keys() == transforms(pair.came["stock"]).keys()
+
+    number = 0
     for step in range(100):
         at += chance.uniform(-0.05, 0.12)
         positions = {name: chance.random() for name in chance.sample(some, 3)}
-        end = (5000 + step) * 10**9
-        say(at, positions, end)
-        # Stock drops a message that arrives while it is busy. One that does not count, does not count again either.
-        for more in range(1, 4):
-            if transforms(pair.came["ours"]).keys() == transforms(pair.came["stock"]).keys():
-                break
-            say(at, positions, end + more * 2 * 10**8)
+        until(lambda at=at, positions=positions: say_again(at, positions), f"answers {step}")
     ours, stock = transforms(pair.came["ours"]), transforms(pair.came["stock"])
     assert len(stock) > 200
     assert_same(ours, stock)

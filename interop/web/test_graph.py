@@ -61,14 +61,20 @@ def wait_for_boxes(browser: Browser, *ids: str) -> None:
 
 
 def click(browser: Browser, box: str) -> None:
-    """Press and release the pointer where a box is drawn."""
-    browser.run(
-        f"""const picture = {GRAPH}.picture;
+    """Press and release the pointer where a box is drawn, as soon as nothing moves any more."""
+    browser.wait(
+        f"""(() => {{
+        const picture = {GRAPH}?.picture;
+        if (!picture || picture.camera.target) return false;
+        const items = [...picture.scene.items.values()];
+        if (!picture.scene.items.has(arguments[0]) || items.some((item) => item.at !== item.to)) return false;
         const [x, y] = picture.camera.toScreen(...picture.scene.items.get(arguments[0]).to);
         const place = picture.canvas.getBoundingClientRect();
         const at = {{clientX: place.left + x, clientY: place.top + y, pointerId: 1, bubbles: true, button: 0}};
         picture.canvas.setPointerCapture = () => {{}};
-        for (const kind of ['pointerdown', 'pointerup']) picture.canvas.dispatchEvent(new PointerEvent(kind, at));""",
+        for (const kind of ['pointerdown', 'pointerup']) picture.canvas.dispatchEvent(new PointerEvent(kind, at));
+        return true;
+    }})()""",
         box,
     )
 

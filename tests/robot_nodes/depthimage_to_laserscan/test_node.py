@@ -49,12 +49,12 @@ def test_a_scan_for_each_image_with_its_camera_info(
         infos.publish(info)
 
     publish("rgb8")
+    wait_for_line(capfd, "a depth image is ignored: 'rgb8' is not the encoding")
     publish("16UC1")
     scan = scans.get(timeout=PATIENCE)
     assert (scan.header.frame_id, scan.header.stamp) == ("camera_frame", header.stamp)
     assert len(scan.ranges) == 21 and min(scan.ranges) == 1.5
     assert (scan.scan_time, scan.range_min, scan.range_max) == pytest.approx((0.033, 0.45, 10.0))
-    wait_for_line(capfd, "a depth image is ignored: 'rgb8' is not the encoding")
     Client(user, "/depthimage_to_laserscan", timeout=PATIENCE).update({"range_min": 2.0})
     publish("16UC1")
     scan = scans.get(timeout=PATIENCE)

@@ -90,16 +90,20 @@ def test_the_program_can_be_ended_while_it_waits_for_a_robot(environ: dict[str, 
         os.close(ours)
 
 
-def test_no_key_for_some_time_stops_the_robot(make_node: Callable[..., Node]) -> None:
+def test_no_key_for_some_time_stops_the_robot(make_node: Callable[..., Node], monkeypatch: pytest.MonkeyPatch) -> None:
+    now = 1000.0
+    monkeypatch.setattr("pyros1.robot_nodes.teleop_twist_keyboard.node.monotonic", lambda: now)
     twists = listen(make_node("base"))
-    teleop = Teleop(make_node("keyboard", argv=["_key_timeout:=0.02"]))
+    teleop = Teleop(make_node("keyboard", argv=["_key_timeout:=0.125"]))
     assert teleop.wait_for_subscribers(PATIENCE)
-    assert teleop.check_timeout() > 0.02 and twists.empty()  # it does not move
+    now += 1.0
+    assert teleop.check_timeout() > 0.125 and twists.empty()  # it does not move
     teleop.press("i")
     assert twists.get(timeout=PATIENCE).linear.x == 0.5
-    assert 0.0 < teleop.check_timeout() <= 0.02
-    while twists.empty():
-        teleop.check_timeout()
+    now += 0.0625
+    assert teleop.check_timeout() == 0.0625 and twists.empty()
+    now += 0.0625
+    assert teleop.check_timeout() > 0.125
     assert twists.get(timeout=PATIENCE).linear.x == 0.0
 
 
