@@ -7,11 +7,14 @@ from __future__ import annotations
 
 import itertools
 import signal
+import uuid
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 from harness import Master, free_port, until
+
+from pyros1.master.journal import read_journal
 
 KINDS = ("roscpp", "rospy", "pyros1")
 TYPE = "std_msgs/String"
@@ -27,7 +30,14 @@ def core(tmp_path: Path) -> Iterator[Master]:
 
 
 def kill(core: Master) -> None:
-    """Kill the core, as nothing but the system can."""
+    """Kill the core, as nothing but the system can.
+
+    It is killed when its journal is complete: a thread of its own writes it, some milliseconds after the answers.
+    """
+    (path,) = (core.home / "pyros1").glob("*.journal")
+    marker = str(uuid.uuid4())
+    core.call("setParam", "/marker", marker)
+    until(lambda: (journal := read_journal(path)) and marker in str(journal.calls), "the journal has all changes")
     core.core[0].signal(signal.SIGKILL)
     core.core[0].wait()
     core.stop()
