@@ -227,6 +227,7 @@ class SizePair:
         variables = overlay(home)
         self._found: dict[str, Queue[Any]] = {}
         self._sources: dict[tuple[str, str], list[Any]] = {}
+        outputs = []
         for nodelet, source, target in (
             ("resize", "image", "resize/image"),
             ("crop_decimate", "camera/image_raw", "camera_out/image_raw"),
@@ -241,7 +242,7 @@ class SizePair:
                     launcher.run([*command, *names], python="ours", ROS_NAMESPACE=f"/{kind}")
                 for topic, cls in ((target, Image), (f"{target.rpartition('/')[0]}/camera_info", CameraInfo)):
                     queue = self._found[f"{kind} {nodelet} {cls.__name__}"] = Queue()
-                    node.subscribe(f"/{kind}/{topic}", cls, queue.put)
+                    outputs.append(node.subscribe(f"/{kind}/{topic}", cls, queue.put))
                 info = f"{source.rpartition('/')[0]}/camera_info".lstrip("/")
                 self._sources[kind, nodelet] = [
                     node.advertise(f"/{kind}/{source}", Image),
@@ -249,6 +250,7 @@ class SizePair:
                 ]
         for publisher in (each for publishers in self._sources.values() for each in publishers):
             until(lambda publisher=publisher: publisher.num_connections, f"a subscriber of {publisher.name}")
+        assert all(output.wait_for_publishers(timeout=30) for output in outputs)
 
     def convert(self, kind: str, nodelet: str, image: Any, info: Any, config: dict[str, Any]) -> tuple[Any, Any]:
         """Return what a node makes of an image and its camera_info with a configuration."""

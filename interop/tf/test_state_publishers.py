@@ -178,13 +178,13 @@ def test_which_messages_count(both: Callable[..., Both]) -> None:
     *some, marker = joints
 
     def say(at: float, positions: dict[str, float], end: int) -> None:
-        """Publish a message, and then wait for one that always counts, stamped `end`."""
+        """Publish a message, and then wait for one that always counts, stamped `end` (in s)."""
         pair.say(at, positions)
         time.sleep(0.03)
-        pair.say(end / 1e9, {marker: 0.5})
+        pair.say(end, {marker: 0.5})
         until(
             lambda: all(
-                came and came[-1].transforms and came[-1].transforms[0].header.stamp.to_nsec() == end
+                came and came[-1].transforms and came[-1].transforms[0].header.stamp == Time(end)
                 for came in pair.came.values()
             ),
             f"answer {end}",
@@ -197,7 +197,7 @@ def test_which_messages_count(both: Callable[..., Both]) -> None:
         """
         nonlocal number
         number += 1
-        say(at, positions, 5000 * 10**9 + number * 2 * 10**8)
+        say(at, positions, 5000 + number)
         return transforms(pair.came["ours"]).keys() == transforms(pair.came["stock"]).keys()
 
     number = 0

@@ -38,7 +38,7 @@ def test_dragging_and_releasing(
     came: Queue[Any] = Queue()
     full: Queue[Any] = Queue()
     updates: Queue[Any] = Queue()
-    user.subscribe("twist_marker_server/cmd_vel", Twist, came.put)
+    commands = user.subscribe("twist_marker_server/cmd_vel", Twist, came.put)
     user.subscribe("twist_marker_server/update", InteractiveMarkerUpdate, updates.put)
     user.subscribe("twist_marker_server/update_full", InteractiveMarkerInit, full.put)
     MarkerServer(make_node("twist_marker_server"))
@@ -46,7 +46,7 @@ def test_dragging_and_releasing(
     assert (first.server_id, first.seq_num, first.markers[0].name) == ("/twist_marker_server", 0, "robot_twist_marker")
     assert next_of(updates, lambda update: update.type == KEEP_ALIVE).seq_num == 0
     hand = user.advertise("twist_marker_server/feedback", InteractiveMarkerFeedback)
-    assert hand.wait_for_subscribers(timeout=20)
+    assert hand.wait_for_subscribers(timeout=20) and commands.wait_for_publishers(timeout=20)
     hand.publish(feedback(9.0, name="other"))
     hand.publish(feedback(nan))
     hand.publish(feedback(9.0, frame_id="map"))

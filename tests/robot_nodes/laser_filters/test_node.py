@@ -27,7 +27,10 @@ PATIENCE = 20.0
 BOX = {"box_frame": "base_link", "min_x": -0.6, "max_x": 0.13, "min_y": -0.2, "max_y": 0.2}
 
 
-def test_a_scan_waits_for_the_transform_of_a_box(make_node: Callable[..., Node]) -> None:
+def test_a_scan_waits_for_the_transform_of_a_box(
+    make_node: Callable[..., Node], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("pyros1.robot_nodes.laser_filters.node.MAX_WAIT", PATIENCE)
     user = make_node("user")
     user.params["/laser_filter/scan_filter_chain"] = [
         {"name": "box", "type": "laser_filters/LaserScanBoxFilter", "params": BOX}
@@ -35,9 +38,9 @@ def test_a_scan_waits_for_the_transform_of_a_box(make_node: Callable[..., Node])
     words = ["scan:=/front_laser/scan", "scan_filtered:=/front_laser/filtered_scan"]
     running = FilterChain(make_node("laser_filter", argv=words))
     scans: Queue[Any] = Queue()
-    user.subscribe("/front_laser/filtered_scan", LaserScan, scans.put)
+    subscriber = user.subscribe("/front_laser/filtered_scan", LaserScan, scans.put)
     publisher = user.advertise("/front_laser/scan", LaserScan)
-    assert publisher.wait_for_subscribers(1, PATIENCE)
+    assert publisher.wait_for_subscribers(1, PATIENCE) and subscriber.wait_for_publishers(1, PATIENCE)
     transforms = user.advertise("/tf", TFMessage)
     assert transforms.wait_for_subscribers(1, PATIENCE)
     transform: Any = TransformStamped(header=Header(frame_id="base_link", stamp=user.now()), child_frame_id="laser")
@@ -61,9 +64,9 @@ def test_a_scan_without_a_transform_is_dropped(
     user.params["/chain/scan_filter_chain"] = [{"name": "speckles", "type": "LaserScanSpeckleFilter"}]
     running = FilterChain(make_node("chain"))
     scans: Queue[Any] = Queue()
-    user.subscribe("/scan_filtered", LaserScan, scans.put)
+    subscriber = user.subscribe("/scan_filtered", LaserScan, scans.put)
     publisher = user.advertise("/scan", LaserScan)
-    assert publisher.wait_for_subscribers(1, PATIENCE)
+    assert publisher.wait_for_subscribers(1, PATIENCE) and subscriber.wait_for_publishers(1, PATIENCE)
     publisher.publish(LaserScan(ranges=[1.0]))
     publisher.publish(LaserScan(ranges=[1.0] * 9))
     assert scans.get(timeout=PATIENCE).ranges == (1.0,) * 9
@@ -86,9 +89,9 @@ def test_a_scan_that_no_message_can_hold_after_the_filter_is_dropped(
     user.params["/chain/scan_filter_chain"] = [{"type": "LaserScanAngularBoundsFilter", "params": bounds}]
     running = FilterChain(make_node("chain"))
     scans: Queue[Any] = Queue()
-    user.subscribe("/scan_filtered", LaserScan, scans.put)
+    subscriber = user.subscribe("/scan_filtered", LaserScan, scans.put)
     publisher = user.advertise("/scan", LaserScan)
-    assert publisher.wait_for_subscribers(1, PATIENCE)
+    assert publisher.wait_for_subscribers(1, PATIENCE) and subscriber.wait_for_publishers(1, PATIENCE)
     publisher.publish(LaserScan(angle_increment=0.6, ranges=[1.0, 2.0]))
     assert len(scans.get(timeout=PATIENCE).ranges) == 1  # somebody receives them
     publisher.publish(LaserScan(angle_increment=1.0, time_increment=1e30, ranges=[1.0, 2.0]))

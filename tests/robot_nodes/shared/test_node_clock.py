@@ -40,11 +40,11 @@ def test_a_robot_is_stopped_before_simulated_time_begins(
     user.params["/use_sim_time"] = True
     user.params["/driver"] = {"topics": SOURCES, "yaml_cfg_data": CONFIG}
     came: Queue[float] = Queue()
-    user.subscribe(output, Twist, lambda twist: came.put(twist.linear.x))
+    subscriber = user.subscribe(output, Twist, lambda twist: came.put(twist.linear.x))
     node = make_node("driver")
     running = start(node)
     publisher = pad.advertise(topic, type(command))
-    assert publisher.wait_for_subscribers(timeout=20)
+    assert publisher.wait_for_subscribers(timeout=20) and subscriber.wait_for_publishers(timeout=20)
     publisher.publish(command)
     assert came.get(timeout=20) > 0.0
     pad.shutdown()

@@ -37,13 +37,14 @@ def test_the_robot_is_driven_and_stopped(
     user = make_node("user")
     user.params["/mux/topics"], user.params["/mux/locks"] = TOPICS, LOCKS
     came: Queue[Any] = Queue()
-    user.subscribe("/base/cmd_vel", Twist, came.put)
+    subscriber = user.subscribe("/base/cmd_vel", Twist, came.put)
     mux = make_node("mux", argv=["cmd_vel_out:=base/cmd_vel"])
     TwistMux(mux)
     joy, other = (user.advertise(topic["topic"], Twist) for topic in TOPICS)
     lock = user.advertise("e_stop", Bool)
     for publisher in (joy, other, lock):
         assert publisher.wait_for_subscribers(timeout=20)
+    assert subscriber.wait_for_publishers(timeout=20)
 
     def speeds(*expected: float) -> None:
         for speed in expected:
@@ -97,8 +98,9 @@ def test_marker(y: float, turning: float, sideways: float) -> None:
 def test_marker_node(make_node: Make) -> None:
     user = make_node("user")
     came: Queue[Any] = Queue()
-    user.subscribe("marker", Marker, came.put)
+    subscriber = user.subscribe("marker", Marker, came.put)
     marker.start(make_node("twist_marker"))
+    assert subscriber.wait_for_publishers(timeout=20)
     user.advertise("twist", Twist, latch=True).publish(twist(0.5))
     arrow = came.get(timeout=20)
     assert (arrow.header.frame_id, arrow.pose.position.z, arrow.points[1].x) == ("base_footprint", 2.0, 0.5)

@@ -41,11 +41,12 @@ def test_sources_take_over_and_the_robot_is_stopped(
     names: Queue[Any] = Queue()
     came: Queue[Any] = Queue()
     user.subscribe("mux/active", String, lambda message: names.put(message.data))
-    user.subscribe("/base", Twist, came.put)
+    subscriber = user.subscribe("/base", Twist, came.put)
     CmdVelMux(make_node("mux", argv=[f"_yaml_cfg_file:={tmp_path}/mux.yaml", "mux/output:=base"]))
     safety, teleop = (user.advertise(f"mux/input/{name}", Twist) for name in ("safety", "teleop"))
     for publisher in (safety, teleop):
         assert publisher.wait_for_subscribers(timeout=20)
+    assert subscriber.wait_for_publishers(timeout=20)
     assert names.get(timeout=20) == "idle"
     teleop.publish(twist(nan))
     teleop.publish(twist(1.0))
@@ -85,7 +86,7 @@ def test_the_robot_is_stopped_even_if_the_master_is_slow_when_the_configuration_
     user, node = make_node("user"), make_node("mux", argv=["mux/output:=base"])
     node.params["~yaml_cfg_data"] = MUX
     came: Queue[Any] = Queue()
-    user.subscribe("/base", Twist, came.put)
+    subscriber = user.subscribe("/base", Twist, came.put)
     master_responds = threading.Event()
     unregister = Subscriber.unregister
 
@@ -95,7 +96,7 @@ def test_the_robot_is_stopped_even_if_the_master_is_slow_when_the_configuration_
 
     CmdVelMux(node)
     teleop = user.advertise("mux/input/teleop", Twist)
-    assert teleop.wait_for_subscribers(timeout=20)
+    assert teleop.wait_for_subscribers(timeout=20) and subscriber.wait_for_publishers(timeout=20)
     teleop.publish(twist(1.0))
     assert came.get(timeout=20).linear.x == 1.0
     monkeypatch.setattr(Subscriber, "unregister", unregister_slowly)
@@ -113,13 +114,13 @@ def test_a_configuration_with_a_wrong_name_is_not_used(make_node: Make, capfd: p
     user, node = make_node("user"), make_node("mux", argv=["mux/output:=base"])
     node.params["~yaml_cfg_data"] = MUX
     came: Queue[Any] = Queue()
-    user.subscribe("/base", Twist, came.put)
+    subscriber = user.subscribe("/base", Twist, came.put)
     CmdVelMux(node)
     with closing(Client(user, "mux")) as client:
         client.update({"yaml_cfg_data": MUX.replace("input/teleop", "in put")})
         client.update({"yaml_cfg_data": f"{MUX}publisher: out put"})
     assert capfd.readouterr().err.count(" put") == 2
     teleop = user.advertise("mux/input/teleop", Twist)
-    assert teleop.wait_for_subscribers(timeout=20)
+    assert teleop.wait_for_subscribers(timeout=20) and subscriber.wait_for_publishers(timeout=20)
     teleop.publish(twist(1.0))
     assert came.get(timeout=20).linear.x == 1.0

@@ -19,7 +19,7 @@ from pyros1.robot_nodes.shared.program import run_node
 from pyros1.robot_nodes.shared.transforms import lookup_matrix
 from pyros1.tf import Buffer, TransformException, TransformListener
 
-_MAX_WAIT = 1.0
+MAX_WAIT = 1.0
 """Maximum number of seconds to wait for the transform of a scan."""
 _INPUT_QUEUE_SIZE = 50
 _OUTPUT_QUEUE_SIZE = 1000
@@ -57,13 +57,13 @@ class FilterChain:
         header = scan.header
 
         def matrix_to(frame: str) -> Matrix:
-            return lookup_matrix(self._buffer, frame, header.frame_id, header.stamp, _MAX_WAIT)
+            return lookup_matrix(self._buffer, frame, header.frame_id, header.stamp, MAX_WAIT)
 
         with suppress(NodeShutdownError):
             try:
                 if self._frame:  # the scan waits until it can be transformed
                     end = header.stamp + self._tolerance
-                    lookup_matrix(self._buffer, self._frame, header.frame_id, end, _MAX_WAIT)
+                    lookup_matrix(self._buffer, self._frame, header.frame_id, end, MAX_WAIT)
                 self._publisher.publish(apply_chain(self._filters, scan, matrix_to))
             except (FilterError, MessageError, TransformException) as error:
                 self._node.log.error("a scan is dropped: %s", one_line(str(error), 300), throttle=1)
