@@ -260,8 +260,14 @@ class TestWithPyAv:
         start_cv_camera(node)
         image = images.get(timeout=PATIENCE)
         assert (image.encoding, image.height, image.width, image.header.frame_id) == ("bgr8", 48, 64, "film")
-        said = []
-        until(lambda: said.append(capfd.readouterr().out) or "film.avi has ended" in "".join(said))
+        said = ""
+
+        def has_ended() -> bool:
+            nonlocal said
+            said += capfd.readouterr().out
+            return "film.avi has ended" in said
+
+        until(has_ended)
 
 
 def test_images_come_although_simulated_time_has_not_begun(
