@@ -52,6 +52,7 @@ class Robot:
 
     Attributes:
         joint_publishers: topic -> the view that publishes joint states on it; only one view may do so at a time.
+        gamepads: the same for the gamepads of pages.
         on_killed: called, from any thread, when another program has shut down the server's node.
     """
 
@@ -69,6 +70,7 @@ class Robot:
         self.files = PackageFiles()
         self.bags = Library(BagFolders(access.bags, access.granted), access.may_see)
         self.joint_publishers: dict[str, object] = {}
+        self.gamepads: dict[str, object] = {}
         self.problem = "looking for the master"
         self.on_killed: Callable[[], object] = lambda: None
         self._make_node = make_node

@@ -30,6 +30,7 @@ _CLASS_PATHS = {
     "scene_frames": "scene.frames.SceneFramesView",
     "scene_interactive": "scene.interactive.SceneInteractiveView",
     "scene_topic": "scene.topic.SceneTopicView",
+    "gamepad": "gamepad.GamepadView",
     "image": "image.ImageView",
     "joints": "joints.JointsView",
     "launches": "launches.LaunchesView",
