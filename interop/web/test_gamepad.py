@@ -16,7 +16,7 @@ from pyros1.node import Node
 from pyros1.robot_nodes.teleop_twist_joy.node import TeleopNode
 
 Make = Callable[..., Any]
-# An Xbox gamepad at rest. `tests` change it as a person would.
+# An Xbox gamepad at rest. Tests change it as a person would.
 FAKE = """
 window.pad = {
   id: 'Xbox 360 Controller (STANDARD GAMEPAD Vendor: 045e Product: 028e)', index: 0, connected: true, mapping: 'standard',
@@ -114,6 +114,7 @@ def test_it_goes_on_when_the_gamepad_is_back_but_not_after_a_lost_connection(
     web.process.terminate()
     until(lambda: speeds[-1] == 0.0, "the robot stops")
     page.wait_for_text("the connection was lost, so publishing has stopped")
+    page.driver.get("about:blank")
     page.complaints()  # the browser's own, of the connection
 
 

@@ -76,8 +76,10 @@ def commands(text: str) -> list[Typed]:
 
 NUMBER = r"-?\d+(?:\.\d+)?(?:e[+-]?\d+)?"
 _HOST = re.compile(r"http://[\w.-]+:\d+/?")
-_TOKEN = re.compile(r"token=[\w-]+")
+_TOKEN = re.compile(r"token=[\w-]+(?:#\w+=eyJ[\w.-]*)?")
 _ESCAPE = re.compile(r"\x1b\[[\d;?]*[A-Za-z]|\x1b\][^\x07]*\x07")
+SECOND_TERMINAL = "# in a second terminal"
+"""Says that a program runs on there, and reads keys."""
 _STRAY = "names no topic or service: this is an HTTP request"
 """An HTTP request at a TCPROS port: programs of other tests may call a port that was theirs before."""
 
@@ -121,22 +123,31 @@ class Running:
         environ: environment variables.
         forks: starts commands of pyros1; None: a shell starts all of them.
         terminal: whether it prints to a terminal.
+        keys: whether it also reads keys from it; see `press`.
     """
 
     def __init__(
-        self, command: str, folder: Path, environ: dict[str, str], forks: Forks | None, *, terminal: bool = False
+        self,
+        command: str,
+        folder: Path,
+        environ: dict[str, str],
+        forks: Forks | None,
+        *,
+        terminal: bool = False,
+        keys: bool = False,
     ) -> None:
         self.command = command
         self._shell: subprocess.Popen[bytes] | None = None
         reading, writing = open_terminal() if terminal else os.pipe()
+        self._keys = reading if keys else None
         words = shlex.split(command)
-        if forks and words[0] == "pyros1":
+        if forks and words[0] == "pyros1" and not keys and "$(" not in command:
             self._pid = forks.start(words, folder, environ, writing)
         else:
             line = command if "|" in command or ">" in command else f"exec env {command}"
             self._shell = subprocess.Popen(
                 ["bash", "-c", line],
-                cwd=folder, env=environ, stdin=subprocess.DEVNULL, stdout=writing, stderr=writing,
+                cwd=folder, env=environ, stdin=writing if keys else subprocess.DEVNULL, stdout=writing, stderr=writing,
                 start_new_session=True,
             )  # fmt: skip
             self._pid = self._shell.pid
@@ -159,6 +170,11 @@ class Running:
         with self._more:
             self._ended = True
             self._more.notify_all()
+
+    def press(self, key: str) -> None:
+        """Press a key."""
+        assert self._keys is not None
+        os.write(self._keys, key.encode())
 
     def expect(self, lines: list[str], *, whole: bool) -> None:
         """Wait until the output is as it should be: all of it, or its beginning."""
@@ -268,6 +284,11 @@ class Reader:
         """Type one command, at the reader's own ports."""
         self.typed += 1
         line = typed.command.replace("11312", self.second).replace("pyros1 web", "pyros1 web --port 0")
+        if line.endswith(SECOND_TERMINAL):
+            self.jobs.append(Running(line, self.folder, self.environ, self._forks, terminal=True, keys=True))
+            self.jobs[-1].expect(typed.output, whole=False)
+            self.jobs[-1].press("u")  # which the step says
+            return
         if not typed.background:
             command = Running(line, self.folder, self.environ, self._forks, terminal=True)
             try:
@@ -282,7 +303,7 @@ class Reader:
             wait_for(lambda: busy_nodes(self.environ) - before, line)
 
 
-CHAPTERS = ((1, 2), (3, 4, 5, 6), (7, 8, 9, 10, 11), (12, 13, 14))
+CHAPTERS = ((1, 2), (3, 4, 5, 6), (7, 8, 9, 10, 11), (12, 13, 14), (15,))
 """Steps that build on each other. Chapters are typed side by side, since most of the time goes into waiting."""
 
 

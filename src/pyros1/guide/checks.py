@@ -86,12 +86,14 @@ class CheckContext:
         """Return the publishers, subscribers and services that the master knows."""
         return Graph(self.node.master).state()
 
-    def wait_for_message(self, topic: str, matches: Callable[[Any], bool] = lambda _: True) -> Any:
-        """Return the first matching message on a std_msgs/Float64 topic; None if none arrives in time."""
+    def wait_for_message(
+        self, topic: str, matches: Callable[[Any], bool] = lambda _: True, type_name: str = FLOAT_TYPE
+    ) -> Any:
+        """Return the first matching message on a topic; None if none arrives in time."""
         deadline = time.monotonic() + MESSAGE_TIMEOUT
         while (remaining := deadline - time.monotonic()) > 0:
             try:
-                message: Any = self.node.wait_for_message(topic, FLOAT_TYPE, remaining)
+                message: Any = self.node.wait_for_message(topic, type_name, remaining)
             except Error:
                 return None
             if matches(message):
@@ -348,6 +350,24 @@ def check_test(context: CheckContext) -> str:
     return "\n".join([f"python3 -m pytest my_robot/tests/test_stopwatch.py: {lines[-1]}", *error_lines])
 
 
+def check_driven_robot(context: CheckContext) -> str:
+    sources = context.node.params.get("/twist_mux/topics", None)
+    if not isinstance(sources, list):
+        return "there is no twist_mux with topics: pyros1 launch my_robot drive.launch"
+    priorities = {each.get("topic"): each.get("priority") for each in sources if isinstance(each, dict)}
+    if "nav_vel" not in priorities:
+        return "the twist_mux has no topic nav_vel: add it to my_robot/config/mux.yaml, and launch drive.launch again"
+    planner, keyboard = priorities["nav_vel"], priorities.get("key_vel")
+    if not isinstance(planner, int) or not isinstance(keyboard, int) or planner >= keyboard:
+        return f"the priority of nav_vel, {planner}, should be lower than that of key_vel, {keyboard}"
+    if not context.state().publishers.get("/nav_vel"):
+        command = "'{linear: {x: 0.2}, angular: {z: 0.5}}'"
+        return f"no node publishes /nav_vel: pyros1 topic pub -r 10 nav_vel geometry_msgs/Twist {command}"
+    if context.wait_for_message("/odom", lambda odom: abs(odom.twist.twist.linear.x) > 0.1, "nav_msgs/Odometry"):
+        return ""
+    return "the robot does not move: is the emergency stop released, and is the robot free of walls?"
+
+
 def _kill_process_group(child: subprocess.Popen[str]) -> None:
     """Kill a process, and the programs that it has started."""
     if hasattr(os, "killpg"):
@@ -359,7 +379,7 @@ def _kill_process_group(child: subprocess.Popen[str]) -> None:
 CHECKS: tuple[Check, ...] = (
     check_package, check_publisher, check_manual_publication, check_launch_file, check_logger_level, check_recording,
     check_robot_stopped, check_parameter, check_service,
-    check_camera, check_robot_arm, check_aborted_goal, check_second_master, check_test,
+    check_camera, check_robot_arm, check_aborted_goal, check_second_master, check_test, check_driven_robot,
 )  # fmt: skip
 """The checks, in the order of the steps."""
 

@@ -9,7 +9,7 @@ const STANDARD_BUTTONS = [
   "A", "B", "X", "Y", "LB", "RB", "LT", "RT", "back", "start", "left stick", "right stick", "up", "down", "left", "right", "guide",
 ];
 
-const XBOX_AXES = ["left stick x", "left stick y", "LT", "right stick x", "right stick y", "RT", "pad x", "pad y"];
+const XBOX_AXES = ["left stick x", "left stick y", "LT", "right stick x", "right stick y", "RT", "D-pad x", "D-pad y"];
 
 // Linux drivers: the names of axes and buttons in their order. "browser" leaves all in the browser's order.
 export const ORDERS = {
@@ -43,8 +43,8 @@ export function ordered(pad, order) {
   }
   const axis = (name) => {
     if (name === "LT" || name === "RT") return 2 * pressed(name) - 1;
-    if (name === "pad x") return pressed("right") - pressed("left");
-    if (name === "pad y") return pressed("down") - pressed("up");
+    if (name === "D-pad x") return pressed("right") - pressed("left");
+    if (name === "D-pad y") return pressed("down") - pressed("up");
     return pad.axes[STANDARD_AXES.indexOf(name)] ?? 0;
   };
   const button = (name) => Number(pad.buttons[STANDARD_BUTTONS.indexOf(name)]?.pressed ?? false);
