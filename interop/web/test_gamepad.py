@@ -19,15 +19,17 @@ Make = Callable[..., Any]
 # An Xbox gamepad at rest. Tests change it as a person would.
 FAKE = """
 window.pad = {
-  id: 'Xbox 360 Controller (STANDARD GAMEPAD Vendor: 045e Product: 028e)', index: 0, connected: true, mapping: 'standard',
-  timestamp: 0, axes: [0, 0, 0, 0], buttons: Array.from({length: 17}, () => ({pressed: false, touched: false, value: 0})),
+  id: 'Xbox 360 Controller (STANDARD GAMEPAD Vendor: 045e Product: 028e)', index: 0, connected: true,
+  mapping: 'standard', timestamp: 0, axes: [0, 0, 0, 0],
+  buttons: Array.from({length: 17}, () => ({pressed: false, touched: false, value: 0})),
 };
 window.isUsed = true;
 navigator.getGamepads = () => [window.pad, null, null, null];
 document.hasFocus = () => window.isUsed;
 """
 XBOX = {"enable_button": 2, "axis_linear": 1, "axis_angular": 0, "scale_linear": 0.7, "scale_angular": 0.4}
-FORWARD = "pad.axes[1] = -1; pad.buttons[2] = {pressed: true, touched: true, value: 1};"
+# The stick moves a little, since one that only was pushed while the page was busy does not count.
+FORWARD = "pad.axes[1] = pad.axes[1] === -1 ? -0.995 : -1; pad.buttons[2] = {pressed: true, touched: true, value: 1};"
 
 
 @pytest.fixture
@@ -51,6 +53,16 @@ def page(browser: Browser, web: Web, speeds: list[float]) -> Iterator[Browser]:
     yield browser
 
 
+def drive(page: Browser, speeds: list[float]) -> None:
+    """Press the enable button, and push the stick until the robot drives."""
+
+    def drives() -> bool:
+        page.run(FORWARD)
+        return bool(speeds) and speeds[-1] > 0.6
+
+    until(drives, "the robot drives")
+
+
 def open_with_gamepad(browser: Browser, web: Web) -> None:
     script = browser.driver.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": FAKE})
     browser.open(web.page("gamepad"))
@@ -62,13 +74,15 @@ def test_a_gamepad_drives_a_robot(page: Browser, speeds: list[float], make_node:
     """Feature: a gamepad of the browser drives the robot, in the order of joy_node -- `pyros1 web gamepad`"""
     heard: list[Any] = []
     make_node("ear").subscribe("/joy", Joy, heard.append)
-    page.run(FORWARD)
-    until(lambda: speeds and abs(speeds[-1] - 0.7) < 1e-6, "the robot drives")
-    page.run("pad.axes[0] = 0.5; pad.buttons[6] = {pressed: true, touched: true, value: 0.75}; pad.buttons[15].value = 1;")
+    drive(page, speeds)
+    page.run(
+        "pad.axes[0] = 0.5; pad.buttons[6] = {pressed: true, touched: true, value: 0.75}; pad.buttons[15].value = 1;"
+    )
     until(lambda: heard and heard[-1].axes[2] < 0, "the trigger is pressed")
-    assert [round(value, 3) for value in heard[-1].axes] == [-0.474, 1.0, -0.474, 0.0, 0.0, 0.0, -1.0, 0.0]
+    axes = [-0.474, 1.0, -0.474, 0.0, 0.0, 0.0, -1.0, 0.0]
+    assert list(heard[-1].axes) == pytest.approx(axes, abs=0.01)
     assert list(heard[-1].buttons) == [0, 0, 1] + [0] * 8 and heard[-1].header.frame_id == "gamepad"
-    page.wait("document.querySelector('[data-axis=\"1\"] .gamepad-value').textContent === '1.00'")
+    page.wait("document.querySelector('[data-axis=\"1\"] .gamepad-value').textContent > '0.95'")
     page.wait("document.querySelector('[data-button=\"2\"]').matches('.pressed')")
     file = tmp_path / "gamepad.png"
     page.picture(file)
@@ -85,17 +99,18 @@ def test_a_gamepad_drives_a_robot(page: Browser, speeds: list[float], make_node:
     [
         ("window.pad = null;", "the gamepad is gone"),
         ("window.isUsed = false;", "this window is not in use"),
-        ("window.dispatchEvent(new Event('blur')); window.requestAnimationFrame = () => 0;", ""),
+        ("window.requestAnimationFrame = () => 0; window.isUsed = false; window.dispatchEvent(new Event('blur'));", ""),
         ("location.href = 'about:blank';", ""),
         ("const begin = performance.now(); while (performance.now() - begin < 3000);", ""),
     ],
     ids=["unplugged", "unused", "hidden", "closed", "frozen"],
 )
 def test_a_robot_without_a_driver_stops(page: Browser, speeds: list[float], leave: str, said: str) -> None:
-    page.run(FORWARD)
-    until(lambda: speeds and speeds[-1] > 0.6, "the robot drives")
+    drive(page, speeds)
+    before = len(speeds)
     page.run(f"setTimeout(() => {{ {leave} }});")
-    until(lambda: speeds[-1] == 0.0, "the robot stops")
+    until(lambda: 0.0 in speeds[before:], "the robot stops")
+    assert not any(speeds[speeds.index(0.0, before) :])
     if said:
         page.wait_for_text(said)
 
@@ -103,14 +118,17 @@ def test_a_robot_without_a_driver_stops(page: Browser, speeds: list[float], leav
 def test_it_goes_on_when_the_gamepad_is_back_but_not_after_a_lost_connection(
     page: Browser, speeds: list[float], web: Web
 ) -> None:
-    page.run(FORWARD)
-    until(lambda: speeds and speeds[-1] > 0.6, "the robot drives")
+    drive(page, speeds)
     page.run("window.kept = window.pad; window.pad = null;")
     until(lambda: speeds[-1] == 0.0, "the robot stops")
     page.run("window.pad = window.kept;")
     page.wait("document.querySelector('[data-axis=\"1\"] .gamepad-value').textContent === '0.00'")
-    page.run("pad.axes[1] = -0.99;")
-    until(lambda: speeds[-1] > 0.6, "the robot drives again once the stick moves")
+    drive(page, speeds)
+    page.run("window.isUsed = false;")
+    until(lambda: speeds[-1] == 0.0, "the robot stops")
+    page.run("window.isUsed = true;")
+    page.wait("document.querySelector('[data-axis=\"1\"] .gamepad-value').textContent === '0.00'")
+    drive(page, speeds)
     web.process.terminate()
     until(lambda: speeds[-1] == 0.0, "the robot stops")
     page.wait_for_text("the connection was lost, so publishing has stopped")
@@ -120,10 +138,20 @@ def test_it_goes_on_when_the_gamepad_is_back_but_not_after_a_lost_connection(
 
 def test_those_who_only_look_do_not_drive(browser: Browser, start_web: Callable[..., Web]) -> None:
     open_with_gamepad(browser, start_web("--read-only"))
-    browser.wait("[...document.querySelectorAll('.tools button')].find((each) => each.textContent === 'Publish').disabled")
+    browser.wait(
+        "[...document.querySelectorAll('.tools button')].find((each) => each.textContent === 'Publish').disabled"
+    )
 
 
 def test_without_a_gamepad_the_panel_says_what_to_do(browser: Browser, web: Web) -> None:
     browser.open(web.page("gamepad"))
     browser.wait_for_text("No gamepad yet")
     browser.wait_for_text("pyros1 run teleop_twist_joy teleop_node")
+
+
+def test_where_the_browser_gives_no_gamepads_the_panel_says_why(browser: Browser, web: Web) -> None:
+    hidden = {"source": "delete Navigator.prototype.getGamepads;"}
+    script = browser.driver.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", hidden)
+    browser.open(web.page("gamepad"))
+    browser.wait_for_text("only to pages at localhost and https addresses")
+    browser.driver.execute_cdp_cmd("Page.removeScriptToEvaluateOnNewDocument", script)

@@ -21,7 +21,8 @@ from pyros1.guide.checks import CHECKS, CheckContext, check
 from pyros1.guide.documents import steps
 from pyros1.master.server import Master
 from pyros1.msgs.actionlib_tutorials.msg import FibonacciAction, FibonacciResult
-from pyros1.msgs.geometry_msgs.msg import TransformStamped
+from pyros1.msgs.geometry_msgs.msg import TransformStamped, Twist
+from pyros1.msgs.nav_msgs.msg import Odometry
 from pyros1.msgs.rosgraph_msgs.msg import Log
 from pyros1.msgs.std_msgs.msg import Float64, String
 from pyros1.msgs.std_srvs.srv import Empty, Trigger, TriggerResponse
@@ -293,6 +294,27 @@ def test_a_test(ask: Check, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
     assert ask(14) == ""
     monkeypatch.setattr(checks, "MAX_TEST_SECONDS", 0.01)
     assert ask(14) == "the test did not finish within 0.01 s"
+
+
+def test_a_robot_that_is_driven(ask: Check, make_node: MakeNode) -> None:
+    assert "there is no twist_mux with topics" in ask(15)
+    node = make_node("twist_mux")
+    sources = [{"name": "keyboard", "topic": "key_vel", "priority": 90}]
+    node.params["~topics"] = sources
+    assert "has no topic nav_vel" in ask(15)
+    for priority in (90, "high"):
+        node.params["~topics"] = [*sources, {"name": "planner", "topic": "nav_vel", "priority": priority}]
+        assert f"the priority of nav_vel, {priority}, should be lower than that of key_vel, 90" in ask(15)
+    node.params["~topics"] = [*sources, {"name": "planner", "topic": "nav_vel", "priority": 10}]
+    assert "no node publishes /nav_vel: pyros1 topic pub -r 10 nav_vel" in ask(15)
+    publish(make_node, "planner", "/nav_vel", Twist())
+    node.params["/use_sim_time"] = True  # as the launch file has left it; no clock ticks
+    odometry = publish(make_node, "flat_world", "/odom", Odometry())
+    assert "the robot does not move" in ask(15)
+    moving = Odometry()
+    moving.twist.twist.linear.x = 0.2
+    odometry.publish(moving)
+    assert ask(15) == ""
 
 
 def test_a_check_without_a_master_fails_at_once(tmp_path: Path, capfd: Any, free_port: int) -> None:

@@ -60,13 +60,15 @@ def test_whatever_happens_a_robot_that_was_driven_is_stopped() -> None:
             last = wanted
 
 
-@pytest.mark.parametrize(
-    "value",
+NO_STATES: list[Any] = (
     [5, [], "x", {}, {"axes": []}, {"axes": 1, "buttons": []}, {"axes": [float("nan")], "buttons": []}]
     + [{"axes": [value], "buttons": []} for value in (1.001, -1e9, "0", None, True, [0])]
     + [{"axes": [], "buttons": [value]} for value in (2, -1, 0.5, "1", None, True, {})]
-    + [{"axes": [0] * (MAX_AXES + 1), "buttons": []}, {"axes": [], "buttons": [0] * 1000}],
+    + [{"axes": [0] * (MAX_AXES + 1), "buttons": []}, {"axes": [], "buttons": [0] * 1000}]
 )
+
+
+@pytest.mark.parametrize("value", NO_STATES)
 def test_what_is_no_state_is_refused(value: Any) -> None:
     with pytest.raises(RequestError):
         read_state(value)

@@ -51,8 +51,8 @@ def read_state(value: Any) -> GamepadState | None:
 class RemoteGamepad:
     """A gamepad whose state comes from a page that may be closed, hidden or cut off at any time.
 
-    The page repeats its state more often than every `SILENCE` seconds. Once it lets go, is silent for longer, or
-    is closed, a state in which all is 0 is published once, and nothing afterwards. May be used in several threads. Times
+    The page repeats its state more often than every `SILENCE` seconds. Once it lets go, is silent for longer, or is
+    closed, a state in which all is 0 is published once, and nothing afterwards. May be used in several threads. Times
     are in seconds.
     """
 

@@ -6,6 +6,7 @@ import { plural } from "../lib/format.js";
 import { outcome } from "../parts/widgets.js";
 
 const TELEOP = "pyros1 run teleop_twist_joy teleop_node _enable_button:=2 _axis_linear:=1 _axis_angular:=0";
+const AWAY = 500; // milliseconds without news after which the server lets go
 const DEFAULTS = { topic: "/joy", frame: "gamepad", deadzone: 0.05, hz: 20, order: "xbox" };
 
 export default {
@@ -23,6 +24,7 @@ class Gamepads {
     if (!ORDERS[this.settings.order]) this.settings.order = DEFAULTS.order;
     this.fields = {};
     this.frameRequest = 0;
+    this.frameAt = 0; // when the gamepad was read last
     this.outcome = outcome();
     this.reader = new JoyReader(this.settings.order);
     this.pad = null;
@@ -76,7 +78,9 @@ class Gamepads {
       field("dead zone", "deadzone", { type: "number", className: "num", min: 0, max: 0.9, step: 0.01 }),
       field("Hz", "hz", { type: "number", className: "num", min: 5, max: 100, step: 1, title: "how often an unchanged state is published" }),
       h("label.check", { title: "which axis and button has which number" }, "numbered", this.order));
-    this.hint = h("div.hint", {}, empty("No gamepad yet", "Connect one to this computer and press one of its buttons: browsers show a gamepad only then.",
+    const missing = "getGamepads" in navigator ? "Connect one to this computer and press one of its buttons: browsers show a gamepad only then."
+      : "This browser gives gamepads only to pages at localhost and https addresses. From another machine, use a tunnel: ssh -L 9090:localhost:9090 ROBOT";
+    this.hint = h("div.hint", {}, empty("No gamepad yet", missing,
       h("span", {}, "What turns it into commands for a robot: ", command(TELEOP))));
     this.name = h("div.gamepad-name.muted");
     this.axes = h("div.gamepad-axes");
@@ -146,16 +150,21 @@ class Gamepads {
   // Read the gamepad whenever the browser draws.
   _frame() {
     this.frameRequest = requestAnimationFrame(() => this._frame());
-    const pads = [...navigator.getGamepads()].filter((each) => each?.connected);
+    const pads = connectedPads();
     this._list(pads);
     // While it is published, no other one takes its place.
     const pad = pads.find((each) => isSame(each, this.choice)) ?? (this.stream ? null : pads[0]) ?? null;
     if (pad && !(this.pad && isSame(pad, this.pad))) this._adopt(pad);
     else if (!pad && this.pad) this._lose();
     this.pad = pad;
+    const before = this.idle;
+    this.idle = !pad ? "the gamepad is gone, so all is let go" : inUse() ? "" : "this window is not in use, so all is let go";
+    // Who comes back with a stick pushed does not drive before it moves; the same after the page was frozen.
+    const now = performance.now();
+    if ((before && !this.idle) || now - this.frameAt > AWAY) this.reader = new JoyReader(this.settings.order);
+    this.frameAt = now;
     const state = pad && this.reader.read(pad, this.settings.deadzone);
     if (state) this._draw(state);
-    this.idle = !pad ? "the gamepad is gone, so all is let go" : inUse() ? "" : "this window is not in use, so all is let go";
     this._update(this.idle ? null : state);
   }
 
@@ -220,6 +229,10 @@ class Gamepads {
     });
     buttons.forEach((value, index) => this.chips[index].classList.toggle("pressed", value === 1));
   }
+}
+
+function connectedPads() {
+  return [...(navigator.getGamepads?.() ?? [])].filter((each) => each !== null && each.connected);
 }
 
 function isSame(one, other) {
