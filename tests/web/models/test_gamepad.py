@@ -60,12 +60,12 @@ def test_whatever_happens_a_robot_that_was_driven_is_stopped() -> None:
             last = wanted
 
 
-NO_STATES: list[Any] = (
-    [5, [], "x", {}, {"axes": []}, {"axes": 1, "buttons": []}, {"axes": [float("nan")], "buttons": []}]
-    + [{"axes": [value], "buttons": []} for value in (1.001, -1e9, "0", None, True, [0])]
-    + [{"axes": [], "buttons": [value]} for value in (2, -1, 0.5, "1", None, True, {})]
-    + [{"axes": [0] * (MAX_AXES + 1), "buttons": []}, {"axes": [], "buttons": [0] * 1000}]
-)
+NO_AXES: list[Any] = [1.001, -1e9, float("nan"), "0", None, True, [0]]
+NO_BUTTONS: list[Any] = [2, -1, 0.5, "1", None, True, {}]
+NO_STATES: list[Any] = [5, [], "x", {}, {"axes": []}, {"axes": 1, "buttons": []}]
+NO_STATES += [{"axes": [axis], "buttons": []} for axis in NO_AXES]
+NO_STATES += [{"axes": [], "buttons": [button]} for button in NO_BUTTONS]
+NO_STATES += [{"axes": [0] * (MAX_AXES + 1), "buttons": []}, {"axes": [], "buttons": [0] * 1000}]
 
 
 @pytest.mark.parametrize("value", NO_STATES)
