@@ -78,6 +78,7 @@ SCRIPTS: Mapping[str, Mapping[str, str | Callable[[], int]]] = {
     "robot_localization": {
         "ekf_localization_node": _program("pyros1.robot_nodes.robot_localization.ekf_node"),
         "navsat_transform_node": _program("pyros1.robot_nodes.robot_localization.navsat_node"),
+        "ukf_localization_node": _program("pyros1.robot_nodes.robot_localization.ukf_node"),
     },
     "rosbag": {"play": "bag play", "record": "bag record"},
     "rosbridge_server": {

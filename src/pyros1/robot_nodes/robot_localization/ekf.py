@@ -85,11 +85,15 @@ class Ekf:
         """
         state = self.state if control is None else control.apply(self.state, seconds, time)
         self.state, jacobian = predict(state, seconds)
-        noise = self._noise
-        if self._dynamic_noise:
-            noise = noise.copy()
-            noise[:6, :6] *= state[LINEAR] @ state[LINEAR] + state[ANGULAR] @ state[ANGULAR]
-        self.covariance = jacobian @ self.covariance @ jacobian.T + seconds * noise
+        self.covariance = jacobian @ self.covariance @ jacobian.T + seconds * self.noise_of(state)
+
+    def noise_of(self, state: Array) -> Array:
+        """Return the process noise per second (15, 15) in a state (15,)."""
+        if not self._dynamic_noise:
+            return self._noise
+        noise = self._noise.copy()
+        noise[:6, :6] *= state[LINEAR] @ state[LINEAR] + state[ANGULAR] @ state[ANGULAR]
+        return noise
 
     def correct(self, measurement: Measurement) -> bool:
         """Correct the estimate. Return whether the measurement was accepted; its threshold decides."""

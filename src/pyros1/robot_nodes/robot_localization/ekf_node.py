@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import sys
 import threading
+from collections.abc import Callable
 from functools import partial
 from typing import Any
 
@@ -55,10 +56,11 @@ class EkfNode:
 
     Args:
         node: the node.
+        make_filter: makes the filter from the same arguments as `Ekf`.
     """
 
-    def __init__(self, node: Node) -> None:
-        self._node = node
+    def __init__(self, node: Node, make_filter: Callable[..., Ekf] = Ekf) -> None:
+        self._node, self._make_filter = node, make_filter
         self._settings = settings = read_settings(PrivateParameters.of(node), find_prefix(node))
         self._frames = Frames(node, settings.transform_timeout)
         self._lock = threading.Lock()
@@ -106,7 +108,7 @@ class EkfNode:
 
     def _start(self) -> None:
         settings = self._settings
-        self._ekf = Ekf(
+        self._ekf = self._make_filter(
             settings.process_noise, settings.initial_covariance, settings.initial_state, settings.dynamic_noise
         )
         self._estimator = Estimator(

@@ -24,7 +24,7 @@ ACCELERATION = slice(12, 15)
 IDENTITY = np.eye(SIZE)
 IDENTITY.setflags(write=False)
 
-_MIN_COSINE = 1e-6
+MIN_COSINE = 1e-6
 """Nearer to a pitch of 90 degrees, rates of roll and yaw would grow without bound."""
 
 
@@ -56,7 +56,7 @@ def predict(state: Array, seconds: float) -> tuple[Array, Array]:
     wx, wy, wz = state[ANGULAR].tolist()
     sr, cr, sy, cy, sp = sin(roll), cos(roll), sin(yaw), cos(yaw), sin(pitch)
     cp = cos(pitch)
-    cp = copysign(max(abs(cp), _MIN_COSINE), cp)
+    cp = copysign(max(abs(cp), MIN_COSINE), cp)
     tp = sp / cp
     half_square = 0.5 * seconds * seconds
 
