@@ -1,11 +1,14 @@
 """Both filters beside a simulated truth: a robot with slipping wheels and an IMU with an offset, in `flat_world`.
 
 ``pytest -s`` prints the errors, which the manual states.
+
+Feature: how far the estimated pose is from a simulated truth, with late GPS, too -- `smooth_lagged_data`
 """
 
 from __future__ import annotations
 
 from math import cos, hypot, sin
+from typing import Any
 
 import numpy as np
 
@@ -40,13 +43,14 @@ HEADING_ERROR, GPS_ERROR = 0.02, 0.3
 class Follower:
     """A filter that gets the messages of a robot."""
 
-    def __init__(self, kind: type[Ekf], uses_gps: bool) -> None:
+    def __init__(self, kind: type[Ekf], uses_gps: bool, delay: int = 0, **more: object) -> None:
+        self.delay = delay  # of the GPS, in steps of the world
         problems: list[str] = []
-        parameters = {key: value for key, value in PARAMETERS.items() if uses_gps or "pose0" not in key}
+        parameters = {key: value for key, value in PARAMETERS.items() if uses_gps or "pose0" not in key} | more
         settings = read_settings(PrivateParameters(parameters, problems.append))
         assert not problems
         self.filter = kind(settings.process_noise, settings.initial_covariance)
-        self.estimator = Estimator(self.filter)
+        self.estimator = Estimator(self.filter, history=round(settings.history * 1e9))
         frame = Frame()
         self.inputs = {
             each.name: SensorInput(each, settings, self.filter, lambda *names: frame) for each in settings.sensors
@@ -67,10 +71,13 @@ def drive(seed: int, followers: list[Follower]) -> list[float]:
     random = np.random.default_rng(seed)
     walls = Walls(np.zeros((200, 200), bool), 1.0, (-100.0, -100.0))
     world, errors = World(walls, np.zeros((1, 3)), Settings(command_timeout=10.0), seed), []
+    fixes: dict[int, Any] = {}
     for step in range(round(SECONDS / DT)):
         if step % 80 == 0:
             world.command(0, random.uniform(0.3, 1.0), random.uniform(-0.6, 0.6))
         world.step()
+        if step % 2 == 0:  # messages come at 20 Hz
+            continue
         x, y, yaw = world.poses[0].tolist()
         odometry, imu, fix = Odometry(), Imu(), PoseWithCovarianceStamped()
         time = odometry.header.stamp = imu.header.stamp = fix.header.stamp = Time.from_sec(1000.0 + step * DT)
@@ -86,11 +93,13 @@ def drive(seed: int, followers: list[Follower]) -> list[float]:
             y + random.normal(0.0, GPS_ERROR),
         )
         fix.pose.covariance = (GPS_ERROR**2 * np.eye(6)).ravel().tolist()
+        if step % 40 == 39:
+            fixes[step] = fix
         for follower in followers:
             follower.receive("odom0", odometry)
             follower.receive("imu0", imu)
-            if step % 40 == 39:
-                follower.receive("pose0", fix)
+            if step - follower.delay in fixes:
+                follower.receive("pose0", fixes[step - follower.delay])
             follower.advance(time, world.poses[0])
         errors.append(hypot(*(world.odometry[0, :2] - world.poses[0, :2])))
     return errors
@@ -101,13 +110,21 @@ def rms(errors: list[float]) -> float:
 
 
 def test_both_filters_are_nearer_to_the_truth_than_the_wheels() -> None:
-    followers = {(kind, gps): Follower(kind, gps) for kind in (Ekf, Ukf) for gps in (False, True)}
+    late = {"smooth_lagged_data": True, "history_length": 3.0}
+    followers = {
+        "EKF": Follower(Ekf, False),
+        "UKF": Follower(Ukf, False),
+        "EKF with GPS": Follower(Ekf, True),
+        "UKF with GPS": Follower(Ukf, True),
+        "EKF with late GPS": Follower(Ekf, True, delay=30),
+        "EKF with late GPS and a history": Follower(Ekf, True, delay=30, **late),
+    }
     wheels = drive(0, list(followers.values()))
-    found = {key: rms(follower.errors) for key, follower in followers.items()}
-    print(f"\nwheels alone: {rms(wheels):.2f} m, {wheels[-1]:.2f} m at the end")
-    for (kind, gps), error in found.items():
-        end = followers[kind, gps].errors[-1]
-        print(f"{kind.__name__} {'with' if gps else 'without'} GPS: {error:.3f} m, {end:.3f} m at the end")
+    found = {name: rms(follower.errors) for name, follower in followers.items()}
+    for name, errors in {"wheels alone": wheels, **{key: each.errors for key, each in followers.items()}}.items():
+        print(f"{name}: {rms(errors):.3f} m, {errors[-1]:.3f} m at the end")
     assert rms(wheels) > 1.0
-    assert max(found[Ekf, False], found[Ukf, False]) < 0.2
-    assert max(found[Ekf, True], found[Ukf, True]) < GPS_ERROR
+    assert max(found["EKF"], found["UKF"]) < 0.2
+    assert max(found["EKF with GPS"], found["UKF with GPS"]) < GPS_ERROR
+    # A late fix corrects what was estimated for its own time.
+    assert found["EKF with late GPS and a history"] < GPS_ERROR < found["EKF with late GPS"]

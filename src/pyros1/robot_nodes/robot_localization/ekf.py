@@ -91,7 +91,7 @@ class Ekf:
         """Return the process noise per second (15, 15) in a state (15,)."""
         if not self._dynamic_noise:
             return self._noise
-        noise = self._noise.copy()
+        noise: Array = self._noise.copy()
         noise[:6, :6] *= state[LINEAR] @ state[LINEAR] + state[ANGULAR] @ state[ANGULAR]
         return noise
 

@@ -102,12 +102,13 @@ def change(states: Array, seconds: float) -> Array:
 
 def _square_root(covariance: Array) -> Array:
     """Return a matrix that, multiplied by its transpose, is a covariance (15, 15)."""
+    root: Array
     try:
-        return np.linalg.cholesky(covariance)
+        root = np.asarray(np.linalg.cholesky(covariance))
     except np.linalg.LinAlgError:  # it has variances of 0, or negative ones by rounding
-        pass
-    try:
-        values, vectors = np.linalg.eigh(covariance)
-    except np.linalg.LinAlgError:  # it is not finite; neither will be the estimate, which whoever uses it has to check
-        return np.full_like(covariance, np.nan)
-    return vectors * np.sqrt(np.maximum(values, 0.0))
+        try:
+            values, vectors = np.linalg.eigh(covariance)
+            root = vectors * np.sqrt(np.maximum(values, 0.0))
+        except np.linalg.LinAlgError:  # it is not finite, as the estimate then is, which whoever uses it has to check
+            root = np.full_like(covariance, np.nan)
+    return root
