@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+from itertools import permutations
 from math import cos, nan, pi, sin
 from typing import Any
 
@@ -11,6 +13,7 @@ import pytest
 from pyros1.ground.timing import Time
 from pyros1.msgs.nav_msgs.msg import Odometry
 from pyros1.msgs.sensor_msgs.msg import Imu, NavSatFix
+from pyros1.robot_nodes.robot_localization.local_plane import LocalPlane
 from pyros1.robot_nodes.robot_localization.navsat import Heading, Navsat
 from pyros1.robot_nodes.robot_localization.sensors import Frame
 from pyros1.robot_nodes.robot_localization.utm import Grid, UtmError
@@ -152,6 +155,56 @@ def test_a_datum_is_the_origin_of_the_world() -> None:
     navsat.set_datum(LATITUDE, LONGITUDE, 0.0, from_angles(0.0, 0.0, pi / 2 - CONVERGENCE))
     assert navsat.start(), "a datum can be set again"
     assert position(navsat, fix(30.0, 40.0)) == pytest.approx([40.0, -30.0, 100.0], abs=1e-5)
+
+
+def test_a_plane_instead_of_utm() -> None:
+    """A heading of 0 is true east, and metres are not scaled, as UTM's are."""
+    navsat = started(make_navsat(uses_plane=True), odometry(), imu(0.0), fix())
+    plane = LocalPlane(LATITUDE, LONGITUDE, 100.0)
+    message = fix(altitude=103.0)
+    message.latitude, message.longitude = plane.inverse(3000.0, 4000.0)
+    assert position(navsat, message) == pytest.approx([3000.0, 4000.0, 3.0], abs=1e-5)
+    assert navsat.georeference is not None
+    assert navsat.georeference.to_earth(3000.0, 4000.0, 0.0)[:2] == pytest.approx((message.latitude, message.longitude))
+    with pytest.raises(UtmError, match="UTM is not used"):
+        navsat.set_zone("32U")
+
+
+@pytest.mark.parametrize(("zone", "northing"), [("33U", 0.0), ("31u", 0.0), ("32H", 10_000_000.0)])
+def test_the_zone_can_be_chosen(zone: str, northing: float) -> None:
+    """A robot at the edge of a zone. What is on Earth stays where it is in the world frame, but for UTM's scale."""
+    before, navsat = make_navsat(), started(make_navsat(), odometry(1.0, 2.0, 0.5), imu(0.7), fix())
+    before.set_zone(zone)
+    before = started(before, odometry(1.0, 2.0, 0.5), imu(0.7), fix())
+    old = position(navsat, fix(30.0, 40.0))
+    navsat.set_zone(zone)
+    for each in (navsat, before):
+        assert each.georeference is not None
+        grid = Grid.named(zone)
+        assert (each.georeference.grid, grid.north) == (grid, northing == 0.0)
+        assert position(each, fix(30.0, 40.0)) == pytest.approx(old, abs=0.2)
+        assert position(each, fix()) == pytest.approx([1.0, 2.0, 0.0], abs=0.01)
+
+
+@pytest.mark.parametrize("zone", ["", "U", "31", "61U", "0U", "31I", "U31", "31U\n", "\N{ARABIC-INDIC DIGIT THREE}U"])
+def test_zones_that_do_not_exist(zone: str) -> None:
+    with pytest.raises(UtmError, match="a UTM zone is a number from 1 to 60"):
+        make_navsat().set_zone(zone)
+
+
+@pytest.mark.parametrize("order", list(permutations(range(3))))
+def test_messages_may_come_in_any_order(order: tuple[int, ...]) -> None:
+    """All come again and again; what comes late is waited for."""
+    navsat = make_navsat()
+    adders = [partial(navsat.add_odometry, odometry()), partial(navsat.add_fix, fix())]
+    adders.append(partial(navsat.add_imu, imu(-CONVERGENCE)))
+    for index in order:
+        assert not navsat.start()
+        adders[index]()
+    if not navsat.start():  # the IMU came before the odometry, which names the frame that its heading is needed in
+        adders[2]()
+        assert navsat.start()
+    assert position(navsat, fix(30.0, 40.0)) == pytest.approx([30.0, 40.0, 0.0], abs=1e-5)
 
 
 def test_altitudes_can_be_left_out() -> None:

@@ -15,7 +15,7 @@ from pyros1.ground.errors import ServiceError
 from pyros1.msgs.geographic_msgs.msg import GeoPoint, GeoPose
 from pyros1.msgs.geometry_msgs.msg import Point
 from pyros1.msgs.nav_msgs.msg import Odometry
-from pyros1.msgs.robot_localization.srv import FromLL, SetDatum, ToLL
+from pyros1.msgs.robot_localization.srv import FromLL, SetDatum, SetUTMZone, ToLL
 from pyros1.msgs.rosgraph_msgs.msg import Log
 from pyros1.msgs.sensor_msgs.msg import Imu, NavSatFix
 from pyros1.msgs.tf2_msgs.msg import TFMessage
@@ -83,6 +83,14 @@ def test_a_robot_with_a_receiver(make_node: Callable[..., Node], name: str) -> N
     assert (point.x, point.y, point.z) == pytest.approx((100.0, 0.0, 0.0), abs=1e-6)
     with pytest.raises(ServiceError, match="not degrees on Earth"):
         robot.call("fromLL", FromLL, GeoPoint(latitude=100.0))
+    with pytest.raises(ServiceError, match="such as 31U"):
+        robot.call("setUTMZone", SetUTMZone, "north")
+    robot.call("setUTMZone", SetUTMZone, "31U")
+    robot.until_logged("in UTM zone 31 north")
+    (transform,) = robot.heard["tf_static"].get(timeout=PATIENCE).transforms
+    assert transform.transform.translation.x < -900_000.0
+    robot.call("setUTMZone", SetUTMZone, "32U")
+    robot.until_logged("in UTM zone 32 north")
     robot.fix.longitude = 170.0
     robot.until_logged("a fix is ignored: latitude 48.000, longitude 170.000 is too far from UTM zone 32")
 
@@ -101,6 +109,15 @@ def test_a_datum(make_node: Callable[..., Node]) -> None:
     assert odometry.pose.pose.position.z == pytest.approx(60.0)
     (transform,) = robot.heard["tf_static"].get(timeout=PATIENCE).transforms
     assert (transform.header.frame_id, transform.child_frame_id) == ("utm", "map")
+
+
+def test_a_plane_instead_of_utm(make_node: Callable[..., Node]) -> None:
+    robot = Robot(make_node, {"use_local_cartesian": True, "broadcast_cartesian_transform": True})
+    (transform,) = robot.heard["tf_static"].get(timeout=PATIENCE).transforms
+    assert (transform.header.frame_id, transform.child_frame_id) == ("map", "local_enu")
+    assert transform.transform.translation.x == pytest.approx(0.0, abs=1e-6)
+    place = robot.call("toLL", ToLL, Point(0.0, 100.0, 0.0)).ll_point
+    assert place.longitude == pytest.approx(9.0)
 
 
 @pytest.mark.parametrize(

@@ -1,7 +1,7 @@
 """Where a robot is on Earth, and where what is measured on Earth is for the robot. Does no I/O.
 
-The first fix, the pose of the robot at that time and its heading give the transform between UTM and the robot's world
-frame; or a datum, the place on Earth of the world frame's origin, does.
+The first fix, the pose of the robot at that time and its heading give the transform between a grid, which is UTM or a
+plane, and the robot's world frame; or a datum, the place on Earth of the world frame's origin, does.
 """
 
 from __future__ import annotations
@@ -15,9 +15,10 @@ import numpy as np
 from pyros1.msgs.nav_msgs.msg import Odometry
 from pyros1.msgs.sensor_msgs.msg import NavSatFix
 from pyros1.robot_nodes.robot_localization.inputs import pose_tuple
+from pyros1.robot_nodes.robot_localization.local_plane import LocalPlane
 from pyros1.robot_nodes.robot_localization.motion import Array
 from pyros1.robot_nodes.robot_localization.sensors import FindFrame, Mount, matrix
-from pyros1.robot_nodes.robot_localization.utm import Grid
+from pyros1.robot_nodes.robot_localization.utm import Grid, UtmError, check_degrees
 from pyros1.tf.rotation import IDENTITY, Quaternion, Transform, from_angles, invert, multiply, to_angles
 
 _NO_FIX, _GBAS_FIX, _KNOWN = -1, 2, 3  # constants of NavSatStatus and NavSatFix
@@ -38,15 +39,15 @@ class Heading:
 
 @dataclass(frozen=True)
 class Georeference:
-    """The transform between UTM and the robot's world frame.
+    """The transform between a grid and the robot's world frame.
 
     Attributes:
-        grid: the UTM zone.
+        grid: the UTM zone, or the plane.
         pose: the origin of the grid, in the world frame.
         flat: whether altitudes in the world frame are 0.
     """
 
-    grid: Grid
+    grid: Grid | LocalPlane
     pose: Transform
     flat: bool
 
@@ -72,6 +73,7 @@ class Navsat:
         heading: corrections of the heading.
         flat: whether altitudes in the world frame are 0.
         uses_odometry_yaw: whether the heading is that of the odometry, instead of an IMU's.
+        uses_plane: whether the grid is a plane that touches the Earth at the first fix or datum, instead of UTM.
         waits_for_datum: whether `set_datum` gives the transform, instead of the first fix.
         find_frame: finds the frames of the IMU and the receiver on the robot.
         world, base: the frames until an odometry names them.
@@ -88,6 +90,7 @@ class Navsat:
         *,
         flat: bool = False,
         uses_odometry_yaw: bool = False,
+        uses_plane: bool = False,
         waits_for_datum: bool = False,
         world: str = "odom",
         base: str = "base_link",
@@ -98,6 +101,8 @@ class Navsat:
         self._find_frame = find_frame
         self._flat = flat
         self._uses_odometry_yaw = uses_odometry_yaw
+        self._uses_plane = uses_plane
+        self._zone: Grid | None = None
         self._has_datum = waits_for_datum
         self._datum: tuple[float, float, float, Quaternion] | None = None
         self._odometry: Any = None
@@ -128,7 +133,8 @@ class Navsat:
         """
         if fix.status.status == _NO_FIX or not all(map(isfinite, (fix.latitude, fix.longitude, fix.altitude))):
             return
-        grid = Grid.at(fix.latitude, fix.longitude) if self.georeference is None else self.georeference.grid
+        place = fix.latitude, fix.longitude, fix.altitude
+        grid = self._find_grid(*place) if self.georeference is None else self.georeference.grid
         grid.forward(fix.latitude, fix.longitude)
         self._fix, self._fix_is_new = fix, True
 
@@ -149,9 +155,26 @@ class Navsat:
         Raises:
             UtmError: there is no UTM there.
         """
-        Grid.at(latitude, longitude)
+        self._find_grid(latitude, longitude, altitude)
         self._has_datum, self.georeference = True, None
         self._datum = latitude, longitude, altitude, orientation
+
+    def set_zone(self, name: str) -> None:
+        """Use a UTM zone, such as ``31U``, whichever the robot is in. Places in the world frame stay where they are.
+
+        Raises:
+            UtmError: there is no such zone, the robot is too far from it, or UTM is not used.
+        """
+        if self._uses_plane:
+            raise UtmError("UTM is not used, since use_local_cartesian is set")
+        zone, old = Grid.named(name), self.georeference
+        if old is not None:
+            latitude, longitude, altitude = old.to_earth(0.0, 0.0, 0.0)
+            turn = zone.convergence(latitude, longitude) - old.grid.convergence(latitude, longitude)
+            yaw = to_angles(invert(old.pose)[3:])[2] + turn
+            on_grid = (*zone.forward(latitude, longitude), altitude, *from_angles(0.0, 0.0, yaw))
+            self.georeference = Georeference(zone, invert(on_grid), self._flat)
+        self._zone = zone
 
     def start(self) -> bool:
         """Find the transform if all that it needs has been received. Return whether it was found by this call."""
@@ -211,6 +234,12 @@ class Navsat:
         message.position_covariance_type, message.status.status = _KNOWN, _GBAS_FIX
         return message
 
+    def _find_grid(self, latitude: float, longitude: float, altitude: float) -> Grid | LocalPlane:
+        if not self._uses_plane:
+            return self._zone or Grid.at(latitude, longitude)
+        check_degrees(latitude, longitude)
+        return LocalPlane(latitude, longitude, altitude)
+
     def _receiver_offset(self) -> Array | None:
         """Return where on the robot the receiver is (3,), or None if that is not known."""
         name = self._fix.header.frame_id
@@ -221,7 +250,7 @@ class Navsat:
         self, place: list[float], world: Transform, orientation: Quaternion, receiver: Array | None
     ) -> Georeference:
         latitude, longitude, altitude = place
-        grid = Grid.at(latitude, longitude)
+        grid = self._find_grid(latitude, longitude, altitude)
         position = np.array((*grid.forward(latitude, longitude), altitude))
         roll, pitch, yaw = to_angles(orientation)
         yaw += self._heading.declination + self._heading.yaw_offset + grid.convergence(latitude, longitude)

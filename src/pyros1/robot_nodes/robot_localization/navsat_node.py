@@ -11,7 +11,7 @@ from typing import Any
 
 from pyros1.ground.errors import ServiceRefusal
 from pyros1.msgs.nav_msgs.msg import Odometry
-from pyros1.msgs.robot_localization.srv import FromLL, SetDatum, ToLL
+from pyros1.msgs.robot_localization.srv import FromLL, SetDatum, SetUTMZone, ToLL
 from pyros1.msgs.sensor_msgs.msg import Imu, NavSatFix
 from pyros1.node import Node
 from pyros1.robot_nodes.robot_localization.ekf_node import find_prefix
@@ -45,17 +45,17 @@ class NavsatNode:
         self._flat = parameters.flag("zero_altitude", False)
         self._delay = parameters.number("delay", 0.0, 0.0)
         self._started_at = node.now()
-        self._cartesian_frame = parameters.text("cartesian_frame_id", "utm")
+        uses_plane = parameters.flag("use_local_cartesian", False)
+        self._cartesian_frame = parameters.text("cartesian_frame_id", "local_enu" if uses_plane else "utm")
         self._broadcasts = _either(parameters, "broadcast_{}_transform")
         self._is_parent = _either(parameters, "broadcast_{}_transform_as_parent_frame")
-        if parameters.flag("use_local_cartesian", False):
-            node.log.error("use_local_cartesian is not supported: UTM is used")
         prefix = find_prefix(node)
         self._navsat = Navsat(
             Heading(parameters.number("magnetic_declination_radians", 0.0), parameters.number("yaw_offset", 0.0)),
             Frames(node, parameters.number("transform_timeout", 0.0, 0.0)).find,
             flat=self._flat,
             uses_odometry_yaw=uses_odometry_yaw,
+            uses_plane=uses_plane,
             waits_for_datum=waits_for_datum,
             world=prefixed("odom", prefix),
             base=prefixed("base_link", prefix),
@@ -69,6 +69,7 @@ class NavsatNode:
         if parameters.flag("publish_filtered_gps", False):
             self._filtered = node.advertise("gps/filtered", NavSatFix, queue_size=10)
         node.advertise_service("datum", SetDatum, self._on_datum)
+        node.advertise_service("setUTMZone", SetUTMZone, self._on_zone)
         node.advertise_service("toLL", ToLL, self._on_to_earth)
         node.advertise_service("fromLL", FromLL, self._on_from_earth)
         self._imu: Any = None
@@ -111,9 +112,8 @@ class NavsatNode:
         if imu is not None:
             imu.unregister()
         latitude, longitude, _ = reference.to_earth(0.0, 0.0, 0.0)
-        text = "the origin of %s is at latitude %.7f, longitude %.7f, in UTM zone %d %s"
-        hemisphere = "north" if reference.grid.north else "south"
-        self._node.log.info(text, self._navsat.world, latitude, longitude, reference.grid.zone, hemisphere)
+        text = "the origin of %s is at latitude %.7f, longitude %.7f, in %s"
+        self._node.log.info(text, self._navsat.world, latitude, longitude, reference.grid.name)
         if self._broadcaster is not None:
             parent, child, pose = self._navsat.world, self._cartesian_frame, reference.pose
             if self._is_parent:
@@ -166,6 +166,15 @@ class NavsatNode:
         except UtmError as error:
             raise ServiceRefusal(str(error)) from error
         return SetDatum._response_class()
+
+    def _on_zone(self, request: Any) -> Any:
+        try:
+            with self._lock:
+                self._navsat.set_zone(request.utm_zone)
+                self._is_new = self._navsat.georeference is not None
+        except UtmError as error:
+            raise ServiceRefusal(str(error)) from error
+        return SetUTMZone._response_class()
 
     def _on_to_earth(self, request: Any) -> Any:
         response, point = ToLL._response_class(), request.map_point

@@ -6,6 +6,7 @@ accuracy of a few nanometers" (2011); the error is far below a millimetre in a z
 
 from __future__ import annotations
 
+import re
 from cmath import cos as complex_cos
 from cmath import phase
 from cmath import sin as complex_sin
@@ -13,14 +14,17 @@ from dataclasses import dataclass
 from math import asin, asinh, atan2, atanh, cos, degrees, hypot, radians, sin, sinh, sqrt, tan, tanh
 
 from pyros1.ground.errors import Error
+from pyros1.ground.terminal_text import one_line
 
 MIN_LATITUDE, MAX_LATITUDE = -80.0, 84.0
+SEMI_MAJOR_AXIS, FLATTENING = 6_378_137.0, 1 / 298.257_223_563
+"""The WGS 84 ellipsoid: half its greatest diameter in metres, and how flat it is."""
 
-_SEMI_MAJOR_AXIS, _FLATTENING = 6_378_137.0, 1 / 298.257_223_563
+_BANDS = "CDEFGHJKLMNPQRSTUVWX"
 _SCALE, _FALSE_EASTING, _FALSE_NORTHING = 0.9996, 500_000.0, 10_000_000.0
-_N = _FLATTENING / (2.0 - _FLATTENING)
+_N = FLATTENING / (2.0 - FLATTENING)
 _ECCENTRICITY = 2.0 * sqrt(_N) / (1.0 + _N)
-_UNIT = _SCALE * _SEMI_MAJOR_AXIS / (1.0 + _N) * (1.0 + _N**2 / 4.0 + _N**4 / 64.0)
+_UNIT = _SCALE * SEMI_MAJOR_AXIS / (1.0 + _N) * (1.0 + _N**2 / 4.0 + _N**4 / 64.0)
 _ALPHA = (
     _N / 2 - 2 * _N**2 / 3 + 5 * _N**3 / 16 + 41 * _N**4 / 180,
     13 * _N**2 / 48 - 3 * _N**3 / 5 + 557 * _N**4 / 1440,
@@ -59,7 +63,7 @@ class Grid:
         Raises:
             UtmError: it is too near to a pole, or not on Earth.
         """
-        _check(latitude, longitude)
+        check_degrees(latitude, longitude)
         if not MIN_LATITUDE <= latitude < MAX_LATITUDE:
             raise UtmError(
                 f"at a latitude of {latitude:.3f} there is no UTM, only from {MIN_LATITUDE} to {MAX_LATITUDE}"
@@ -71,6 +75,24 @@ class Grid:
         if latitude >= 72.0 and 0.0 <= longitude < 42.0:  # Svalbard
             zone = 31 + 2 * int((longitude + 3.0) // 12.0)
         return cls(zone, latitude >= 0.0)
+
+    @classmethod
+    def named(cls, zone: str) -> Grid:
+        """Return the grid of a zone's number and latitude band, such as ``31U``.
+
+        Raises:
+            UtmError: it is no such name.
+        """
+        number, band = zone[:-1], zone[-1:].upper()
+        if not (re.fullmatch("[0-9]{1,2}", number) and 1 <= int(number) <= 60 and band and band in _BANDS):
+            text = "a UTM zone is a number from 1 to 60 and the letter of a latitude band, such as 31U, not %s"
+            raise UtmError(text % one_line(repr(zone), 50))
+        return cls(int(number), band >= "N")
+
+    @property
+    def name(self) -> str:
+        """What the coordinates are, for people."""
+        return f"UTM zone {self.zone} {'north' if self.north else 'south'}"
 
     def forward(self, latitude: float, longitude: float) -> tuple[float, float]:
         """Return easting and northing in metres of a latitude and longitude in degrees.
@@ -114,7 +136,7 @@ class Grid:
         return (longitude - self._meridian + 180.0) % 360.0 - 180.0
 
     def _to_sphere(self, latitude: float, longitude: float) -> complex:
-        _check(latitude, longitude)
+        check_degrees(latitude, longitude)
         angle, tangent = radians(self._from_meridian(longitude)), _conformal_tangent(latitude)
         if abs(latitude) > 89.9 or abs(angle) > 1.5:
             raise UtmError(f"latitude {latitude:.3f}, longitude {longitude:.3f} is too far from UTM zone {self.zone}")
@@ -126,6 +148,7 @@ def _conformal_tangent(latitude: float) -> float:
     return sinh(atanh(sine) - _ECCENTRICITY * atanh(_ECCENTRICITY * sine))
 
 
-def _check(latitude: float, longitude: float) -> None:
+def check_degrees(latitude: float, longitude: float) -> None:
+    """Raise a `UtmError` if it is no place on Earth."""
     if not (abs(latitude) <= 90.0 and abs(longitude) <= 540.0):  # nan, too
         raise UtmError(f"latitude {latitude}, longitude {longitude} are not degrees on Earth")

@@ -1,0 +1,104 @@
+"""Metres east and north of a place on Earth, on a plane that touches it there, and back. Pure.
+
+On the WGS 84 ellipsoid. Unlike in UTM, the directions at the origin are exactly east and north, and distances near it
+are not scaled.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import atan2, cos, degrees, hypot, radians, sin, sqrt
+from typing import Any
+
+import numpy as np
+
+from pyros1.robot_nodes.robot_localization.motion import Array
+from pyros1.robot_nodes.robot_localization.utm import FLATTENING, SEMI_MAJOR_AXIS, UtmError, check_degrees
+
+MAX_DISTANCE = 1_000_000.0
+"""Metres from the origin; farther away, the plane says little about the Earth."""
+
+_E2 = FLATTENING * (2.0 - FLATTENING)
+_STEPS = 10
+
+
+@dataclass(frozen=True)
+class LocalPlane:
+    """The plane at a place.
+
+    Attributes:
+        latitude, longitude: the place in degrees.
+        altitude: its height above the ellipsoid in metres; all that is converted is taken to be at this height.
+    """
+
+    latitude: float
+    longitude: float
+    altitude: float = 0.0
+
+    def forward(self, latitude: float, longitude: float) -> tuple[float, float]:
+        """Return metres to the east and north of a latitude and longitude in degrees.
+
+        Raises:
+            UtmError: it is not on Earth, or too far away.
+        """
+        check_degrees(latitude, longitude)
+        away = _to_cartesian(latitude, longitude, self.altitude) - self._origin
+        if np.linalg.norm(away) > MAX_DISTANCE:
+            raise UtmError(f"latitude {latitude:.3f}, longitude {longitude:.3f} is too far from {self.name}")
+        east, north, _ = (self._axes @ away).tolist()
+        return east, north
+
+    def inverse(self, east: float, north: float) -> tuple[float, float]:
+        """Return latitude and longitude in degrees of metres to the east and north."""
+        up, latitude, longitude = 0.0, self.latitude, self.longitude
+        for _ in range(_STEPS):  # until the place below or above the plane has the plane's altitude
+            place = self._origin + np.array((east, north, up)) @ self._axes
+            latitude, longitude, altitude = _to_degrees(*place.tolist())
+            up += self.altitude - altitude
+        return latitude, longitude
+
+    def convergence(self, latitude: float, longitude: float) -> float:
+        """Return 0.0: the plane's north is true north where it touches the Earth."""
+        return 0.0
+
+    @property
+    def name(self) -> str:
+        """What the coordinates are, for people."""
+        return f"the local plane at latitude {self.latitude:.7f}, longitude {self.longitude:.7f}"
+
+    @property
+    def _origin(self) -> Array:
+        origin: Array = _to_cartesian(self.latitude, self.longitude, self.altitude)
+        return origin
+
+    @property
+    def _axes(self) -> Array:
+        """East, north and up as rows (3, 3)."""
+        phi, lam = radians(self.latitude), radians(self.longitude)
+        return np.array(
+            [
+                [-sin(lam), cos(lam), 0.0],
+                [-sin(phi) * cos(lam), -sin(phi) * sin(lam), cos(phi)],
+                [cos(phi) * cos(lam), cos(phi) * sin(lam), sin(phi)],
+            ]
+        )
+
+
+def _to_cartesian(latitude: float, longitude: float, altitude: float) -> Any:
+    """Return the position (3,) from the Earth's centre in metres."""
+    phi, lam = radians(latitude), radians(longitude)
+    normal = SEMI_MAJOR_AXIS / sqrt(1.0 - _E2 * sin(phi) ** 2)
+    across = (normal + altitude) * cos(phi)
+    return np.array((across * cos(lam), across * sin(lam), (normal * (1.0 - _E2) + altitude) * sin(phi)))
+
+
+def _to_degrees(x: float, y: float, z: float) -> tuple[float, float, float]:
+    """Return latitude, longitude and altitude of a position from the Earth's centre."""
+    across = hypot(x, y)
+    phi = atan2(z, across * (1.0 - _E2))
+    for _ in range(_STEPS):  # each one makes the error 150 times smaller
+        normal = SEMI_MAJOR_AXIS / sqrt(1.0 - _E2 * sin(phi) ** 2)
+        phi = atan2(z + _E2 * normal * sin(phi), across)
+    normal = SEMI_MAJOR_AXIS / sqrt(1.0 - _E2 * sin(phi) ** 2)
+    altitude = across * cos(phi) + z * sin(phi) - normal * (1.0 - _E2 * sin(phi) ** 2)
+    return degrees(phi), degrees(atan2(y, x)), altitude
