@@ -119,11 +119,16 @@ def test_a_camera_that_is_absent_or_unplugged(
     plugged.set()
     video.images.put(1)
     await_status(0, "images are coming")
+    plugged.clear()
     video.images.put(VideoError("/dev/video7: No such device"))
     assert video.closed.wait(PATIENCE)
+    await_status(2, "there is no /dev/video7")
+    plugged.set()
+    video.images.put(1)
+    await_status(0, "images are coming")
     finish(node, video)
     lines = [line for line in capfd.readouterr().err.splitlines() if "[ERROR]" in line]
-    assert len(lines) == 2
+    assert len(lines) == 3
     assert "there is no /dev/video7; trying again every" in lines[0] and "No such device; trying" in lines[1]
 
 
