@@ -44,6 +44,14 @@ def make(*specifications: object) -> list[Any]:
     return make_chain(list(specifications), "/node/scan_filter_chain", pytest.fail)
 
 
+def test_the_filters_are_those_of_the_package() -> None:
+    names = """ScanShadowsFilter InterpolationFilter ScanBlobFilter LaserArrayFilter LaserMedianFilter
+        LaserScanIntensityFilter LaserScanRangeFilter LaserScanAngularBoundsFilter LaserScanAngularBoundsFilterInPlace
+        LaserScanSectorFilter LaserScanBoxFilter LaserScanPolygonFilter StaticLaserScanPolygonFilter
+        LaserScanSpeckleFilter LaserScanMaskFilter LaserScanFootprintFilter"""
+    assert set(FILTERS) == set(names.split())
+
+
 @pytest.mark.parametrize("kind", FILTERS)
 @pytest.mark.parametrize("size", [0, 1, 60])
 def test_all_filters_take_scans_of_any_size(kind: str, size: int) -> None:

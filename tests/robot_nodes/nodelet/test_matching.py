@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import pytest
 
+from pyros1.cli.package_scripts import SCRIPTS
 from pyros1.robot_nodes.nodelet.matching import find_program, package_of
 
 
@@ -32,6 +33,25 @@ from pyros1.robot_nodes.nodelet.matching import find_program, package_of
 )
 def test_programs(class_name: str, programs: list[str], program: str) -> None:
     assert find_program(class_name, programs) == program
+
+
+@pytest.mark.parametrize(
+    "class_name",
+    [
+        *(f"image_proc/{name}" for name in ("crop_decimate", "debayer", "rectify", "resize")),
+        *(f"RobotLocalization/{name}Nodelet" for name in ("Ekf", "Ukf", "NavSatTransform")),
+        "cv_camera/CvCameraNodelet",
+        "depthimage_to_laserscan/DepthImageToLaserScanNodelet",
+        "imu_filter_madgwick/ImuFilterNodelet",
+        "laser_filters/ScanToScanFilterChain",
+        "pointcloud_to_laserscan/laserscan_to_pointcloud_nodelet",
+        "pointcloud_to_laserscan/pointcloud_to_laserscan_nodelet",
+        "yocs_cmd_vel_mux/CmdVelMuxNodelet",
+        "yocs_velocity_smoother/VelocitySmootherNodelet",
+    ],
+)
+def test_nodelets_of_robots_have_a_program_here(class_name: str) -> None:
+    assert find_program(class_name, SCRIPTS[package_of(class_name)])
 
 
 def test_packages() -> None:
