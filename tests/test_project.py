@@ -92,6 +92,7 @@ PURE += [f"robot_nodes/usb_cam/{name}.py" for name in ("calibration", "controls"
 PURE += ["ros2_types/transcoding"]
 PURE += ["robot_nodes/teleop_twist_keyboard/driver.py", "robot_nodes/nodelet/matching.py"]
 PURE += ["web/rosbridge_server/settings.py", "web/web_video_server/requests.py", "web/web_video_server/pages.py"]
+PURE += ["web/web_video_server/video_options.py"]
 PURE += [f"ros2/zenoh/{name}.py" for name in ("names", "qos", "attachments", "tokens", "graph")]
 PURE += [f"ros2/bridge/{name}.py" for name in ("plan", "rules", "arrivals")]
 

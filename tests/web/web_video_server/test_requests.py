@@ -9,6 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pyros1.web.web_video_server.requests import MAX_SIDE, Rendering, Request, RequestProblem, parse_request
+from pyros1.web.web_video_server.video_options import VideoOptions
 
 
 def test_streams_and_snapshots() -> None:
@@ -21,6 +22,12 @@ def test_streams_and_snapshots() -> None:
     assert parse_request("/stream?topic=a&type=png").rendering.quality == 3
     snapshot = parse_request("/snapshot?topic=a&type=png&quality=50", "png")  # a snapshot is a JPEG file always
     assert (snapshot.stream_type, snapshot.rendering) == ("mjpeg", Rendering("jpeg", 50))
+    assert parse_request("/snapshot?topic=a&type=vp8&gop=3") == parse_request(
+        "/snapshot?topic=a&type=vp8&gop=3", "h264"
+    )
+    video = parse_request("/stream?topic=a&type=vp8&bitrate=500000&quality=best&width=320")
+    assert (video.stream_type, video.video) == ("vp8", VideoOptions(500_000, quality="best"))
+    assert video.rendering.width == 320
 
 
 @pytest.mark.parametrize(
@@ -29,9 +36,7 @@ def test_streams_and_snapshots() -> None:
         ("/streams", HTTPStatus.NOT_FOUND, "no such page"),
         ("/stream", HTTPStatus.BAD_REQUEST, "lacks a topic"),
         ("/snapshot?topic=", HTTPStatus.BAD_REQUEST, "lacks a topic"),
-        ("/stream?topic=a&type=h264", HTTPStatus.NOT_IMPLEMENTED, "use type=mjpeg"),
-        ("/stream_viewer?topic=a&type=vp8", HTTPStatus.NOT_IMPLEMENTED, "use type=mjpeg"),
-        ("/stream?topic=a&type=gif", HTTPStatus.NOT_FOUND, "one of mjpeg, png, ros_compressed"),
+        ("/stream?topic=a&type=gif", HTTPStatus.NOT_FOUND, "one of mjpeg, png, ros_compressed, h264, vp8, vp9"),
         ("/stream?topic=a&default_transport=theora", HTTPStatus.NOT_IMPLEMENTED, "raw or compressed"),
         ("/stream?topic=a&width=0", HTTPStatus.BAD_REQUEST, "the width must be from 1"),
         ("/stream?topic=a&height=8193", HTTPStatus.BAD_REQUEST, "the height must be from 1"),

@@ -20,6 +20,7 @@ from pyros1.ground.timing import Time
 from pyros1.msgs.sensor_msgs.msg import CameraInfo, CompressedImage, Image
 from pyros1.node import Node
 from pyros1.topic_tools.image_encoding import compress
+from pyros1.web.web_video_server import handler as handler_module
 from pyros1.web.web_video_server import server as server_module
 from pyros1.web.web_video_server.node import ListenError, main, start
 from pyros1.web.web_video_server.server import VideoServer
@@ -118,7 +119,7 @@ def test_a_snapshot(serve: Any, get: Any, make_node: Callable[..., Node]) -> Non
 
 
 def test_no_image_for_a_snapshot(serve: Any, get: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(server_module, "SNAPSHOT_TIMEOUT", 0.01)
+    monkeypatch.setattr(handler_module, "SNAPSHOT_TIMEOUT", 0.01)
     response = get(serve(), "/snapshot?topic=/nothing")
     assert response.status == 504 and b"no image has arrived on /nothing within 0.01 s" in response.read()
 
@@ -162,7 +163,7 @@ def test_pages(serve: Any, get: Any, make_node: Callable[..., Node]) -> None:
     ("path", "status", "text"),
     [
         ("/stream?topic=/a%20b", 400, b"/a b"),
-        ("/stream?topic=/a&type=h264", 501, b"use type=mjpeg"),
+        ("/stream?topic=/a&type=gif", 404, b"must be one of mjpeg"),
         ("/favicon.ico", 404, b"no such page"),
     ],
 )

@@ -13,6 +13,8 @@ from pyros1.robot_nodes.shared.parameters import PrivateParameters
 from pyros1.robot_nodes.shared.program import run_node
 from pyros1.web.web_video_server.requests import STREAM_TYPES
 from pyros1.web.web_video_server.server import VideoServer, describe
+from pyros1.web.web_video_server.video_options import VIDEO_TYPES
+from pyros1.web.web_video_server.videos import import_av
 
 _POLL_PERIOD = 0.2
 """Seconds between checks of whether the server is to stop."""
@@ -40,6 +42,12 @@ def start(node: Node) -> VideoServer:
     if default_type not in STREAM_TYPES:
         expected = f"one of {', '.join(STREAM_TYPES)}"
         default_type = parameters.reject("default_stream_type", default_type, expected, "mjpeg")
+    if default_type in VIDEO_TYPES:
+        try:
+            import_av(default_type)
+        except Error as error:
+            node.log.error("%s", error)
+            default_type = "mjpeg"
     try:
         server = VideoServer(
             node,

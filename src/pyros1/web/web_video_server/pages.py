@@ -6,6 +6,8 @@ from collections.abc import Iterable
 from html import escape
 from urllib.parse import quote
 
+from pyros1.web.web_video_server.video_options import VIDEO_TYPES
+
 _CAMERA_INFO = "/camera_info"
 _PAGE = "<!DOCTYPE html>\n<html><head><meta charset='utf-8'><title>{title}</title></head><body>{body}</body></html>\n"
 
@@ -31,15 +33,19 @@ def list_page(image_topics: Iterable[str], camera_info_topics: Iterable[str]) ->
     return _PAGE.format(title=title, body=f"<h1>{title}</h1><ul>{groups or '<li>none</li>'}</ul>")
 
 
-def viewer_page(topic: str, query: str) -> str:
+def viewer_page(topic: str, query: str, stream_type: str = "mjpeg") -> str:
     """Return the page that shows a stream.
 
     Args:
         topic: the stream's topic.
         query: the query of the stream's URL.
+        stream_type: its type.
     """
-    body = f'<h1>{escape(topic)}</h1><img alt="" src="/stream?{escape(query)}">'
-    return _PAGE.format(title=escape(topic), body=body)
+    source = f'src="/stream?{escape(query)}"'
+    # Browsers play videos by themselves only if these are muted.
+    element = f"<video autoplay muted playsinline {source}></video>"
+    body = element if stream_type in VIDEO_TYPES else f'<img alt="" {source}>'
+    return _PAGE.format(title=escape(topic), body=f"<h1>{escape(topic)}</h1>{body}")
 
 
 def _links(topic: str, shown: str) -> str:

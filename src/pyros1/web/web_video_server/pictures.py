@@ -28,9 +28,7 @@ def render(message: Any, rendering: Rendering) -> bytes:
         MessageError: the image cannot be read, or its encoding is not supported.
         Error: Pillow is not installed.
     """
-    pixels = _to_8_bits(decompress(message) if message._type == _COMPRESSED_TYPE else message)
-    if rendering.is_inverted:
-        pixels = pixels[::-1, ::-1]
+    pixels = to_8_bits(message, rendering.is_inverted)
     size = (rendering.width or pixels.shape[1], rendering.height or pixels.shape[0])
     if size != (pixels.shape[1], pixels.shape[0]):
         image = import_pillow()
@@ -49,8 +47,25 @@ def compressed_type(message: Any) -> str:
     return ""
 
 
+def to_8_bits(message: Any, is_inverted: bool = False) -> NDArray[np.uint8]:
+    """Return an image's pixels, in which depths are scaled so that the farthest is white.
+
+    Args:
+        message: a sensor_msgs/Image or sensor_msgs/CompressedImage.
+        is_inverted: whether to turn the image by 180 degrees.
+
+    Returns:
+        An array of shape (height, width, 1, 3 or 4); colours begin with red.
+
+    Raises:
+        MessageError: the image cannot be read, or its encoding is not supported.
+        Error: Pillow is not installed, and the image is compressed.
+    """
+    pixels = _to_8_bits(decompress(message) if message._type == _COMPRESSED_TYPE else message)
+    return pixels[::-1, ::-1] if is_inverted else pixels
+
+
 def _to_8_bits(image: Any) -> NDArray[np.uint8]:
-    """Return an array of shape (height, width, 1, 3 or 4), in which depths are scaled so that the farthest is white."""
     encoding = str(image.encoding)
     if _FLOATS.match(encoding):
         return _scale(_float_pixels(image))

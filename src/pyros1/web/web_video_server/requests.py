@@ -7,13 +7,14 @@ from http import HTTPStatus
 from urllib.parse import parse_qs, urlsplit
 
 from pyros1.ground.errors import Error
+from pyros1.web.web_video_server.video_options import VIDEO_TYPES, VideoOptions, parse_integer, parse_video_options
 
 MAX_SIDE = 8192
 """Maximum width and height in pixels to which images are scaled."""
 _MAX_PARAMETERS = 50
 _JPEG_QUALITY, _PNG_LEVEL = 95, 3
-STREAM_TYPES = ("mjpeg", "png", "ros_compressed")
-_VIDEO_TYPES = ("vp8", "vp9", "h264")
+STREAM_TYPES = ("mjpeg", "png", "ros_compressed", *VIDEO_TYPES)
+_DEFAULT_VIDEO = VideoOptions()
 _PATHS = ("/", "/stream", "/stream_viewer", "/snapshot")
 
 
@@ -58,6 +59,7 @@ class Request:
         stream_type: one of `STREAM_TYPES`.
         transport: how the images are sent to this node: "raw" or "compressed".
         rendering: how they are converted.
+        video: how they are encoded if the type of the stream is one of `VIDEO_TYPES`.
     """
 
     path: str
@@ -66,6 +68,7 @@ class Request:
     stream_type: str = "mjpeg"
     transport: str = "raw"
     rendering: Rendering = Rendering()
+    video: VideoOptions = _DEFAULT_VIDEO
 
 
 def parse_request(url: str, default_type: str = "mjpeg") -> Request:
@@ -92,15 +95,13 @@ def parse_request(url: str, default_type: str = "mjpeg") -> Request:
     if not texts.get("topic"):
         raise RequestProblem(HTTPStatus.BAD_REQUEST, f"the URL lacks a topic, as in {path}?topic=/camera/image_raw")
     stream_type = texts.get("type", default_type) if path != "/snapshot" else "mjpeg"
-    if stream_type in _VIDEO_TYPES:
-        text = f"streams of the type {stream_type} are not supported here: use type=mjpeg"
-        raise RequestProblem(HTTPStatus.NOT_IMPLEMENTED, text)
     if stream_type not in STREAM_TYPES:
         raise RequestProblem(HTTPStatus.NOT_FOUND, f"the type of a stream must be one of {', '.join(STREAM_TYPES)}")
     transport = texts.get("default_transport", "raw")
     if transport not in ("raw", "compressed"):
         raise RequestProblem(HTTPStatus.NOT_IMPLEMENTED, "default_transport must be raw or compressed")
-    return Request(path, parts.query, texts["topic"], stream_type, transport, _rendering(texts, stream_type))
+    video = parse_video_options(texts, stream_type) if stream_type in VIDEO_TYPES else _DEFAULT_VIDEO
+    return Request(path, parts.query, texts["topic"], stream_type, transport, _rendering(texts, stream_type), video)
 
 
 def _rendering(texts: dict[str, str], stream_type: str) -> Rendering:
@@ -108,7 +109,7 @@ def _rendering(texts: dict[str, str], stream_type: str) -> Rendering:
     lowest, highest, default = (0, 9, _PNG_LEVEL) if is_png else (1, 100, _JPEG_QUALITY)
     return Rendering(
         "png" if is_png else "jpeg",
-        min(max(_integer(texts.get("quality"), default), lowest), highest),
+        parse_integer(texts.get("quality"), default, lowest, highest),
         _side(texts, "width"),
         _side(texts, "height"),
         "invert" in texts,
@@ -117,17 +118,9 @@ def _rendering(texts: dict[str, str], stream_type: str) -> Rendering:
 
 def _side(texts: dict[str, str], name: str) -> int | None:
     """Return a width or height; None if it is missing or -1, which stands for that of the image."""
-    side = _integer(texts.get(name), -1)
+    side = parse_integer(texts.get(name), -1, -2, MAX_SIDE + 1)
     if side == -1:
         return None
     if not 1 <= side <= MAX_SIDE:
         raise RequestProblem(HTTPStatus.BAD_REQUEST, f"the {name} must be from 1 to {MAX_SIDE}")
     return side
-
-
-def _integer(text: str | None, default: int) -> int:
-    """Return a number; the default if the text is none, as in the original."""
-    try:
-        return int(text[:20]) if text else default
-    except ValueError:
-        return default

@@ -1,0 +1,44 @@
+"""Reads a request from a connection, which must be complete in time."""
+
+from __future__ import annotations
+
+import io
+import socket
+from collections.abc import Callable
+from time import monotonic
+from typing import Any
+
+
+class RequestReader(io.RawIOBase):
+    """The bytes of a connection until a deadline, however slowly they come.
+
+    A timeout of the socket would begin anew with each byte, so that a few clients could occupy all connections.
+
+    Args:
+        connection: the connection.
+        seconds: after how many seconds reading fails with a TimeoutError.
+        clock: returns the time in seconds.
+    """
+
+    def __init__(self, connection: socket.socket, seconds: float, clock: Callable[[], float] = monotonic) -> None:
+        super().__init__()
+        self._connection = connection
+        self._clock = clock
+        self._deadline = clock() + seconds
+
+    def readable(self) -> bool:
+        """Return True."""
+        return True
+
+    def readinto(self, buffer: Any) -> int:
+        """Read into a buffer; return the number of bytes, 0 at the end.
+
+        Raises:
+            TimeoutError: the deadline has passed.
+            OSError: the connection is broken.
+        """
+        remaining = self._deadline - self._clock()
+        if remaining <= 0.0:
+            raise TimeoutError("the request was not complete in time")
+        self._connection.settimeout(remaining)
+        return self._connection.recv_into(buffer)

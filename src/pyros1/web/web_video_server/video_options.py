@@ -1,0 +1,68 @@
+"""How videos are encoded, as the URLs of web_video_server say (no I/O)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+VIDEO_TYPES = ("h264", "vp8", "vp9")
+"""The types of streams that are videos, and not one image file after the other."""
+_PRESETS = ("ultrafast", "superfast", "veryfast", "faster", "fast", "medium", "slow", "slower", "veryslow", "placebo")
+_QUALITIES = ("realtime", "good", "best")
+_MIN_BITRATE, _MAX_BITRATE = 1000, 100_000_000
+_MAX_FRAME_RATE = 120
+
+
+@dataclass(frozen=True)
+class VideoOptions:
+    """How a video is encoded. The defaults are those of the original.
+
+    Attributes:
+        bitrate: bits per second; None if the URL has none, which stands for 100000 with VP8 and VP9, and for a constant
+            quality with H.264.
+        qmin, qmax: the best and the worst quantization: 0 to 51 with H.264, 0 to 63 with VP8 and VP9.
+        gop: the maximum number of images from one key frame to the next.
+        framerate: the maximum number of images per second; None for all.
+        preset: how much time H.264 takes to compress better: "ultrafast" to "placebo".
+        quality: the same for VP8: "realtime", "good" or "best".
+    """
+
+    bitrate: int | None = None
+    qmin: int = 10
+    qmax: int = 42
+    gop: int = 25
+    framerate: int | None = None
+    preset: str = "ultrafast"
+    quality: str = "realtime"
+
+
+def parse_video_options(texts: Mapping[str, str], stream_type: str) -> VideoOptions:
+    """Return the options in a URL's query. As in the original, what is no number or no known word is the default.
+
+    Args:
+        texts: the fields of the query.
+        stream_type: one of `VIDEO_TYPES`.
+    """
+    default = VideoOptions()
+    largest = 51 if stream_type == "h264" else 63
+    bitrate = parse_integer(texts.get("bitrate"), 0, 0, _MAX_BITRATE)
+    qmin = parse_integer(texts.get("qmin"), default.qmin, 0, largest)
+    preset, quality = texts.get("preset", ""), texts.get("quality", "")
+    return VideoOptions(
+        max(bitrate, _MIN_BITRATE) if bitrate else None,
+        qmin,
+        max(parse_integer(texts.get("qmax"), default.qmax, 0, largest), qmin),
+        parse_integer(texts.get("gop"), default.gop, 1, 1000),
+        parse_integer(texts.get("framerate"), 0, 0, _MAX_FRAME_RATE) or None,
+        preset if preset in _PRESETS else default.preset,
+        quality if quality in _QUALITIES else default.quality,
+    )
+
+
+def parse_integer(text: str | None, default: int, minimum: int, maximum: int) -> int:
+    """Return a number, at least the minimum and at most the maximum; the default if the text is none."""
+    try:
+        number = int(text[:20]) if text else default
+    except ValueError:
+        number = default
+    return min(max(number, minimum), maximum)
