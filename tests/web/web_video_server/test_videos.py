@@ -85,6 +85,14 @@ def test_the_size_that_is_asked_for() -> None:
         Video("h264", VideoOptions(), 5000).encode(colour(1, 2, 3), 0.0)
 
 
+@pytest.mark.parametrize("stream_type", VIDEO_TYPES)
+def test_key_frames(stream_type: str) -> None:
+    video = Video(stream_type, VideoOptions(gop=4))
+    data = b"".join(video.encode(colour(50, 60, 70), i / 30) for i in range(13))
+    video.close()
+    assert [i for i, frame in enumerate(decode(data)) if frame.key_frame] == [0, 4, 8]
+
+
 def test_times_that_do_not_advance() -> None:
     video = Video("vp8", VideoOptions())
     data = b"".join(video.encode(colour(1, 2, 3), now) for now in (5.0, 5.0, 4.0, 4.5, 6.0))

@@ -50,7 +50,7 @@ _HEADERS = {
     "X-Content-Type-Options": "nosniff",
 }
 _PAGE_HEADERS = {
-    "Content-Security-Policy": "default-src 'none'; img-src 'self'; media-src 'self'; base-uri 'none'; "
+    "Content-Security-Policy": "default-src 'none'; img-src 'self' data:; media-src 'self'; base-uri 'none'; "
     "form-action 'none'"
 }
 

@@ -9,7 +9,9 @@ from urllib.parse import quote
 from pyros1.web.web_video_server.video_options import VIDEO_TYPES
 
 _CAMERA_INFO = "/camera_info"
-_PAGE = "<!DOCTYPE html>\n<html><head><meta charset='utf-8'><title>{title}</title></head><body>{body}</body></html>\n"
+_PAGE = """<!DOCTYPE html>
+<html><head><meta charset='utf-8'><title>{title}</title><link rel='icon' href='data:,'></head><body>{body}</body></html>
+"""
 
 
 def list_page(image_topics: Iterable[str], camera_info_topics: Iterable[str]) -> str:

@@ -19,6 +19,8 @@ MAX_VIDEO_SIDE = 4096
 """Maximum width and height of a video in pixels."""
 _MILLISECOND = Fraction(1, 1000)
 _DEFAULT_BITRATE = 100_000
+_CRF = "20"
+"""The constant quality of H.264 and VP9."""
 _USUAL_FRAME_RATE = 30
 """Images per second that encoders are told to expect, if the URL says nothing; the video has those of the images."""
 _PIXEL_FORMATS = {1: "gray", 3: "rgb24", 4: "rgba"}
@@ -129,26 +131,21 @@ class Video:
         stream.width, stream.height = width + width % 2, height + height % 2
         stream.pix_fmt = "yuv420p"
         stream.options = self._encoder_options()
-        context = stream.codec_context
-        context.time_base = _MILLISECOND
-        context.gop_size = options.gop
-        context.max_b_frames = 0
-        context.qmin, context.qmax = options.qmin, options.qmax
-        context.thread_count = 1
-        if codec.name != "libx264":
-            context.bit_rate = options.bitrate or _DEFAULT_BITRATE
+        stream.codec_context.time_base = _MILLISECOND
+        stream.codec_context.thread_count = 1
         self._begin = now
 
     def _encoder_options(self) -> dict[str, str]:
         options = self._options
+        common = {"g": str(options.gop), "bf": "0", "qmin": str(options.qmin), "qmax": str(options.qmax)}
         if self._codec.name == "libx264":
             # As in the original, the quality is constant; a bitrate in the URL, which has no effect there, limits it.
             limit = {"maxrate": str(options.bitrate), "bufsize": str(options.bitrate)} if options.bitrate else {}
-            return {"preset": options.preset, "tune": "zerolatency", "crf": "20", **limit}
-        common = {"cpu-used": "8", "lag-in-frames": "0"}
+            return {"preset": options.preset, "tune": "zerolatency", "crf": _CRF, **common, **limit}
+        common |= {"b": str(options.bitrate or _DEFAULT_BITRATE), "cpu-used": "8", "lag-in-frames": "0"}
         if self._codec.name == "libvpx":
             return {"deadline": options.quality, "auto-alt-ref": "0", **common}
-        level = min(max(20, options.qmin), options.qmax)  # others are refused
+        level = min(max(int(_CRF), options.qmin), options.qmax)  # others are refused
         return {"deadline": "realtime", "crf": str(level), **common}
 
     def close(self) -> None:
