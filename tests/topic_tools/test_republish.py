@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import queue
 import random
+from pathlib import Path
+from time import monotonic, sleep
 from typing import Any
 
 import numpy as np
@@ -17,6 +19,7 @@ from pyros1.ground.errors import MessageError
 from pyros1.msgs.sensor_msgs.msg import CompressedImage, Image
 from pyros1.reconfigure import Client
 from pyros1.topic_tools.republish import Republisher, main
+from pyros1.topic_tools.theora import packet_class
 
 pytest.importorskip("PIL", reason="the extra `images` brings it")
 
@@ -149,8 +152,63 @@ def test_both_ways(make_node: Any) -> None:
     assert packed.get(timeout=10).format == "bgr8; png compressed bgr8"
     with pytest.raises(ValueError, match="to itself"):
         Republisher(node, "x", "raw", "x", "raw")
-    with pytest.raises(ValueError, match="no image transport 'theora'"):
-        Republisher(node, "x", "theora", "y", "raw")
+    with pytest.raises(ValueError, match="no image transport 'zstd'"):
+        Republisher(node, "x", "zstd", "y", "raw")
+    with pytest.raises(ValueError, match="theora can only be received"):
+        Republisher(node, "x", "raw", "y", "theora")
+
+
+def test_all_transports_without_a_transport(make_node: Any) -> None:
+    """Feature: image_transport republish of depths: `compressedDepth` as PNG and RVL, both ways"""
+    node, other = make_node("republisher"), make_node("viewer")
+    Republisher(node, "depth", "raw", "out")
+    Republisher(node, "out", "compressedDepth", "again", "raw")
+    Client(other, "out/compressedDepth", 10).update({"format": "rvl"}, 10)
+    Republisher(make_node("other"), "out", "raw", "out")  # what others publish there is not repeated
+    raw, again = queue.SimpleQueue[Any](), queue.SimpleQueue[Any]()
+    other.subscribe("out", Image, raw.put)
+    other.subscribe("again", Image, again.put)
+    other.subscribe("out/compressed", CompressedImage, lambda message: None)  # JPEG of depths is refused, no more
+    camera = other.advertise("depth", Image)
+    depths = np.arange(9_990, 10_010, dtype=np.uint16).reshape(4, 5)
+    message = Image(height=4, width=5, encoding="16UC1", step=10, data=depths.tobytes())
+    deadline = monotonic() + 20.0
+    while raw.empty() or again.empty():
+        assert monotonic() < deadline
+        camera.publish(message)
+        sleep(0.01)
+    assert raw.get().data == message.data
+    assert np.frombuffer(again.get().data, np.uint16).tolist() == [*range(9_990, 10_001)] + [0] * 9
+
+
+def test_theora_is_received(make_node: Any) -> None:
+    """Feature: image_transport republish from `theora` -- needs `pip install 'pyros1[video]'`"""
+    av: Any = pytest.importorskip("av", reason="the extra `video` brings it")
+    with av.open(str(Path(__file__).with_name("theora.ogv"))) as container:
+        extra = container.streams.video[0].codec_context.extradata
+        key_frame = next(bytes(packet) for packet in container.demux())
+    headers = []
+    while extra:
+        size = int.from_bytes(extra[:2], "big")
+        headers.append(extra[2 : 2 + size])
+        extra = extra[2 + size :]
+    node, other = make_node("republisher"), make_node("viewer")
+    Republisher(node, "camera", "theora", "seen", "raw")
+    seen: queue.Queue[Any] = queue.Queue()
+    camera = other.advertise("camera/theora", packet_class())
+    assert camera.wait_for_subscribers(1, 20.0)
+    for data in [*headers, key_frame]:  # nobody subscribes yet, but the headers are not sent again
+        camera.publish(packet_class()(data=data))
+    other.subscribe("seen", Image, seen.put)
+    found = None
+    deadline = monotonic() + 20.0
+    while found is None and monotonic() < deadline:
+        camera.publish(packet_class()(data=key_frame))
+        try:
+            found = seen.get(timeout=0.1)
+        except queue.Empty:
+            continue
+    assert found is not None and (found.width, found.height, found.encoding) == (40, 24, "bgr8")
 
 
 def test_usage(capsys: pytest.CaptureFixture[str]) -> None:
