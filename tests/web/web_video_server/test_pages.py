@@ -21,7 +21,7 @@ class Page(HTMLParser):
 
     def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
         self.tags.add(tag)
-        self.links += [value or "" for name, value in attrs if name == "href"]
+        self.links += [value or "" for name, value in attrs if (tag, name) == ("a", "href")]
         self.images += [value or "" for name, value in attrs if (tag, name) == ("img", "src")]
         self.videos += [dict(attrs)] if tag == "video" else []
 
