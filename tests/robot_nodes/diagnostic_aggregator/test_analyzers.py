@@ -7,6 +7,7 @@ from pyros1.robot_nodes.diagnostic_aggregator.aggregator import Aggregator
 from pyros1.robot_nodes.diagnostic_aggregator.analyzers import (
     ERROR,
     MAX_ITEMS,
+    MAX_SIZE,
     OK,
     STALE,
     WARN,
@@ -15,6 +16,7 @@ from pyros1.robot_nodes.diagnostic_aggregator.analyzers import (
     DiscardAnalyzer,
     GenericAnalyzer,
     IgnoreAnalyzer,
+    OtherAnalyzer,
     combine,
 )
 from pyros1.robot_nodes.diagnostic_aggregator.matching import Matcher
@@ -152,9 +154,34 @@ def test_senders_cannot_fill_the_memory() -> None:
     analyzer = generic("n")
     for number in range(MAX_ITEMS + 5):
         assert analyzer.analyze(DiagnosticStatus(name=f"n{number}"), 100.0)
+    level, message = shown(analyzer, 100.0)[0][1:]
     assert len(shown(analyzer, 100.0)) == MAX_ITEMS + 1
-    feed(analyzer, 100.0, n0=WARN)
-    assert shown(analyzer, 100.0)[0][1] == WARN, "what is known is still updated"
+    assert level == WARN and message.startswith("Diagnostics were ignored, since there are more than 10000 items")
+    feed(analyzer, 100.0, n0=ERROR)
+    assert shown(analyzer, 100.0)[0][1] == ERROR, "what is known is still updated"
+    feed(analyzer, 106.0, **{f"n{number}": OK for number in range(MAX_ITEMS)})
+    assert shown(analyzer, 106.0)[0] == ("/A", OK, "OK")
+
+
+def test_senders_cannot_fill_the_memory_with_large_items() -> None:
+    part = "x" * (MAX_SIZE // 10 - 1000)
+    for analyzer in (generic("n"), OtherAnalyzer("", 100.0, as_errors=False)):
+        for number in range(20):
+            analyzer.analyze(DiagnosticStatus(name=f"n{number}", values=[KeyValue("k", part)]), 100.0)
+        assert len(shown(analyzer, 100.0)) == 11 and shown(analyzer, 100.0)[0][1] == WARN
+        feed(analyzer, 101.0, **{f"n{number}": OK for number in range(20)})
+        assert len(shown(analyzer, 101.0)) == 21, "small ones have room again"
+        analyzer.analyze(DiagnosticStatus(name="n1", message="x" * (MAX_SIZE + 1)), 104.0)
+        assert shown(analyzer, 104.0)[0][1] == WARN
+    other = OtherAnalyzer("", 100.0, as_errors=False)
+    other.analyze(DiagnosticStatus(name="n", hardware_id="x" * (MAX_SIZE + 1)), 100.0)
+    assert [name for name, *_ in shown(other, 100.0)] == ["/Other"] and not other.report(106.0)
+    discarding = generic("n", discard_stale=True)
+    for now in (100.0, 200.0):
+        discarding.report(now)
+        for number in range(10):
+            discarding.analyze(DiagnosticStatus(name=f"n{now}{number}", message=part), now)
+        assert shown(discarding, now)[0][1] == OK, "what was discarded leaves room"
 
 
 def test_what_came_before_time_jumped_back_is_stale() -> None:

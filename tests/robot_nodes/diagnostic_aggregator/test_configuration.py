@@ -64,6 +64,7 @@ GOOD: Mapping[str, Any] = {"type": "diagnostic_aggregator/GenericAnalyzer", "pat
         ({"a": {**GOOD, "contains": []}, "b": GOOD}, ["it matches nothing: set one of find_and_re"], ["/A", "/a"]),
         ({"a": {**GOOD, "startswith": [1]}}, ["a/startswith must be a string or a list of strings, not [1]"], ["/A"]),
         ({"a": {**GOOD, "regex": "(("}}, ["a ignores the regular expression '((': missing )"], ["/A"]),
+        ({"a": {**GOOD, "regex": "(a+)+$"}}, ["expression '(a+)+$': it could take hours"], ["/A"]),
         ({"a": {**GOOD, "timeout": "x"}}, ["a/timeout must be a number, not 'x': using 5.0"], ["/A"]),
         ({"a": {**GOOD, "timeout": 0, "discard_stale": True}}, ["a discards nothing"], ["/A"]),
         (

@@ -14,10 +14,13 @@ from pyros1.robot_nodes.diagnostic_aggregator.matching import Matcher, join_path
 
 OK, WARN, ERROR, STALE = 0, 1, 2, 3
 MAX_ITEMS = 10_000
-"""Maximum number of items of an analyzer; further ones are ignored."""
+"""Maximum number of items of an analyzer; further ones are ignored, and the analyzer warns of that."""
+MAX_SIZE = 10_000_000
+"""Maximum size of all items of an analyzer, in characters; what exceeds it is ignored, with the same warning."""
 DEFAULT_TIMEOUT = 5.0
 _LEVEL_WORDS = ("OK", "Warning", "Error", "Stale")
 _MISSING = "Missing"
+_PAIR_SIZE = 100  # roughly what a pair of key and value takes besides its characters
 
 
 def combine(levels: Iterable[int]) -> int:
@@ -33,6 +36,7 @@ class _Item:
 
     status: Any
     updated_at: float
+    size: int = 0
 
 
 class Analyzer:
@@ -95,6 +99,8 @@ class GenericAnalyzer(Analyzer):
         self._num_items = num_items
         self._discard_stale = discard_stale and timeout > 0
         self._items = {name: _Item(_missing_status(name), now) for name in self._expected}
+        self._size = 0
+        self._ignored_at: float | None = None
         self._not_stale_at = now
 
     def matches(self, name: str) -> bool:
@@ -105,8 +111,14 @@ class GenericAnalyzer(Analyzer):
         """Keep a status if it belongs to this analyzer, and return whether it does."""
         if not self.matches(status.name):
             return False
-        if status.name in self._items or len(self._items) < MAX_ITEMS:
-            self._items[status.name] = _Item(status, now)
+        known = self._items.get(status.name)
+        size = _size_of(status)
+        new_size = self._size + size - (known.size if known else 0)
+        if new_size > MAX_SIZE or (known is None and len(self._items) >= MAX_ITEMS):
+            self._ignored_at = now
+        else:
+            self._items[status.name] = _Item(status, now, size)
+            self._size = new_size
         return True
 
     def report(self, now: float) -> list[DiagnosticStatus]:
@@ -116,6 +128,7 @@ class GenericAnalyzer(Analyzer):
         """
         if self._discard_stale:
             self._items = {name: item for name, item in self._items.items() if not self._is_stale(item, now)}
+            self._size = sum(item.size for item in self._items.values())
         items = sorted(self._items.items(), key=lambda entry: entry[0].encode())
         statuses = [self._report_item(item, now) for _, item in items]
         missing = [_missing_status(name) for name in self._expected if name not in self._items]
@@ -130,10 +143,17 @@ class GenericAnalyzer(Analyzer):
             level, amount = (STALE, "All") if stale else (ERROR, "Some")
             message = f"{amount} diagnostics are stale - setting combined level to {'STALE' if stale else 'ERROR'}."
             statuses += [self._report_item(_Item(status, now), now) for status in missing]
+        if self.ignored_some(now):
+            shows_header, level = True, max(level, WARN)
+            message = f"Diagnostics were ignored, since there are more than {MAX_ITEMS} items or {MAX_SIZE} characters"
         if not shows_header:
             return statuses
         values = [(name, item.status.message) for name, item in items] + [(each.name, _MISSING) for each in missing]
         return [make_header(self.path, level, values, message), *statuses]
+
+    def ignored_some(self, now: float) -> bool:
+        """Return whether diagnostics were ignored lately, since they are too many or too large."""
+        return self._ignored_at is not None and 0 <= now - self._ignored_at <= DEFAULT_TIMEOUT
 
     def _is_stale(self, item: _Item, now: float) -> bool:
         """Return whether an item is too old, or time has jumped back since it came."""
@@ -199,7 +219,7 @@ class OtherAnalyzer(GenericAnalyzer):
     def report(self, now: float) -> list[DiagnosticStatus]:
         """Return the statuses of the items, and one that sums them up; nothing if there are no items."""
         statuses = super().report(now)
-        if len(statuses) < 2:
+        if len(statuses) < 2 and not self.ignored_some(now):
             return []
         if self._as_errors:
             statuses[0].level, statuses[0].message = ERROR, 'Unanalyzed items found in "Other"'
@@ -249,6 +269,12 @@ def make_header(path: str, level: int, values: Iterable[tuple[str, str]], messag
     """Return a status with keys and values; its message is the word for its level if none is given."""
     pairs = [KeyValue(key, value) for key, value in values]
     return DiagnosticStatus(level=level, name=path, message=message or _LEVEL_WORDS[level], values=pairs)
+
+
+def _size_of(status: Any) -> int:
+    """Return roughly how much memory a status takes, in characters."""
+    pairs = sum(_PAIR_SIZE + len(pair.key) + len(pair.value) for pair in status.values)
+    return pairs + len(status.name) + len(status.message) + len(status.hardware_id)
 
 
 def _missing_status(name: str) -> DiagnosticStatus:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -17,6 +16,7 @@ from pyros1.robot_nodes.diagnostic_aggregator.analyzers import (
     IgnoreAnalyzer,
 )
 from pyros1.robot_nodes.diagnostic_aggregator.matching import Matcher, join_path
+from pyros1.robot_nodes.diagnostic_aggregator.patterns import NamePattern, PatternError
 from pyros1.robot_nodes.shared.parameters import PrivateParameters
 
 PACKAGE = "diagnostic_aggregator"
@@ -145,12 +145,12 @@ class AnalyzerFactory:
             return value
         return parameters.reject(name, value, "a string or a list of strings", [])
 
-    def _patterns(self, regexes: list[str], place: str) -> list[re.Pattern[str]]:
+    def _patterns(self, regexes: list[str], place: str) -> list[NamePattern]:
         patterns = []
         for text in regexes:
             try:
-                patterns.append(re.compile(text))
-            except (re.error, OverflowError, RecursionError) as error:
+                patterns.append(NamePattern(text))
+            except PatternError as error:
                 self._report(f"{place} ignores the regular expression {one_line(repr(text), 100)}: {error}")
         return patterns
 

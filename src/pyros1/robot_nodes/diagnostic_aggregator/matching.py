@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-MAX_LENGTH = 500
-"""Longer names match no regular expression: with ``.*a.*b``, a name of a megabyte would take hours."""
+from pyros1.robot_nodes.diagnostic_aggregator.patterns import NamePattern
 
 
 @dataclass(frozen=True)
@@ -24,7 +22,7 @@ class Matcher:
     names: frozenset[str] = frozenset()
     prefixes: tuple[str, ...] = ()
     parts: tuple[str, ...] = ()
-    patterns: tuple[re.Pattern[str], ...] = ()
+    patterns: tuple[NamePattern, ...] = ()
 
     def matches(self, name: str) -> bool:
         """Return whether the status with this name belongs to the analyzer."""
@@ -32,7 +30,7 @@ class Matcher:
             name in self.names
             or name.startswith(self.prefixes)
             or any(part in name for part in self.parts)
-            or (len(name) <= MAX_LENGTH and any(pattern.fullmatch(name) for pattern in self.patterns))
+            or any(pattern.matches(name) for pattern in self.patterns)
         )
 
     def __bool__(self) -> bool:
