@@ -52,7 +52,8 @@ PURE += [
 PURE += [f"robot_nodes/pointcloud_to_laserscan/{name}.py" for name in ("clouds", "projection")]
 PURE += ["robot_nodes/depthimage_to_laserscan/conversion.py"]
 PURE += [
-    f"robot_nodes/diagnostic_aggregator/{name}.py" for name in ("matching", "analyzers", "configuration", "aggregator")
+    f"robot_nodes/diagnostic_aggregator/{name}.py"
+    for name in ("match_ways", "patterns", "matching", "analyzers", "configuration", "aggregator")
 ]
 PURE += [f"turtlesim/{name}.py" for name in ("turtle", "canvas", "world", "blocks", "finding")]
 DRIVE = "shared/twist_sources joy/events joy/joystick teleop_twist_joy/teleop twist_mux/arbiter yocs_cmd_vel_mux/config"

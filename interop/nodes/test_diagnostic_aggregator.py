@@ -13,8 +13,12 @@ from harness import Master, until
 
 from pyros1.ground.timing import Duration
 from pyros1.msgs.diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from pyros1.msgs.diagnostic_msgs.srv import AddDiagnostics
 from pyros1.node import Node
+from pyros1.robot_nodes.diagnostic_aggregator.additions import SERVICE
+from pyros1.robot_nodes.diagnostic_aggregator.configuration import PACKAGE
 from pyros1.robot_nodes.diagnostic_aggregator.node import AggregatorNode
+from pyros1.robot_nodes.shared.bond_link import BondLink
 
 OWN_MASTER = True
 MASTERS = ("ours",)  # stock's node and ours are compared, whatever the master
@@ -191,6 +195,44 @@ def test_the_same_trees(launcher: Master, make_node: Callable[..., Node]) -> Non
         settle(pairs, user.now() + Duration(0.1))
     settle(pairs, user.now() + Duration(3 * SHORT))  # the time in which items become stale
     assert any(status.level == 3 and status.hardware_id for _, stock, _ in pairs for status in stock.tree)
+
+
+def test_analyzers_that_a_node_adds(launcher: Master, make_node: Callable[..., Node]) -> None:
+    """Feature: analyzers added to a running diagnostic_aggregator by a node with a bond"""
+    user = make_node("user")
+    extra = {"b": {"type": f"{PACKAGE}/GenericAnalyzer", "path": "B", "contains": ["CPU", "imu"]}}
+    first = {"a": {"type": f"{PACKAGE}/GenericAnalyzer", "path": "A", "contains": "node"}}
+    for number, base_path in enumerate(["", "robot"]):
+        names = [f"{whose}_{number}" for whose in ("stock", "ours")]
+        for name in names:
+            user.params[f"/{name}"] = {"base_path": base_path, "pub_rate": 20.0, "analyzers": first}
+        words = [[*remappings(name), f"{SERVICE}:=/{name}/add"] for name in names]
+        launcher.run([str(STOCK), *words[0]], label=names[0])
+        AggregatorNode(make_node(names[1], *words[1]))
+        latest = [Latest(user, name) for name in names]
+        pairs = [(number, latest[0], latest[1])]
+        links = []
+        for name in names:
+            service = user.service(f"/{name}/add", AddDiagnostics)
+            user.wait_for_service(f"/{name}/add", 30.0)
+            namespace = f"/extra_{name}"
+            user.params[namespace] = {"analyzers": extra}
+            user.params[f"/bad_{name}"] = {"analyzers": {**extra, "c": {"type": f"{PACKAGE}/GenericAnalyzer"}}}
+            answers = [service(each) for each in ("extra", f"/none_{name}", f"/bad_{name}", namespace, namespace)]
+            assert [answer.success for answer in answers] == [False, False, False, True, False], name
+            links.append(BondLink(user, f"/diagnostics_agg/bond{namespace}", namespace, lambda: None, lambda: None))
+        path = f"/{base_path}/B".replace("//", "/")
+        for each in latest:
+            until(lambda: path in [status.name for status in each.tree], "its analyzers are there")  # noqa: B023
+        publisher = user.advertise("/diagnostics", DiagnosticArray, queue_size=10)
+        assert publisher.wait_for_subscribers(2 * (number + 1), 30.0)
+        publisher.publish(DiagnosticArray(status=random_statuses(random.Random(1), 1)))
+        settle(pairs, user.now() + Duration(0.2))
+        for link in links:
+            link.close()
+        for each in latest:
+            until(lambda: path not in [status.name for status in each.tree], "they are gone")  # noqa: B023
+        settle(pairs, user.now() + Duration(0.2))
 
 
 def settle(pairs: list[tuple[int, Latest, Latest]], time: Any) -> None:

@@ -13,7 +13,7 @@ from pyros1.ground.timing import Time
 from pyros1.launch.testing.junit import Case, read_results
 from pyros1.master.server import Master
 from pyros1.node import Node
-from pyros1.test_nodes import advertise, hz, param, publish
+from pyros1.test_nodes import advertise, analyzers, hz, param, publish
 from pyros1.test_nodes.common import SetupError, Test, run_case
 from pyros1.test_nodes.program import main
 
@@ -110,6 +110,15 @@ def test_paramtest_of_nothing(make_node: Make) -> None:
 )
 def test_publishtest(make_node: Make, robot: Node, topics: list[Any], said: str) -> None:
     assert said in outcome(cases(publish.tests, make_node("check"), topics=topics)["test_publish"])
+
+
+def test_analyzer_loader(make_node: Make) -> None:
+    good = {"type": "diagnostic_aggregator/GenericAnalyzer", "path": "A", "contains": "a"}
+    for names, said in (("a", "ok"), ("", "has no analyzers"), ("ab", "b is ignored: it has no path")):
+        node = make_node(f"loader_{names}")
+        found = {name: good if name == "a" else {**good, "path": 1} for name in names}
+        case = cases(analyzers.tests, node, analyzers=found)["analyzerLoading"]
+        assert said in outcome(case)
 
 
 def test_publishtest_in_simulated_time(make_node: Make, robot: Node) -> None:

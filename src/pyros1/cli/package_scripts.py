@@ -43,7 +43,11 @@ SCRIPTS: Mapping[str, Mapping[str, str | Callable[[], int]]] = {
     "depthimage_to_laserscan": {
         "depthimage_to_laserscan": _program("pyros1.robot_nodes.depthimage_to_laserscan.node"),
     },
-    "diagnostic_aggregator": {"aggregator_node": _program("pyros1.robot_nodes.diagnostic_aggregator.node")},
+    "diagnostic_aggregator": {
+        "add_analyzers": _program("pyros1.robot_nodes.diagnostic_aggregator.add_analyzers"),
+        "aggregator_node": _program("pyros1.robot_nodes.diagnostic_aggregator.node"),
+        "analyzer_loader": _program("pyros1.test_nodes.program"),
+    },
     "dynamic_reconfigure": {"dynparam": "dynparam"},
     "image_proc": {
         "image_proc": _program("pyros1.robot_nodes.image_proc.programs"),

@@ -9,12 +9,13 @@ from pathlib import Path
 from pyros1.ground.errors import Error
 from pyros1.launch.testing.junit import Results, describe_case, write_results
 from pyros1.node import Node
-from pyros1.test_nodes import advertise, hz, param, publish
+from pyros1.test_nodes import advertise, analyzers, hz, param, publish
 from pyros1.test_nodes.common import run_case
 
 _OUTPUT_OPTION = "--gtest_output=xml:"
 _SUITE_NAME = "unittest.suite.TestSuite"
 NODES = {
+    "analyzer_loader": ("AnalyzerLoader", analyzers.tests),
     "hztest": ("HzTest", hz.tests),
     "paramtest": ("ParamTest", param.tests),
     "publishtest": ("PublishTest", publish.tests),

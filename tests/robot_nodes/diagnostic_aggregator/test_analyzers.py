@@ -2,11 +2,12 @@ from __future__ import annotations
 
 from typing import Any
 
+import pytest
+
 from pyros1.msgs.diagnostic_msgs.msg import DiagnosticStatus, KeyValue
 from pyros1.robot_nodes.diagnostic_aggregator.aggregator import Aggregator
 from pyros1.robot_nodes.diagnostic_aggregator.analyzers import (
     ERROR,
-    MAX_ITEMS,
     MAX_SIZE,
     OK,
     STALE,
@@ -150,16 +151,17 @@ def test_what_no_analyzer_takes() -> None:
         assert [status.name for status in tree] == ["/A", "/A/n"] and state.level == STALE
 
 
-def test_senders_cannot_fill_the_memory() -> None:
+def test_senders_cannot_fill_the_memory(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("pyros1.robot_nodes.diagnostic_aggregator.analyzers.MAX_ITEMS", 300)
     analyzer = generic("n")
-    for number in range(MAX_ITEMS + 5):
+    for number in range(305):
         assert analyzer.analyze(DiagnosticStatus(name=f"n{number}"), 100.0)
     level, message = shown(analyzer, 100.0)[0][1:]
-    assert len(shown(analyzer, 100.0)) == MAX_ITEMS + 1
-    assert level == WARN and message.startswith("Diagnostics were ignored, since there are more than 10000 items")
+    assert len(shown(analyzer, 100.0)) == 301
+    assert level == WARN and message.startswith("Diagnostics were ignored, since there are more than 300 items")
     feed(analyzer, 100.0, n0=ERROR)
     assert shown(analyzer, 100.0)[0][1] == ERROR, "what is known is still updated"
-    feed(analyzer, 106.0, **{f"n{number}": OK for number in range(MAX_ITEMS)})
+    feed(analyzer, 106.0, **{f"n{number}": OK for number in range(300)})
     assert shown(analyzer, 106.0)[0] == ("/A", OK, "OK")
 
 

@@ -23,6 +23,15 @@ class Aggregator:
         self.group = group
         self._other = OtherAnalyzer(base_path, now, other_as_errors)
 
+    def add(self, group: AnalyzerGroup) -> None:
+        """Add analyzers."""
+        self.group.analyzers.append(group)
+
+    def remove(self, group: AnalyzerGroup) -> None:
+        """Remove analyzers that were added, if they are there."""
+        if group in self.group.analyzers:
+            self.group.analyzers.remove(group)
+
     def receive(self, statuses: Iterable[Any], now: float) -> None:
         """Take the statuses of a message of /diagnostics."""
         for status in statuses:
