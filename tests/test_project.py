@@ -87,7 +87,7 @@ PURE += [
         "legal_names",
     )
 ]
-PURE += [f"robot_nodes/rosserial_python/{name}.py" for name in ("frames", "session", "parameters")]
+PURE += [f"robot_nodes/rosserial_python/{name}.py" for name in ("frames", "session", "parameters", "log_budget")]
 PURE += [f"robot_nodes/image_proc/{name}.py" for name in ("pixels", "colours", "camera", "remap", "resample", "sizes")]
 PURE += [f"robot_nodes/usb_cam/{name}.py" for name in ("calibration", "controls")]
 PURE += ["ros2_types/transcoding"]

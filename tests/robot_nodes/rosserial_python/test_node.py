@@ -187,6 +187,53 @@ def test_several_boards_at_a_time_and_calls_that_end_with_the_connection(
     until(lambda: not [name for name, _ in host.master.get_system_state()[2] if name == "/motor"])
 
 
+def test_a_board_that_reconnects_gets_its_services_at_once(
+    tcp_board: Callable[..., Any], make_node: Callable[..., Any], capfd: pytest.CaptureFixture[str]
+) -> None:
+    """The host does not know yet that the first connection is broken."""
+    host, peer = make_node("serial_node", argv=["_tcp_port:=0", "_fork_server:=true"]), make_node("peer")
+    server = SerialNode(host, ["tcp"])
+    first = tcp_board(server.tcp_port, [MOTOR])
+    peer.wait_for_service("motor", 20)
+    second = tcp_board(server.tcp_port, [MOTOR])
+    second.send(10, Time())
+    second.wait(10)
+    first.hang_up()
+    for _ in range(2):
+        answers: Queue[Any] = Queue()
+        caller = threading.Thread(target=lambda: answers.put(peer.service("motor", SetBool)(True)), name="caller")  # noqa: B023
+        caller.start()
+        count = len([topic_id for topic_id, _ in second.frames if topic_id == 101])
+        second.wait(101, count + 1)
+        second.send(126, ANSWER(True, "again"))
+        assert answers.get(timeout=PATIENCE) == ANSWER(True, "again")
+        caller.join()
+        first.join()
+    host.shutdown()
+    assert "already provides" not in capfd.readouterr().err
+
+
+def test_a_board_cannot_flood_the_log(
+    device: Any, make_node: Callable[..., Any], capfd: pytest.CaptureFixture[str]
+) -> None:
+    board: Board = device.plug([])
+    host = make_node("serial_node")
+    SerialNode(host, [str(device.path)])
+    board.until(lambda board: board.requests)
+    for number in range(400):
+        board.send(7, Log(level=Log.WARN, msg=f"flood {number}"))
+        board.write(topic_info(0, 126, f"no{number}", "std_msgs/Bool", "0" * 32))
+        board.write(topic_info(0, 5, f"wrong{number}", "std_msgs/Bool", Bool._md5sum))
+    board.send(10, Time())
+    board.wait(10)
+    host.shutdown()
+    lines = capfd.readouterr().err.splitlines()
+    assert 200 <= sum("flood" in line for line in lines) < 300
+    assert sum("is not the one here" in line for line in lines) == 20
+    assert sum("which is not for topics" in line for line in lines) == 20
+    assert sum("380 similar messages were suppressed" in line for line in lines) == 2
+
+
 def test_ports_that_cannot_be_opened(device: Any) -> None:
     with pytest.raises(PortError, match="is not a serial line"):
         SerialPort("/dev/null", 57600)

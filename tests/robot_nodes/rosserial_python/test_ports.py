@@ -11,6 +11,7 @@ import pytest
 
 from pyros1.robot_nodes.rosserial_python.board import Board
 from pyros1.robot_nodes.rosserial_python.ports import PortError, TcpPort
+from pyros1.robot_nodes.rosserial_python.servers import Servers
 
 
 @pytest.fixture
@@ -64,7 +65,7 @@ class SlowPort:
 
 def test_frames_of_several_threads_are_never_mixed(make_node: Callable[..., Any]) -> None:
     node, port = make_node("serial_node"), SlowPort()
-    board = Board(node, "a board", "", lambda: None)
+    board = Board(node, "a board", "", lambda: None, Servers())
     reader = threading.Thread(target=board.run, args=(port,))
     reader.start()
     while not board.send(125, b"hello"):

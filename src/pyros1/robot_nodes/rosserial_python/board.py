@@ -15,11 +15,14 @@ from pyros1.ground.terminal_text import one_line
 from pyros1.msgs.rosserial_msgs.msg import TopicInfo
 from pyros1.msgs.std_msgs.msg import Time
 from pyros1.node import Node
+from pyros1.node.log.levels import ERROR as LOG_ERROR
 from pyros1.robot_nodes.rosserial_python import session as to_do
 from pyros1.robot_nodes.rosserial_python.endpoints import Endpoints
 from pyros1.robot_nodes.rosserial_python.frames import MAX_DATA, encode_frame
+from pyros1.robot_nodes.rosserial_python.log_budget import LogBudget
 from pyros1.robot_nodes.rosserial_python.parameters import parameter_response
 from pyros1.robot_nodes.rosserial_python.ports import Port, PortError
+from pyros1.robot_nodes.rosserial_python.servers import Servers
 from pyros1.robot_nodes.rosserial_python.session import STOP_REQUEST, Session
 
 _MAX_JOBS = 20
@@ -35,9 +38,10 @@ class Board:
         name: the port, for the log and diagnostics.
         hint: what to check if bytes arrive that are not rosserial's.
         changed: called when the status has changed.
+        servers: the services of all boards of the node.
     """
 
-    def __init__(self, node: Node, name: str, hint: str, changed: Callable[[], None]) -> None:
+    def __init__(self, node: Node, name: str, hint: str, changed: Callable[[], None], servers: Servers) -> None:
         self._node = node
         self._name = name
         self._changed = changed
@@ -47,7 +51,8 @@ class Board:
         self._problem = "not connected"
         self._last_sync = self._last_lost = 0.0
         self._jobs: queue.Queue[Callable[[], None] | None] = queue.Queue(_MAX_JOBS)
-        self._endpoints = Endpoints(node, self.send, self._submit)
+        self._endpoints = Endpoints(node, self.send, self._submit, servers, name)
+        self._log_budget = LogBudget(time.monotonic())
         self._worker = threading.Thread(target=self._work, name=f"{node.name}:board calls", daemon=True)
         self._worker.start()
 
@@ -139,9 +144,19 @@ class Board:
                 case to_do.SendParameter():
                     self._submit(partial(self._send_parameter, action.name))
                 case to_do.Say():
-                    getattr(log, _LEVELS[action.level])("%s: %s", self._name, action.text)
+                    log.peer_event(1 << action.level, "%s: %s", self._name, action.text, link=self._name)
                 case to_do.BoardLog():
-                    getattr(log, _LEVELS[min(action.level, 4)])("%s", one_line(action.text, 1000))
+                    self._log(min(action.level, 4), one_line(action.text, 1000))
+
+    def _log(self, level: int, text: str) -> None:
+        """Log a line of the board's program, unless there are too many."""
+        if not self._log_budget.allows(time.monotonic()):
+            return
+        if dropped := self._log_budget.take_dropped():
+            self._node.log.warn(
+                "%s: %d lines that it logged were dropped, since they are too many", self._name, dropped
+            )
+        getattr(self._node.log, _LEVELS[level])("%s", text)
 
     def _send_parameter(self, name: str) -> None:
         response = parameter_response(name, self._node.params.get(name))
@@ -161,7 +176,7 @@ class Board:
                 job()
             except (Error, TypeError, ValueError) as error:
                 if self._node.ok():
-                    self._node.log.error("%s: %s", self._name, error)
+                    self._node.log.peer_event(LOG_ERROR, "%s: %s", self._name, error, link=self._name)
 
     def status(self) -> Any:
         """Return a DiagnosticStatus as stock's: with the times of the last sync and of the last loss."""

@@ -5,12 +5,15 @@ from __future__ import annotations
 import queue
 import threading
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 from pyros1.ground.errors import Error, MessageError, NodeError, ServiceError
 from pyros1.ground.terminal_text import one_line
 from pyros1.msgs import load_message, load_service
 from pyros1.node import Node
+from pyros1.node.log.levels import ERROR, INFO
+from pyros1.robot_nodes.rosserial_python.servers import Servers
 from pyros1.robot_nodes.rosserial_python.session import MAX_ENDPOINTS, Endpoint, Kind
 
 QUEUE_SIZE = 10
@@ -37,10 +40,14 @@ class Endpoints:
         node: the node that has them.
         send: sends a serialized message to the board; returns whether it was sent.
         submit: runs a function in a thread that may wait.
+        servers: the services of all boards.
+        name: the board's name, for the log.
     """
 
-    def __init__(self, node: Node, send: _Send, submit: _Submit) -> None:
+    def __init__(self, node: Node, send: _Send, submit: _Submit, servers: Servers, name: str) -> None:
         self._node = node
+        self._servers = servers
+        self._name = name
         self._send = send
         self._submit = submit
         self._parts: dict[tuple[str, str], Any] = {}
@@ -57,7 +64,8 @@ class Endpoints:
                 return
             self._set_up(title, endpoint)
         except (Error, ValueError, TypeError) as error:
-            self._node.log.error("cannot create the board's %s %s: %s", title, endpoint.name, error)
+            text = "cannot create the board's %s %s: %s"
+            self._node.log.peer_event(ERROR, text, title, endpoint.name, error, link=self._name)
 
     def _set_up(self, title: str, endpoint: Endpoint) -> None:
         key = title, endpoint.name
@@ -66,19 +74,24 @@ class Endpoints:
         _check_md5sum(endpoint, cls)
         part = self._parts.get(key)
         if part is not None and part.type is not cls:
-            part.close()
+            self._close(part)
             del self._parts[key]
             self._receivers = {id: receive for id, receive in self._receivers.items() if receive != part.receive}
             part = None
         is_new = part is None
         if part is None:
-            part = _PARTS[title](self._node, self._send, self._submit, endpoint, cls)
+            create = partial(_PARTS[title], self._node, self._send, self._submit, endpoint, cls)
+            is_server = endpoint.kind in (Kind.SERVER_REQUESTS, Kind.SERVER_RESPONSES)
+            part = self._servers.replace(self._node.resolve(endpoint.name), create) if is_server else create()
             self._parts[key] = part
         else:
             part.attach(endpoint)
         self._receivers[endpoint.id] = part.receive
         if is_new:
-            self._node.log.info("Setup %s on %s [%s]", title, endpoint.name, endpoint.type)
+            text, link = "Setup %s on %s [%s]", (self._name, endpoint.kind)
+            self._node.log.peer_event(
+                INFO, text, title, endpoint.name, endpoint.type, max_texts=MAX_ENDPOINTS, link=link
+            )
 
     def deliver(self, endpoint: Endpoint, data: bytes) -> None:
         """Pass on a message that the board sent."""
@@ -98,9 +111,13 @@ class Endpoints:
     def close(self) -> None:
         """Remove all endpoints from ROS."""
         for part in self._parts.values():
-            part.close()
+            self._close(part)
         self._parts.clear()
         self._receivers.clear()
+
+    def _close(self, part: _Part) -> None:
+        part.close()
+        self._servers.forget(part)
 
 
 def _check_md5sum(endpoint: Endpoint, cls: Any) -> None:
@@ -187,6 +204,7 @@ class _BoardServer(_Part):
         return self._node.advertise_service(self._name, self.type, self._call)
 
     def close(self) -> None:
+        self._respond(None)
         self._handle.shutdown()
 
     def _call(self, request: Any) -> Any:

@@ -18,8 +18,10 @@ from pyros1.ground.errors import SettingError
 from pyros1.msgs.diagnostic_msgs.msg import DiagnosticArray
 from pyros1.net.ports import listening_socket
 from pyros1.node import Node
+from pyros1.node.log.levels import ERROR, INFO, WARN
 from pyros1.robot_nodes.rosserial_python.board import Board
 from pyros1.robot_nodes.rosserial_python.ports import Port, PortError, SerialPort, TcpPort
+from pyros1.robot_nodes.rosserial_python.servers import Servers
 from pyros1.robot_nodes.shared.parameters import PrivateParameters, is_number
 from pyros1.robot_nodes.shared.program import run_node
 
@@ -47,6 +49,7 @@ class SerialNode:
     def __init__(self, node: Node, args: list[str]) -> None:
         self._node = node
         self._boards: list[Board] = []
+        self._servers = Servers()
         self._stopping = threading.Event()
         params = PrivateParameters.of(node)
         port = args[0] if args else params.text("port", DEFAULT_PORT)  # as in stock, the argument takes precedence
@@ -124,26 +127,27 @@ class SerialNode:
                     threads.append(threading.Thread(target=serve, name=f"{self._node.name}:board", daemon=True))
                     threads[-1].start()
                 else:
-                    self._node.log.error("the board at %s is refused: %d are connected", address[0], MAX_BOARDS)
+                    text = "the board at %s is refused: %s are connected"
+                    self._node.log.peer_event(ERROR, text, address[0], MAX_BOARDS)
                     port.close()
         for thread in threads:
             thread.join(2.0)
 
     def _serve(self, port: Port, name: str) -> None:
-        self._node.log.info("Established a socket connection from %s", name)
+        self._node.log.peer_event(INFO, "Established a socket connection from %s", name)
         board = self._add_board(name, "is it a rosserial program of version 0.5 or newer?")
         try:
             with closing(port):
                 board.run(port, end_if_lost=True)
         except PortError as error:
-            self._node.log.warn("%s", error)
+            self._node.log.peer_event(WARN, "%s", error)
         finally:
             self._remove_board(board)
 
     # Boards -----------------------------------------------------------------------------------------------------------
 
     def _add_board(self, name: str, hint: str) -> Board:
-        board = Board(self._node, name, hint, self._publish_diagnostics)
+        board = Board(self._node, name, hint, self._publish_diagnostics, self._servers)
         self._boards.append(board)
         return board
 

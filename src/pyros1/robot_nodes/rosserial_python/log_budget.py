@@ -1,0 +1,38 @@
+"""Limits how many lines a board can log (no I/O)."""
+
+from __future__ import annotations
+
+BURST = 200
+"""Lines that a board can log at once."""
+RATE = 20.0
+"""Lines per second that it can log for ever."""
+
+
+class LogBudget:
+    """Counts what a board logs.
+
+    Args:
+        now: a monotonic time in seconds, as for the other methods.
+
+    Attributes:
+        num_dropped: how many lines were dropped since the last one that may be written.
+    """
+
+    def __init__(self, now: float) -> None:
+        self.num_dropped = 0
+        self._room, self._time = float(BURST), now
+
+    def allows(self, now: float) -> bool:
+        """Return whether a line may be written; after lines were dropped, only when there is room for many again."""
+        self._room = min(BURST, self._room + (now - self._time) * RATE)
+        self._time = now
+        if self._room < (RATE if self.num_dropped else 1.0):
+            self.num_dropped += 1
+            return False
+        self._room -= 1.0
+        return True
+
+    def take_dropped(self) -> int:
+        """Return how many lines were dropped, and forget them."""
+        dropped, self.num_dropped = self.num_dropped, 0
+        return dropped
