@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import os
 import sys
 from pathlib import Path
 
@@ -92,3 +93,13 @@ def test_a_relative_path_is_reported_with_its_folder(folder: Path, monkeypatch: 
         load_map("nowhere.yaml")
     with pytest.raises(MapMissingError, match=r"No such file or directory$"):
         load_map(str(folder / "nowhere.yaml"))
+
+
+def test_pipes_and_devices_are_no_maps(folder: Path) -> None:
+    """Reading them would wait for ever."""
+    os.mkfifo(folder / "pipe")
+    description = (folder / "floor.yaml").read_text()
+    (folder / "device.yaml").write_text(description.replace("floor.pgm", "pipe"))
+    for name in ("pipe", "device.yaml"):
+        with pytest.raises(MapMissingError, match="pipe: cannot be read: It is not a regular file"):
+            load_map(str(folder / name))

@@ -121,3 +121,10 @@ def test_other_urls(url: str) -> None:
 def test_yaml_that_is_hard_to_read(text: str) -> None:
     with pytest.raises(CalibrationError):
         parse_calibration(text)
+
+
+def test_numbers_with_exponents_as_other_programs_write_them() -> None:
+    text = TEXT.replace("-0.2, 0", "-2e-1, 1e-05")
+    assert text != TEXT
+    info, _ = parse_calibration(text)
+    assert list(info.D) == [0.1, -0.2, 1e-05, 0.0, 0.0]

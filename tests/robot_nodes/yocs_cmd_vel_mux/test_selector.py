@@ -28,6 +28,7 @@ SOURCES = [
 def test_configuration() -> None:
     assert read_config(MUX, "mux.yaml") == Config(SOURCES, "output")
     assert read_config(MUX + "publisher: output/cmd_vel", "mux.yaml").output == "output/cmd_vel"
+    assert read_config(MUX.replace("timeout: 1,", "timeout: 1e0,"), "mux.yaml") == Config(SOURCES, "output")
 
 
 @pytest.mark.parametrize(

@@ -9,17 +9,18 @@ from __future__ import annotations
 import argparse
 import threading
 from collections.abc import Mapping
-from pathlib import Path
 
 from pyros1.ground.errors import Error, SettingError
 from pyros1.msgs.diagnostic_msgs.srv import AddDiagnostics
 from pyros1.node import Node
 from pyros1.robot_nodes.diagnostic_aggregator.additions import BOND_TOPIC, SERVICE
 from pyros1.robot_nodes.shared.bond_link import BondLink
+from pyros1.robot_nodes.shared.user_files import read_regular_file
 from pyros1.values import load_all_yaml
 
 _CONNECT_TIMEOUT = 120.0
 _POLL_PERIOD = 0.2
+_MAX_FILE_SIZE = 1 << 20
 
 
 def add_analyzers(node: Node, path: str | None, timeout: float | None) -> None:
@@ -51,11 +52,9 @@ def add_analyzers(node: Node, path: str | None, timeout: float | None) -> None:
 
 def _load(node: Node, path: str) -> None:
     try:
-        if not Path(path).is_file():
-            raise SettingError(f"there is no file {path}")
-        documents = load_all_yaml(Path(path).read_text(encoding="utf-8"), path)
-    except (OSError, UnicodeDecodeError) as error:
-        raise SettingError(f"{path}: {error}") from None
+        documents = load_all_yaml(read_regular_file(path, _MAX_FILE_SIZE).decode("utf-8"), path)
+    except (OSError, ValueError) as error:
+        raise SettingError(f"cannot read {path}: {error}") from None
     for document in documents:
         if not isinstance(document, Mapping):
             raise SettingError(f"{path} must have parameters such as analyzers: {{imu: {{type: ...}}}}")

@@ -51,7 +51,8 @@ def _cells_of(brightness: NDArray[np.float64], description: Description) -> NDAr
     occupancy = (255 - brightness) / 255
     low, high = description.free_thresh, description.occupied_thresh
     if description.mode == "scale" and high > low:
-        between = 1 + 98 * np.clip((occupancy - low) / (high - low), 0, 1)
+        with np.errstate(over="ignore"):  # of thresholds that hardly differ; the result is clipped
+            between = 1 + 98 * np.clip((occupancy - low) / (high - low), 0, 1)
     else:
         between = np.full(occupancy.shape, UNKNOWN)
     return np.where(occupancy > high, OCCUPIED, np.where(occupancy < low, FREE, between)).astype(np.int8)

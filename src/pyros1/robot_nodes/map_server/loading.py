@@ -16,6 +16,7 @@ from pyros1.robot_nodes.map_server.cells import to_cells
 from pyros1.robot_nodes.map_server.description import Description, parse_description
 from pyros1.robot_nodes.map_server.errors import MapDataError, MapError, MapMissingError
 from pyros1.robot_nodes.map_server.pgm import MAX_PIXELS, is_pgm, read_pgm
+from pyros1.robot_nodes.shared.user_files import read_regular_file
 
 _MAX_YAML_BYTES = 1 << 20
 _MAX_PICTURE_BYTES = 1 << 29
@@ -88,8 +89,7 @@ def _read_pixels(path: str) -> NDArray[np.uint8]:
 
 def _read(path: str, max_bytes: int) -> bytes:
     try:
-        with open(path, "rb") as file:
-            data = file.read(max_bytes + 1)
+        data = read_regular_file(path, max_bytes + 1)
     except (OSError, ValueError) as error:
         # roslaunch starts nodes in another folder than the user's.
         where = "" if os.path.isabs(path) else f" (in the folder {os.getcwd()}; nodes of launch files need a full path)"

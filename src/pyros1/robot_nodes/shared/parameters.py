@@ -5,6 +5,7 @@ roscpp's nodes silently use the default if a parameter has the wrong type. So do
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping
 from functools import partial
 from math import inf, isfinite
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
     from pyros1.node import Node
 
 _Default = TypeVar("_Default")
+_EXPONENT = re.compile(r"[-+]?[0-9.]{1,40}[eE][-+]?[0-9]{1,5}")
 
 
 class PrivateParameters:
@@ -88,6 +90,8 @@ class PrivateParameters:
     def reject(self, name: str, value: object, expected: str, default: _Default) -> _Default:
         """Report that a parameter must be something else, and return the default."""
         value_text = one_line(repr(value), 100)
+        if isinstance(value, str) and _EXPONENT.fullmatch(value):
+            value_text += ", which is text in YAML; write 1.0e-5 for 1e-5"
         self._report(f"the parameter {self._namespace}/{name} must be {expected}, not {value_text}: using {default!r}")
         return default
 

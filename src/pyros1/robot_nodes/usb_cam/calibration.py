@@ -10,6 +10,7 @@ import yaml
 
 from pyros1.ground.errors import Error
 from pyros1.msgs.sensor_msgs.msg import CameraInfo
+from pyros1.robot_nodes.shared.user_files import yaml_number
 from pyros1.values.reading import YamlError, load_yaml
 
 DEFAULT_URL = "file://${ROS_HOME}/camera_info/${NAME}.yaml"
@@ -51,14 +52,12 @@ def _size(values: Mapping[Any, Any], name: str) -> int:
 def _numbers(values: Mapping[Any, Any], name: str, count: int | None) -> list[float]:
     part = values.get(name)
     data = part.get("data") if isinstance(part, Mapping) else None
-    if (
-        not isinstance(data, list)
-        or len(data) > MAX_COEFFICIENTS
-        or (count is not None and len(data) != count)
-        or not all(type(value) in (int, float) for value in data)
-    ):
+    usable = isinstance(data, list) and len(data) <= MAX_COEFFICIENTS and (count is None or len(data) == count)
+    numbers = [value if type(value) is float else yaml_number(value) for value in data] if usable and data else []
+    found = [number for number in numbers if number is not None]
+    if not usable or len(found) < len(numbers):
         raise CalibrationError(f"{name} must have data: a list of {'' if count is None else f'{count} '}numbers")
-    return [float(value) for value in data]
+    return found
 
 
 def format_calibration(info: Any, camera_name: str) -> str:

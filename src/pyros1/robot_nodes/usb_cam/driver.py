@@ -21,6 +21,7 @@ from pyros1.msgs.sensor_msgs.srv import SetCameraInfo
 from pyros1.node import Node
 from pyros1.robot_nodes.image_proc.pixels import to_image
 from pyros1.robot_nodes.image_proc.sizes import Scaling
+from pyros1.robot_nodes.shared.user_files import read_regular_file
 from pyros1.robot_nodes.usb_cam.calibration import (
     MAX_COEFFICIENTS,
     calibration_path,
@@ -31,7 +32,7 @@ from pyros1.robot_nodes.usb_cam.video import Video, VideoEndedError, VideoError
 
 RETRY_PERIOD = 2.0
 """Seconds between attempts to open the camera."""
-_MAX_CHARACTERS = 1 << 20
+_MAX_BYTES = 1 << 20
 
 
 @dataclass(frozen=True)
@@ -162,8 +163,7 @@ class CameraDriver:
         log, name = self._node.log, self._options.name
         try:
             path = self._path()
-            with open(path, encoding="utf-8", errors="replace") as file:
-                info, found_name = parse_calibration(file.read(_MAX_CHARACTERS))
+            info, found_name = parse_calibration(read_regular_file(path, _MAX_BYTES).decode("utf-8", "replace"))
         except OSError as error:
             text = "the camera has no calibration: %s: %s; rosrun camera_calibration cameracalibrator.py makes one"
             log.warn(text, error.filename, error.strerror)
