@@ -124,3 +124,31 @@ def test_a_configuration_with_a_wrong_name_is_not_used(make_node: Make, capfd: p
     assert teleop.wait_for_subscribers(timeout=20) and subscriber.wait_for_publishers(timeout=20)
     teleop.publish(twist(1.0))
     assert came.get(timeout=20).linear.x == 1.0
+
+
+def test_configurations_leave_nothing_behind(make_node: Make, monkeypatch: pytest.MonkeyPatch) -> None:
+    user, node = make_node("user"), make_node("mux")
+    hooks: list[Any] = []
+    register = node.on_shutdown
+
+    def note(*args: Any) -> None:
+        hooks.append(args)
+        register(*args)
+
+    monkeypatch.setattr(node, "on_shutdown", note)
+    node.params["~yaml_cfg_data"] = MUX
+    came: Queue[Any] = Queue()
+    CmdVelMux(node)
+    count = len(hooks)
+    with closing(Client(user, "mux")) as client:
+        for number in range(3):
+            client.update({"yaml_cfg_data": f"{MUX}publisher: out{number}"})
+    assert len(hooks) == count
+    user.subscribe("/mux/out2", Twist, came.put)
+    teleop = user.advertise("mux/input/teleop", Twist)
+    assert teleop.wait_for_subscribers(timeout=20)
+    while came.empty():  # until the subscriber is connected
+        teleop.publish(twist(1.0))
+    node.shutdown()
+    while came.get(timeout=20).linear.x:  # the robot is stopped
+        pass

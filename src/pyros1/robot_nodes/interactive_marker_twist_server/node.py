@@ -22,7 +22,7 @@ from pyros1.msgs.visualization_msgs.msg import (
 )
 from pyros1.node import Node
 from pyros1.robot_nodes.interactive_marker_twist_server.handle import make_marker, read_settings, twist_for
-from pyros1.robot_nodes.shared.node_clock import check_regularly, seconds
+from pyros1.robot_nodes.shared.node_clock import NodeClock, check_regularly
 from pyros1.robot_nodes.shared.parameters import PrivateParameters
 from pyros1.robot_nodes.shared.program import run_node
 from pyros1.robot_nodes.shared.twists import TwistOutput
@@ -43,6 +43,7 @@ class MarkerServer:
 
     def __init__(self, node: Node) -> None:
         self._node = node
+        self._clock = NodeClock(node)
         self._settings = read_settings(PrivateParameters.of(node))
         self._marker = make_marker(self._settings)
         self._lock = threading.Lock()
@@ -67,7 +68,7 @@ class MarkerServer:
         if not all(map(isfinite, (position.x, position.y, position.z, turn.x, turn.y, turn.z, turn.w))):
             return
         with self._lock:
-            self._received = seconds(self._node)
+            self._received = self._clock.seconds()
             if feedback.event_type == InteractiveMarkerFeedback.MOUSE_UP:
                 self._output.stop()
             else:
@@ -87,7 +88,7 @@ class MarkerServer:
             self._updates.publish(
                 server_id=self._node.name, seq_num=self._sequence_number, type=InteractiveMarkerUpdate.KEEP_ALIVE
             )
-            is_silent = not 0 <= seconds(self._node) - self._received <= MAX_SILENCE
+            is_silent = not 0 <= self._clock.seconds() - self._received <= MAX_SILENCE
             if is_silent and self._output.stop():
                 self._node.log.error("stopped the robot, since no more feedback comes for the marker")
 

@@ -10,14 +10,60 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from pyros1.node import Node
 
+PATIENCE = 2.0
+"""Seconds that simulated time may stand still until timeouts count in real time."""
 
-def seconds(node: Node) -> float:
-    """Return the time in seconds, for measuring how long something has been going on.
 
-    It is simulated time if the node uses that and somebody publishes it, else monotonic time, which does not jump when
-    the system's clock is set. At the first message on /clock, it jumps.
+class NodeClock:
+    """Measures how long something has been going on: in simulated time if the node uses that, else in monotonic time.
+
+    While simulated time stands still, since nobody publishes /clock, or since it has stopped for `PATIENCE`, real time
+    counts: otherwise nothing would ever stop a robot whose /use_sim_time was left on, or whose recording has ended. A
+    simulation that is paused for longer gets its commands again when their sources send the next ones.
+
+    Thread-safe.
+
+    Args:
+        node: the node.
     """
-    return (node.now().to_sec() if node.simulated_time else 0.0) or monotonic()
+
+    def __init__(self, node: Node) -> None:
+        self._node = node
+        self._lock = threading.Lock()
+        self._last_time = 0.0  # simulated time
+        self._ticked_at = monotonic()  # in real time
+        self._added = 0.0  # real time that was added to simulated time, until its last tick
+        self._has_warned = False
+
+    def seconds(self) -> float:
+        """Return the time in seconds. It jumps when simulated time begins or is set, but not when it stops."""
+        if not self._node.simulated_time:
+            return monotonic()
+        with self._lock:
+            extra = self._follow()
+            time, warns = self._last_time + self._added + extra, extra > 0 < self._last_time and not self._has_warned
+            self._has_warned = self._has_warned or warns
+        if warns:
+            self._node.log.warn("/clock has stopped for %g s: now timeouts count in real time", PATIENCE)
+        return time
+
+    def stands_still(self) -> bool:
+        """Return whether simulated time has not begun, or stands still for longer than `PATIENCE`."""
+        if not self._node.simulated_time:
+            return False
+        with self._lock:
+            return self._follow() > 0
+
+    def _follow(self) -> float:
+        """Take note of simulated time; return for how much real time it has been standing still, beyond patience."""
+        now, real = self._node.now().to_sec(), monotonic()
+        patience = PATIENCE if self._last_time else 0.0
+        extra = max(0.0, real - self._ticked_at - patience)
+        if now == self._last_time:
+            return extra
+        self._added += extra
+        self._last_time, self._ticked_at, self._has_warned = now, real, False
+        return 0.0
 
 
 def check_regularly(node: Node, period: float, check: Callable[[], object]) -> None:

@@ -33,14 +33,16 @@ class TwistOutput:
         node: the node that publishes.
         topic: the topic to publish.
         latch: whether to latch the topic.
+        ends_with_node: False if the owner calls `close` when the node shuts down, since it replaces outputs.
     """
 
-    def __init__(self, node: Node, topic: str, latch: bool = False) -> None:
+    def __init__(self, node: Node, topic: str, latch: bool = False, ends_with_node: bool = True) -> None:
         self.publisher = node.advertise(topic, Twist, queue_size=1, latch=latch)
         self._lock = threading.Lock()
         self._is_moving = False
         self._has_ended = False
-        node.on_shutdown(self._end)
+        if ends_with_node:
+            node.on_shutdown(self.end)
 
     def publish(self, twist: Any) -> None:
         """Publish a twist."""
@@ -51,10 +53,11 @@ class TwistOutput:
 
     def close(self) -> None:
         """Stop the robot, and publish no more."""
-        self._end()
+        self.end()
         self.publisher.unregister()
 
-    def _end(self) -> None:
+    def end(self) -> None:
+        """Stop the robot, and publish nothing afterwards; subscribers still get what was published."""
         with self._lock:
             self._has_ended = True
         self.stop()

@@ -14,7 +14,7 @@ from pyros1.diagnostics import OK, Status, Updater
 from pyros1.msgs.geometry_msgs.msg import Twist
 from pyros1.msgs.std_msgs.msg import Bool
 from pyros1.node import Node
-from pyros1.robot_nodes.shared.node_clock import check_regularly, seconds
+from pyros1.robot_nodes.shared.node_clock import NodeClock, check_regularly
 from pyros1.robot_nodes.shared.parameters import PrivateParameters
 from pyros1.robot_nodes.shared.program import run_node
 from pyros1.robot_nodes.shared.twist_sources import Source, read_sources
@@ -39,6 +39,7 @@ class TwistMux:
     def __init__(self, node: Node) -> None:
         values = PrivateParameters.of(node)
         self._node = node
+        self._clock = NodeClock(node)
         topics, locks = (
             [] if values.value(name) is None else read_sources(values.value(name), f"{node.name}/{name}", MAX_PRIORITY)
             for name in ("topics", "locks")
@@ -62,22 +63,22 @@ class TwistMux:
             self._node.log.error("dropped a command on %s, since it is not finite", topic, throttle=10)
             return
         with self._lock:
-            if self._arbiter.command(index, seconds(self._node)):
+            if self._arbiter.command(index, self._clock.seconds()):
                 self._output.publish(twist)
 
     def _switch(self, index: int, message: Any) -> None:
         with self._lock:
-            self._arbiter.lock(index, message.data, seconds(self._node))
+            self._arbiter.lock(index, message.data, self._clock.seconds())
         self._check()
 
     def _check(self) -> None:
         with self._lock:
-            if self._arbiter.must_stop(seconds(self._node)):
+            if self._arbiter.must_stop(self._clock.seconds()):
                 self._output.stop()
 
     def _diagnose(self, status: Status) -> None:
         with self._lock:
-            now, arbiter = seconds(self._node), self._arbiter
+            now, arbiter = self._clock.seconds(), self._arbiter
             status.summary(OK, "ok")
             for index, topic in enumerate(arbiter.topics):
                 state = "masked" if arbiter.is_masked(index, now) else "unmasked"

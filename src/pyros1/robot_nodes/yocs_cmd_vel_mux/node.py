@@ -18,9 +18,10 @@ from pyros1.msgs.geometry_msgs.msg import Twist
 from pyros1.msgs.std_msgs.msg import String
 from pyros1.node import Node
 from pyros1.reconfigure import Parameters, Server
-from pyros1.robot_nodes.shared.node_clock import check_regularly, seconds
+from pyros1.robot_nodes.shared.node_clock import NodeClock, check_regularly
 from pyros1.robot_nodes.shared.program import run_node
 from pyros1.robot_nodes.shared.twists import TwistOutput, is_finite
+from pyros1.robot_nodes.shared.user_files import read_regular_file
 from pyros1.robot_nodes.yocs_cmd_vel_mux.config import Config, ConfigError, read_config
 from pyros1.robot_nodes.yocs_cmd_vel_mux.selector import Selector
 
@@ -40,8 +41,7 @@ def load_config(file: str, text: str) -> Config:
     if not file:
         raise ConfigError("the parameter yaml_cfg_file is not set, so nothing can drive the robot: set it to a file")
     try:
-        with open(file, encoding="utf-8") as stream:
-            text = stream.read(_MAX_FILE_SIZE)
+        text = read_regular_file(file, _MAX_FILE_SIZE).decode("utf-8")
     except (OSError, ValueError) as error:
         raise ConfigError(f"cannot read the file that yaml_cfg_file names: {error}") from error
     return read_config(text, file)
@@ -56,18 +56,27 @@ class CmdVelMux:
 
     def __init__(self, node: Node) -> None:
         self._node = node
+        self._clock = NodeClock(node)
         self._lock = threading.RLock()
         self._selector = Selector(())
         self._subscribers: list[Any] = []
         self._output: TwistOutput | None = None
+        self._has_ended = False
         self._announced = ""
         self._active = node.advertise("~active", String, queue_size=1, latch=True)
         self._announce()
         parameters = Parameters()
         parameters.add("yaml_cfg_file", "", "A file with the configuration", level=1)
         parameters.add("yaml_cfg_data", "", "The configuration itself, instead of the file", level=1)
+        node.on_shutdown(self._end)
         self._server = Server(node, parameters, self._reconfigure)
         check_regularly(node, CHECK_PERIOD, self._check)
+
+    def _end(self) -> None:
+        with self._lock:
+            self._has_ended = True
+            if self._output is not None:
+                self._output.end()
 
     def _reconfigure(self, values: Any, level: int) -> Any:
         try:
@@ -95,9 +104,11 @@ class CmdVelMux:
             old_output.close()
         for subscriber in old_subscribers:
             subscriber.unregister()
-        output = TwistOutput(self._node, f"~{config.output}")
+        output = TwistOutput(self._node, f"~{config.output}", ends_with_node=False)
         with self._lock:
             self._output = output
+            if self._has_ended:
+                output.end()
         for index, source in enumerate(config.sources):
             command = partial(self._command, selector, index)
             self._subscribers.append(self._node.subscribe(f"~{source.topic}", Twist, command, queue_size=1))
@@ -109,13 +120,13 @@ class CmdVelMux:
         with self._lock:
             if selector is not self._selector or self._output is None:
                 return  # it was received before the configuration was replaced
-            if selector.command(index, seconds(self._node)):
+            if selector.command(index, self._clock.seconds()):
                 self._announce()
                 self._output.publish(twist)
 
     def _check(self) -> None:
         with self._lock:
-            if self._output is not None and self._selector.must_stop(seconds(self._node)):
+            if self._output is not None and self._selector.must_stop(self._clock.seconds()):
                 self._output.stop()
                 self._announce()
 

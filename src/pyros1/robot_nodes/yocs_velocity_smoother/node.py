@@ -14,12 +14,14 @@ from pyros1.msgs.geometry_msgs.msg import Twist
 from pyros1.msgs.nav_msgs.msg import Odometry
 from pyros1.node import Node
 from pyros1.reconfigure import Parameters, Server
-from pyros1.robot_nodes.shared.node_clock import seconds
+from pyros1.robot_nodes.shared.node_clock import NodeClock, check_regularly
 from pyros1.robot_nodes.shared.parameters import PrivateParameters, is_number
 from pyros1.robot_nodes.shared.program import run_node
 from pyros1.robot_nodes.shared.twists import TwistOutput, is_finite
 from pyros1.robot_nodes.yocs_velocity_smoother.smoother import STANDSTILL, Feedback, Limits, Smoother, Velocity
 
+CHECK_PERIOD = 0.1
+"""Seconds between checks whether simulated time stands still."""
 _MANDATORY = ("speed_lim_v", "speed_lim_w", "accel_lim_v", "accel_lim_w")
 _MAX_LIMIT = 10.0
 _MIN_FREQUENCY, _MAX_FREQUENCY = 1.0, 1000.0
@@ -75,6 +77,7 @@ class VelocitySmoother:
         frequency = values.number("frequency", 20.0, _MIN_FREQUENCY, _MAX_FREQUENCY)
         feedback = Feedback(values.integer("robot_feedback", Feedback.NONE, min(Feedback), max(Feedback)))
         self._node = node
+        self._clock = NodeClock(node)
         self._lock = threading.Lock()
         self._smoother = Smoother(Limits(STANDSTILL, STANDSTILL), 1 / frequency, feedback)
         self._server = Server(node, describe_parameters(), self._configure)
@@ -85,6 +88,8 @@ class VelocitySmoother:
         elif feedback == Feedback.COMMANDS:
             node.subscribe("~robot_cmd_vel", Twist, self._observe, queue_size=1)
         node.timer(1 / frequency, lambda event: self._step())
+        if node.simulated_time:
+            check_regularly(node, CHECK_PERIOD, self._check_clock)
 
     def _configure(self, config: Any, level: int) -> Any:
         speed = Velocity(config.speed_lim_v, config.speed_lim_w)
@@ -98,16 +103,23 @@ class VelocitySmoother:
             self._node.log.error("dropped a command, since it is not finite", throttle=10)
             return
         with self._lock:
-            self._smoother.command(Velocity(twist.linear.x, twist.angular.z), seconds(self._node))
+            self._smoother.command(Velocity(twist.linear.x, twist.angular.z), self._clock.seconds())
 
     def _observe(self, twist: Any) -> None:
         if is_finite(twist):
             with self._lock:
-                self._smoother.robot_moves(Velocity(twist.linear.x, twist.angular.z), seconds(self._node))
+                self._smoother.robot_moves(Velocity(twist.linear.x, twist.angular.z), self._clock.seconds())
+
+    def _check_clock(self) -> None:
+        """Stop the robot if simulated time stands still: then there are no more steps."""
+        with self._lock:
+            if self._clock.stands_still() and self._output.stop():
+                self._smoother.halt()
+                self._node.log.error("stopped the robot, since /clock has stopped")
 
     def _step(self) -> None:
         with self._lock:
-            velocity = self._smoother.step(seconds(self._node))
+            velocity = self._smoother.step(self._clock.seconds())
         if velocity is not None:
             twist = Twist()
             twist.linear.x, twist.angular.z = velocity

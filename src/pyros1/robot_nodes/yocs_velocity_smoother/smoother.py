@@ -91,6 +91,11 @@ class Smoother:
         """The robot moves with this velocity."""
         self._robot = (velocity, now)
 
+    def halt(self) -> None:
+        """The robot has been stopped at once; it stands still until the next command."""
+        self._target = self._last = STANDSTILL
+        self._is_active = False
+
     def step(self, now: float) -> Velocity | None:
         """Return the velocity to command now; None if the robot stands still and there is no input."""
         if self._is_active and self._is_silent(now):
