@@ -65,10 +65,19 @@ def make_chain(specifications: object, place: str, report: Callable[[str], objec
         return []
     if not isinstance(specifications, list):
         raise FilterError(f"{place} must be a list of filters, each with name, type and params")
-    return [_make_filter(each, f"{place}[{index}]", report) for index, each in enumerate(specifications)]
+    return [make_filter(each, f"{place}[{index}]", report) for index, each in enumerate(specifications)]
 
 
-def _make_filter(specification: object, place: str, report: Callable[[str], object]) -> ScanFilter:
+def make_filter(specification: object, place: str, report: Callable[[str], object]) -> ScanFilter:
+    """Return a filter of a chain.
+
+    Args:
+        specification: its name, type and params.
+        place, report: see `make_chain`.
+
+    Raises:
+        FilterError: see `make_chain`.
+    """
     if not isinstance(specification, Mapping) or not isinstance(specification.get("type"), str):
         raise FilterError(f"{place} must have a type, such as {PACKAGE}/LaserScanRangeFilter")
     place = f"{place} ({one_line(str(specification.get('name')), 50)})"

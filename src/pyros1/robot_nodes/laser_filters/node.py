@@ -12,6 +12,7 @@ from pyros1.ground.timing import Duration
 from pyros1.msgs.sensor_msgs.msg import LaserScan
 from pyros1.node import Node
 from pyros1.robot_nodes.laser_filters.chain import apply_chain, make_chain
+from pyros1.robot_nodes.laser_filters.reconfiguration import serve_filters
 from pyros1.robot_nodes.laser_filters.scans import FilterError, Matrix
 from pyros1.robot_nodes.laser_filters.shape_filters import ShapeFilter
 from pyros1.robot_nodes.shared.parameters import PrivateParameters
@@ -26,7 +27,7 @@ _OUTPUT_QUEUE_SIZE = 1000
 
 
 class FilterChain:
-    """Publishes ``scan`` as ``scan_filtered``.
+    """Publishes ``scan`` as ``scan_filtered``; other nodes may change the filters (see `FilterServer`).
 
     Args:
         node: the node.
@@ -45,6 +46,7 @@ class FilterChain:
             node.log.warn("the parameter %s/%s is not set: scans are passed on as they are", node.name, name)
         report = partial(node.log.error, "%s")
         self._filters = make_chain(parameters.value(name), f"{node.name}/{name}", report)
+        self._servers = serve_filters(node, self._filters, parameters.value(name), f"{node.name}/{name}", report)
         self._frame = parameters.text("tf_message_filter_target_frame", "").lstrip("/")
         self._tolerance = Duration(parameters.number("tf_message_filter_tolerance", 0.03, 0.0))
         self._buffer = Buffer()
