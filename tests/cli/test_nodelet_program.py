@@ -24,6 +24,10 @@ LAUNCH_FILE = """
 <launch>
   <node pkg="nodelet" type="nodelet" name="unknown" args="load no_such_package/Thing camera_manager"/>
   <node pkg="nodelet" type="nodelet" name="camera_manager" args="manager"/>
+  <node pkg="nodelet" type="nodelet" name="slow" args="load my_camera/NodeletThrottleImage camera_manager">
+    <remap from="topic_in" to="/a"/>
+    <remap from="topic_out" to="/slow"/>
+  </node>
   <node pkg="nodelet" type="nodelet" name="forward" args="load topic_tools/RelayNodelet camera_manager /a /b --no-bond">
     <remap from="/b" to="/c"/>
   </node>
@@ -55,6 +59,7 @@ def test_nodelets_of_a_launch_are_nodes(
     )
     try:
         assert values.get(timeout=PATIENCE).data == 2.5
+        assert node.wait_for_message("/slow", Float64, PATIENCE).data == 2.5
         state = Graph(node.master).state()
         assert state.publishers["/c"] == ["/forward"]
         deadline = node.now().to_sec() + PATIENCE

@@ -79,3 +79,16 @@ def wait_for_line(capfd: pytest.CaptureFixture[str]) -> Callable[[str], None]:
             seen += capfd.readouterr().err
 
     return wait
+
+
+@pytest.fixture
+def until() -> Callable[[Callable[[], Any]], None]:
+    """Return a function that waits until a condition is true of which nobody tells."""
+
+    def wait(condition: Callable[[], Any]) -> None:
+        end = time.monotonic() + PATIENCE
+        while not condition():
+            assert time.monotonic() < end, "it never came true"
+            time.sleep(0.002)
+
+    return wait

@@ -9,7 +9,7 @@ from pyros1.finding.packages import PackageIndex
 from pyros1.ground import names
 from pyros1.ground.errors import PackageNotFoundError
 from pyros1.ground.terminal_text import one_line
-from pyros1.robot_nodes.nodelet.matching import find_program, package_of
+from pyros1.robot_nodes.nodelet.matching import find_program, is_throttle, package_of
 
 USAGE = """\
 Usage: nodelet manager                      - Run a manager, which loads nothing: nodelets are nodes here
@@ -41,6 +41,10 @@ def main(argv: list[str]) -> int:
     if verb == "unload":
         return _dispatch("node", "kill", words[1])
     problem, package, program = _find(words[1])
+    if problem and is_throttle(words[1]):
+        from pyros1.robot_nodes.nodelet.throttle import main as run_throttle  # noqa: PLC0415 - not for others
+
+        return run_throttle([argv[0], *words[1 + _NUM_OPERANDS[verb] :], *remaps])
     if problem:
         sys.stderr.write(f"ERROR: nodelet: {problem}\n")
         return 1

@@ -3,7 +3,7 @@ from __future__ import annotations
 import pytest
 
 from pyros1.cli.package_scripts import SCRIPTS
-from pyros1.robot_nodes.nodelet.matching import find_program, package_of
+from pyros1.robot_nodes.nodelet.matching import find_program, is_throttle, package_of
 
 
 @pytest.mark.parametrize(
@@ -52,6 +52,11 @@ def test_programs(class_name: str, programs: list[str], program: str) -> None:
 )
 def test_nodelets_of_robots_have_a_program_here(class_name: str) -> None:
     assert find_program(class_name, SCRIPTS[package_of(class_name)])
+
+
+def test_throttles() -> None:
+    assert all(map(is_throttle, ["camera/NodeletThrottleImage", "NodeletThrottleImage", "a::NodeletThrottle"]))
+    assert not any(map(is_throttle, ["pointcloud_to_laserscan/CloudThrottle", "NodeletThrottleImage/rectify", ""]))
 
 
 def test_packages() -> None:

@@ -7,7 +7,6 @@ import os
 import select
 import socket
 import threading
-import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -152,16 +151,3 @@ def tcp_board() -> Iterator[Callable[..., Board]]:
             sock.shutdown(socket.SHUT_RDWR)
         board.join()
         sock.close()
-
-
-@pytest.fixture
-def until() -> Callable[[Callable[[], Any]], None]:
-    """Return a function that waits until a condition is true of which nobody tells."""
-
-    def wait(condition: Callable[[], Any]) -> None:
-        end = time.monotonic() + PATIENCE
-        while not condition():
-            assert time.monotonic() < end, "it never came true"
-            time.sleep(0.002)
-
-    return wait

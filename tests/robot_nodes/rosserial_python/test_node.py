@@ -196,6 +196,7 @@ def test_a_board_that_reconnects_gets_its_services_at_once(
     first = tcp_board(server.tcp_port, [MOTOR])
     peer.wait_for_service("motor", 20)
     second = tcp_board(server.tcp_port, [MOTOR])
+    second.until(lambda board: board.requests)
     second.send(10, Time())
     second.wait(10)
     first.hang_up()

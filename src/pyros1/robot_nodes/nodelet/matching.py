@@ -21,6 +21,11 @@ def package_of(class_name: str) -> str:
     return re.split("/|::", class_name, maxsplit=1)[0] if re.search("/|::", class_name) else ""
 
 
+def is_throttle(class_name: str) -> bool:
+    """Return whether a class is made of nodelet_topic_tools' NodeletThrottle, by its name: ``NodeletThrottleImage``."""
+    return re.split("/|::", class_name)[-1].startswith("NodeletThrottle")
+
+
 def find_program(class_name: str, programs: Iterable[str]) -> str:
     """Return the program that does what a nodelet does; empty if there is none.
 
