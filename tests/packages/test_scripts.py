@@ -29,7 +29,7 @@ def test_the_table_and_the_files_are_the_same() -> None:
     listed = {(package, name) for package, names in SCRIPTS.items() for name in names}
     assert {(path.relative_to(PACKAGES).parts[0], path.name) for path in FILES} == listed
     assert len(FILES) == len(listed)
-    assert {*SCRIPTS["rostest"]} == {*NODES}
+    assert {*SCRIPTS["rostest"], "analyzer_loader"} == {*NODES}
 
 
 def test_all_files_are_one_text() -> None:
