@@ -13,6 +13,7 @@ from collections.abc import Iterator
 
 from model import COLUMNS, FACE, OURS, ROSCPP, ROSPY, Goal, Row, Step, at_least
 from program_rows import bags, codec, launch, master, memory, start
+from robot_rows import robot_nodes
 from steps import LOCAL, ControlLoop, Crowd, FanOut, Import, Program, Together
 
 
@@ -242,6 +243,7 @@ QUICK = {
     "start: import of the library",
     "start: topic list",
     "codec: encode Imu",
+    "robot nodes: image_proc: debayer, 640 x 480, 30 Hz",
 }
 """The rows of the quick form."""
 
@@ -264,5 +266,6 @@ def all_rows() -> list[Row]:
         launch,
         bags,
         codec,
+        robot_nodes,
     )
     return [row for group in groups for row in group()]

@@ -1,7 +1,4 @@
-"""image_proc beside stock's: the same images and camera_infos, and what both make of them.
-
-Debian's ros-image-proc lacks the description of its plugins; the test adds one.
-"""
+"""image_proc beside stock's: the same images and camera_infos, and what both make of them."""
 
 from __future__ import annotations
 
@@ -16,6 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 from harness import Master, until
+from stock_image_proc import LOADER, STOCK, overlay
 
 import pyros1
 from pyros1.msgs.sensor_msgs.msg import CameraInfo, Image
@@ -25,11 +23,8 @@ from pyros1.reconfigure import Client
 OWN_MASTER = True
 MASTERS = ("ours",)  # stock's node and ours are compared, whatever the master
 
-STOCK = Path("/usr/lib/image_proc/image_proc")
 OURS = Path(pyros1.__file__).parent / "packages" / "image_proc" / "scripts" / "image_proc"
 TOPICS = ("image_mono", "image_color", "image_rect", "image_rect_color")
-LOADER = Path("/usr/lib/nodelet/nodelet")
-CLASSES = {"debayer": "Debayer", "rectify": "Rectify", "resize": "Resize", "crop_decimate": "CropDecimate"}
 
 pytestmark = [
     pytest.mark.ours_only,
@@ -42,26 +37,6 @@ pytestmark = [
 PLUMB_BOB = [-0.32, 0.11, 0.002, -0.001, 0.03]
 RATIONAL = [0.5, -0.2, 0.001, 0.002, 0.05, 0.8, -0.1, 0.02]
 FISHEYE = [0.05, -0.02, 0.01, -0.003]
-
-
-def overlay(home: Path) -> dict[str, str]:
-    """Write the description of stock's nodelets; return the variables with which it is found."""
-    share, lib = home / "share" / "image_proc", home / "lib"
-    share.mkdir(parents=True)
-    lib.mkdir()
-    [library] = Path("/usr/lib").glob("*/libimage_proc.so.0d")
-    (lib / "libimage_proc.so").symlink_to(library)
-    (share / "package.xml").write_text(
-        "<package><name>image_proc</name><version>1.0.0</version><description>-</description><license>BSD</license>"
-        '<maintainer email="nobody@example.com">nobody</maintainer><run_depend>nodelet</run_depend>'
-        '<export><nodelet plugin="${prefix}/plugins.xml"/></export></package>'
-    )
-    classes = "".join(
-        f'<class name="image_proc/{name}" type="image_proc::{cls}Nodelet" base_class_type="nodelet::Nodelet"/>'
-        for name, cls in CLASSES.items()
-    )
-    (share / "plugins.xml").write_text(f'<library path="libimage_proc">{classes}</library>')
-    return {"ROS_PACKAGE_PATH": f"{home / 'share'}:/usr/share", "CMAKE_PREFIX_PATH": f"{home}:/usr"}
 
 
 def scene(channels: int, dtype: str, seed: int = 0) -> Any:
