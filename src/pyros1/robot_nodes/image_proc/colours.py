@@ -81,44 +81,37 @@ def demosaic(raw: Array, pattern: str) -> Array:
     if height < 3 or width < 3:
         raise ImageError(f"an image with a Bayer pattern must have 3 x 3 pixels or more, not {width} x {height}")
     bgr = np.empty((height, width, 3), raw.dtype)
+    # The means are computed for all pixels, though only some use each, since neighbours in memory are fast to add.
     wide = raw.astype(np.uint16 if raw.dtype == np.uint8 else np.uint32)
+    sides = wide[:, :-2] + wide[:, 2:]
+    beside, above = sides[1:-1], wide[:-2, 1:-1] + wide[2:, 1:-1]
+    around, diagonal = _mean(beside + above, 4), _mean(sides[:-2] + sides[2:], 4)
+    beside, above = _mean(beside, 2), _mean(above, 2)
+    inner = raw[1:-1, 1:-1]
     for row in (0, 1):
         for column in (0, 1):
-            _fill_phase(bgr, wide, pattern, row, column)
+            colour = pattern[(1 + row) % 2 * 2 + (1 + column) % 2]
+            if colour == "g":  # a neighbour to the left has one of the other colours, one above has the last
+                side = pattern[(1 + row) % 2 * 2 + column % 2]
+                sources = {"g": inner, side: beside, _opposite(side): above}
+            else:
+                sources = {colour: inner, "g": around, _opposite(colour): diagonal}
+            for name, source in sources.items():
+                bgr[1 + row : -1 : 2, 1 + column : -1 : 2, "bgr".index(name)] = source[row::2, column::2]
     bgr[:, 0], bgr[:, -1] = bgr[:, 1], bgr[:, -2]
     bgr[0], bgr[-1] = bgr[1], bgr[-2]
     return bgr
 
 
-def _fill_phase(bgr: Array, raw: Array, pattern: str, row: int, column: int) -> None:
-    """Fill in every second pixel of every second row, the first one at (1 + row, 1 + column)."""
-    height, width = raw.shape
-
-    def at(down: int, right: int) -> Array:
-        """Return these pixels' neighbours."""
-        return raw[1 + row + down : height - 1 + down : 2, 1 + column + right : width - 1 + right : 2]
-
-    colour = pattern[(1 + row) % 2 * 2 + (1 + column) % 2]
-    target = bgr[1 + row : height - 1 : 2, 1 + column : width - 1 : 2]
-    if not target.size:
-        return
-    beside = at(0, -1) + at(0, 1)
-    above = at(-1, 0) + at(1, 0)
-    if colour == "g":
-        # The colour of the neighbours to the left and right, then of those above and below.
-        left = pattern[(1 + row) % 2 * 2 + column % 2]
-        target[..., 1] = at(0, 0)
-        target[..., _channel(left)] = (beside + 1) >> 1
-        target[..., 2 - _channel(left)] = (above + 1) >> 1
-    else:
-        target[..., _channel(colour)] = at(0, 0)
-        target[..., 1] = (beside + above + 2) >> 2
-        diagonal = at(-1, -1) + at(-1, 1) + at(1, -1) + at(1, 1)
-        target[..., 2 - _channel(colour)] = (diagonal + 2) >> 2
+def _mean(sums: Array, count: int) -> Array:
+    """Return the means of 2 or 4 numbers, rounded up from one half, in place of their sums."""
+    sums += count // 2
+    sums >>= count // 2
+    return sums
 
 
-def _channel(colour: str) -> int:
-    return "bgr".index(colour)
+def _opposite(colour: str) -> str:
+    return "r" if colour == "b" else "b"
 
 
 def halve_bayer(raw: Array, pattern: str) -> Array:

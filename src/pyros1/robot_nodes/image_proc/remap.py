@@ -12,9 +12,15 @@ NEAREST, LINEAR = 0, 1
 _UNITS = 32
 _ROWS = 32
 """Rows that are computed at a time: their numbers stay in the processor's cache."""
-_LANE = 21
-"""Bits of a channel, when three channels of 8 bits, each multiplied by weights of 10 bits, are in one number."""
-_ROUNDING = np.uint64(sum(512 << _LANE * channel for channel in range(3)))
+
+# Three channels of 8 bits, each multiplied by weights of 10 bits, are blended at once in a number of 64 bits, whose
+# bytes are in this order on all machines. The channels begin at the bits 0, 22 and 46. So, of the sums, whose lower 10
+# bits are fractions, those of the second and the third are whole bytes; the first is one after a multiplication by 64.
+_PACKED = np.dtype("<u8")
+_SHIFT = np.uint64(64)
+_SECOND_TO_SHIFT, _THIRD_TO_SHIFT = 2, 5
+_FIRST_SHIFTED, _SECOND, _THIRD = 2, 4, 7
+_ROUNDING = np.uint64(_UNITS**2 // 2 * (1 + 2**22 + 2**46))
 
 
 class Remap:
@@ -41,7 +47,7 @@ class Remap:
             ((_UNITS - fraction_x) * fraction_y),
             (fraction_x * fraction_y),
         ]
-        self._weights_by_type: dict[type, list[Array]] = {}
+        self._weights_by_type: dict[np.dtype[Any], list[Array]] = {}
 
     def apply(self, pixels: Array) -> Array:
         """Return the image that the map makes of another one.
@@ -59,50 +65,77 @@ class Remap:
         return np.stack([self._apply_to_channel(pixels[..., place]) for place in range(pixels.shape[2])], axis=-1)
 
     def _apply_to_channel(self, channel: Array) -> Array:
-        padded = self._pad(channel.dtype)
+        dtype = channel.dtype
+        if self._is_linear:
+            dtype = np.dtype(np.float64 if dtype.kind == "f" else np.int64 if dtype.itemsize > 2 else np.int32)
+        padded = self._pad(dtype)
         padded[1 : self._size[0] + 1, 1:-1] = channel
-        source = padded.ravel()
         if not self._is_linear:
-            return source.take(self._places)
+            return padded.ravel().take(self._places)
         target = np.empty(self._places.shape, channel.dtype)
         if channel.dtype.kind == "f":
-            for rows, total in self._blend(source, np.float64, 0.0):
+            for rows, total in self._blend(padded, 0.0):
                 target[rows] = total / _UNITS**2
         else:
-            for rows, total in self._blend(source, np.int64 if channel.itemsize > 2 else np.int32, _UNITS**2 // 2):
+            for rows, total in self._blend(padded, _UNITS**2 // 2):
                 target[rows] = total >> 10
         return target
 
     def _apply_to_colours(self, pixels: Array) -> Array:
-        """Blend three channels of 8 bits at once, side by side in one number of 64 bits."""
-        padded = self._pad(np.uint64)
-        inner = padded[1 : self._size[0] + 1, 1:-1]
-        np.left_shift(pixels[..., 2], np.uint64(2 * _LANE), out=inner, dtype=np.uint64)
-        inner |= np.left_shift(pixels[..., 1], np.uint64(_LANE), dtype=np.uint64)
-        inner |= pixels[..., 0]
+        """Blend three channels of 8 bits at once, see above."""
+        padded = self._pad(_PACKED)
+        inner, inner_bytes = padded[1 : self._size[0] + 1, 1:-1], _bytes(padded)[1 : self._size[0] + 1, 1:-1]
+        part = np.zeros((_ROWS, self._size[1]), _PACKED)
+        for rows in _blocks(self._size[0]):
+            shifted, of_pixels = part[: len(inner[rows])], pixels[rows]
+            _bytes(shifted)[..., _SECOND_TO_SHIFT] = of_pixels[..., 1]
+            _bytes(shifted)[..., _THIRD_TO_SHIFT] = of_pixels[..., 2]
+            np.multiply(shifted, _SHIFT, out=inner[rows])
+            inner_bytes[rows, :, 0] = of_pixels[..., 0]
         target = np.empty((*self._places.shape, 3), np.uint8)
-        for rows, total in self._blend(padded.ravel(), np.uint64, _ROUNDING):
-            for channel in range(3):
-                target[rows, :, channel] = total >> np.uint64(_LANE * channel + 10)
+        for rows, total in self._blend(padded, _ROUNDING):
+            target[rows, :, 1] = _bytes(total)[..., _SECOND]
+            target[rows, :, 2] = _bytes(total)[..., _THIRD]
+            np.multiply(total, _SHIFT, out=total)
+            target[rows, :, 0] = _bytes(total)[..., _FIRST_SHIFTED]
         return target
 
     def _pad(self, dtype: Any) -> Array:
         return np.zeros((self._size[0] + 3, self._row), dtype)
 
-    def _blend(self, source: Array, dtype: type, rounding: Any) -> Iterator[tuple[slice, Array]]:
-        """Generate the weighted sums of each pixel's four neighbours, a few rows at a time, plus a number."""
+    def _blend(self, padded: Array, rounding: Any) -> Iterator[tuple[slice, Array]]:
+        """Generate the weighted sums of each pixel's four neighbours, plus a number: a few rows at a time, in an array
+        that is used again.
+        """
+        dtype = padded.dtype
         if dtype not in self._weights_by_type:
             self._weights_by_type[dtype] = [weights.astype(dtype) for weights in self._weights]
-        weights = self._weights_by_type[dtype]
-        for start in range(0, len(self._places), _ROWS):
-            rows = slice(start, start + _ROWS)
-            places = self._places[rows].copy()
-            total = source.take(places) * weights[0][rows]
-            for step, factors in zip((1, self._row - 1, 1), weights[1:], strict=True):
-                places += step
-                total += source.take(places) * factors[rows]
+        first, *others = self._weights_by_type[dtype]
+        source = padded.ravel()
+        neighbours = source[1:], source[self._row :], source[self._row + 1 :]
+        sums = np.empty((_ROWS, self._places.shape[1]), dtype)
+        terms = np.empty_like(sums)
+        for rows in _blocks(len(self._places)):
+            places = self._places[rows]
+            total, term = sums[: len(places)], terms[: len(places)]
+            # All places exist; this mode is the fastest way not to check them.
+            source.take(places, out=total, mode="wrap")
+            total *= first[rows]
+            for neighbour, weights in zip(neighbours, others, strict=True):
+                neighbour.take(places, out=term, mode="wrap")
+                term *= weights[rows]
+                total += term
             total += rounding
             yield rows, total
+
+
+def _blocks(rows: int) -> Iterator[slice]:
+    return (slice(start, min(start + _ROWS, rows)) for start in range(0, rows, _ROWS))
+
+
+def _bytes(numbers: Array) -> Array:
+    """Return the bytes of an array of 64-bit numbers of shape (..., columns), as a view of shape (..., columns, 8)."""
+    return numbers.view(np.uint8).reshape(*numbers.shape, 8)
 
 
 def _split(positions: Array, size: int, interpolation: int) -> tuple[Array, Array]:
