@@ -28,9 +28,9 @@ def make_ekf() -> Ekf:
     return Ekf(np.diag(DEFAULT_NOISE), 1e-9 * np.eye(15))
 
 
-def make_input(kind: str, used: list[int], ekf: Ekf | None = None, **options: Any) -> SensorInput:
+def make_input(kind: str, used: list[int], ekf: Ekf | None = None, flat: bool = False, **options: Any) -> SensorInput:
     name = f"{kind}0"
-    parameters = {name: "topic", f"{name}_config": [index in used for index in range(15)]}
+    parameters = {"two_d_mode": flat, name: "topic", f"{name}_config": [index in used for index in range(15)]}
     parameters.update({f"{name}_{option}": value for option, value in options.items()})
     settings = read_settings(PrivateParameters(parameters, pytest.fail))
     return SensorInput(
@@ -71,6 +71,30 @@ def test_odometry_has_a_pose_and_a_twist() -> None:
     assert values(sensor, make_odometry()) == [{0: 1.0, 5: 0.0}, {6: 0.7}]
     assert [item.covariance.tolist() for item in sensor.read(make_odometry())] == [[[1e-9, 5.0], [30.0, 35.0]], [[0.1]]]
     assert [item.time for item in sensor.read(make_odometry(2.5))] == [2_500_000_000] * 2
+
+
+@pytest.mark.parametrize("frame", ["imu_link", "base_link"])
+@pytest.mark.parametrize("flat", [False, True])
+def test_a_covariance_may_change_from_message_to_message(frame: str, flat: bool) -> None:
+    chance = np.random.default_rng(5)
+    used = [0, 4, 5, 6, 7, 11, 12, 14]
+    kept = {kind: make_input(kind, used, flat=flat) for kind in ("imu", "odom")}
+    for _ in range(60):
+        imu, odometry = make_imu(frame=frame), make_odometry()
+        for message, field, size in (
+            (imu, "orientation_covariance", 3),
+            (imu, "angular_velocity_covariance", 3),
+            (imu, "linear_acceleration_covariance", 3),
+            (odometry.pose, "covariance", 6),
+            (odometry.twist, "covariance", 6),
+        ):
+            matrix = np.diag([0.0, 0.2, float("nan")][chance.integers(3)] + chance.integers(2) * np.ones(size))
+            setattr(message, field, matrix.ravel().tolist())
+        for kind, message in (("imu", imu), ("odom", odometry)):
+            found, expected = (sensor.read(message) for sensor in (kept[kind], make_input(kind, used, flat=flat)))
+            assert [item.indices.tolist() for item in found] == [item.indices.tolist() for item in expected]
+            assert [item.values.tolist() for item in found] == [item.values.tolist() for item in expected]
+            assert [item.covariance.tolist() for item in found] == [item.covariance.tolist() for item in expected]
 
 
 def test_poses_and_twists() -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import cos, pi, sin, tau
+from math import cos, nan, pi, sin, tau
 
 import numpy as np
 import pytest
@@ -65,6 +65,16 @@ def test_a_robot_that_looks_straight_up_keeps_finite_numbers() -> None:
     after, jacobian = predict(state, 0.01)
     assert np.isfinite(after).all()
     assert np.isfinite(jacobian).all()
+
+
+@pytest.mark.parametrize("index", range(15))
+@pytest.mark.parametrize("value", [1e308, -1e308, nan])
+def test_numbers_that_are_too_large_are_no_error(index: int, value: float) -> None:
+    state = np.zeros(15)
+    state[index] = value
+    for _ in range(3):  # whoever uses the estimate notices that it is not finite
+        state, _ = predict(state, 1000.0)
+    assert not (index >= 6 and np.isfinite(state).all())
 
 
 def test_rotations_are_those_of_tf() -> None:

@@ -15,7 +15,6 @@ from pyros1.robot_nodes.robot_localization.control import Control
 from pyros1.robot_nodes.robot_localization.motion import (
     ANGLES,
     ANGULAR,
-    IDENTITY,
     LINEAR,
     SIZE,
     Array,
@@ -98,23 +97,24 @@ class Ekf:
     def correct(self, measurement: Measurement) -> bool:
         """Correct the estimate. Return whether the measurement was accepted; its threshold decides."""
         indices = measurement.indices
-        innovation = measurement.values - self.state[indices]
-        if np.abs(innovation).max() > pi:
+        innovation = measurement.values - self.state.take(indices)
+        if max(map(abs, innovation.tolist())) > pi:
             is_angle = (indices >= ANGLES.start) & (indices < ANGLES.stop)
             innovation[is_angle] = wrap_angles(innovation[is_angle])
-        columns = self.covariance[:, indices]
+        covariance = self.covariance
+        columns = covariance.take(indices, axis=1)
         try:
-            inverse = np.linalg.inv(columns[indices] + measurement.covariance)
+            inverse = np.linalg.inv(columns.take(indices, axis=0) + measurement.covariance)
         except np.linalg.LinAlgError:
             return False
         if measurement.threshold < inf and innovation @ inverse @ innovation >= measurement.threshold**2:
             return False
         gain = columns @ inverse
         self.state += gain @ innovation
-        if np.abs(self.state[ANGLES]).max() > pi:
+        if max(map(abs, self.state[ANGLES].tolist())) > pi:
             self.state[ANGLES] = wrap_angles(self.state[ANGLES])
-        # Joseph's form, which keeps the matrix symmetric and positive despite rounding.
-        residual = IDENTITY.copy()
-        residual[:, indices] -= gain
-        self.covariance = residual @ self.covariance @ residual.T + gain @ measurement.covariance @ gain.T
+        # Joseph's form, which keeps the matrix symmetric and positive despite rounding: with H, which chooses the
+        # measured variables, it is (1 - gain H) covariance (1 - gain H)^T + gain R gain^T.
+        left = covariance - gain @ covariance.take(indices, axis=0)
+        self.covariance = left - (left.take(indices, axis=1) - gain @ measurement.covariance) @ gain.T
         return True

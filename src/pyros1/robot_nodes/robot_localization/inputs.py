@@ -46,6 +46,8 @@ class SensorInput:
         self._history = PoseHistory()
         self._identity = Frame()
         self._mount = Mount(self._identity)
+        self._covariances = _Covariance(), _Covariance()  # of the pose and the twist
+        self._imu_covariances = _Covariance(True), _Covariance(True), _Covariance()
         parts = {"pose": slice(0, 6), "twist": slice(6, 12), "acceleration": ACCELERATION}
         masks = {part: np.zeros(SIZE, bool) for part in parts}
         for part, variables in parts.items():
@@ -76,7 +78,7 @@ class SensorInput:
             yield self._convert_twist(time, message.child_frame_id, message.twist)
 
     def _read_pose(self, time: int, message: Any) -> Iterator[Measurement | None]:
-        pose, covariance = pose_tuple(message.pose.pose), _square(message.pose.covariance)
+        pose, covariance = pose_tuple(message.pose.pose), self._covariances[0].of(message.pose.covariance)
         if self.sensor.differential:
             yield self._differentiate(time, pose, covariance, self._identity)
             return
@@ -97,15 +99,14 @@ class SensorInput:
         if self._uses["pose"] and message.orientation_covariance[0] != _NOT_MEASURED:
             yield self._convert_orientation(time, message, self._mount)
         if self._uses["twist"] and message.angular_velocity_covariance[0] != _NOT_MEASURED:
-            twist, covariance = np.zeros(6), np.zeros((6, 6))
-            twist[3:] = _vector(message.angular_velocity)
-            covariance[3:, 3:] = _square(message.angular_velocity_covariance)
+            twist = np.array((0.0, 0.0, 0.0, *_vector(message.angular_velocity)))
+            covariance = self._imu_covariances[1].of(message.angular_velocity_covariance)
             yield self._twist.convert(time, twist, covariance, frame, self._ekf.state[ANGULAR])
         if self._uses["acceleration"] and message.linear_acceleration_covariance[0] != _NOT_MEASURED:
             yield self._acceleration.convert(
                 time,
                 np.array(_vector(message.linear_acceleration)),
-                _square(message.linear_acceleration_covariance),
+                self._imu_covariances[2].of(message.linear_acceleration_covariance),
                 frame,
                 self._ekf.state[ANGULAR],
                 self._find_attitude(message, frame) if self.sensor.removes_gravity else None,
@@ -113,8 +114,10 @@ class SensorInput:
             )
 
     def _convert_orientation(self, time: int, message: Any, mount: Mount) -> Measurement | None:
-        pose, covariance = mount.robot_orientation(_quaternion(message.orientation)), np.zeros((6, 6))
-        covariance[3:, 3:] = mount.turn.rotation @ _square(message.orientation_covariance) @ mount.turn.rotation.T
+        pose = mount.robot_orientation(_quaternion(message.orientation))
+        covariance = self._imu_covariances[0].of(message.orientation_covariance)
+        if not mount.turn.is_identity:
+            covariance = mount.turn.blocks @ covariance @ mount.turn.blocks.T
         if self.sensor.differential:
             return self._differentiate(time, pose, covariance, mount.turn)
         if self.sensor.relative:
@@ -134,7 +137,9 @@ class SensorInput:
         if frame is None:
             return None
         values = np.array((*_vector(twist.twist.linear), *_vector(twist.twist.angular)))
-        return self._twist.convert(time, values, _square(twist.covariance), frame, self._ekf.state[ANGULAR])
+        return self._twist.convert(
+            time, values, self._covariances[1].of(twist.covariance), frame, self._ekf.state[ANGULAR]
+        )
 
     def _differentiate(self, time: int, pose: Transform, covariance: Array, frame: Frame) -> Measurement | None:
         velocity = self._history.velocity(time, pose, covariance)
@@ -154,7 +159,28 @@ def _quaternion(quaternion: Any) -> Quaternion:
     return quaternion.x, quaternion.y, quaternion.z, quaternion.w
 
 
-def _square(numbers: Any) -> Array:
-    matrix = np.array(numbers, float)
-    size = round(len(matrix) ** 0.5)
-    return matrix.reshape(size, size)
+class _Covariance:
+    """Converts the covariance of a sensor's messages, in which it is nearly always the same.
+
+    Args:
+        angular: whether it is that of three angles or their rates, the second half of a pose or twist.
+    """
+
+    def __init__(self, angular: bool = False) -> None:
+        self._angular = angular
+        self._numbers: tuple[float, ...] = ()
+        self._matrix = np.zeros((0, 0))
+
+    def of(self, numbers: Any) -> Array:
+        """Return the matrix (k, k) of numbers (k * k,), or (6, 6) if it is angular; the same array if they are."""
+        numbers = tuple(numbers)
+        if numbers != self._numbers:
+            size = round(len(numbers) ** 0.5)
+            matrix = np.array(numbers, float).reshape(size, size)
+            if self._angular:
+                full = np.zeros((6, 6))
+                full[3:, 3:] = matrix
+                matrix = full
+            matrix.setflags(write=False)
+            self._numbers, self._matrix = numbers, matrix
+        return self._matrix

@@ -7,7 +7,7 @@ those of rotations about the fixed axes x, y, z). Velocities of rotation and acc
 
 from __future__ import annotations
 
-from math import copysign, cos, sin, tau
+from math import copysign, cos, isfinite, nan, pi, remainder, sin, tau
 from typing import Any
 
 import numpy as np
@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 SIZE = 15
-Z, ROLL, PITCH, VZ, VROLL, VPITCH, AZ = 2, 3, 4, 8, 9, 10, 14
+Z, ROLL, PITCH, YAW, VZ, VROLL, VPITCH, AZ = 2, 3, 4, 5, 8, 9, 10, 14
 POSITION, ANGLES = slice(0, 3), slice(3, 6)
 LINEAR, ANGULAR = slice(6, 9), slice(9, 12)
 ACCELERATION = slice(12, 15)
@@ -24,19 +24,42 @@ ACCELERATION = slice(12, 15)
 IDENTITY = np.eye(SIZE)
 IDENTITY.setflags(write=False)
 
+_DERIVATIVES = np.array(
+    [
+        SIZE * row + column
+        for rows, columns in (
+            (range(3), (ROLL,)),
+            (range(3), (PITCH,)),
+            (range(2), (YAW,)),
+            (range(3), range(6, 9)),
+            (range(3), range(12, 15)),
+            (range(3, 6), (ROLL,)),
+            ((ROLL, YAW), (PITCH,)),
+            (range(3, 6), range(9, 12)),
+        )
+        for row in rows
+        for column in columns
+    ]
+    + [SIZE * row + row + 6 for row in range(6, 9)]
+)
+"""Where in the matrix of derivatives are those that `predict` computes."""
+_DERIVATIVES.setflags(write=False)
 MIN_COSINE = 1e-6
 """Nearer to a pitch of 90 degrees, rates of roll and yaw would grow without bound."""
 
 
 def rotation_matrix(roll: float, pitch: float, yaw: float) -> Array:
     """Return the matrix (3, 3) that rotates from the robot's frame to the world frame."""
+    return np.array(_rotation(roll, pitch, yaw)).reshape(3, 3)
+
+
+def _rotation(roll: float, pitch: float, yaw: float) -> tuple[float, ...]:
+    """Return that matrix row by row."""
     cr, sr, cp, sp, cy, sy = cos(roll), sin(roll), cos(pitch), sin(pitch), cos(yaw), sin(yaw)
-    return np.array(
-        [
-            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
-            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
-            [-sp, cp * sr, cp * cr],
-        ]
+    return (
+        *(cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr),
+        *(sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr),
+        *(-sp, cp * sr, cp * cr),
     )
 
 
@@ -52,41 +75,50 @@ def predict(state: Array, seconds: float) -> tuple[Array, Array]:
         state: the state (15,).
         seconds: the time.
     """
-    roll, pitch, yaw = state[ANGLES].tolist()
-    wx, wy, wz = state[ANGULAR].tolist()
+    # Plain numbers, since numpy needs longer for each of such small arrays than for a matrix (15, 15).
+    x, y, z, roll, pitch, yaw, vx, vy, vz, wx, wy, wz, ax, ay, az = state.tolist()
     sr, cr, sy, cy, sp = sin(roll), cos(roll), sin(yaw), cos(yaw), sin(pitch)
     cp = cos(pitch)
     cp = copysign(max(abs(cp), MIN_COSINE), cp)
     tp = sp / cp
     half_square = 0.5 * seconds * seconds
 
-    rotation = rotation_matrix(roll, pitch, yaw)
-    path = seconds * state[LINEAR] + half_square * state[ACCELERATION]  # in the robot's frame
-    dx, dy, dz = (rotation @ path).tolist()
-    _, py, pz = path.tolist()
-    by_roll = rotation[:, 2] * py - rotation[:, 1] * pz
+    rotation = _rotation(roll, pitch, yaw)
+    xx, xy, xz, yx, yy, yz, zx, zy, zz = rotation
+    # The path, in the robot's frame and in the world.
+    px, py, pz = seconds * vx + half_square * ax, seconds * vy + half_square * ay, seconds * vz + half_square * az
+    dx, dy, dz = xx * px + xy * py + xz * pz, yx * px + yy * py + yz * pz, zx * px + zy * py + zz * pz
 
     across, along = sr * wy + cr * wz, cr * wy - sr * wz  # components of the rotation in the plane of y and z
-    rates = (wx + tp * across, along, across / cp)  # of roll, pitch and yaw
-
-    after = state.copy()
-    after[POSITION] += (dx, dy, dz)
-    after[ANGLES] = wrap_angles(after[ANGLES] + seconds * np.array(rates))
-    after[LINEAR] += seconds * state[ACCELERATION]
+    roll, pitch, yaw = (
+        _wrap(angle)
+        for angle in (roll + seconds * (wx + tp * across), pitch + seconds * along, yaw + seconds * across / cp)
+    )
+    vx, vy, vz = vx + seconds * ax, vy + seconds * ay, vz + seconds * az
+    after = np.array((x + dx, y + dy, z + dz, roll, pitch, yaw, vx, vy, vz, wx, wy, wz, ax, ay, az))
 
     jacobian = IDENTITY.copy()
-    jacobian[POSITION, ROLL] = by_roll
-    jacobian[0, PITCH], jacobian[1, PITCH], jacobian[2, PITCH] = cy * dz, sy * dz, -sy * dy - cy * dx
-    jacobian[0, 5], jacobian[1, 5] = -dy, dx
-    jacobian[POSITION, LINEAR] = seconds * rotation
-    jacobian[POSITION, ACCELERATION] = half_square * rotation
-    jacobian[ANGLES, ROLL] += (seconds * tp * along, -seconds * across, seconds * along / cp)
-    jacobian[ROLL, PITCH] = seconds * across / (cp * cp)
-    jacobian[5, PITCH] = seconds * across * tp / cp
-    jacobian[ANGLES, ANGULAR] = (
-        (seconds, seconds * sr * tp, seconds * cr * tp),
-        (0.0, seconds * cr, -seconds * sr),
-        (0.0, seconds * sr / cp, seconds * cr / cp),
+    jacobian.put(
+        _DERIVATIVES,
+        (
+            *(xz * py - xy * pz, yz * py - yy * pz, zz * py - zy * pz),  # of the position by roll, pitch and yaw
+            *(cy * dz, sy * dz, -sy * dy - cy * dx),
+            *(-dy, dx),
+            *(seconds * part for part in rotation),  # by the velocity
+            *(half_square * part for part in rotation),  # by the acceleration
+            *(1.0 + seconds * tp * along, -seconds * across, seconds * along / cp),  # of the angles by roll and pitch
+            *(seconds * across / (cp * cp), seconds * across * tp / cp),
+            *(seconds, seconds * sr * tp, seconds * cr * tp),  # by their rates
+            *(0.0, seconds * cr, -seconds * sr),
+            *(0.0, seconds * sr / cp, seconds * cr / cp),
+            *(seconds, seconds, seconds),  # of the velocity by the acceleration
+        ),
     )
-    jacobian[6, 12] = jacobian[7, 13] = jacobian[8, 14] = seconds
     return after, jacobian
+
+
+def _wrap(angle: float) -> float:
+    """Return an angle moved by whole turns to the range from -pi to pi; what is infinite is nan."""
+    if -pi <= angle <= pi:
+        return angle
+    return remainder(angle, tau) if isfinite(angle) else nan

@@ -7,7 +7,7 @@ the sensor's frame; rotated to the filter's frame, a used axis can lead to sever
 from __future__ import annotations
 
 from collections.abc import Callable
-from math import hypot, inf
+from math import hypot, inf, isfinite
 
 import numpy as np
 
@@ -88,13 +88,15 @@ class Part:
 
         Args:
             time: the time in nanoseconds.
-            values, covariance: the values and covariance of the part's variables, converted (k,), (k, k).
+            values: the values of the part's variables, converted (k,).
+            covariance: their covariance (k, k). What is made of it is kept for when the same array comes again, so it
+                must not be changed.
             frame: the frame that they were converted from.
         """
         if frame is not self._frame:  # it stays the same for nearly all sensors
             self._frame, self._choice = frame, _Choice(rotate_mask(self.mask, frame), self.variables, self.flat)
         choice = self._choice
-        if not np.isfinite(values).all():
+        if not isfinite(sum(values.tolist())):
             choice = choice.without(~np.isfinite(values))
         chosen = choice.apply(values, covariance)
         return None if chosen is None else Measurement(time, choice.indices, *chosen, self.threshold, self.name)
@@ -121,6 +123,8 @@ class _Choice:
         self._from = np.nonzero(measured[variables])[0]
         self._to = np.nonzero(measured[self.indices])[0]
         self._pads = len(self._to) < len(self.indices)
+        self._covariance: Array | None = None
+        self._chosen: Array | None = None
 
     def without(self, unknown: Mask) -> _Choice:
         """Return the choice without some of the part's variables."""
@@ -131,17 +135,30 @@ class _Choice:
 
     def apply(self, values: Array, covariance: Array) -> tuple[Array, Array] | None:
         """Return the values (k,) and covariance (k, k) of the measurement; None if there is none."""
+        if covariance is not self._covariance:  # sensors send the same again and again
+            self._covariance, self._chosen = covariance, self._choose(covariance)
+        if self._chosen is None:
+            return None
+        chosen = values.take(self._from)
+        if self._pads:
+            padded = np.zeros(len(self.indices))
+            padded[self._to] = chosen
+            chosen = padded
+        return chosen, self._chosen
+
+    def _choose(self, covariance: Array) -> Array | None:
         chosen = covariance[self._from[:, None], self._from]
         if not len(self.indices) or not np.isfinite(chosen).all():
             return None
         diagonal = chosen.diagonal()
         if len(diagonal) and diagonal.min() < MIN_VARIANCE:
             np.fill_diagonal(chosen, np.maximum(np.abs(diagonal), MIN_VARIANCE))
-        if not self._pads:
-            return values[self._from], chosen
-        padded, full = np.zeros(len(self.indices)), _FLAT_VARIANCE * np.eye(len(self.indices))
-        padded[self._to], full[self._to[:, None], self._to] = values[self._from], chosen
-        return padded, full
+        if self._pads:
+            full = _FLAT_VARIANCE * np.eye(len(self.indices))
+            full[self._to[:, None], self._to] = chosen
+            chosen = full
+        chosen.setflags(write=False)
+        return chosen
 
 
 def matrix(quaternion: Quaternion) -> Array:
