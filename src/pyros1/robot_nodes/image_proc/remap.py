@@ -41,13 +41,13 @@ class Remap:
         outside = (whole_x < -1) | (whole_x >= size[1]) | (whole_y < -1) | (whole_y >= size[0])
         self._places[outside] = (size[0] + 1) * self._row  # whose right, lower and lower right neighbours are black
         self._is_linear = interpolation == LINEAR
+        # Small numbers: to convert them each time takes no longer than to fetch large ones from memory.
         self._weights = [
-            ((_UNITS - fraction_x) * (_UNITS - fraction_y)),
-            (fraction_x * (_UNITS - fraction_y)),
-            ((_UNITS - fraction_x) * fraction_y),
-            (fraction_x * fraction_y),
+            ((_UNITS - fraction_x) * (_UNITS - fraction_y)).astype(np.uint16),
+            (fraction_x * (_UNITS - fraction_y)).astype(np.uint16),
+            ((_UNITS - fraction_x) * fraction_y).astype(np.uint16),
+            (fraction_x * fraction_y).astype(np.uint16),
         ]
-        self._weights_by_type: dict[np.dtype[Any], list[Array]] = {}
 
     def apply(self, pixels: Array) -> Array:
         """Return the image that the map makes of another one.
@@ -107,13 +107,10 @@ class Remap:
         """Generate the weighted sums of each pixel's four neighbours, plus a number: a few rows at a time, in an array
         that is used again.
         """
-        dtype = padded.dtype
-        if dtype not in self._weights_by_type:
-            self._weights_by_type[dtype] = [weights.astype(dtype) for weights in self._weights]
-        first, *others = self._weights_by_type[dtype]
+        first, *others = self._weights
         source = padded.ravel()
         neighbours = source[1:], source[self._row :], source[self._row + 1 :]
-        sums = np.empty((_ROWS, self._places.shape[1]), dtype)
+        sums = np.empty((_ROWS, self._places.shape[1]), padded.dtype)
         terms = np.empty_like(sums)
         for rows in _blocks(len(self._places)):
             places = self._places[rows]
