@@ -65,3 +65,14 @@ def test_the_same_map_may_be_used_for_images_of_several_types() -> None:
     for dtype in TYPES:
         pixels = np.arange(63 * 3).reshape(7, 9, 3).astype(dtype)
         assert (remap.apply(pixels) == pixels).all() and (remap.apply(pixels[..., 0]) == pixels[..., 0]).all()
+
+
+def test_large_images_are_the_same_as_their_rows() -> None:
+    chance = np.random.default_rng(4)
+    x, y = chance.uniform(-3, 203, (430, 210)), chance.uniform(-3, 453, (430, 210))
+    pixels = chance.integers(0, 256, (450, 200, 3), np.uint8)
+    found = Remap(x, y, (450, 200)).apply(pixels)
+    for row in (0, 189, 190, 191, 200, 379, 380, 429):
+        one = Remap(x[row : row + 1], y[row : row + 1], (450, 200))
+        for channel in range(3):
+            assert (found[row, :, channel] == one.apply(pixels[..., channel])[0]).all()

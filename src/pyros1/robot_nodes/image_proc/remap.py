@@ -10,8 +10,8 @@ import numpy as np
 Array = np.ndarray[Any, Any]
 NEAREST, LINEAR = 0, 1
 _UNITS = 32
-_ROWS = 32
-"""Rows that are computed at a time: their numbers stay in the processor's cache."""
+_BLOCK = 40_000
+"""Pixels that are computed at a time, in whole rows: their numbers stay in the processor's cache."""
 
 # Three channels of 8 bits, each multiplied by weights of 10 bits, are blended at once in a number of 64 bits, whose
 # bytes are in this order on all machines. The channels begin at the bits 0, 22 and 46. So, of the sums, whose lower 10
@@ -85,9 +85,10 @@ class Remap:
         """Blend three channels of 8 bits at once, see above."""
         padded = self._pad(_PACKED)
         inner, inner_bytes = padded[1 : self._size[0] + 1, 1:-1], _bytes(padded)[1 : self._size[0] + 1, 1:-1]
-        part = np.zeros((_ROWS, self._size[1]), _PACKED)
-        for rows in _blocks(self._size[0]):
-            shifted, of_pixels = part[: len(inner[rows])], pixels[rows]
+        part = np.zeros((_rows(pixels), self._size[1]), _PACKED)
+        for rows in _blocks(pixels):
+            of_pixels = pixels[rows]
+            shifted = part[: len(of_pixels)]
             _bytes(shifted)[..., _SECOND_TO_SHIFT] = of_pixels[..., 1]
             _bytes(shifted)[..., _THIRD_TO_SHIFT] = of_pixels[..., 2]
             np.multiply(shifted, _SHIFT, out=inner[rows])
@@ -110,9 +111,8 @@ class Remap:
         first, *others = self._weights
         source = padded.ravel()
         neighbours = source[1:], source[self._row :], source[self._row + 1 :]
-        sums = np.empty((_ROWS, self._places.shape[1]), padded.dtype)
-        terms = np.empty_like(sums)
-        for rows in _blocks(len(self._places)):
+        sums, terms = (np.empty((_rows(self._places), self._places.shape[1]), padded.dtype) for _ in range(2))
+        for rows in _blocks(self._places):
             places = self._places[rows]
             total, term = sums[: len(places)], terms[: len(places)]
             # All places exist; this mode is the fastest way not to check them.
@@ -126,8 +126,15 @@ class Remap:
             yield rows, total
 
 
-def _blocks(rows: int) -> Iterator[slice]:
-    return (slice(start, min(start + _ROWS, rows)) for start in range(0, rows, _ROWS))
+def _rows(image: Array) -> int:
+    """Return how many rows of an image are computed at a time."""
+    return min(max(1, _BLOCK // int(image.shape[1])), len(image))
+
+
+def _blocks(image: Array) -> Iterator[slice]:
+    """Generate the rows of an image, block by block."""
+    rows = _rows(image)
+    return (slice(start, start + rows) for start in range(0, len(image), rows))
 
 
 def _bytes(numbers: Array) -> Array:
