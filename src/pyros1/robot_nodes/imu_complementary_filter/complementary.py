@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from math import atan2, hypot
 
-from pyros1.robot_nodes.shared.imu_readings import Estimate, Reading, UnusableReadingError
+from pyros1.robot_nodes.shared.imu_readings import Estimate, OrientationFilter, Reading, UnusableReadingError
 from pyros1.robot_nodes.shared.quaternions import from_rotation_vector, normalized, product, rotate
 from pyros1.tf.rotation import Quaternion, Vector
 
@@ -44,7 +44,7 @@ class Settings:
     do_adaptive_gain: bool = True
 
 
-class ComplementaryFilter:
+class ComplementaryFilter(OrientationFilter[Settings]):
     """Estimates the orientation of an IMU.
 
     Args:
@@ -52,25 +52,16 @@ class ComplementaryFilter:
     """
 
     def __init__(self, settings: Settings) -> None:
-        self._settings = settings
-        self._orientation: Quaternion | None = None
-        self._bias: Vector = (0.0, 0.0, 0.0)
+        super().__init__(settings)
         self._last_rates: Vector | None = None
 
     def reset(self) -> None:
         """Begin again with the next reading. The bias of the gyroscope stays the same."""
-        self._orientation, self._last_rates = None, None
+        super().reset()
+        self._last_rates = None
 
     def update(self, reading: Reading, seconds: float) -> Estimate | None:
-        """Return the orientation after a reading; None, as in stock, after the first one.
-
-        Args:
-            reading: a reading that has been checked.
-            seconds: the time since the last reading.
-
-        Raises:
-            UnusableReadingError: the reading does not show the orientation to begin with.
-        """
+        """Return the orientation after a reading; None, as in stock, for the first. See `OrientationFilter.update`."""
         last_rates, self._last_rates = self._last_rates, reading.rates
         if last_rates is None:
             return None

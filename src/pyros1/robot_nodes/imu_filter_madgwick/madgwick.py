@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from math import cos, hypot, sin
 
 from pyros1.robot_nodes.imu_filter_madgwick.world import WorldFrame, measured_orientation
-from pyros1.robot_nodes.shared.imu_readings import Estimate, Reading, UnusableReadingError
+from pyros1.robot_nodes.shared.imu_readings import Estimate, OrientationFilter, Reading, UnusableReadingError
 from pyros1.robot_nodes.shared.quaternions import conjugate, from_rotation_vector, normalized, product, rotate
 from pyros1.tf.rotation import Quaternion, Vector
 
@@ -42,7 +42,7 @@ class Settings:
     remove_gravity: bool = False
 
 
-class MadgwickFilter:
+class MadgwickFilter(OrientationFilter[Settings]):
     """Estimates the orientation of an IMU.
 
     Args:
@@ -50,18 +50,12 @@ class MadgwickFilter:
     """
 
     def __init__(self, settings: Settings) -> None:
-        self._settings = settings
-        self._orientation: Quaternion | None = None
-        self._bias: Vector = (0.0, 0.0, 0.0)
+        super().__init__(settings)
         self._offset: Quaternion = (0.0, 0.0, sin(settings.yaw_offset / 2), cos(settings.yaw_offset / 2))
 
     def configure(self, gain: float, zeta: float, mag_bias: Vector) -> None:
         """Change the parameters that may change while the filter runs."""
         self._settings = replace(self._settings, gain=gain, zeta=zeta, mag_bias=mag_bias)
-
-    def reset(self) -> None:
-        """Begin again with the next reading. The bias of the gyroscope stays the same."""
-        self._orientation = None
 
     def measure(self, reading: Reading) -> Quaternion:
         """Return the orientation that a reading shows by itself, without the yaw offset.
@@ -74,15 +68,7 @@ class MadgwickFilter:
         return measured_orientation(self._settings.world, reading.acceleration, self._unbiased(reading.field))
 
     def update(self, reading: Reading, seconds: float) -> Estimate:
-        """Return the orientation after a reading.
-
-        Args:
-            reading: a reading that has been checked.
-            seconds: the time since the last reading.
-
-        Raises:
-            UnusableReadingError: the reading does not show the orientation to begin with.
-        """
+        """Return the orientation after a reading; see `OrientationFilter.update`."""
         settings = self._settings
         orientation = self._orientation
         if orientation is None or settings.stateless:

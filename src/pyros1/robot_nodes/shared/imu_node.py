@@ -50,7 +50,7 @@ class ImuFilterNode:
         self,
         node: Node,
         parameters: PrivateParameters,
-        filter_: OrientationFilter,
+        filter_: OrientationFilter[Any],
         *,
         use_mag: bool,
         publish_tf: bool,

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple, Protocol
+from abc import ABC, abstractmethod
+from typing import Generic, NamedTuple, TypeVar
 
 from pyros1.ground.errors import Error
 from pyros1.tf.rotation import Quaternion, Vector
 
+SettingsType = TypeVar("SettingsType")
 LIMIT = 1e9
 """Components that are not smaller than this in any unit are garbage."""
 MAX_PAUSE = 1.0
@@ -56,9 +58,23 @@ class Estimate(NamedTuple):
     steady: bool = False
 
 
-class OrientationFilter(Protocol):
-    """Estimates the orientation of an IMU."""
+class OrientationFilter(ABC, Generic[SettingsType]):
+    """Estimates the orientation of an IMU.
 
+    Args:
+        settings: the parameters.
+    """
+
+    def __init__(self, settings: SettingsType) -> None:
+        self._settings = settings
+        self._orientation: Quaternion | None = None
+        self._bias: Vector = (0.0, 0.0, 0.0)  # of the gyroscope
+
+    def reset(self) -> None:
+        """Begin again with the next reading. The bias of the gyroscope stays the same."""
+        self._orientation = None
+
+    @abstractmethod
     def update(self, reading: Reading, seconds: float) -> Estimate | None:
         """Return the orientation after a reading; None if the filter needs another one to begin.
 
@@ -67,11 +83,8 @@ class OrientationFilter(Protocol):
             seconds: the time since the last reading.
 
         Raises:
-            UnusableReadingError: the filter cannot begin with this reading.
+            UnusableReadingError: the reading does not show the orientation to begin with.
         """
-
-    def reset(self) -> None:
-        """Begin again with the next reading."""
 
 
 def is_usable(vector: Vector) -> bool:
