@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 SCRIPT = Path(__file__).resolve().parent / "robot_nodes.py"
 IMAGES = "640 x 480, 30 Hz"
 LIMITS: Mapping[str, float] = {
-    "joy_node: 50 events/s": 2,
+    "joy_node: 50 events/s": 3,
     "teleop_twist_joy: 50 Hz": 2,
     "twist_mux: 3 inputs, 20 Hz each": 3,
     "velocity_smoother: 20 Hz": 2,
@@ -35,7 +35,7 @@ LIMITS: Mapping[str, float] = {
 RATIOS: Mapping[str, float] = {
     f"image_proc: rectify bgr8, {IMAGES}": 0.6,
     f"image_proc: rectify mono8, {IMAGES}": 0.5,
-    f"image_proc: debayer, {IMAGES}": 0.6,
+    f"image_proc: debayer, {IMAGES}": 0.4,
     f"image_proc: debayer and rectify, {IMAGES}": 0.6,
     "diagnostic_aggregator: 20 items, 1 Hz each": 0.5,
 }
