@@ -66,7 +66,10 @@ SCRIPTS: Mapping[str, Mapping[str, str | Callable[[], int]]] = {
     },
     "joint_state_publisher": {"joint_state_publisher": _program("pyros1.urdf.joint_publisher")},
     "joint_state_publisher_gui": {"joint_state_publisher_gui": _program("pyros1.cli.joint_sliders")},
-    "joy": {"joy_node": _program("pyros1.robot_nodes.joy.node")},
+    "joy": {
+        "joy_node": _program("pyros1.robot_nodes.joy.node"),
+        "joy_remap.py": _program("pyros1.robot_nodes.joy.remap_node"),
+    },
     "laser_filters": {"scan_to_scan_filter_chain": _program("pyros1.robot_nodes.laser_filters.node")},
     "map_server": {name: _program(f"pyros1.robot_nodes.map_server.{name[4:]}") for name in ("map_saver", "map_server")},
     "nodelet": {"nodelet": _program("pyros1.cli.nodelet_program")},

@@ -238,6 +238,15 @@ def test_unknown_tags_and_attributes_only_warn_x56() -> None:
     ]
 
 
+def test_a_schema_for_editors_is_no_unknown_attribute() -> None:
+    schema = 'xmlns:xsi="http://www.w3.org/2001/XMLSchema-instance" xsi:noNamespaceSchemaLocation="a.xsd"'
+    assert load(f"<launch {schema}/>").warnings == []
+    assert load(f'<launch {schema} depricated="x"><group xsi:x="1"/></launch>').warnings == [
+        "[/d/main.launch:1] unknown <launch> attribute 'depricated' (did you mean 'deprecated'?)",
+        "[/d/main.launch:1] unknown <group> attribute 'xsi:x'",
+    ]
+
+
 def test_what_a_group_waits_for_its_nodes_wait_for() -> None:
     plan = load(
         """<launch>

@@ -77,11 +77,8 @@ class _TreeBuilder:
         self._expat = expat
 
     def _on_start(self, tag: str, attributes: list[str]) -> None:
-        pairs = dict(zip(attributes[::2], attributes[1::2], strict=True))
-        # With namespaces, expat returns "uri}name" or "uri}name}prefix"; launch files use the names as written.
-        _, *names = tag.split("}") if "}" in tag else ("", tag)
-        name = ":".join(reversed(names))
-        element = Element(name, pairs, self._file, self._expat.CurrentLineNumber)
+        pairs = {_as_written(name): value for name, value in zip(attributes[::2], attributes[1::2], strict=True)}
+        element = Element(_as_written(tag), pairs, self._file, self._expat.CurrentLineNumber)
         if len(self._stack) >= _MAX_DEPTH:
             raise element.error("Invalid roslaunch XML syntax: tags are nested too deeply")
         if self._stack:
@@ -115,6 +112,11 @@ class _TreeBuilder:
     def _on_text(self, data: str) -> None:
         if self._text_parts:
             self._text_parts[-1].append(data)
+
+
+def _as_written(name: str) -> str:
+    """Return a tag's or attribute's name as it is in the file; expat returns "uri}name" or "uri}name}prefix"."""
+    return ":".join(reversed(name.split("}")[1:])) if "}" in name else name
 
 
 def parse_document(data: str | bytes, file: str) -> Element:

@@ -199,7 +199,8 @@ class _Loader:
         tag = element.tag.lower()
         known_names = ATTRIBUTES_BY_TAG[tag]
         for name in element.attributes:
-            if name not in known_names and name not in ("if", "unless") and not name.startswith("xmlns"):
+            is_for_editors = name.startswith("xmlns") or (tag == "launch" and ":" in name)  # xsi:schemaLocation
+            if name not in known_names and name not in ("if", "unless") and not is_for_editors:
                 self.plan.warnings.append(
                     f"[{element.place}] unknown <{tag}> attribute '{name}'{did_you_mean(name, known_names)}"
                 )

@@ -39,7 +39,7 @@ def run_command(words: list[str]) -> str:
     """Run a command from a launch file, and return its output.
 
     Args:
-        words: the command; xacro can be run even if it is not installed as a command.
+        words: the command; xacro and tools such as ``rosrun`` can be run even if they are not installed as commands.
 
     Raises:
         LaunchError: the command cannot be run, or fails.
@@ -47,11 +47,10 @@ def run_command(words: list[str]) -> str:
     # Rarely needed, so imported here.
     import subprocess  # noqa: PLC0415
 
-    from pyros1.launch.reading.xacro_tool import xacro_words  # noqa: PLC0415
-    from pyros1.launch.running.command_line import own_python_environment  # noqa: PLC0415
+    from pyros1.launch.reading.own_commands import own_environment, own_words  # noqa: PLC0415
 
-    command = xacro_words(words)
-    env = {**os.environ, **own_python_environment(os.environ)} if command is not words else None
+    command = own_words(words)
+    env = own_environment(command, os.environ)
     try:
         process = subprocess.Popen(command, env=env, stdout=subprocess.PIPE)
     except FileNotFoundError as error:
