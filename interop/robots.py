@@ -8,7 +8,7 @@
 
 ``robots.txt`` has one line for each program: package, type, class of the nodelet (or ``-``), node tags, repositories.
 It holds only these names and numbers. Nodes of a repository's own packages are not in it: they run if they are in
-Python.
+Python. ``robot_tests.txt`` has the tests of each program that runs.
 """
 
 from __future__ import annotations
@@ -29,6 +29,9 @@ from pyros1.cli.package_scripts import SCRIPTS  # noqa: E402 - of this checkout
 from pyros1.robot_nodes.nodelet.matching import find_program, package_of  # noqa: E402
 
 TABLE = ROOT / "interop" / "robots.txt"
+TESTS = ROOT / "interop" / "robot_tests.txt"
+LAUNCH_TEST = "packages/test_programs_of_robots.py"
+"""The test, below ``tests``, that starts most of the programs as nodes of a launch file."""
 PAGE = ROOT / "interop" / "robots.md"
 _DISTRIBUTIONS = ("noetic", "melodic", "kinetic", "indigo")
 _BEFORE = """
@@ -44,7 +47,8 @@ _BEGINNING = """# Nodes of public robots
 
 Written by `interop/robots.py` from `interop/robots.txt`, which has the `<node>` tags of the launch files of {robots}
 public repositories of robots, without those of their own packages. A program "runs" if `pip install pyros1` has it; for
-nodelets, if it has a node that does the same.
+nodelets, if it has a node that does the same. Column "test" has the tests of each program, below `tests`;
+`{launch_test}` starts most of them together, as nodes of a launch file.
 
 **{now} of {all} nodes ({now_share:.0f} %) run; before the everyday nodes of robots were added, {before}
 ({before_share:.0f} %) did.** {simulated} of all are of Gazebo, controller_manager and MoveIt, which are no aim. The
@@ -71,10 +75,16 @@ class Row(NamedTuple):
     @property
     def runs(self) -> bool:
         """Whether the program runs without ROS."""
+        return bool(self.program[1])
+
+    @property
+    def program(self) -> tuple[str, str]:
+        """The package and program that run for it; the program is empty if there is none."""
         if self.package == "nodelet" and self.nodelet not in ("-", "manager"):
-            return bool(find_program(self.nodelet, SCRIPTS.get(package_of(self.nodelet), ())))
+            package = package_of(self.nodelet)
+            return package, find_program(self.nodelet, SCRIPTS.get(package, ()))
         names = SCRIPTS.get(self.package, {})
-        return self.type in names or f"{self.type}.py" in names
+        return self.package, next((name for name in (self.type, f"{self.type}.py") if name in names), "")
 
     @property
     def ran_before(self) -> bool:
@@ -90,8 +100,15 @@ def read_table() -> tuple[list[Row], int, int]:
         if line.startswith("# ") and len(words) == 3:
             robots, own = robots + 1, own + int(words[2].split()[0])
         elif line and not line.startswith("#"):
-            rows.append(Row(*words[:3], int(words[3]), int(words[4])))
+            package, program, nodelet, num_tags, num_robots = words
+            rows.append(Row(package, program, nodelet, int(num_tags), int(num_robots)))
     return rows, robots, own
+
+
+def read_tests() -> dict[tuple[str, str], list[str]]:
+    """Return the tests, below ``tests``, of each package and program."""
+    lines = [line.split() for line in TESTS.read_text(encoding="utf-8").splitlines() if not line.startswith("#")]
+    return {(package, program): files for package, program, *files in lines}
 
 
 def page() -> str:
@@ -105,6 +122,7 @@ def page() -> str:
     )
     lines = [
         _BEGINNING.format(
+            launch_test=LAUNCH_TEST,
             robots=robots,
             now=now,
             all=total,
@@ -115,14 +133,20 @@ def page() -> str:
             own=own,
         )
     ]
+    tests = read_tests()
     for title, chosen in (
         ("Nodes that run", [row for row in rows if row.runs]),
         ("Nodes that do not run", [row for row in rows if not row.runs]),
     ):
-        lines += [f"## {title}\n", "| package | program | node tags | repositories |", "|---|---|---|---|"]
+        more = " ran before | test |" if chosen[0].runs else ""
+        lines += [f"## {title}\n", f"| package | program | node tags | repositories |{more}"]
+        lines.append("|---|---|---|---|" + "---|---|" * bool(more))
         for row in sorted(chosen, key=lambda row: (-row.tags, row)):
             program = row.type if row.nodelet == "-" else f"{row.type} {row.nodelet}"
-            lines.append(f"| {row.package} | {program} | {row.tags} | {row.robots} |")
+            line = f"| {row.package} | {program} | {row.tags} | {row.robots} |"
+            if row.runs:
+                line += f" {'yes' if row.ran_before else 'no'} | {', '.join(tests[row.program])} |"
+            lines.append(line)
         lines.append("")
     return "\n".join(lines)
 

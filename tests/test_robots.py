@@ -25,6 +25,22 @@ LAUNCH_FILE = """
 </launch>
 """
 
+STARTED_ELSEWHERE = {
+    ("dynamic_reconfigure", "dynparam"),
+    ("image_proc", "crop_decimate"),  # as rectify is
+    ("image_proc", "debayer"),
+    ("image_proc", "rectify"),  # as a nodelet
+    ("rosbag", "play"),
+    ("rostopic", "rostopic"),
+    ("rqt_gui", "rqt_gui"),
+    ("rqt_reconfigure", "rqt_reconfigure"),
+    ("rviz", "rviz"),
+    ("teleop_twist_keyboard", "teleop_twist_keyboard.py"),
+    ("yocs_cmd_vel_mux", "cmd_vel_mux"),
+    ("yocs_velocity_smoother", "velocity_smoother"),
+}
+"""The programs that only their own tests start, or the one of nodelets."""
+
 
 @pytest.fixture
 def robots() -> ModuleType:
@@ -43,6 +59,23 @@ def test_the_page_is_current(robots: ModuleType) -> None:
     assert robots.PAGE.read_text(encoding="utf-8") == robots.page(), "run python interop/robots.py"
     rows, num_robots, _ = robots.read_table()
     assert num_robots == 32 and sum(row.tags for row in rows) > 800
+
+
+def test_every_program_that_runs_is_tested_and_started(robots: ModuleType) -> None:
+    """Feature: interop/robots.md says of each node of public robots' launch files whether it runs, and what tests it"""
+    programs = {row.program for row in robots.read_table()[0] if row.runs}
+    tests = robots.read_tests()
+    assert {*tests} == programs
+    for (package, program), files in tests.items():
+        assert files
+        for file in files:
+            text = (ROOT / "tests" / file).read_text(encoding="utf-8")
+            assert program.removesuffix(".py") in text or package in text, (
+                f"{file} has nothing about {package} {program}"
+            )
+    started = (ROOT / "tests" / robots.LAUNCH_TEST).read_text(encoding="utf-8")
+    missing = {(package, program) for package, program in programs if f"\n{package} {program} " not in started}
+    assert missing == STARTED_ELSEWHERE
 
 
 def test_nodes_are_counted(robots: ModuleType, tmp_path: Path) -> None:

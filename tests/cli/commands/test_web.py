@@ -323,6 +323,7 @@ def test_names_of_the_stock_programs(start: Start) -> None:
         (["image_view", "image_view", "image:=c", "_image_transport:=compressed"], "image", {"topic": "/c/compressed"}),
         (["image_view", "image_view", "/r/image:=c", "__ns:=/r"], "image", {"topic": "/r/c"}),
         (["rqt_image_view", "rqt_image_view", "/camera"], "image", {"topic": "/camera"}),
+        (["rqt_reconfigure", "rqt_reconfigure"], "params", {"reconfigure": ""}),
         # By its path: where Debian's rviz is installed, too, the name means that one.
         ([str(PACKAGES / "rviz" / "scripts" / "rviz"), "-f", "odom"], "scene", {"fixed": "odom"}),
     ],
