@@ -26,7 +26,7 @@ ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "src"))
 
 from pyros1.cli.package_scripts import SCRIPTS  # noqa: E402 - of this checkout
-from pyros1.robot_nodes.nodelet.matching import find_program, package_of  # noqa: E402
+from pyros1.finding.nodelet_programs import find_program, package_of  # noqa: E402
 
 TABLE = ROOT / "interop" / "robots.txt"
 TESTS = ROOT / "interop" / "robot_tests.txt"

@@ -5,11 +5,9 @@ from __future__ import annotations
 import os
 import sys
 
+from pyros1.finding.nodelet_programs import NodeletError, is_throttle, locate_nodelet
 from pyros1.finding.packages import PackageIndex
 from pyros1.ground import names
-from pyros1.ground.errors import PackageNotFoundError
-from pyros1.ground.terminal_text import one_line
-from pyros1.robot_nodes.nodelet.matching import find_program, is_throttle, package_of
 
 USAGE = """\
 Usage: nodelet manager                      - Run a manager, which loads nothing: nodelets are nodes here
@@ -40,29 +38,16 @@ def main(argv: list[str]) -> int:
         return run_manager([argv[0], *remaps])
     if verb == "unload":
         return _dispatch("node", "kill", words[1])
-    problem, package, program = _find(words[1])
-    if problem and is_throttle(words[1]):
-        from pyros1.robot_nodes.nodelet.throttle import main as run_throttle  # noqa: PLC0415 - not for others
+    try:
+        package, program = locate_nodelet(words[1], PackageIndex(os.environ).executables)
+    except NodeletError as error:
+        if is_throttle(words[1]):
+            from pyros1.robot_nodes.nodelet.throttle import main as run_throttle  # noqa: PLC0415 - not for others
 
-        return run_throttle([argv[0], *words[1 + _NUM_OPERANDS[verb] :], *remaps])
-    if problem:
-        sys.stderr.write(f"ERROR: nodelet: {problem}\n")
+            return run_throttle([argv[0], *words[1 + _NUM_OPERANDS[verb] :], *remaps])
+        sys.stderr.write(f"ERROR: nodelet: {error}\n")
         return 1
     return _dispatch("run", package, program, *words[1 + _NUM_OPERANDS[verb] :], *remaps)
-
-
-def _find(class_name: str) -> tuple[str, str, str]:
-    """Return what is wrong, or empty text, and the package and program for a nodelet's class."""
-    shown, package = one_line(class_name, 100), package_of(class_name)
-    if not package:
-        return f"{shown!r} is not the class of a nodelet, such as image_proc/rectify", "", ""
-    hint = "run a node with the same topics in its place, or this nodelet with stock ROS"
-    index = PackageIndex(os.environ)
-    try:
-        program = find_program(class_name, index.executables(package))
-    except PackageNotFoundError:
-        return f"no package {one_line(package, 100)} for the nodelet {shown}: {hint}", package, ""
-    return "" if program else f"no node here does what the nodelet {shown} does: {hint}", package, program
 
 
 def _dispatch(*words: str) -> int:

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 
+from pyros1.finding.packages import OWN_PACKAGES
 from pyros1.ground.errors import LaunchError, PackageNotFoundError
 from pyros1.launch.plan import MachinePlan, NodePlan, Plan
 from pyros1.launch.reading.conditions import Condition
@@ -209,3 +210,26 @@ def test_programs_in_python_that_cannot_run_are_named_with_their_nodes(tmp_path:
 
     assert said(*nodes) == [f"f:1: node [/here]: it cannot run: {tmp_path}/wrong:2: invalid syntax"]
     assert said(*nodes[1:]) == []
+
+
+@pytest.mark.parametrize(
+    ("args", "problem"),
+    [
+        ("manager", ""),
+        ("load --no-bond robot/Run manager", ""),
+        ("standalone robot/RunAway", ""),
+        ("standalone robot/Swim", "no node here does what the nodelet robot/Swim does: "),
+        ("load camera/NodeletThrottleImage manager", ""),
+        ("load camera/Driver manager", "no package camera for the nodelet camera/Driver: "),
+        ("load", ""),
+        ("", ""),
+    ],
+)
+def test_nodelets_without_a_program_are_found(args: str, problem: str) -> None:
+    class WithNodelets(Packages):
+        def find_executable(self, package: str, name: str) -> _Paths:
+            return [Path(OWN_PACKAGES) / "nodelet" / "scripts" / "nodelet"] if package == "nodelet" else []
+
+    node = NodePlan("nodelet", "nodelet", "n", args=args.split(), file="a.launch", line=3)
+    errors = [*plan_errors(Plan(nodes=[node]), WithNodelets(), {})]
+    assert [str(error).partition("n]: ")[2][: len(problem)] for error in errors] == [problem] * bool(problem)

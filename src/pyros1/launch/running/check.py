@@ -8,12 +8,13 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
+from pyros1.finding.nodelet_programs import NodeletError, is_throttle, locate_nodelet
 from pyros1.ground.errors import Error, LaunchError, PackageNotFoundError, SerializationError
 from pyros1.ground.suggest import did_you_mean
 from pyros1.ground.timing import Time
 from pyros1.launch.plan import NodePlan, Plan
 from pyros1.launch.reading.resources import PackageFinder
-from pyros1.launch.running.command_line import check_prefix, check_script, locate
+from pyros1.launch.running.command_line import check_prefix, check_script, is_own, locate
 from pyros1.launch.running.python_files import python_problems
 from pyros1.net.hosts import is_local
 from pyros1.wire.xmlrpc import dumps_call
@@ -42,7 +43,7 @@ def is_remote(plan: Plan, node: NodePlan) -> bool:
 
 
 def plan_errors(plan: Plan, packages: PackageFinder, environ: Mapping[str, str]) -> Iterator[LaunchError]:
-    """Yield an error for each machine, package and program that a node needs but that does not exist.
+    """Yield an error for each machine, package, program and nodelet that a node needs but that does not exist.
 
     Other machines are not searched. Errors are also yielded for nodes that wait for each other, since none of them
     would ever start, for ``on-death`` messages that cannot be published, and for parameters that cannot be sent to the
@@ -66,6 +67,7 @@ def plan_errors(plan: Plan, packages: PackageFinder, environ: Mapping[str, str])
         try:
             if executable is not None:
                 check_script(node, executable, environ)
+                check_nodelet(node, executable, packages)
             check_prefix(node, environ)
         except LaunchError as error:
             yield _error(node, str(error))
@@ -83,6 +85,22 @@ def python_node_errors(plan: Plan, packages: PackageFinder, environ: Mapping[str
                 nodes.setdefault(locate(node.package, node.type, packages), node)
     for problem in python_problems({file: {**environ, **node.env} for file, node in nodes.items()}):
         yield _error(nodes[problem.file], f"it cannot run: {problem.text}")
+
+
+def check_nodelet(node: NodePlan, executable: Path, packages: PackageFinder) -> None:
+    """Check that pyros1's program ``nodelet``, if a node runs it, has a program for the nodelet to load.
+
+    Raises:
+        LaunchError: it has none.
+    """
+    verb, *words = [word for word in node.args if word != "--no-bond"] or [""]
+    if node.package != "nodelet" or not is_own(executable) or verb not in ("load", "standalone") or not words:
+        return
+    try:
+        locate_nodelet(words[0], packages.executables)
+    except NodeletError as error:
+        if not is_throttle(words[0]):  # the program `nodelet` does their work itself
+            raise LaunchError(str(error)) from error
 
 
 def check_on_death(node: NodePlan) -> None:

@@ -1,9 +1,12 @@
-"""Which program of a package does what a nodelet does (no I/O)."""
+"""Which program of a package does what a nodelet does (no I/O). See https://wiki.ros.org/nodelet."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
+
+from pyros1.ground.errors import Error, PackageNotFoundError
+from pyros1.ground.terminal_text import one_line
 
 _OTHER_NAMES = {
     "RobotLocalization/EkfNodelet": ("robot_localization", "ekf_localization_node"),
@@ -42,6 +45,33 @@ def find_program(class_name: str, programs: Iterable[str]) -> str:
         return program if program in names else ""
     wanted = _plain(re.split("/|::", class_name)[-1])
     return next((name for name in names if _plain(name) == wanted), "")
+
+
+class NodeletError(Error):
+    """There is no program for a nodelet."""
+
+
+def locate_nodelet(class_name: str, executables: Callable[[str], Iterable[str]]) -> tuple[str, str]:
+    """Return the package and the program that does what a nodelet does.
+
+    Args:
+        class_name: the nodelet's class.
+        executables: returns the names of a package's programs, or raises PackageNotFoundError.
+
+    Raises:
+        NodeletError: there is none.
+    """
+    shown, package = one_line(class_name, 100), package_of(class_name)
+    if not package:
+        raise NodeletError(f"{shown!r} is not the class of a nodelet, such as image_proc/rectify")
+    hint = "run a node with the same topics in its place, or this nodelet with stock ROS"
+    try:
+        program = find_program(class_name, executables(package))
+    except PackageNotFoundError:
+        raise NodeletError(f"no package {one_line(package, 100)} for the nodelet {shown}: {hint}") from None
+    if not program:
+        raise NodeletError(f"no node here does what the nodelet {shown} does: {hint}")
+    return package, program
 
 
 def _plain(name: str) -> str:

@@ -3,7 +3,7 @@ from __future__ import annotations
 import pytest
 
 from pyros1.cli.package_scripts import SCRIPTS
-from pyros1.robot_nodes.nodelet.matching import find_program, is_throttle, package_of
+from pyros1.finding.nodelet_programs import find_program, is_throttle, package_of
 
 
 @pytest.mark.parametrize(
