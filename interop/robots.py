@@ -53,6 +53,12 @@ nodelets, if it has a node that does the same. Column "test" has the tests of ea
 **{now} of {all} nodes ({now_share:.0f} %) run; before the everyday nodes of robots were added, {before}
 ({before_share:.0f} %) did.** {simulated} of all are of Gazebo, controller_manager and MoveIt, which are no aim. The
 repositories have {own} nodes of their own packages besides.
+
+`pyros1 launch --check` was run on all 786 launch files of these repositories, with a value for each argument without
+one and without any installed ROS. 254 are clean. The others name what is not there: simulators, controllers and MoveIt
+(178 files), navigation (100), drivers, descriptions and other packages (141), programs and nodelets to be compiled from
+the repository itself (80), and what only the robot or its maker has: settings, calibration files, parts of the
+repository that are gone (33). No complaint is about a package that comes with pyros1, its files or its arguments.
 """
 
 
