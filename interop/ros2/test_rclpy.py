@@ -172,7 +172,7 @@ def test_actions_both_ways(sides: RclpySides, tmp_path: Path) -> None:
 def test_a_package_that_is_not_there(sides: RclpySides) -> None:
     sides.start("stock", "rostopic pub", "rostopic", "pub", "-r", "10", "/tf", "tf2_msgs/TFMessage", "transforms: []")
     said = sides.bridge.wait_line("/tf: .*", START).string
-    assert "package tf2_msgs is not installed beside rclpy" in said
+    assert "package tf2_msgs is not installed in this ROS 2 installation" in said
     sides.talker()
     sides.ros2.wait_line("^got hi$", START)
 

@@ -179,7 +179,7 @@ def test_changes_move_the_picture_no_more_than_needed(
 
 
 def test_sites_beside_their_bridge(browser: Browser, web: Web, make_node: Callable[..., Any]) -> None:
-    """Feature: other sites in the graph, with what flows between and what was dropped -- `pyros1 web`"""
+    """Feature: other sites in the graph, with their topics and dropped messages -- `pyros1 web`"""
     sites = [{"name": "red", "state": "present", "round_trip": 0.0123, "nodes": ["/red/driver"]}]
     flow = {"messages_per_second": 10.0, "bytes_per_second": 7200.0, "dropped": {"too old": 3}}
     status = {

@@ -52,7 +52,7 @@ class QueuedSubscriber:
         """Return the next message."""
         return self._queue.get(timeout=PATIENCE)
 
-    def hears(self, data: str) -> None:
+    def receives(self, data: str) -> None:
         """Wait for this text; others may come before."""
         while self.get().data != data:
             pass

@@ -8,7 +8,7 @@ from __future__ import annotations
 from itertools import count
 from typing import TYPE_CHECKING, NamedTuple
 
-from pyros1.bridge.exchange.actions import CallService, Provide, Return, ServiceAction, Unprovide
+from pyros1.bridge.exchange.actions import CallService, Provide, Return, ServiceAction, StopProviding
 from pyros1.bridge.exchange.services.served import LocalService
 from pyros1.bridge.protocol.calls import Status
 
@@ -100,7 +100,7 @@ class SimulatedServices:
             case Provide(local):
                 assert local not in self.provided, f"{local} is provided twice"
                 self.provided.add(local)
-            case Unprovide(local):
+            case StopProviding(local):
                 self.provided.remove(local)
             case CallService():
                 self._run(action)

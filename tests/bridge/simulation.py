@@ -19,13 +19,13 @@ from pyros1.bridge.exchange.actions import (
     Log,
     Provide,
     Publish,
-    Represent,
+    RepresentNode,
+    RestartConversion,
     Return,
     Send,
     SetOrigins,
-    StartAnew,
+    StopProviding,
     Subscribe,
-    Unprovide,
     Withdraw,
 )
 from pyros1.bridge.exchange.outgoing import ReceivedMessage
@@ -35,7 +35,7 @@ from pyros1.bridge.exchange.site import Site
 from pyros1.bridge.protocol.packets import MAX_PUBLISHERS
 from pyros1.bridge.rules.parsing import parse_config
 from pyros1.bridge.rules.rules import Rules
-from pyros1.bridge.transport.memory_link import Conditions, MemoryLink, MemoryNetwork
+from pyros1.bridge.transport.memory_link import MemoryLink, MemoryNetwork, NetworkConditions
 from pyros1.msgs import load_message
 
 from .simulated_services import SimulatedServices, check_services, check_that_calls_succeed
@@ -209,17 +209,17 @@ class SimulatedSite:
                     del self.kept[local], self.latched[local]
                 case Publish():
                     self._deliver(action)
-                case StartAnew(local, conversion):
+                case RestartConversion(local, conversion):
                     assert CONVERSIONS[local] == conversion
                 case Forget(local, source):
                     del self.kept[local][source]
-                case Provide() | Unprovide() | CallService() | Return():
+                case Provide() | StopProviding() | CallService() | Return():
                     self.services.act(action)
                 case _:
                     self._represent_or_log(action)
 
     def _represent_or_log(self, action: Action) -> None:
-        if isinstance(action, Represent):
+        if isinstance(action, RepresentNode):
             local = action.local
             assert (local in self.represented) != bool(action.node), f"{local} is represented twice, or not at all"
             (self.represented.add if action.node else self.represented.remove)(local)
@@ -252,7 +252,7 @@ class SimulatedSite:
         if local in self.subscribed:
             received = ReceivedMessage(publisher, STRING._md5sum, latched, body)
             is_bridged, conversion = publisher == "/bridge", CONVERSIONS.get(local)
-            if conversion and not self.site.sending.wants(local, conversion, received, is_bridged, self.now):
+            if conversion and not self.site.sending.would_send(local, conversion, received, is_bridged, self.now):
                 return
             self.act(self.site.on_message(local, received, is_bridged, self.now, conversion))
 
@@ -365,7 +365,7 @@ class Simulation:
             case "weather":
                 jitter, loss = random.choice([0.0, 0.05, 0.4, 3.0]), random.choice([0.0, 0.05, 0.3])
                 repetition = random.choice([0.0, 0.2])
-                self.network.conditions = Conditions(random.choice([0.001, 0.02, 0.3]), jitter, loss, repetition)
+                self.network.conditions = NetworkConditions(random.choice([0.001, 0.02, 0.3]), jitter, loss, repetition)
             case "restart":
                 site.start()
             case "slow":
@@ -377,7 +377,7 @@ class Simulation:
 
     def _calm_down(self) -> None:
         self.network.parted.clear()
-        self.network.conditions = Conditions(0.01)
+        self.network.conditions = NetworkConditions(0.01)
 
     # What must hold ---------------------------------------------------------------------------------------------------
 

@@ -12,7 +12,7 @@ from tests.bodies import decode, encode
 
 from pyros1.bridge.conversions.conversion import Conversion
 from pyros1.bridge.converting import Converting, Pending, Source
-from pyros1.bridge.exchange.outgoing import Drop, ReceivedMessage
+from pyros1.bridge.exchange.outgoing import DropReason, ReceivedMessage
 from pyros1.msgs.sensor_msgs.msg import LaserScan, PointCloud2
 
 from .conftest import PATIENCE
@@ -28,7 +28,7 @@ def pending(number: int, publisher: str = "/laser", **changes: Any) -> Pending:
 
 
 class Outlet:
-    """Notes what comes; converting stops at `wants` while the gate is closed."""
+    """Notes what comes; converting stops at `would_send` while the gate is closed."""
 
     def __init__(self) -> None:
         self.events: queue.Queue[tuple[Any, ...]] = queue.Queue()
@@ -37,7 +37,7 @@ class Outlet:
         self.answer = True
         self.asked: queue.Queue[float] = queue.Queue()
 
-    def wants(self, source: Source, pending: Pending) -> bool:
+    def would_send(self, source: Source, pending: Pending) -> bool:
         self.asked.put(pending.at)
         assert self.gate.wait(PATIENCE)
         return self.answer
@@ -97,7 +97,7 @@ def test_only_the_newest_of_each_publisher_waits(converting: Converting, outlet:
     for number in (2, 3, 4):
         converting.put(SCAN, pending(number))
     converting.put(SCAN, pending(9, "/second"))
-    assert [outlet.next() for _ in range(2)] == [("dropped", "/scan", Drop.OVERTAKEN)] * 2
+    assert [outlet.next() for _ in range(2)] == [("dropped", "/scan", DropReason.OVERTAKEN)] * 2
     assert outlet.events.empty(), "one source is converted by one thread at a time"
     outlet.gate.set()
     assert [outlet.next()[2:4] for _ in range(3)] == [("/laser", 1.0), ("/laser", 4.0), ("/second", 9.0)]
@@ -122,7 +122,7 @@ def test_what_is_not_wanted_is_not_converted(converting: Converting, outlet: Out
 
 def test_what_cannot_be_converted(converting: Converting, outlet: Outlet) -> None:
     converting.put(SCAN, pending(1, received=ReceivedMessage("/laser", LaserScan._md5sum, False, b"nonsense")))
-    assert outlet.next() == ("dropped", "/scan", Drop.UNCONVERTED)
+    assert outlet.next() == ("dropped", "/scan", DropReason.UNCONVERTED)
     assert {*converting.problems} == {"/scan"}
     converting.put(SCAN, pending(2))
     assert outlet.next()[0] == "sent"
@@ -131,9 +131,9 @@ def test_what_cannot_be_converted(converting: Converting, outlet: Outlet) -> Non
 
 def test_another_type(converting: Converting, outlet: Outlet) -> None:
     converting.put(SCAN, pending(1, type="std_msgs/String"))
-    assert outlet.next() == ("dropped", "/scan", Drop.TYPE)
+    assert outlet.next() == ("dropped", "/scan", DropReason.TYPE)
     converting.put(SCAN, pending(2, received=ReceivedMessage("/laser", "0" * 32, False, b"")))
-    assert outlet.next() == ("dropped", "/scan", Drop.TYPE)
+    assert outlet.next() == ("dropped", "/scan", DropReason.TYPE)
 
 
 def test_too_many_publishers(converting: Converting, outlet: Outlet) -> None:
@@ -142,7 +142,7 @@ def test_too_many_publishers(converting: Converting, outlet: Outlet) -> None:
     assert outlet.asked.get(timeout=PATIENCE) == 1
     for number in range(101):
         converting.put(SCAN, pending(2, f"/laser{number}"))
-    assert outlet.next() == ("dropped", "/scan", Drop.PUBLISHERS)
+    assert outlet.next() == ("dropped", "/scan", DropReason.PUBLISHERS)
     assert outlet.events.empty()
 
 
@@ -180,7 +180,7 @@ def test_a_topic_that_is_wanted_again_before_its_turn(converting: Converting, ou
 
 def test_problems_of_topics_that_are_not_wanted_any_more(converting: Converting, outlet: Outlet) -> None:
     converting.put(SCAN, pending(1, received=ReceivedMessage("/laser", LaserScan._md5sum, False, b"nonsense")))
-    assert outlet.next() == ("dropped", "/scan", Drop.UNCONVERTED)
+    assert outlet.next() == ("dropped", "/scan", DropReason.UNCONVERTED)
     converting.stop(SCAN)
     assert not converting.problems
 
@@ -188,7 +188,7 @@ def test_problems_of_topics_that_are_not_wanted_any_more(converting: Converting,
 class FailingOutlet(Outlet):
     """An outlet with a mistake."""
 
-    def wants(self, source: Source, pending: Pending) -> bool:
+    def would_send(self, source: Source, pending: Pending) -> bool:
         raise RuntimeError("a mistake")
 
 

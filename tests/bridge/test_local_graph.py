@@ -79,7 +79,7 @@ def test_publishers_that_do_not_answer(make_node: Callable[..., Node], monkeypat
     now = [100.0]
     monkeypatch.setattr("pyros1.bridge.local_graph.monotonic", lambda: now[0])
     graph = LocalGraph(Graph(node.master), lambda topic: topic == "/text", lambda *_: answers.pop(0))
-    assert graph.topics() == [] and graph.problems == {"/text": "its publishers have not said its type"}
+    assert graph.topics() == [] and graph.problems == {"/text": "its publishers have not reported its type"}
     assert graph.topics() == [] and len(answers) == 2, "it is not asked again at once"
     now[0] += 11
     assert graph.topics() == [], "any type is no type"

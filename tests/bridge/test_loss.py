@@ -84,7 +84,7 @@ class Listener:
     def sees_return(self) -> None:
         """Wait until the talker is found again, and its latched message comes again."""
         self.sees(True)
-        self.messages.hears("latched")
+        self.messages.receives("latched")
 
 
 @pytest.fixture
@@ -126,7 +126,7 @@ def test_one_of_two_publishers_is_killed(pair: tuple[RunningSite, RunningSite]) 
         program.kill()
         listener.sees(False)
         other.publish("from the other")
-        listener.messages.hears("from the other")
+        listener.messages.receives("from the other")
         subscriber: Any = listener.messages.subscriber
         assert subscriber.num_connections == 1
 

@@ -61,7 +61,7 @@ def test_topics_go_both_ways(pair: tuple[RunningSite, RunningSite]) -> None:
         subscriber = QueuedSubscriber(target.node, topic)
         wait_for_subscribers(publisher)
         publisher.publish("hello")
-        subscriber.hears("hello")
+        subscriber.receives("hello")
         assert target.topics()[topic] == "std_msgs/String"
 
 
@@ -144,7 +144,7 @@ def test_a_latched_message_goes_with_its_publisher(pair: tuple[RunningSite, Runn
     nodes[0].shutdown()
     wait_until(lambda: _sent(red, "/map")["publishers"] == ["/right"], "the bridge notes that left is gone")
     publishers[1].publish("second")
-    subscriber.hears("second")
+    subscriber.receives("second")
     assert (
         QueuedSubscriber(base.make_node("late"), "/red/map").get().data == "second"
     )  # and not that of left, which was older
@@ -159,20 +159,20 @@ def test_a_publisher_that_latches_comes_and_goes_without_breaking_connections(
     subscriber = QueuedSubscriber(base.node, "/red/state")
     wait_for_subscribers(plain)
     plain.publish("plain")
-    subscriber.hears("plain")
+    subscriber.receives("plain")
     link = subscriber.subscriber.links[0]
     latching = red.make_node("latching")
     publisher: Any = latching.advertise("/state", "std_msgs/String", latch=True)
     publisher.publish("latched")
-    subscriber.hears("latched")
+    subscriber.receives("latched")
     late = QueuedSubscriber(base.make_node("late"), "/red/state")
-    late.hears("latched")
+    late.receives("latched")
     plain.publish("plain again")
-    late.hears("plain again")
+    late.receives("plain again")
     latching.shutdown()
     wait_until(lambda: _sent(red, "/state")["publishers"] == [red.node.name], "the bridge notes that it is gone")
     plain.publish("the last")
-    subscriber.hears("the last")
+    subscriber.receives("the last")
     assert any(gets_first(base, plain, number) for number in range(20)), "nothing is latched any more"
     assert link in subscriber.subscriber.links, "the first subscriber is still connected"
 
@@ -256,7 +256,7 @@ def test_two_bridges_on_one_master_send_nothing_of_each_other(make_site: MakeSit
         subscriber = QueuedSubscriber(red.node, "/base/text")
         wait_for_subscribers(publisher)
         publisher.publish("hello")
-        subscriber.hears("hello")
+        subscriber.receives("hello")
         assert not [topic for topic in far.topics() if "text" in topic]
         assert own.name == "/own"
     finally:
@@ -269,14 +269,14 @@ def test_the_loss_of_the_router_and_its_return(pair: tuple[RunningSite, RunningS
     publisher.publish("before")
     base.has_topic("/red/map")
     subscriber = QueuedSubscriber(base.node, "/red/map")
-    subscriber.hears("before")
+    subscriber.receives("before")
     base.bridge_node.shutdown()
     wait_until(lambda: subscriptions(publisher) == 0, "red notes that base has left")
     publisher.publish("meanwhile")
     base.restart_bridge()
-    subscriber.hears("meanwhile")
+    subscriber.receives("meanwhile")
     publisher.publish("after")
-    subscriber.hears("after")
+    subscriber.receives("after")
 
 
 ROUTER = """
@@ -315,17 +315,17 @@ def test_a_router_in_the_middle_is_killed_and_returns(make_site: MakeSite, endpo
         for topic in ("/red/map", "/red/text"):
             base.has_topic(topic)
         maps, texts = QueuedSubscriber(base.node, "/red/map"), QueuedSubscriber(base.node, "/red/text")
-        maps.hears("before")
+        maps.receives("before")
         wait_for_subscribers(plain)
         plain.publish("before")
-        texts.hears("before")
+        texts.receives("before")
         kill(router)
         wait_until(lambda: json.loads(base.bridge.status())["sites"][0]["state"] == "lost", "the loss")
         latched.publish("meanwhile")
         plain.publish("meanwhile")
         wait_until(lambda: _sent(red, "/text")["messages"] == 2, "the bridge has taken it")
         router = start_router(endpoint)
-        maps.hears("meanwhile")
+        maps.receives("meanwhile")
         plain.publish("after")
         assert texts.get().data == "after", "what was published during the outage is not delivered later"
     finally:
@@ -339,7 +339,7 @@ def test_the_status_says_what_flows(pair: tuple[RunningSite, RunningSite]) -> No
     subscriber = QueuedSubscriber(base.node, "/red/text")
     wait_for_subscribers(publisher)
     publisher.publish("hello")
-    subscriber.hears("hello")
+    subscriber.receives("hello")
     status = json.loads(base.node.service("/bridge_base/bridge_status", "std_srvs/Trigger")().message)
     assert status["site"] == "base"
     assert [(site["name"], site["state"]) for site in status["sites"]] == [("red", "present")]
@@ -377,13 +377,13 @@ def test_the_master_is_away_for_a_while(pair: tuple[RunningSite, RunningSite]) -
     port = parse_uri(red.master.uri)[1]
     red.master.stop()
     publisher.publish("meanwhile")
-    subscriber.hears("meanwhile")
+    subscriber.receives("meanwhile")
     red.master = Master(port=port, bind_host="127.0.0.1")
     red.master.start()
     late: Any = red.node.advertise("/late", "std_msgs/String", latch=True)
     late.publish("after")
     base.has_topic("/red/late")
-    QueuedSubscriber(base.node, "/red/late").hears("after")
+    QueuedSubscriber(base.node, "/red/late").receives("after")
 
 
 def test_a_slow_site_gets_packets_of_its_own(

@@ -1,7 +1,7 @@
 """Services and parameters of one master that nodes of another one use, with eclipse-zenoh between them.
 
 Feature: services of other masters: `pyros1 bridge --serve` and `--call`; errors, and lost sites, are errors at once
-Feature: parameters of other masters, as far as they allow it -- `pyros1 bridge param`
+Feature: parameters of other masters that they let others read -- `pyros1 bridge param`
 """
 
 from __future__ import annotations

@@ -14,9 +14,9 @@ from typing import Any
 import pytest
 
 from pyros1.bridge.exchange.clock_offset import ClockOffset
-from pyros1.bridge.exchange.far_nodes import FarNodes
 from pyros1.bridge.exchange.outgoing import OutgoingTopic
 from pyros1.bridge.exchange.receiving import Receiving
+from pyros1.bridge.exchange.remote_nodes import RemoteNodes
 from pyros1.bridge.exchange.sending import Sending
 from pyros1.bridge.exchange.services.calls import Calls
 from pyros1.bridge.exchange.services.served import Served
@@ -92,7 +92,7 @@ MISTAKES: dict[str, tuple[Any, str, Any, str]] = {
     ),
     "what a lost site offers stays published": (Receiving, "_present", lambda self, peer: peer in self._peers, "lost"),
     "pauses never end": (Receiving, "end_pauses", lambda *_: False, "subscribes|represents"),
-    "nodes that are gone stay": (FarNodes, "update", add_only(FarNodes.update), "represents|lost"),
+    "nodes that are gone stay": (RemoteNodes, "update", add_only(RemoteNodes.update), "represents|lost"),
     "what is for all is not listened to again": (
         Receiving,
         "set_separate",

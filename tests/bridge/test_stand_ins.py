@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from pyros1.bridge.exchange.actions import Represent
+from pyros1.bridge.exchange.actions import RepresentNode
 from pyros1.bridge.local_graph import find_bridges
 from pyros1.bridge.stand_ins import StandIns
 from pyros1.graph import Graph
@@ -18,8 +18,8 @@ from pyros1.node import Node
 from .conftest import wait_until
 
 MakeNode = Callable[..., Node]
-TALKER = Represent("/red/talker", "red", "/talker")
-GONE = Represent("/red/talker", "", "")
+TALKER = RepresentNode("/red/talker", "red", "/talker")
+RESEND_REFUSAL = RepresentNode("/red/talker", "", "")
 
 
 @pytest.fixture
@@ -50,7 +50,7 @@ def test_a_node_comes_and_goes(stand_ins: StandIns, bridge: Node) -> None:
     assert not any("/red/talker" in nodes for nodes in state.publishers.values())
     provided = {service for service, nodes in state.services.items() if "/red/talker" in nodes}
     assert provided == {"/red/talker/bridged_node"}, "the others are the real node's"
-    stand_ins.note(GONE)
+    stand_ins.note(RESEND_REFUSAL)
     stand_ins.update()
     assert uri(bridge) is None
 
@@ -61,7 +61,7 @@ def test_a_node_that_was_replaced_gets_another_one(stand_ins: StandIns, bridge: 
     before = uri(bridge)
     stand_ins.update()
     assert uri(bridge) == before
-    for action in (GONE, TALKER):
+    for action in (RESEND_REFUSAL, TALKER):
         stand_ins.note(action)
     stand_ins.update()
     assert uri(bridge) not in (None, before)
@@ -108,7 +108,7 @@ def test_a_registration_that_is_left_of_a_dead_node_does_not_count(
 def test_not_all_start_at_once(stand_ins: StandIns, bridge: Node, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("pyros1.bridge.stand_ins.MAX_STARTS", 2)
     for number in range(5):
-        stand_ins.note(Represent(f"/red/n{number}", "red", f"/n{number}"))
+        stand_ins.note(RepresentNode(f"/red/n{number}", "red", f"/n{number}"))
     counts = []
     for _ in range(3):
         stand_ins.update()
@@ -130,6 +130,6 @@ def test_a_node_that_starts_while_all_end(stand_ins: StandIns, bridge: Node, mon
 
     monkeypatch.setattr(Node, "advertise_service", close_first)
     for name in ("listener", "other"):
-        stand_ins.note(Represent(f"/red/{name}", "red", f"/{name}"))
+        stand_ins.note(RepresentNode(f"/red/{name}", "red", f"/{name}"))
     stand_ins.update()
     assert find_bridges(Graph(bridge.master).state()) == frozenset()

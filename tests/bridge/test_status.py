@@ -76,7 +76,7 @@ STATUS = {
     "waiting_bytes": 0,
     "overflowed": 3,
     "ignored": {"red: not a packet's head": 2},
-    "problems": {"/x": "its publishers have not said its type"},
+    "problems": {"/x": "its publishers have not reported its type"},
     "trouble": {"packets that could not be sent": 1},
 }
 
@@ -92,7 +92,7 @@ def test_lines() -> None:
         "takes:",
         "  /red/odom  from red: wanted  1500 messages, 1.1 MB, now 50.02 Hz, 36.0 kB/s; dropped: 2 repeated, 1 too old",
         "  not taken: red:/cmd from red: no rule takes it",
-        "  /x: its publishers have not said its type",
+        "  /x: its publishers have not reported its type",
         "  3 packets dropped, since they came faster than they could be handled",
         "  ignored: red: not a packet's head (2 times)",
         "  problem: packets that could not be sent (1 time)",

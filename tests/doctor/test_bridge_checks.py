@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from pyros1 import __version__
-from pyros1.bridge.exchange.outgoing import Drop
+from pyros1.bridge.exchange.outgoing import DropReason
 from pyros1.bridge.exchange.peer import State
 from pyros1.bridge.exchange.site import Site
 from pyros1.bridge.protocol.packets import Kind, decode_head, encode_head
@@ -91,9 +91,9 @@ def test_nothing_when_all_is_well() -> None:
         ),
         (received(state=NO_RULE, local=""), "bridge-not-taken", ("/listener: /red/odom",)),
         (
-            {"problems": {"/x": "its publishers have not said its type"}},
+            {"problems": {"/x": "its publishers have not reported its type"}},
             "bridge-topic",
-            ("/bridge_base: /x: its publishers have not said its type",),
+            ("/bridge_base: /x: its publishers have not reported its type",),
         ),
         (received(dropped={"too old": 10}), "bridge-drops", ("/bridge_base: red:/odom: 10 of 100",)),
         (
@@ -128,7 +128,7 @@ def test_a_status_that_cannot_be_read(status: dict[str, Any]) -> None:
 
 
 def test_the_words_are_those_of_bridges() -> None:
-    reasons = {value for name, value in vars(Drop).items() if name.isupper()}
+    reasons = {value for name, value in vars(DropReason).items() if name.isupper()}
     assert set(DROPS) <= reasons
     assert {LOST, PRESENT} <= {state.value for state in State}
     site = Site(parse_config("", "f", "base").rules, 1, 0.0)

@@ -63,12 +63,12 @@ def test_services_and_actions(types: RclpyPackages) -> None:
         ("std_msgs/msg/String", ""),
         ("lab_msgs/srv/Clean", ""),
         ("lab_msgs/action/Walk_SendGoal", ""),
-        ("yard_msgs/msg/Tree", "package yard_msgs is not installed beside rclpy"),
-        ("lab_msgs/msg/Chair", "package lab_msgs, as it is installed beside rclpy, has no msg/Chair"),
-        ("lab_msgs/srv/Bench", "package lab_msgs, as it is installed beside rclpy, has no srv/Bench"),
+        ("yard_msgs/msg/Tree", "package yard_msgs is not installed in this ROS 2 installation"),
+        ("lab_msgs/msg/Chair", "package lab_msgs of this ROS 2 installation has no msg/Chair"),
+        ("lab_msgs/srv/Bench", "package lab_msgs of this ROS 2 installation has no srv/Bench"),
         ("lab_msgs/msg/Broken", "the definition of lab_msgs/msg/Broken cannot be read: "),
         ("../share/msg/Bench", "'../share/msg/Bench' is not the name of a ROS 2 type"),
-        ("json/msg/Decoder", "package json is not installed beside rclpy"),
+        ("json/msg/Decoder", "package json is not installed in this ROS 2 installation"),
     ],
 )
 def test_problems(types: RclpyPackages, name: str, problem: str) -> None:

@@ -35,7 +35,7 @@ def test_a_tree_with_all_types() -> None:
 
 def test_a_position_that_is_given_wins_over_mimic() -> None:
     positions = {"turn": 1.0, "twin": 0.5}
-    Kinematics(read_robot(ALL)).add_followers(positions)
+    Kinematics(read_robot(ALL)).add_mimic_joints(positions)
     assert positions == {"turn": 1.0, "twin": 0.5, "another": 1.5}
 
 

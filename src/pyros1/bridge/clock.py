@@ -9,8 +9,8 @@ from functools import partial
 
 
 def choose_clock() -> Callable[[], float]:
-    """Return a function that returns the seconds of a clock that never jumps, and that goes on while the machine
-    sleeps: what waited meanwhile must look old.
+    """Return the function of a monotonic clock that also advances while the machine is suspended, so that whatever
+    waited meanwhile looks old.
     """
     if sys.platform == "linux":
         return partial(time.clock_gettime, time.CLOCK_BOOTTIME)

@@ -1,8 +1,8 @@
-"""Converts messages on their way from a node to the site's state machine, on threads of its own.
+"""Converts messages on their way from a node to the site's state machine, in its own threads.
 
-Converting a picture takes longer than a node's thread may be held up, and than the state machine may be locked. So a
-message waits until a thread is free, and only the newest of each publisher does: what is not converted in time is
-dropped. Only messages that would be sent are converted.
+Converting an image takes too long for a node's thread, or for the lock of the state machine. So messages wait for a
+free thread, but only the newest of each publisher: those that are not converted in time are dropped. Only messages that
+would be sent are converted.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from typing import NamedTuple, Protocol
 
 from pyros1.bridge.conversions.conversion import Conversion
 from pyros1.bridge.conversions.converters import Converter, converted_type
-from pyros1.bridge.exchange.outgoing import Drop, ReceivedMessage
+from pyros1.bridge.exchange.outgoing import DropReason, ReceivedMessage
 from pyros1.ground.errors import Error
 
 _THREADS = 2
@@ -42,14 +42,14 @@ class Pending(NamedTuple):
 
 
 class Outlet(Protocol):
-    """What becomes of messages; called in any thread, without locks of the converting ones."""
+    """Receives the results; called in any thread, without the locks of the converting threads."""
 
-    def wants(self, source: Source, pending: Pending) -> bool:
+    def would_send(self, source: Source, pending: Pending) -> bool:
         """Return whether a message would be sent if it were converted; otherwise it counts as dropped."""
         ...
 
     def send(self, source: Source, pending: Pending) -> None:
-        """Take a message that has been converted."""
+        """Handle a message that has been converted."""
         ...
 
     def drop(self, source: Source, reason: str) -> None:
@@ -58,7 +58,7 @@ class Outlet(Protocol):
 
 
 class _Work:
-    """What waits for a source. One thread at a time converts for it."""
+    """The waiting messages of a source. One thread at a time converts them."""
 
     def __init__(self) -> None:
         self.pending: dict[str, Pending] = {}  # publisher -> its newest message
@@ -69,11 +69,11 @@ class _Work:
 
 
 class Converting:
-    """The threads that convert. They start with the first message.
+    """The converting threads, which start with the first message.
 
     Args:
         outlet: what becomes of messages.
-        on_mistake: is called with exceptions that only a mistake of ours explains.
+        on_mistake: called with unexpected exceptions, which are bugs in pyros1.
 
     Attributes:
         problems: topic -> why its last message could not be converted.
@@ -90,32 +90,32 @@ class Converting:
         self._is_closing = False
 
     def start(self, source: Source) -> None:
-        """Take messages of a source from now on."""
+        """Start accepting messages of a source."""
         with self._has_work:
             self._works[source] = _Work()
 
     def stop(self, source: Source) -> None:
-        """Take no messages of a source any longer, and forget those that wait."""
+        """Stop accepting messages of a source, and discard those that wait."""
         with self._has_work:
             self._works.pop(source, None)
             self.problems.pop(source[0], None)
 
     def restart(self, source: Source) -> None:
-        """Let the next message be one that makes sense without those before, since somebody new receives."""
+        """Make the next message decodable without earlier ones, for a new receiver."""
         with self._has_work:
             if source in self._works:
                 self._works[source].must_restart = True
 
     def put(self, source: Source, pending: Pending) -> None:
-        """Leave a message to the threads. It takes the place of one of its publisher that waits."""
+        """Queue a message for the threads. It replaces a waiting message of the same publisher."""
         publisher = pending.received.publisher
         with self._has_work:
             work = self._works.get(source)
             if work is None or self._is_closing:
                 return
-            problem = Drop.OVERTAKEN if publisher in work.pending else ""
+            problem = DropReason.OVERTAKEN if publisher in work.pending else ""
             if not problem and len(work.pending) >= _MAX_PUBLISHERS:
-                problem = Drop.PUBLISHERS
+                problem = DropReason.PUBLISHERS
             else:
                 work.pending[publisher] = pending
             self._enqueue(source, work)
@@ -123,7 +123,7 @@ class Converting:
             self._outlet.drop(source, problem)
 
     def _enqueue(self, source: Source, work: _Work) -> None:
-        """Let a thread handle a source, unless one does."""
+        """Assign a thread to a source, unless it has one."""
         if work.is_queued or not work.pending:
             return
         work.is_queued = True
@@ -148,7 +148,7 @@ class Converting:
                 must_restart, work.must_restart = work.must_restart, False
             try:
                 self._convert(source, work, pending, must_restart)
-            except Exception as error:  # noqa: BLE001 - a mistake of ours must not end the thread silently
+            except Exception as error:  # noqa: BLE001 - a bug must not end the thread silently
                 self._on_mistake(error)
             with self._has_work:
                 work.is_queued = False
@@ -160,20 +160,20 @@ class Converting:
         try:
             new_type = converted_type(conversion, pending.type, received.md5sum)
             if new_type is None:
-                self._outlet.drop(source, Drop.TYPE)
+                self._outlet.drop(source, DropReason.TYPE)
                 return
             if work.converter is None or work.type != pending.type:
                 work.converter, work.type = Converter(conversion, pending.type), pending.type
             if must_restart:
                 work.converter.restart()
-            if not self._outlet.wants(source, pending):
+            if not self._outlet.would_send(source, pending):
                 return
             body = work.converter.convert(received.publisher, received.body, pending.at)
         except Error as error:
             with self._has_work:
                 if self._works.get(source) is work:
                     self.problems[topic] = str(error)
-            self._outlet.drop(source, Drop.UNCONVERTED)
+            self._outlet.drop(source, DropReason.UNCONVERTED)
             return
         if self.problems:
             with self._has_work:

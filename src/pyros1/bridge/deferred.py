@@ -1,8 +1,8 @@
-"""What waits for the thread that talks to the master, which may take long, and the messages that wait behind it.
+"""Queues actions for the thread that talks to the master, which may be slow, and the messages that depend on them.
 
-For each topic, only what still matters is kept: whether to end what there is, and what to begin; nothing of one that
-has never begun and is not wanted any more. So however often another site changes its mind, and whatever names it makes
-up, no more than that waits. Messages for a topic that is about to be published wait until it is.
+For each topic, only the net change is kept: whether to end what exists, and what to start. Nothing is kept for a topic
+that was never started and is no longer wanted, so another site cannot fill this queue by changing its requests or by
+inventing names. Messages for a topic that is about to be published wait until it is.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ _Key = tuple[bool, str, Conversion | None]  # whether it is about a subscription
 
 
 class _Pending:
-    """What is to be done about a topic: an end, then a beginning, then a change; each may be missing."""
+    """The pending actions of a topic: an end, then a start, then a change; each may be missing."""
 
     def __init__(self) -> None:
         self.end: Change | None = None
@@ -43,7 +43,7 @@ class _Pending:
 
 
 class Deferred:
-    """What waits for the master. May be used in several threads.
+    """The actions that wait for the master. May be used in several threads.
 
     Args:
         clock: returns seconds.
@@ -74,14 +74,14 @@ class Deferred:
             pending = self._pending.setdefault(key, pending or _Pending())
             if isinstance(action, SetOrigins):
                 pending.change = action
-            elif _begins(action):
+            elif _is_start(action):
                 pending.begin, pending.change = action, None
             else:
                 pending.end, pending.begin, pending.change = action, None, None
                 if isinstance(action, Withdraw):
-                    self.dropped += len(self._take_held(action.local))
+                    self.dropped += len(self._take_waiting(action.local))
                 if key not in self._begun:
-                    del self._pending[key]  # it has never begun, and need not any more
+                    del self._pending[key]  # it was never started, so nothing is left to do
             self._changed.notify()
 
     def hold(self, action: Publish | Forget) -> bool:
@@ -94,7 +94,7 @@ class Deferred:
                 return False
             if isinstance(action, Forget):
                 gone = self._held.get(local, {}).pop(action.source, [])
-                self._count_held(-1, [message for _, message in gone])
+                self._count_waiting(-1, [message for _, message in gone])
                 return False
             if self._held_count and (
                 self._held_count >= MAX_MESSAGES or self._held_bytes + len(action.body) > MAX_BYTES
@@ -104,22 +104,22 @@ class Deferred:
                 self._held_number += 1
                 messages = self._held.setdefault(local, {}).setdefault(action.source, [])
                 messages.append((self._held_number, action))
-                self._count_held(1, [action])
+                self._count_waiting(1, [action])
             return True
 
-    def _count_held(self, sign: int, messages: list[Publish]) -> None:
+    def _count_waiting(self, sign: int, messages: list[Publish]) -> None:
         self._held_count += sign * len(messages)
         self._held_bytes += sign * sum(len(message.body) for message in messages)
 
-    def _take_held(self, local: str) -> list[Publish]:
+    def _take_waiting(self, local: str) -> list[Publish]:
         held = sorted(chain.from_iterable(self._held.pop(local, {}).values()), key=itemgetter(0))
         messages = [message for _, message in held]
-        self._count_held(-1, messages)
+        self._count_waiting(-1, messages)
         return messages
 
     def pop(self, timeout: float = 0.0) -> list[Change]:
-        """Wait for something to do, and return it: what is to be done now about one topic, in order. Afterwards, `done`
-        or `fail` must be called; if neither was, a mistake of ours has kept it from being done, and it counts as
+        """Wait for actions, and return those that are due for one topic, in order. Afterwards, `done`
+        or `fail` must be called; if neither was, a bug has prevented it, and it counts as
         failed.
 
         Args:
@@ -154,7 +154,7 @@ class Deferred:
         return None
 
     def done_if_nothing_waits(self) -> bool:
-        """Note that what was popped has been done, unless messages wait for it; return whether that is so."""
+        """Mark the popped actions as done, unless messages wait for them; return whether they were marked."""
         with self._changed:
             if self._busy is not None and self._busy[1] in self._held:
                 return False
@@ -162,7 +162,7 @@ class Deferred:
             return True
 
     def done(self) -> list[Publish]:
-        """Note that what was popped has been done, and return what waited for it, in order."""
+        """Mark the popped actions as done, and return the messages that waited for them, in order."""
         with self._changed:
             return self._done()
 
@@ -176,11 +176,11 @@ class Deferred:
                 self._withdrawn_at[key] = self._clock()
         if key is None or key[0] or key in self._pending:
             return []
-        return self._take_held(key[1])
+        return self._take_waiting(key[1])
 
     def fail(self, actions: list[Change]) -> None:
-        """Note that some of the actions that were popped could not be done: `retry` tries again, unless something else
-        is wanted by then.
+        """Record that some of the popped actions failed: `retry` tries them again, unless they have been superseded by
+        then.
         """
         with self._changed:
             self._fail(actions)
@@ -196,25 +196,25 @@ class Deferred:
             if isinstance(action, SetOrigins):
                 if not is_superseded:
                     pending.change = pending.change or action
-            elif not _begins(action):
+            elif not _is_start(action):
                 pending.end = pending.end or action
             elif not is_superseded:
                 pending.begin = action
 
     def retry(self) -> None:
-        """Let what has failed be tried again."""
+        """Queue the failed actions again."""
         with self._changed:
             self._pending.update(self._failed)
             self._failed.clear()
 
     def wake(self) -> None:
-        """End the waiting of `pop`, or the next one."""
+        """Wake the thread that waits in `pop`, or let the next `pop` return at once."""
         with self._changed:
             self._is_woken = True
             self._changed.notify_all()
 
 
-def _begins(action: Change) -> bool:
+def _is_start(action: Change) -> bool:
     return isinstance(action, Advertise) or (isinstance(action, Subscribe) and action.on)
 
 

@@ -1,4 +1,4 @@
-"""What a bridge logs of its connections: that there is none, and who connects but may do nothing. No I/O."""
+"""What a bridge logs about its connections: that there are none, and connections without any permissions. No I/O."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ from pyros1.bridge.transport.connections import Connections
 from pyros1.bridge.transport.link import Link
 
 PATIENCE = 5.0
-"""Seconds without a connection after which that is logged: usually, bridges start one after the other."""
+"""Seconds without a connection after which that is logged: bridges rarely start at the same moment."""
 
 
 class LinkReport:
-    """What has been logged of a link.
+    """Decides what to log about a link.
 
     Args:
         link: the link.
-        allowed: the names in certificates of those who may do something; empty for all.
+        allowed: the names in certificates of those that may do something; empty for all.
         whom: what it connects to.
     """
 
@@ -29,7 +29,7 @@ class LinkReport:
         self._logged = ""
 
     def update(self, now: float) -> list[Log]:
-        """Return what to log now. To be called about once per second."""
+        """Return the lines to log now. Call this about once per second."""
         lines = [
             Log(event.text, is_warning=True)
             for event in self._connections.update(self._link.connections())

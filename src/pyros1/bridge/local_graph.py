@@ -23,7 +23,7 @@ _QUERY_TIME = 1.0
 _MAX_QUERIES = 32
 """Maximum number of publishers that are asked at a time."""
 ASKING_TIME = 0.5
-"""Seconds after which no more publishers are asked before the next look at the master."""
+"""Seconds after which no more publishers are asked before the master is polled again."""
 RETRY_PERIOD = 10.0
 """Seconds after which a publisher that did not answer is asked again."""
 _Asked = tuple[str, str]  # publisher and topic
@@ -49,8 +49,8 @@ class LocalGraph:
 
     Attributes:
         bridges: the nodes that are bridges.
-        publishers: the other nodes that publish what can be sent, as the master says.
-        lost: those of them that do not respond any more, set by the caller; their topics are left out.
+        publishers: the other nodes that publish what can be sent, from the master.
+        lost: those of them that do not respond any longer, set by the caller; their topics are left out.
         problems: topic -> why it cannot be sent.
         is_behind: whether more publishers were to be asked than can be at a time.
         state: the state of the master when it was last asked.
@@ -75,7 +75,7 @@ class LocalGraph:
         self._outdated: set[_Asked] = set()
 
     def check_type(self, node: str, topic: str, md5sum: str) -> None:
-        """Ask a publisher again if its messages are of another type than it has said: a node of its name has started
+        """Ask a publisher again if its messages are of another type than it reported: a node of its name has started
         since then. Called in any thread.
         """
         answer = self._answers.get((node, topic))
@@ -142,7 +142,7 @@ class LocalGraph:
     def _topic(self, name: str, nodes: list[str]) -> LocalTopic | None:
         answers = [(node, answer.type) for node in nodes if (answer := self._answers.get((node, name))) and answer.type]
         if not answers:
-            self.problems[name] = "its publishers have not said its type"
+            self.problems[name] = "its publishers have not reported its type"
             return None
         first = answers[0][1]
         same = [(node, answer) for node, answer in answers if answer.md5sum == first.md5sum]

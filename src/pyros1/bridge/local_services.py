@@ -103,5 +103,5 @@ class LocalServices:
             request = read_type(header.get("request_type", f"{type_name}Request"))
             response = read_type(header.get("response_type", f"{type_name}Response"))
         except PacketError:
-            raise ServiceUnavailableError(f"{node} does not say its type") from None
+            raise ServiceUnavailableError(f"{node} does not report its type") from None
         return LocalService(service, str(type_name), str(md5sum), str(request), str(response), node)

@@ -56,7 +56,7 @@ def check_site_name(name: str) -> str:
     return name
 
 
-def site_of_keys(name: str) -> str:
+def site_of_key_name(name: str) -> str:
     """Return the site to which keys of a name belong. ``red`` and ``red-2`` are keys of the site ``red``: with a new
     name, the old keys can be shut out.
 

@@ -1,5 +1,5 @@
-"""Packets that come over the link: the link's thread handles a packet at once where nothing waits, since a change of
-threads costs as much as all the rest. Otherwise a thread handles it, which also lets the state machine's time pass.
+"""Handles packets from the link: in the link's own thread while nothing waits, since a thread switch costs as much as
+the rest; otherwise in a worker thread, which also calls the state machine's timer.
 """
 
 from __future__ import annotations
@@ -20,14 +20,14 @@ _JOIN_TIME = 3.0
 
 
 class PacketWorker:
-    """Handles packets one after the other, in the order that the inbox gives.
+    """Handles packets one at a time, in the order of the inbox.
 
     Args:
         lock: guards the state machine; held while the functions below are called.
         clock: returns the site's time in seconds.
         on_packet: handles a packet.
         on_tick: called each tenth of a second with the time.
-        on_error: called with exceptions that these raise, which are mistakes of ours.
+        on_error: called with exceptions that these raise, which are bugs in pyros1.
 
     Attributes:
         inbox: the packets that wait.
@@ -67,7 +67,7 @@ class PacketWorker:
         with self._lock:
             if not self._may_handle(packet):
                 self.inbox.put(packet)
-                if not self._is_busy:  # whoever is busy looks for more
+                if not self._is_busy:  # the busy thread checks the queue again
                     self._changed.notify()
                 return
             self._is_busy = True
@@ -97,7 +97,7 @@ class PacketWorker:
     def _handle(self, packet: Received) -> None:
         try:
             self._on_packet(packet, self._clock())
-        except Exception as error:  # noqa: BLE001 - a mistake of ours must not end the bridge silently
+        except Exception as error:  # noqa: BLE001 - a bug must not end the bridge silently
             self._on_error(error)
 
     def _run(self) -> None:

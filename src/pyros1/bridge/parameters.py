@@ -20,7 +20,7 @@ from pyros1.wire.xmlrpc import dumps_response, loads_response
 PARAMETER_SERVICE = "bridge_parameters"
 """Name of the service, below a bridge's name, by which programs here read parameters of other sites."""
 ROS2_SITE = "ros2"
-"""What stands for ROS 2 in place of a site's name, at a bridge to it."""
+"""The name for ROS 2 in place of a site's name, at a bridge to it."""
 _MAX_QUESTION = 2_000
 
 
@@ -46,7 +46,7 @@ def encode_question(question: Question) -> bytes:
 
 
 def decode_question(body: bytes) -> Question:
-    """Return a question. Whether ROS 1 allows its name, `check_name` says: ROS 2 allows more.
+    """Return a query. `check_name` checks whether ROS 1 allows its name, since ROS 2 allows more.
 
     Raises:
         ParameterError: it is not valid.

@@ -1,4 +1,4 @@
-"""Watches the nodes here that publish what other sites want: one that was killed stays registered with the master."""
+"""Watches the local nodes that publish what other sites request: a killed node stays registered with the master."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class PublisherWatch:
 
     @property
     def lost(self) -> frozenset[str]:
-        """The watched nodes that were found once, and do not respond any more."""
+        """The watched nodes that have responded before, and no longer do."""
         return self._lost
 
     def update(self, wanted: Iterable[str], registered: Collection[str]) -> None:
@@ -77,10 +77,10 @@ class PublisherWatch:
         self._on_change()
 
     def _note(self, name: str, responds: bool | None) -> None:
-        """Note whether a node responds; None if it is not watched any more. Called with the lock."""
+        """Record whether a node responds; None if it is not watched any longer. Called with the lock."""
         self._responding = self._responding | {name} if responds else self._responding - {name}
         self._lost = self._lost | {name} if responds is False else self._lost - {name}
 
     def close(self) -> None:
-        """Watch nothing any longer."""
+        """Stop watching."""
         self.update((), ())

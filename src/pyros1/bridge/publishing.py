@@ -78,7 +78,7 @@ class Publishing:
         publisher.unregister()
 
     def set_origins(self, local: str, origins: tuple[str, ...]) -> None:
-        """Name other original publishers to those who subscribe from now on."""
+        """Name other original publishers in the headers of new connections."""
         with self._lock:
             topic = self._topics.get(local)
             if topic is not None:
@@ -98,7 +98,7 @@ class Publishing:
         )
 
     def withdraw(self, local: str) -> None:
-        """Publish a topic no longer. This waits for the master."""
+        """Stop publishing a topic. This waits for the master."""
         with self._lock:
             topic = self._topics.pop(local, None)
             for source in topic.latched if topic is not None else ():
@@ -130,7 +130,7 @@ class Publishing:
         return True
 
     def forget(self, action: Forget) -> None:
-        """Keep the last message of a source no longer."""
+        """Discard the last message of a source."""
         with self._lock:
             topic = self._topics.get(action.local)
             publisher = topic.latched.pop(action.source, None) if topic is not None else None
@@ -139,7 +139,7 @@ class Publishing:
             publisher.unregister()
 
     def _note_size(self, local: str, source: Source, size: int | None) -> None:
-        """Note the size of a latched message; None if there is none any more. Called with the lock."""
+        """Record the size of a latched message; None if there is none any longer. Called with the lock."""
         sizes = self._sizes.setdefault(source[0], {})
         self._totals[source[0]] = self._totals.get(source[0], 0) + (size or 0) - sizes.pop((local, source), 0)
         if size is not None:
@@ -167,6 +167,6 @@ class Publishing:
         )
 
     def close(self) -> None:
-        """Publish nothing any longer."""
+        """Stop publishing."""
         for local in [*self._topics]:
             self.withdraw(local)

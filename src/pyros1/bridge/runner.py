@@ -37,18 +37,18 @@ from pyros1.bridge.exchange.actions import (
     ProbeReply,
     Provide,
     Publish,
-    Represent,
+    RepresentNode,
+    RestartConversion,
     Return,
     Send,
     SetOrigins,
-    StartAnew,
+    StopProviding,
     Subscribe,
-    Unprovide,
     Withdraw,
 )
-from pyros1.bridge.exchange.allowance import Allowance
 from pyros1.bridge.exchange.outgoing import ReceivedMessage
 from pyros1.bridge.exchange.site import Site
+from pyros1.bridge.exchange.token_bucket import TokenBucket
 from pyros1.bridge.link_report import LinkReport
 from pyros1.bridge.local_graph import LocalGraph
 from pyros1.bridge.packet_worker import PacketWorker
@@ -73,9 +73,9 @@ from pyros1.node.log.levels import INFO, WARN
 from pyros1.node.subscribing.subscriber import Subscriber
 
 _POLL_PERIOD = 1.0
-"""Seconds between questions to the master."""
+"""Seconds between polls of the master."""
 _DEMAND_PERIOD = 0.2
-"""Seconds between looks at who subscribes to what the bridge publishes."""
+"""Seconds between checks of which published topics have subscribers."""
 _QUEUE_SIZE = 1000
 """Messages of a publisher that wait for the bridge: it only queues them, so they hardly ever do."""
 _JOIN_TIME = 3.0
@@ -92,7 +92,7 @@ class Bridge:
         node: the bridge's node; it must run callbacks inline.
         rules: the site's rules.
         make_link: returns the link, given the function that takes its packets.
-        allowed: the names in certificates of those who may connect and do something; empty for all.
+        allowed: the names in certificates of those that may connect and do something; empty for all.
 
     Raises:
         LinkError: the link cannot start.
@@ -123,14 +123,14 @@ class Bridge:
         self._worker = PacketWorker(self._lock, steady_now, self._on_packet, self._tick, self._node.log.internal_error)
         self._link = make_link(self._worker.receive)
         self._link_report = LinkReport(self._link, allowed)
-        self._log_allowance = Allowance(_LOG_RATE, _LOG_BURST)
+        self._log_bucket = TokenBucket(_LOG_RATE, _LOG_BURST)
         self._sender = Sender(self._link, steady_now, self._on_link_error, self._make_probes, self._on_slow)
         self._master_thread = threading.Thread(target=self._run_master_thread, name="bridge: master", daemon=True)
         with self._lock:
             self._act(self._site.start())
         self._worker.start()
         self._master_thread.start()
-        node.on_shutdown(self.close)  # at once, if the node has ended meanwhile: so not before there are threads to end
+        node.on_shutdown(self.close)  # may call it at once, so the threads must exist
         try:
             node.advertise_service(f"~{STATUS_SERVICE}", "std_srvs/Trigger", lambda _: (True, self.status()))
             self._services.start()
@@ -150,19 +150,21 @@ class Bridge:
         self._act(self._site.on_packet(*packet, now))
 
     def _tick(self, now: float) -> None:
-        """Let time pass. Called with the lock."""
+        """Call the state machine's timer. Called with the lock."""
         self._act(self._site.tick(now))
         self.inbox.known = self._site.known()
         if self._rates.is_due(now):
             self._rates.add(flow_counts(self._site), now)
 
     def _do_next(self, step: Callable[[float], Iterable[Action]]) -> None:
-        """Call a function of the state machine with the current time, and do what it asks for."""
+        """Call a function of the state machine with the current time, and carry out the actions that it returns."""
         with self._lock:
             self._act(step(steady_now()))
 
     def _act(self, actions: Iterable[Action]) -> None:
-        """Do what the state machine asks for, or leave it to the master thread if it may wait. Called with the lock."""
+        """Carry out the state machine's actions, or queue them for the master thread if they may block. Called with the
+        lock.
+        """
         for action in actions:
             match action:
                 case Send():
@@ -172,25 +174,25 @@ class Bridge:
                 case Forget():
                     if not self._deferred.hold(action):
                         self._publishing.forget(action)
-                case Represent():
+                case RepresentNode():
                     self._stand_ins.note(action)
                     self._deferred.wake()
                 case Listen(site, key, on):
                     self._sender.listen(site, key, on)
                 case ProbeReply(site, number):
                     self._sender.on_probe_reply(site, number)
-                case Provide() | Unprovide() | CallService() | Return():
+                case Provide() | StopProviding() | CallService() | Return():
                     self._act(self._services.act(action, steady_now()))
                 case Log():
                     self._log(action)
-                case StartAnew():
+                case RestartConversion():
                     self._converting.restart((action.local, action.conversion))
                 case Subscribe() | SetOrigins() | Advertise() | Withdraw():
                     self._deferred.put(action)
 
     def _log(self, log: Log) -> None:
-        """Log a text at once; if they come in floods, as others that other programs cause."""
-        if not self._log_allowance.take(steady_now()):
+        """Log a text, rate limited like other messages about peers."""
+        if not self._log_bucket.take(steady_now()):
             self._node.log.peer_event(WARN if log.is_warning else INFO, "%s", one_line(log.text))
         elif log.is_warning:
             self._node.log.warn("%s", one_line(log.text))
@@ -213,7 +215,7 @@ class Bridge:
             return self._site.probes(receiver, number, priority)
 
     def _on_slow(self, site: str) -> None:
-        """Note that a site holds up others. Called by the sender's threads."""
+        """Record that a site holds up others. Called by the sender's threads."""
         self._do_next(lambda now: self._site.on_slow(site, now))
 
     def _on_link_error(self, error: Exception) -> None:
@@ -230,7 +232,7 @@ class Bridge:
         while not self._is_closing:
             try:
                 self._look_after_master()
-            except Exception as error:  # noqa: BLE001 - a mistake of ours must not end the bridge silently
+            except Exception as error:  # noqa: BLE001 - a bug must not end the bridge silently
                 self._node.log.internal_error(error)
 
     def _look_after_master(self) -> None:
@@ -255,7 +257,7 @@ class Bridge:
                 self._act(self._site.set_demand(demand, steady_now()))
 
     def _change(self, changes: list[Change]) -> None:
-        """Do what may wait for the master."""
+        """Carry out the actions that may wait for the master."""
         for index, action in enumerate(changes):
             try:
                 self._do(action)
@@ -266,7 +268,7 @@ class Bridge:
                 return
         if self._deferred.done_if_nothing_waits():
             return  # others would wait for the lock: there may be thousands of topics
-        with self._lock:  # what waited is published before what comes later
+        with self._lock:  # publish the waiting messages before later ones
             self._act(self._deferred.done())
 
     def _do(self, action: Change) -> None:
@@ -300,7 +302,7 @@ class Bridge:
         self._graph.lost = self._watch.lost
         try:
             topics, self._unconvertible = with_conversions(self._graph.topics(), self._rules)
-            self._services.look(self._graph.state)
+            self._services.poll(self._graph.state)
         except Error as error:
             if self._node.ok():
                 self._node.log.peer_event(WARN, "cannot ask the master for topics: %s", str(error).replace("\n", " "))
@@ -337,12 +339,12 @@ class Bridge:
         with self._lock:
             self._act(self._site.on_message(local, received, is_bridged, now))
 
-    # What becomes of messages that are to be converted; called by the threads that do so ------------------------------
+    # Conversions; called by the converting threads -------------------------------------------------------------------
 
-    def wants(self, source: Source, pending: Pending) -> bool:
+    def would_send(self, source: Source, pending: Pending) -> bool:
         """See `pyros1.bridge.converting.Outlet`."""
         with self._lock:
-            return self._site.sending.wants(*source, pending.received, pending.is_bridged, pending.at)
+            return self._site.sending.would_send(*source, pending.received, pending.is_bridged, pending.at)
 
     def send(self, source: Source, pending: Pending) -> None:
         """See `pyros1.bridge.converting.Outlet`."""
@@ -355,7 +357,7 @@ class Bridge:
         with self._lock:
             self._site.sending.drop(*source, reason)
 
-    # The end ----------------------------------------------------------------------------------------------------------
+    # Shutdown ---------------------------------------------------------------------------------------------------------
 
     def status(self) -> str:
         """Return the bridge's status as JSON, see `pyros1.bridge.status`."""

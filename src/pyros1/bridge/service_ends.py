@@ -1,4 +1,4 @@
-"""The ends of service calls at a site's master: services that a bridge provides there, and calls that it makes there.
+"""A site's end of service calls: services that the bridge provides at the master, and calls that it makes there.
 
 Requests and responses stay encoded. Each call that a node here makes waits in a thread of its service; each call of
 another site is made in a thread of a pool. Both waits end when the bridge closes.
@@ -12,7 +12,7 @@ from functools import lru_cache, partial
 from itertools import count
 from time import monotonic
 
-from pyros1.bridge.exchange.actions import Action, CallService, Provide, Return, ServiceAction, Unprovide
+from pyros1.bridge.exchange.actions import Action, CallService, Provide, Return, ServiceAction, StopProviding
 from pyros1.bridge.exchange.services.call_packets import encode_error
 from pyros1.bridge.exchange.services.served import MAX_RUNNING, LocalService
 from pyros1.bridge.exchange.site import Site
@@ -38,7 +38,7 @@ PARAMETERS_TIMEOUT = 10.0
 _POLL_INTERVAL = 0.2
 """Seconds after which a waiting call looks again whether the bridge closes."""
 _RETRY_PERIOD = 1.0
-"""Seconds after which it is tried again to provide a service."""
+"""Seconds between attempts to provide a service."""
 _CLOSE_TIME = 1.0
 Do = Callable[[Callable[[float], Iterable[Action]]], None]
 """Calls a function of the state machine with the current time, and does the actions that it returns."""
@@ -118,14 +118,14 @@ class ServiceEnds:
         self._node.advertise_service(f"~{PARAMETER_SERVICE}", PARAMETERS_CLASS, self._on_question)
 
     def act(self, action: ServiceAction, now: float) -> list[Action]:
-        """Do what the state machine asks for, or have it done later if it may wait; return what follows at once. Called
+        """Carry out an action of the state machine, or queue it if it may block; return the actions that follow. Called
         with the lock of the state machine.
         """
         match action:
             case Provide(local):
                 self._wanted[local] = action
                 self._changed.add(local)
-            case Unprovide(local):
+            case StopProviding(local):
                 self._wanted.pop(local, None)
                 self._changed.add(local)
             case Return(token, status, body):
@@ -140,8 +140,8 @@ class ServiceEnds:
 
     # Services of other sites, provided here ---------------------------------------------------------------------------
 
-    def look(self, state: SystemState) -> None:
-        """Note which services there are at the master. This waits for providers."""
+    def poll(self, state: SystemState) -> None:
+        """Record which services there are at the master. This waits for providers."""
         services = self._local.services(state, find_bridges(state))
         taken = {name: nodes[0] for name, nodes in state.services.items() if nodes and nodes[0] != self._node.name}
         types = {service.name: service for service in services}
@@ -153,7 +153,7 @@ class ServiceEnds:
         self._do(note)
 
     def update(self) -> None:
-        """Provide what is wanted. This waits for the master. What fails is tried again later."""
+        """Provide the wanted services. This waits for the master. Failures are retried later."""
         if not self._changed or monotonic() < self._retry_at or self._is_closing:
             return
         for local in sorted([*self._changed]):
@@ -222,7 +222,7 @@ class ServiceEnds:
             if action.local == PARAMETERS:
                 body = answer(self._rules, self._node.master, action.body)
             elif service is None:
-                raise ServiceError(f"service [{action.local}] is not there any more")
+                raise ServiceError(f"service [{action.local}] no longer exists")
             else:
                 body = self._call_service(action, service)
         except ServiceRefusal as error:
@@ -235,7 +235,7 @@ class ServiceEnds:
                 self._local.check(action.local)
         except Error as error:
             status, body = Status.REFUSED, encode_error(str(error))
-        except Exception as error:  # noqa: BLE001 - a mistake of ours must not leave the caller without a result
+        except Exception as error:  # noqa: BLE001 - a bug must not leave the caller without a result
             self._node.log.internal_error(error)
             status, body = Status.REFUSED, encode_error(f"internal error at site {self._rules.site}")
         self._do(lambda now: self._site.services.served.on_result(action.call, status, body, now))
@@ -250,10 +250,10 @@ class ServiceEnds:
             finally:
                 self._clients.discard(client)
 
-    # The end ----------------------------------------------------------------------------------------------------------
+    # Shutdown ---------------------------------------------------------------------------------------------------------
 
     def close(self) -> None:
-        """End all calls, and provide nothing any longer."""
+        """End all calls, and stop providing services."""
         self._is_closing = True
         for client in [*self._clients]:
             client.close()

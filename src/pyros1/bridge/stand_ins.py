@@ -1,6 +1,6 @@
 """Nodes that stand in for those of other sites: they do nothing, but can be watched, listed and pinged like others.
 
-Each lives as long as the other site says that its node does, and never takes the name of a node that runs here.
+Each lives as long as the other site reports its node alive, and never takes the name of a local node.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ import threading
 from time import monotonic
 from typing import NamedTuple
 
-from pyros1.bridge.exchange.actions import Represent
+from pyros1.bridge.exchange.actions import RepresentNode
 from pyros1.bridge.local_graph import STAND_IN_SERVICE
 from pyros1.graph import Graph
 from pyros1.ground.errors import Error, UnreachableError
@@ -20,12 +20,12 @@ from pyros1.node.log.levels import WARN
 RETRY_PERIOD = 2.0
 """Seconds between attempts to start a node whose name is taken, or that the master refuses."""
 MAX_STARTS = 10
-"""Maximum number of nodes that are started at a time, whatever other sites say."""
+"""Maximum number of nodes that are started at a time, whatever other sites request."""
 _TIMEOUT = 1.0
 
 
 class _Wanted(NamedTuple):
-    action: Represent
+    action: RepresentNode
     serial: int
 
 
@@ -51,8 +51,8 @@ class StandIns:
         self._serial = 0
         self._is_closing = False
 
-    def note(self, action: Represent) -> None:
-        """Note what `update` shall do. Called in any thread."""
+    def note(self, action: RepresentNode) -> None:
+        """Queue an action for `update`. Called in any thread."""
         with self._lock:
             if action.node:
                 self._serial += 1
@@ -87,7 +87,7 @@ class StandIns:
         if running is not None:
             running.node.shutdown("its node is gone")
 
-    def _start(self, action: Represent) -> Node | None:
+    def _start(self, action: RepresentNode) -> Node | None:
         local, site, name = action
         text = f"{name} of site {site}"
         try:

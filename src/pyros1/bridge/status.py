@@ -1,4 +1,4 @@
-"""The status of a bridge: as JSON, which its service returns, and as lines for people."""
+"""The status of a bridge: as JSON, which its service returns, and as lines of text."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from pyros1.bridge.exchange.incoming import ReceivedTopic
 from pyros1.bridge.exchange.outgoing import OutgoingTopic
 from pyros1.bridge.exchange.sending import Flow
 from pyros1.bridge.exchange.services.call_packets import CallCounts
-from pyros1.bridge.exchange.services.calls import OtherService
+from pyros1.bridge.exchange.services.calls import RemoteService
 from pyros1.bridge.exchange.site import Site
 from pyros1.bridge.protocol.key_expressions import again_key, topic_key
 from pyros1.bridge.rates import Count, Rate, Rates
@@ -83,7 +83,7 @@ def status_json(
                 "topic": str(topic.topic),
                 "from": topic.peer,
                 "local": topic.local,
-                "usual": site.usual_name(topic.topic),
+                "usual": site.default_name(topic.topic),
                 "type": topic.type,
                 "publishers": [*topic.publishers],
                 "state": topic.state,
@@ -164,7 +164,7 @@ def _received_size(topic: ReceivedTopic) -> int:
     return 300 + sum(map(len, names))
 
 
-def _called_size(service: OtherService) -> int:
+def _called_size(service: RemoteService) -> int:
     return 200 + sum(map(len, (*service.offered.service, service.offered.type, service.local, service.state)))
 
 
@@ -178,7 +178,7 @@ def flow_counts(site: Site) -> dict[Hashable, Count]:
 
 
 def rate_cells(rate: Rate | None) -> dict[str, float | None]:
-    """Return what entries of topics say of a rate."""
+    """Return the rate for a topic's entry."""
     return {
         "messages_per_second": None if rate is None else round(rate.messages, 2),
         "bytes_per_second": None if rate is None else round(rate.bytes, 1),
@@ -201,11 +201,11 @@ def _add(*drops: Mapping[str, int]) -> dict[str, int]:
 
 
 ROS2 = "ros2"
-"""What a bridge to ROS 2 says in its status instead of a dialect of zenoh."""
+"""The dialect in the status of a bridge to ROS 2."""
 
 
 def status_lines(status: Mapping[str, Any]) -> Iterator[str]:
-    """Yield lines that describe a status for people.
+    """Yield lines that describe a status.
 
     Args:
         status: what `status_json` has written; from another program, so it may have any names.
@@ -270,13 +270,13 @@ def _refused_lines(title: str, what: str, entries: Iterable[Mapping[str, Any]], 
 
 
 def _not_listed(status: Mapping[str, Any]) -> Iterator[str]:
-    for name, number in status.get("not_listed", {}).items():  # an older bridge does not say it
+    for name, number in status.get("not_listed", {}).items():  # older bridges do not report it
         yield f"  {number} more topics and services of {one_line(name)} are not listed"
 
 
 def _sent_cells(entry: Mapping[str, Any]) -> list[str]:
     wanted = " ".join(entry["wanted_by"])
-    conversion = entry.get("conversion")  # an older bridge does not say it
+    conversion = entry.get("conversion")  # older bridges do not report it
     name = one_line(entry["local"]) + (f" ({one_line(conversion)})" if conversion else "")
     return [name, f"to {one_line(wanted)}" if wanted else "no subscribers"]
 

@@ -15,9 +15,9 @@ ROS2 = "ros2"
 LOST, PRESENT = "lost", "present"
 """States of other sites in a status."""
 NO_RULE = "no rule takes it"
-"""Why a topic is not taken that nobody has asked for."""
+"""Why a topic is not received that no rule requests."""
 OTHER_VERSION = "a packet of another version of pyros1"
-"""Why packets of a site are ignored that speaks another version of the protocol."""
+"""Why packets of a site with another protocol version are ignored."""
 INTENDED = ("subscribed", "no subscribers here", "site lost", "denied by a rule", NO_RULE)
 """States of topics of other sites that are no problem of the topic."""
 DROPS: Mapping[str, str] = {

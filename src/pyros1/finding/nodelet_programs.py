@@ -1,4 +1,4 @@
-"""Which program of a package does what a nodelet does (no I/O). See https://wiki.ros.org/nodelet."""
+"""Finds the program that replaces a nodelet (no I/O). See https://wiki.ros.org/nodelet."""
 
 from __future__ import annotations
 

@@ -38,7 +38,7 @@ from pyros1.ground import terminal_text
 
 
 class Error(Exception):
-    """Base of all pyros1 errors; the message is meant for people, so it contains no control characters."""
+    """Base of all pyros1 errors; the message is for display, so it contains no control characters."""
 
     def __str__(self) -> str:
         return terminal_text.lines(super().__str__())

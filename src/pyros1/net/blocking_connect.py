@@ -32,7 +32,7 @@ def blocking_connect(host: str, port: int, seconds: float, check: Callable[[], o
         check: called at least every POLL_INTERVAL seconds; may raise an exception to abort.
 
     Raises:
-        UnknownHostError: the name cannot be resolved, or not in time.
+        UnknownHostError: the name cannot be resolved in time.
         TimeoutError: there is no response in time.
         OSError: the connection was refused, or there is no route to the host.
     """

@@ -115,7 +115,7 @@ class Counterparts:
         return ros1_name + suffix[1:]
 
     def derive(self, spec: MessageSpec, resolve: Callable[[str], MessageSpec]) -> dict[str, MessageType]:
-        """Return the ROS 2 types for a message type, as far as the distribution does not have them.
+        """Return the ROS 2 types for a message type, without those that the distribution has.
 
         Args:
             spec: the definition in ROS 1.

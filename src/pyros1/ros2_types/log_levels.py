@@ -1,4 +1,4 @@
-"""How values are converted that are others in ROS 2 for the same meaning: the levels of log messages. No I/O."""
+"""Converts values that differ between ROS 1 and ROS 2: the levels of log messages. No I/O."""
 
 from __future__ import annotations
 

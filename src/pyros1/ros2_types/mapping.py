@@ -1,4 +1,4 @@
-"""Which types and fields have other names in ROS 2: by the standard, and by the rules of a user. No I/O."""
+"""Maps types and fields that have other names in ROS 2, by standard rules and a user's. No I/O."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _NO_VALUES: Mapping[str, ValueRule] = MappingProxyType({})
 
 
 class FieldRule(NamedTuple):
-    """Which fields of two types belong together; others do not, even if they have the same names.
+    """The matching fields of two types; other fields do not match, even if they have the same names.
 
     Attributes:
         fields: dotted path of a field in ROS 1, such as ``header.stamp`` -> the one in ROS 2.
@@ -122,7 +122,7 @@ class TypeMapping:
         self.fields: FieldRules = {**STANDARD_FIELDS, **_field_rules(self.rules)}
 
     def to_ros2(self, name: str, folder: str, known: Container[str] = ()) -> str:
-        """Return the name of a type in ROS 2, as far as the rules say; otherwise the one with the same name.
+        """Return the name of a type in ROS 2, by the rules, or the same name if there is no rule.
 
         Args:
             name: its name in ROS 1, ``package/Type``.

@@ -64,9 +64,9 @@ class RclpyPackages(Mapping[str, MessageType]):
             return f"'{name:.200}' is not the name of a ROS 2 type"
         package, kind, short = name.split("/")
         if self._share(package) is None:
-            return f"package {package} is not installed beside rclpy"
+            return f"package {package} is not installed in this ROS 2 installation"
         if self._file(package, kind, _whole(kind, short)) is None:
-            return f"package {package}, as it is installed beside rclpy, has no {kind}/{_whole(kind, short)}"
+            return f"package {package} of this ROS 2 installation has no {kind}/{_whole(kind, short)}"
         parts = PARTS[kind] if short == _whole(kind, short) else ()
         for part in parts:
             if name + part not in self:

@@ -148,7 +148,7 @@ class JointStates:
             self.warnings.append(
                 f"joint {_escaped(name)} follows {_escaped(leaders.pop(name).joint)}, which does not move"
             )
-        self.followers = _resolve_followers(leaders, self.warnings)
+        self.followers = _resolve_mimic_joints(leaders, self.warnings)
         self.warnings = truncate_warnings(self.warnings)
         self.names = tuple(joints)
         self.joint_types = {name: joint.type for name, joint in joints.items()}
@@ -244,7 +244,7 @@ def joint_limits(joint: Joint, uses_soft_limits: bool = True) -> tuple[float, fl
     return lower, max(lower, upper)
 
 
-def _resolve_followers(leaders: Mapping[str, Mimic], warnings: list[str]) -> dict[str, Mimic]:
+def _resolve_mimic_joints(leaders: Mapping[str, Mimic], warnings: list[str]) -> dict[str, Mimic]:
     """Return how each follower follows a free joint, directly or through other joints.
 
     If joints follow each other in a cycle, one of them is treated as a free joint, and a warning is appended to

@@ -51,15 +51,15 @@ class Kinematics:
         self.moving = {
             joint.name: Edge(joint, make_pose_function(joint)) for joint in joints if joint.type in MOVING_TYPES
         }
-        self._ordered_followers = _order_followers(robot)
+        self._ordered_mimic_joints = _order_mimic_joints(robot)
 
-    def add_followers(self, positions: dict[str, float]) -> None:
+    def add_mimic_joints(self, positions: dict[str, float]) -> None:
         """Add the positions of joints that mimic other joints to ``positions``, unless they are already there.
 
         Args:
             positions: joint -> position in radians or metres.
         """
-        for name, leader, multiplier, offset in self._ordered_followers:
+        for name, leader, multiplier, offset in self._ordered_mimic_joints:
             position = positions.get(leader)
             if position is not None and name not in positions:
                 positions[name] = position * multiplier + offset
@@ -72,7 +72,7 @@ class Kinematics:
                 position is neither given nor determined by that of another joint.
         """
         all_positions = dict(positions)
-        self.add_followers(all_positions)
+        self.add_mimic_joints(all_positions)
         poses = {joint.child: (joint.parent, pose) for joint, pose in self.fixed}
         for name, (joint, pose_at) in self.moving.items():
             if name in all_positions:
@@ -133,7 +133,7 @@ def _find_root(robot: Robot) -> str:
     return roots[0]
 
 
-def _order_followers(robot: Robot) -> list[tuple[str, str, float, float]]:
+def _order_mimic_joints(robot: Robot) -> list[tuple[str, str, float, float]]:
     """Return (joint, leader, multiplier, offset) of each joint that mimics another joint, leaders before followers."""
     ordered: dict[str, tuple[str, str, float, float]] = {}
     for joint in robot.joints.values():

@@ -137,7 +137,7 @@ class RobotStatePublisher:
             text = 'Joint state with name: "%s" was received but not found in URDF'
             self._node.log.warn(text, one_line(joint_set.unknown, 200), throttle=10)
         positions_by_name = dict(zip(names, positions, strict=True))
-        self._kinematics.add_followers(positions_by_name)
+        self._kinematics.add_mimic_joints(positions_by_name)
         joint_positions = [positions_by_name[name] for name in joint_set.joints]
         if not isfinite(sum(joint_positions)) and not all(map(isfinite, joint_positions)):
             self._node.log.warn("messages with positions that are not numbers are ignored", throttle=10)
@@ -160,7 +160,7 @@ class RobotStatePublisher:
 
     def _new_joint_set(self, names: tuple[str, ...]) -> _JointSet:
         positions = dict.fromkeys(names, 0.0)
-        self._kinematics.add_followers(positions)
+        self._kinematics.add_mimic_joints(positions)
         moving = self._kinematics.moving
         joints = tuple(name for name in positions if name in moving)
         edges = [(moving[name].joint.parent, moving[name].joint.child, moving[name].pose_at) for name in joints]

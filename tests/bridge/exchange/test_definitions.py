@@ -15,22 +15,27 @@ MD5 = from_definition("far_msgs/Thing", TEXT)._md5sum
 
 def test_each_site_is_asked_once_at_a_time() -> None:
     definitions = Definitions()
-    assert definitions.to_ask("red", [MD5, MD5], 0.0, 9) == [MD5] and definitions.to_ask("red", [MD5], 1.0, 9) == []
+    assert (
+        definitions.take_requests("red", [MD5, MD5], 0.0, 9) == [MD5]
+        and definitions.take_requests("red", [MD5], 1.0, 9) == []
+    )
     assert definitions.text("far_msgs/Thing", MD5) is None and definitions.is_missing("red", "far_msgs/Thing", MD5)
     assert definitions.add("red", Definition("far_msgs/Thing", MD5, TEXT))
     assert definitions.text("far_msgs/Thing", MD5) == TEXT and not definitions.is_missing("red", "far_msgs/Thing", MD5)
-    assert definitions.to_ask("red", [MD5], 5.0, 9) == [MD5]  # of another type with the same sum
+    assert definitions.take_requests("red", [MD5], 5.0, 9) == [MD5]  # of another type with the same sum
 
 
 def test_a_site_cannot_withhold_definitions_of_others() -> None:
     definitions = Definitions()
-    assert definitions.to_ask("liar", [MD5], 0.0, 9) == [MD5] and definitions.to_ask("red", [MD5], 0.0, 9) == [MD5]
+    assert definitions.take_requests("liar", [MD5], 0.0, 9) == [MD5] and definitions.take_requests(
+        "red", [MD5], 0.0, 9
+    ) == [MD5]
     assert definitions.add("red", Definition("far_msgs/Thing", MD5, TEXT))
     other = Definitions()
-    other.to_ask("liar", [MD5], 0.0, 9)
+    other.take_requests("liar", [MD5], 0.0, 9)
     assert other.add("liar", Definition("far_msgs/Thing", MD5, ""))
     assert not other.is_missing("liar", "far_msgs/Thing", MD5) and other.is_missing("red", "far_msgs/Thing", MD5)
-    other.to_ask("red", [MD5], 0.0, 9)
+    other.take_requests("red", [MD5], 0.0, 9)
     assert not other.is_missing("red", "far_msgs/Thing", MD5), "it is asked only once"
     other.forget("red")
     assert other.is_missing("red", "far_msgs/Thing", MD5)
@@ -39,14 +44,14 @@ def test_a_site_cannot_withhold_definitions_of_others() -> None:
 def test_what_is_remembered_is_bounded() -> None:
     definitions = Definitions()
     for number in range(100):
-        definitions.to_ask("red", [f"{number}_{index}" for index in range(100)], float(number), 100)
-    assert definitions.to_ask("red", ["99_0", "0_0"], 100.0, 9) == ["0_0"], "the oldest are forgotten"
+        definitions.take_requests("red", [f"{number}_{index}" for index in range(100)], float(number), 100)
+    assert definitions.take_requests("red", ["99_0", "0_0"], 100.0, 9) == ["0_0"], "the oldest are forgotten"
 
 
 def test_a_definition_that_can_be_used_is_not_replaced() -> None:
     definitions = Definitions()
-    definitions.to_ask("red", [MD5], 0.0, 9)
-    definitions.to_ask("blue", [MD5], 0.0, 9)
+    definitions.take_requests("red", [MD5], 0.0, 9)
+    definitions.take_requests("blue", [MD5], 0.0, 9)
     assert definitions.add("red", Definition("far_msgs/Thing", MD5, ""))  # one site does not have it,
     assert not definitions.add("red", Definition("far_msgs/Thing", MD5, ""))
     assert definitions.add("blue", Definition("far_msgs/Thing", MD5, TEXT))  # but another one has
@@ -57,7 +62,7 @@ def test_a_definition_that_can_be_used_is_not_replaced() -> None:
 
 def test_what_a_site_was_not_asked_for_is_ignored() -> None:
     definitions = Definitions()
-    definitions.to_ask("blue", [MD5], 0.0, 9)
+    definitions.take_requests("blue", [MD5], 0.0, 9)
     assert not definitions.add("red", Definition("far_msgs/Thing", MD5, TEXT))
     assert definitions.text("far_msgs/Thing", MD5) is None
 
@@ -79,7 +84,7 @@ def thing(number: int) -> Definition:
 def send(definitions: Definitions, site: str, *numbers: int) -> list[bool]:
     """Let a site be asked for definitions, and send them; return which of them are of use."""
     for number in numbers:
-        definitions.to_ask(site, [thing(number).md5sum], 0.0, 9)
+        definitions.take_requests(site, [thing(number).md5sum], 0.0, 9)
     return [definitions.add(site, thing(number)) for number in numbers]
 
 

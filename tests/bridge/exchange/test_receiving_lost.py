@@ -10,7 +10,7 @@ from pyros1.bridge.exchange.actions import (
     Forget,
     Listen,
     Publish,
-    Represent,
+    RepresentNode,
     Send,
     SetOrigins,
     Withdraw,
@@ -72,7 +72,7 @@ def test_reliable_messages_of_an_outage_come_after_it(red: Liar) -> None:
     assert all(requested(red.heartbeat(tails={SharedName("red", "/odom"): 2}))), "the request holds"
     red.take(red.site.set_demand(["/red/odom"], red.now))
     actions = red.heartbeat(tails={SharedName("red", "/odom"): 2})
-    assert any(packets.decode_head(each.head).kind is Kind.MISSED for each in only(Send, actions))
+    assert any(packets.decode_head(each.head).kind is Kind.RESEND_REQUEST for each in only(Send, actions))
     assert only(Publish, red.message(2, received_at=red.now + 5000 - 4.0))
 
 
@@ -160,11 +160,11 @@ def test_a_topic_that_another_site_sends_too_stays(red: Liar) -> None:
 
 def test_nodes_are_represented_while_their_site_is_present(red: Liar) -> None:
     wanted(red)
-    assert only(Represent, red.heartbeat(nodes=["/talker"])) == [Represent("/red/talker", "red", "/talker")]
+    assert only(RepresentNode, red.heartbeat(nodes=["/talker"])) == [RepresentNode("/red/talker", "red", "/talker")]
     assert [each.nodes for each in red.site.sites()] == [["/red/talker"]]
-    assert only(Represent, lose(red)) == [Represent("/red/talker", "", "")]
-    assert only(Represent, red.heartbeat(nodes=["/talker"])) == [Represent("/red/talker", "red", "/talker")]
-    assert only(Represent, red.send(Kind.BYE)) == [Represent("/red/talker", "", "")]
+    assert only(RepresentNode, lose(red)) == [RepresentNode("/red/talker", "", "")]
+    assert only(RepresentNode, red.heartbeat(nodes=["/talker"])) == [RepresentNode("/red/talker", "red", "/talker")]
+    assert only(RepresentNode, red.send(Kind.BYE)) == [RepresentNode("/red/talker", "", "")]
 
 
 def test_nodes_of_a_site_that_has_started_again_are_others(red: Liar) -> None:
@@ -175,8 +175,8 @@ def test_nodes_of_a_site_that_has_started_again_are_others(red: Liar) -> None:
     again.heartbeat(nodes=["/talker"])
     again.take(red.site.tick(again.now))
     actions = again.heartbeat(nodes=["/talker"])
-    on, off = Represent("/red/talker", "red", "/talker"), Represent("/red/talker", "", "")
-    assert only(Represent, actions) == [off, on]
+    on, off = RepresentNode("/red/talker", "red", "/talker"), RepresentNode("/red/talker", "", "")
+    assert only(RepresentNode, actions) == [off, on]
 
 
 def test_a_node_that_is_found_or_lost_is_told_of_at_once() -> None:

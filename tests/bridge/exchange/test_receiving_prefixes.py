@@ -9,7 +9,7 @@ import pytest
 from tests.bodies import decode, encode
 
 from pyros1.bridge.exchange.actions import Action, Publish
-from pyros1.bridge.exchange.outgoing import Drop
+from pyros1.bridge.exchange.outgoing import DropReason
 from pyros1.bridge.exchange.site import Site
 from pyros1.bridge.names import SharedName
 from pyros1.bridge.protocol import packets
@@ -78,7 +78,7 @@ def test_messages_that_are_damaged_are_dropped() -> None:
     taking.offer("/point", POINT, "/red/point")
     assert taking.message("/point", POINT, b"short") == []
     (received,) = taking.site.received()
-    assert received.flow.drops == {Drop.DAMAGED: 1} and received.flow.messages == 0
+    assert received.flow.drops == {DropReason.DAMAGED: 1} and received.flow.messages == 0
 
 
 def test_a_topic_without_definition_is_refused_if_its_frames_need_a_prefix() -> None:

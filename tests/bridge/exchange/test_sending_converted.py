@@ -7,11 +7,11 @@ from typing import Any
 import pytest
 
 from pyros1.bridge.conversions.conversion import Conversion, MessageType
-from pyros1.bridge.exchange.actions import Action, Send, StartAnew, Subscribe
-from pyros1.bridge.exchange.outgoing import Drop, ReceivedMessage
+from pyros1.bridge.exchange.actions import Action, RestartConversion, Send, Subscribe
+from pyros1.bridge.exchange.outgoing import DropReason, ReceivedMessage
 from pyros1.bridge.exchange.sending import LocalTopic, Sending
 from pyros1.bridge.names import SharedName
-from pyros1.bridge.protocol.packets import Flag, Offered, Request, decode_message_head
+from pyros1.bridge.protocol.packets import Flag, OfferedTopic, Request, decode_message_head
 from pyros1.bridge.rules.parsing import parse_config
 from pyros1.bridge.rules.rules import Priority
 
@@ -51,7 +51,9 @@ def drops(machine: Sending) -> dict[str, int]:
 
 def test_what_is_offered_is_the_converted_type() -> None:
     machine = sending("send: [{topic: /camera, convert: jpeg}]", CAMERA)
-    assert machine.offers("base") == [Offered(COMPRESSED, JPEG_TYPE.name, JPEG_TYPE.md5sum, False, False, ("/driver",))]
+    assert machine.offers("base") == [
+        OfferedTopic(COMPRESSED, JPEG_TYPE.name, JPEG_TYPE.md5sum, False, False, ("/driver",))
+    ]
     (answer,) = machine.on_ask("base", [JPEG_TYPE.md5sum, CAMERA.md5sum], 1.0)
     assert isinstance(answer, Send) and b"string format" in answer.body
 
@@ -63,7 +65,7 @@ def test_a_topic_as_it_is_and_converted() -> None:
         "/camera/compressed": JPEG_TYPE.md5sum,
     }
     assert machine.set_requests("base", [Request(COMPRESSED, 0.0)], 0.0) == [
-        StartAnew("/camera", JPEG),
+        RestartConversion("/camera", JPEG),
         Subscribe("/camera", True, JPEG),
     ]
     assert machine.set_requests("base", [Request(SharedName("red", "/camera"), 0.0)], 0.0) == [
@@ -102,16 +104,16 @@ def test_another_name_here() -> None:
 
 def test_rates_hold_before_the_conversion() -> None:
     machine = sending("send: [{topic: /camera, convert: jpeg, rate: 2}]", CAMERA)
-    assert not machine.wants("/camera", JPEG, raw(), False, 0.0), "no site wants it"
+    assert not machine.would_send("/camera", JPEG, raw(), False, 0.0), "no site wants it"
     machine.set_requests("base", [Request(COMPRESSED, 0.0)], 0.0)
     sent = []
     for number in range(21):
         now = number / 10
-        if machine.wants("/camera", JPEG, raw(), False, now):
-            assert machine.wants("/camera", JPEG, raw(), False, now), "asking changes nothing"
+        if machine.would_send("/camera", JPEG, raw(), False, now):
+            assert machine.would_send("/camera", JPEG, raw(), False, now), "asking changes nothing"
             sent += sends(machine.on_message("/camera", converted(), False, now, JPEG))
     assert [decode_message_head(each.head).received_at for each in sent] == [0.0, 0.5, 1.0, 1.5, 2.0]
-    assert drops(machine) == {Drop.RATE: 16}
+    assert drops(machine) == {DropReason.RATE: 16}
     assert {(each.priority, each.may_drop, each.key) for each in sent} == {
         (Priority.LOW, True, "t/red/camera/compressed")
     }
@@ -120,10 +122,10 @@ def test_rates_hold_before_the_conversion() -> None:
 def test_what_came_over_a_bridge_is_not_converted() -> None:
     machine = sending("send: [{topic: /camera, convert: jpeg}]", CAMERA)
     machine.set_requests("base", [Request(COMPRESSED, 0.0)], 0.0)
-    assert not machine.wants("/camera", JPEG, raw(), True, 0.0)
-    machine.drop("/camera", JPEG, Drop.UNCONVERTED)
-    machine.drop("/unknown", JPEG, Drop.UNCONVERTED)
-    assert drops(machine) == {Drop.BRIDGED: 1, Drop.UNCONVERTED: 1}
+    assert not machine.would_send("/camera", JPEG, raw(), True, 0.0)
+    machine.drop("/camera", JPEG, DropReason.UNCONVERTED)
+    machine.drop("/unknown", JPEG, DropReason.UNCONVERTED)
+    assert drops(machine) == {DropReason.BRIDGED: 1, DropReason.UNCONVERTED: 1}
 
 
 def test_sizes_hold_after_the_conversion() -> None:
@@ -131,7 +133,7 @@ def test_sizes_hold_after_the_conversion() -> None:
     machine.set_requests("base", [Request(COMPRESSED, 0.0)], 0.0)
     assert machine.on_message("/camera", converted(b"x" * 11), False, 0.0, JPEG) == []
     assert len(machine.on_message("/camera", converted(b"x" * 10), False, 0.0, JPEG)) == 1
-    assert drops(machine) == {Drop.SIZE: 1}
+    assert drops(machine) == {DropReason.SIZE: 1}
 
 
 def test_delivery_holds_after_the_conversion() -> None:
@@ -145,7 +147,7 @@ def test_latched_images_are_kept_converted() -> None:
     machine = sending("send: [{topic: /camera, convert: jpeg, rate: 1}]", CAMERA._replace(latched=True))
     machine.set_requests("base", [Request(COMPRESSED, 0.0)], 0.0)
     for number in range(3):  # the last one must arrive, so the rate does not stop it from being converted
-        assert machine.wants("/camera", JPEG, raw(latched=True), False, 0.1 * number)
+        assert machine.would_send("/camera", JPEG, raw(latched=True), False, 0.1 * number)
         machine.on_message("/camera", converted(b"%d" % number, latched=True), False, 0.1 * number, JPEG)
     assert [each.body for each in sends(machine.tick(1.0))] == [b"2"]
     later = sends(machine.set_requests("blue", [Request(COMPRESSED, 0.0)], 2.0))
@@ -155,12 +157,14 @@ def test_latched_images_are_kept_converted() -> None:
 def test_videos_are_reliable_and_begin_anew_for_each_site() -> None:
     machine = sending("send: [{topic: /camera, convert: h264}]", CAMERA._replace(latched=True))
     video = SharedName("red", "/camera/h264")
-    assert machine.offers("base") == [Offered(video, VIDEO_TYPE.name, VIDEO_TYPE.md5sum, False, True, ("/driver",))]
+    assert machine.offers("base") == [
+        OfferedTopic(video, VIDEO_TYPE.name, VIDEO_TYPE.md5sum, False, True, ("/driver",))
+    ]
     machine.set_requests("base", [Request(video, 0.0)], 0.0)
     received = converted(b"picture", VIDEO_TYPE.md5sum, latched=True)
     (sent,) = sends(machine.on_message("/camera", received, False, 0.0, H264))
     assert decode_message_head(sent.head).flags == 0, "one picture of a video is of no use later"
-    assert machine.set_requests("blue", [Request(video, 0.0)], 0.0) == [StartAnew("/camera", H264)]
+    assert machine.set_requests("blue", [Request(video, 0.0)], 0.0) == [RestartConversion("/camera", H264)]
     assert machine.set_requests("blue", [Request(video, 5.0)], 0.0) == []
 
 

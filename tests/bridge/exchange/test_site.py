@@ -22,7 +22,7 @@ from pyros1.bridge.exchange.actions import (
     Subscribe,
     Withdraw,
 )
-from pyros1.bridge.exchange.outgoing import Drop, ReceivedMessage
+from pyros1.bridge.exchange.outgoing import DropReason, ReceivedMessage
 from pyros1.bridge.exchange.peer import FORGET_DELAY, HEARD_DELAY, State
 from pyros1.bridge.exchange.receiving import MAX_TOPICS, Receiving
 from pyros1.bridge.exchange.sending import LocalTopic
@@ -32,7 +32,7 @@ from pyros1.bridge.exchange.streams import MESSAGE_COST, NewestStream
 from pyros1.bridge.names import SharedName
 from pyros1.bridge.protocol import packets
 from pyros1.bridge.protocol.key_expressions import Channel, Key, parse_key, site_key
-from pyros1.bridge.protocol.packets import Definition, Flag, Kind, MessageHead, Offered, Request
+from pyros1.bridge.protocol.packets import Definition, Flag, Kind, MessageHead, OfferedTopic, Request
 from pyros1.bridge.rules.parsing import parse_config
 from pyros1.bridge.rules.rules import Priority, Rules
 from pyros1.bridge.transport.memory_link import MemoryNetwork
@@ -86,7 +86,7 @@ class Liar:
         self.heartbeat()
         assert {each.name: each.state for each in self.site.sites()}[self.name] is State.PRESENT
 
-    def offer(self, *offers: Offered) -> list[Action]:
+    def offer(self, *offers: OfferedTopic) -> list[Action]:
         self.version += 1
         return [action for body in packets.encode_pages(self.version, offers) for action in self.send(Kind.OFFER, body)]
 
@@ -103,8 +103,8 @@ class Liar:
         )
 
 
-def offered(topic: SharedName = ODOM, **changes: Any) -> Offered:
-    return Offered(topic, "std_msgs/String", STRING._md5sum, False, False)._replace(**changes)
+def offered(topic: SharedName = ODOM, **changes: Any) -> OfferedTopic:
+    return OfferedTopic(topic, "std_msgs/String", STRING._md5sum, False, False)._replace(**changes)
 
 
 def only(kind: type, actions: list[Action]) -> list[Any]:
@@ -116,7 +116,7 @@ def liar() -> Liar:
     return Liar(Site(rules("{take: ['red:**', /cmd_vel], send: [/map]}"), OWN, 0.0))
 
 
-def wanted(liar: Liar, *offers: Offered) -> None:
+def wanted(liar: Liar, *offers: OfferedTopic) -> None:
     """Let the liar offer topics that nodes at the base want."""
     liar.meet()
     liar.offer(*(offers or (offered(),)))
@@ -200,7 +200,7 @@ def test_messages_that_nobody_asked_for_are_dropped(liar: Liar) -> None:
 def test_messages_of_another_type_under_a_known_name(liar: Liar) -> None:
     wanted(liar)
     assert liar.message(1, md5sum="0" * 32) == []
-    assert liar.site.received()[0].flow.drops == {Drop.TYPE: 1}
+    assert liar.site.received()[0].flow.drops == {DropReason.TYPE: 1}
 
 
 def test_a_definition_that_lies(liar: Liar) -> None:
@@ -251,7 +251,7 @@ def test_publishers_that_are_gone_do_not_count() -> None:
     for number in range(1, 1001):
         assert len(only(Publish, liar.message(number, publisher=number))) == 1
     assert only(Publish, liar.message(1001, publisher=1001)) == []
-    assert liar.site.received()[0].flow.drops == {Drop.PUBLISHERS: 1}
+    assert liar.site.received()[0].flow.drops == {DropReason.PUBLISHERS: 1}
     liar.now += 1
     assert len(only(Publish, liar.message(1002, publisher=1002))) == 1
 
@@ -266,7 +266,7 @@ def test_messages_that_are_too_large_and_too_many(liar: Liar) -> None:
         liar.now += 0.001
         published += len(only(Publish, liar.message(number)))
     assert 2 <= published <= 4
-    assert {*site.received()[0].flow.drops} == {Drop.SIZE, Drop.RATE}
+    assert {*site.received()[0].flow.drops} == {DropReason.SIZE, DropReason.RATE}
 
 
 def test_old_messages_are_dropped(liar: Liar) -> None:
@@ -277,7 +277,7 @@ def test_old_messages_are_dropped(liar: Liar) -> None:
     liar.heartbeat()
     assert liar.message(1, received_at=liar.now + 5000 - 3.0) == [] and only(Publish, liar.message(2))
     assert liar.message(2) == [] and liar.message(1) == []
-    assert liar.site.received()[0].flow.drops == {Drop.OLD: 1}
+    assert liar.site.received()[0].flow.drops == {DropReason.OLD: 1}
 
 
 def test_latched_messages_may_be_old_but_others_of_their_topic_not(liar: Liar) -> None:
@@ -326,7 +326,7 @@ def test_commands_are_not_offered_as_latched() -> None:
 def test_what_was_sent_before_it_was_wanted_is_dropped(liar: Liar) -> None:
     wanted(liar)
     assert liar.message(1, received_at=5000 - 0.2) == []
-    assert liar.site.received()[0].flow.drops == {Drop.EARLY: 1}
+    assert liar.site.received()[0].flow.drops == {DropReason.EARLY: 1}
 
 
 def test_recorded_packets_of_an_earlier_run(liar: Liar) -> None:
@@ -586,13 +586,15 @@ def test_a_flood_of_questions() -> None:
     answers = 0
     for _ in range(1000):
         liar.now += 0.0005
-        answers += len(liar.send(Kind.MISSED, packets.encode_missed(packets.Missed(name, 0, 100))))
+        answers += len(
+            liar.send(Kind.RESEND_REQUEST, packets.encode_resend_request(packets.ResendRequest(name, 0, 100)))
+        )
         answers += len(liar.send(Kind.ASK, packets.encode_ask([STRING._md5sum] * 100)))
     assert 100 <= answers <= 6 * 101 + 6
 
 
 def test_a_flood_of_questions_for_large_messages() -> None:
-    """Feature: a site that asks for messages again in floods gets only so many bytes per second"""
+    """Feature: a site that asks for messages again in floods gets a limited number of bytes per second"""
     names = [f"/map{number}" for number in range(10)]
     liar = Liar(Site(rules("send: [{topic: '/**', delivery: reliable}]"), OWN, 0.0))
     liar.meet()
@@ -609,8 +611,8 @@ def test_a_flood_of_questions_for_large_messages() -> None:
         for _ in range(int(seconds * 10)):
             liar.now += 0.1
             for name in names:
-                body = packets.encode_missed(packets.Missed(SharedName("base", name), 0, 100))
-                size += sum(len(each.body) for each in only(Send, liar.send(Kind.MISSED, body)))
+                body = packets.encode_resend_request(packets.ResendRequest(SharedName("base", name), 0, 100))
+                size += sum(len(each.body) for each in only(Send, liar.send(Kind.RESEND_REQUEST, body)))
         return size
 
     assert 32e6 < ask_for(1.0) < 60e6
@@ -779,7 +781,16 @@ def test_another_site_with_this_name_is_told_of(liar: Liar) -> None:
 
 def test_invalid_packets_are_counted(liar: Liar) -> None:
     liar.meet()
-    kinds = [Kind.HEARTBEAT, Kind.OFFER, Kind.REQUEST, Kind.ASK, Kind.DEFINITION, Kind.MISSED, Kind.HELD, Kind.GONE]
+    kinds = [
+        Kind.HEARTBEAT,
+        Kind.OFFER,
+        Kind.REQUEST,
+        Kind.ASK,
+        Kind.DEFINITION,
+        Kind.RESEND_REQUEST,
+        Kind.LATCHED_LIST,
+        Kind.RESEND_REFUSAL,
+    ]
     for kind in kinds:
         assert liar.send(kind, b"[]" if kind is not Kind.ASK else b"{}") == []
     assert sum(liar.site.ignored.values()) == len(kinds)
@@ -793,9 +804,9 @@ def test_random_packets_do_no_harm(liar: Liar) -> None:
     random = Random(1)
     good = [
         packets.encode_heartbeat(packets.Heartbeat(9, 1.0, 1, 0.0, 1, 1, 1, 1, {ODOM: 2**60})),
-        packets.encode_held(packets.Held(ODOM, 2**60, {1: 5})),
-        packets.encode_gone(packets.Gone(ODOM, 2**62)),
-        packets.encode_missed(packets.Missed(ODOM, 0, 2**62)),
+        packets.encode_latched_list(packets.LatchedList(ODOM, 2**60, {1: 5})),
+        packets.encode_resend_refusal(packets.ResendRefusal(ODOM, 2**62)),
+        packets.encode_resend_request(packets.ResendRequest(ODOM, 0, 2**62)),
         *packets.encode_pages(2**61, [offered(latched=True)]),
         *packets.encode_pages(2**61, [Request(ODOM, 1e9)]),
     ]
@@ -834,7 +845,7 @@ def test_a_topic_that_becomes_latched_while_it_is_wanted(liar: Liar) -> None:
     assert kinds == [Advertise], "its subscribers here stay connected"
     liar.now += 0.6
     asked = [packets.decode_head(action.head).kind for action in only(Send, liar.take(liar.site.tick(liar.now)))]
-    assert Kind.MISSED in asked
+    assert Kind.RESEND_REQUEST in asked
 
 
 def test_a_latched_message_that_came_before_its_topic_was_offered_as_latched(liar: Liar) -> None:
@@ -872,7 +883,12 @@ def test_a_second_name_of_a_latched_topic_gets_what_the_first_one_holds(becomes_
     assert [(each.key, each.body) for each in sent][:1] == [("again/blue/blue/map", b"the map")]
     assert packets.decode_message_head(sent[0].head).flags == Flag.LATCHED
     red.now += 1
-    again = only(Send, red.send(Kind.MISSED, packets.encode_missed(packets.Missed(SharedName("red", "/map"), 0, 9))))
+    again = only(
+        Send,
+        red.send(
+            Kind.RESEND_REQUEST, packets.encode_resend_request(packets.ResendRequest(SharedName("red", "/map"), 0, 9))
+        ),
+    )
     assert [(each.key, each.body) for each in again][:1] == [("again/red/red/map", b"the map")]
 
 

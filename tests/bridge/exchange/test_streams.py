@@ -7,7 +7,7 @@ from random import Random
 
 import pytest
 
-from pyros1.bridge.exchange.outgoing import Drop
+from pyros1.bridge.exchange.outgoing import DropReason
 from pyros1.bridge.exchange.streams import (
     MESSAGE_COST,
     BufferedBytes,
@@ -19,7 +19,7 @@ from pyros1.bridge.exchange.streams import (
     make_stream,
 )
 from pyros1.bridge.names import SharedName
-from pyros1.bridge.protocol.packets import Flag, Gone, Held, MessageHead
+from pyros1.bridge.protocol.packets import Flag, LatchedList, MessageHead, ResendRefusal
 
 TOPIC = SharedName("red", "/t")
 
@@ -32,8 +32,8 @@ def feed(stream: Stream, *numbers: int, now: float = 0.0) -> list[int]:
     return [delivery.head.number for number in numbers for delivery in stream.accept(head(number), b"x", now)]
 
 
-def held(number: int, **messages: int) -> Held:
-    return Held(TOPIC, number, {int(name[1:]): each for name, each in messages.items()})
+def latched_list(number: int, **messages: int) -> LatchedList:
+    return LatchedList(TOPIC, number, {int(name[1:]): each for name, each in messages.items()})
 
 
 def latched(number: int, publisher: int = 1) -> MessageHead:
@@ -47,7 +47,7 @@ def left(number: int, publisher: int = 1) -> MessageHead:
 def test_only_newer_messages() -> None:
     stream = NewestStream(0)
     assert feed(stream, 1, 3, 3, 2, 4) == [1, 3, 4]
-    assert stream.drops == {Drop.REPEATED: 1, Drop.OVERTAKEN: 1}
+    assert stream.drops == {DropReason.REPEATED: 1, DropReason.OVERTAKEN: 1}
     assert stream.missed(9.0) is None
 
 
@@ -74,20 +74,20 @@ def test_missed_messages_are_given_up() -> None:
     assert feed(stream, 1, 3, 6) == [1]
     assert stream.tick(2.0) == []
     assert [each.head.number for each in stream.tick(2.1)] == [3]
-    assert [each.head.number for each in stream.on_gone(Gone(TOPIC, 6), 2.1)] == [6]
-    assert stream.drops == {Drop.MISSED: 3}
+    assert [each.head.number for each in stream.on_gone(ResendRefusal(TOPIC, 6), 2.1)] == [6]
+    assert stream.drops == {DropReason.MISSED: 3}
     stream.on_tail(9, 3.0)
     assert stream.tick(3.5) == [] and stream.tick(5.5) == [] and stream.missed(9.0) is None
-    assert stream.drops == {Drop.MISSED: 6}
+    assert stream.drops == {DropReason.MISSED: 6}
     assert feed(stream, 8, 10) == [10]
 
 
 def test_what_cannot_come_again_is_said_by_the_sender() -> None:
     stream = ReliableStream(2.0, 0)
     assert feed(stream, 1, 5, 7) == [1]
-    assert stream.on_gone(Gone(TOPIC, 2), 0.0) == []  # nothing new
-    assert stream.on_gone(Gone(TOPIC, 999), 0.0) == []  # nothing that there is
-    assert [each.head.number for each in stream.on_gone(Gone(TOPIC, 5), 0.0)] == [5]
+    assert stream.on_gone(ResendRefusal(TOPIC, 2), 0.0) == []  # nothing new
+    assert stream.on_gone(ResendRefusal(TOPIC, 999), 0.0) == []  # nothing that there is
+    assert [each.head.number for each in stream.on_gone(ResendRefusal(TOPIC, 5), 0.0)] == [5]
     assert feed(stream, 6) == [6, 7]
 
 
@@ -124,7 +124,7 @@ def test_after_a_pause_nothing_comes_twice() -> None:
 def test_the_last_message_of_each_publisher() -> None:
     stream = LatchedStream(0)
     assert stream.missed(0.0) == (0, 0)
-    assert stream.on_held(held(0)) == [] and stream.missed(9.0) is None
+    assert stream.on_latched_list(latched_list(0)) == [] and stream.missed(9.0) is None
     for each, expected in (
         (latched(1, 1), 1),
         (latched(2, 2), 1),
@@ -138,28 +138,31 @@ def test_the_last_message_of_each_publisher() -> None:
     assert stream.missed(9.0) == (4, 5)
     stream.accept(latched(5, 2), b"x", 9.0)
     assert stream.missed(20.0) == (4, 5)
-    assert stream.on_held(held(5, p1=4, p2=5)) == [] and stream.missed(30.0) == (4, 5)  # the one of 1 has yet to come
+    assert stream.on_latched_list(latched_list(5, p1=4, p2=5)) == [] and stream.missed(30.0) == (
+        4,
+        5,
+    )  # the one of 1 has yet to come
     stream.accept(latched(4, 1), b"x", 30.0)
-    stream.on_held(held(5, p1=4, p2=5))
+    stream.on_latched_list(latched_list(5, p1=4, p2=5))
     assert stream.missed(99.0) is None
 
 
 def test_publishers_that_are_gone() -> None:
     stream = LatchedStream(0)
-    stream.on_held(held(0))
+    stream.on_latched_list(latched_list(0))
     stream.accept(latched(1, 1), b"x", 0.0)
     stream.accept(latched(2, 2), b"x", 0.0)
     assert stream.accept(left(3, 1), b"", 0.0) == [Delivery(left(3, 1), None)]
     assert stream.accept(left(3, 1), b"", 0.0) == [] and stream.accept(latched(1, 1), b"x", 0.0) == []
-    notes = stream.on_held(held(4))
+    notes = stream.on_latched_list(latched_list(4))
     assert [(each.head.publisher, each.body) for each in notes] == [(2, None)]
-    assert stream.on_held(held(4)) == [] and stream.on_held(held(1, p1=1)) == []
+    assert stream.on_latched_list(latched_list(4)) == [] and stream.on_latched_list(latched_list(1, p1=1)) == []
     assert stream.accept(left(9, 7), b"", 0.0) == []  # of one that was never here
 
 
 def test_after_a_pause_latched_messages_come_again_but_no_older_ones() -> None:
     stream = LatchedStream(0)
-    stream.on_held(held(0))
+    stream.on_latched_list(latched_list(0))
     for number in (1, 2, 3):
         stream.accept(latched(number), b"x", 0.0)
     stream.restart(0.0)
@@ -170,9 +173,9 @@ def test_after_a_pause_latched_messages_come_again_but_no_older_ones() -> None:
 
 def test_messages_that_are_later_than_the_list_without_them() -> None:
     stream = LatchedStream(0)
-    stream.on_held(held(0))
+    stream.on_latched_list(latched_list(0))
     stream.accept(latched(1, 1), b"x", 0.0)
-    assert len(stream.on_held(held(5, p3=4))) == 1
+    assert len(stream.on_latched_list(latched_list(5, p3=4))) == 1
     for late in (latched(2, 1), latched(3, 2), latched(2, 3)):
         assert stream.accept(late, b"x", 0.0) == []
     assert len(stream.accept(latched(4, 3), b"x", 0.0)) == 1 and len(stream.accept(latched(6, 2), b"x", 0.0)) == 1
@@ -182,7 +185,7 @@ def test_too_many_publishers() -> None:
     stream = LatchedStream(0)
     for number in range(1, 1001):
         assert stream.accept(latched(number, number), b"x", 0.0)
-    assert stream.accept(latched(1001, 1001), b"x", 0.0) == [] and stream.drops == {Drop.PUBLISHERS: 1}
+    assert stream.accept(latched(1001, 1001), b"x", 0.0) == [] and stream.drops == {DropReason.PUBLISHERS: 1}
     stream.accept(left(1002, 5), b"", 0.0)
     assert stream.accept(latched(1003, 1003), b"x", 0.0)
 
@@ -226,7 +229,7 @@ def test_what_a_site_has_kept_back_is_bounded(monkeypatch: pytest.MonkeyPatch) -
     assert streams[1].accept(head(5), bytes(40), 0.0) == [] and streams[1].accept(head(7), bytes(40), 0.0) == []
     assert len(streams[1].tick(9.0)) == 1 and site.total == 40
     streams[1].accept(head(9), bytes(40), 9.0)
-    assert len(streams[1].on_gone(Gone(TOPIC, 10), 9.0)) == 2 and site.total == 0
+    assert len(streams[1].on_gone(ResendRefusal(TOPIC, 10), 9.0)) == 2 and site.total == 0
 
 
 def test_empty_messages_count_too(monkeypatch: pytest.MonkeyPatch) -> None:

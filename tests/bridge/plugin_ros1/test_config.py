@@ -73,7 +73,7 @@ def test_the_command_line_comes_first() -> None:
     ]
     config = make_config("", [], ["/odom"], [], [], old_keys=True)
     assert [*explain(config)] == [
-        "talks to bridges of zenoh-plugin-ros1, of before March 2025, without a namespace",
+        "talks to bridges of zenoh-plugin-ros1, older than March 2025, without a namespace",
         "sends nothing",
         "takes:",
         "  /odom from bridges of any namespace",

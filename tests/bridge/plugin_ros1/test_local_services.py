@@ -30,4 +30,4 @@ def test_a_provider_that_does_not_answer(make_node: Callable[..., Node], free_po
     node.master.register_service("/dead", f"rosrpc://127.0.0.1:{free_port}", node.uri)
     local = LocalServices(Graph(node.master), lambda name: name == "/dead")
     assert LocalService("/dead") in local.services()
-    assert local.problems == {"/dead": "its provider has not said its type"}
+    assert local.problems == {"/dead": "its provider has not reported its type"}

@@ -396,5 +396,5 @@ def test_a_bridge_that_cannot_connect_says_so(make_bridge: MakeBridge, endpoint:
     wait_until(lambda: red.status()["sent"], "it would be sent")
     base = make_bridge("base", "take: ['/text']", (), (endpoint,))
     base.has_topic("/text")
-    QueuedSubscriber(base.node, "/text").hears("first")
+    QueuedSubscriber(base.node, "/text").receives("first")
     assert red.status()["link"] == ""

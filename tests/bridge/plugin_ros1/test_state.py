@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from pyros1.bridge.exchange.outgoing import Drop, ReceivedMessage
+from pyros1.bridge.exchange.outgoing import DropReason, ReceivedMessage
 from pyros1.bridge.plugin_ros1.beacons import LOSS_TIME
 from pyros1.bridge.plugin_ros1.keys import Kind, Resource
 from pyros1.bridge.plugin_ros1.state import UNKNOWN, PluginState
@@ -65,7 +65,12 @@ def test_what_is_not_sent() -> None:
     ):
         bridge.on_message("/chatter", message, is_bridged, 1.0)
     (flow,) = bridge.sent.values()
-    assert flow.messages == 1 and flow.drops == {Drop.BRIDGED: 1, Drop.TYPE: 1, Drop.SIZE: 1, Drop.RATE: 1}
+    assert flow.messages == 1 and flow.drops == {
+        DropReason.BRIDGED: 1,
+        DropReason.TYPE: 1,
+        DropReason.SIZE: 1,
+        DropReason.RATE: 1,
+    }
     assert bridge.on_message("/chatter", received(publisher="/other"), False, 1.0)
     assert bridge.on_message("/chatter", received(), False, 1.46), "nearly due"
     assert not bridge.on_message("/chatter", received(), False, 1.9) and bridge.on_message(
@@ -101,7 +106,7 @@ def test_limits_of_what_is_taken() -> None:
     bridge.on_beacon(BEACON, 1.0)
     assert bridge.on_sample(KEY, b"x" * (17 << 20), 1.0) is None
     assert bridge.on_sample(KEY, b"1", 1.0) and not bridge.on_sample(KEY, b"2", 1.1)
-    assert bridge.taken["/chatter"].drops == {Drop.SIZE: 1, Drop.RATE: 1}
+    assert bridge.taken["/chatter"].drops == {DropReason.SIZE: 1, DropReason.RATE: 1}
 
 
 def test_counts_stay_while_other_things_change() -> None:

@@ -16,21 +16,21 @@ from pyros1.bridge.protocol import packets
 from pyros1.bridge.protocol.packet_values import MAX_BODY, PacketError
 from pyros1.bridge.protocol.packets import (
     Definition,
-    Gone,
     Head,
     Heartbeat,
-    Held,
     Kind,
+    LatchedList,
     MessageHead,
-    Missed,
-    Offered,
+    OfferedTopic,
     Request,
+    ResendRefusal,
+    ResendRequest,
 )
 
 TOPIC = SharedName("red", "/odom")
 MD5 = "992ce8a1687cec8c8bd883ec73ca41d1"
 HEARTBEAT = Heartbeat(3, 1.5, 2, 0.25, 4, 5, -1, 6, {TOPIC: 7}, 8, 9, 0.5, ("/talker",))
-OFFERED = Offered(TOPIC, "std_msgs/String", MD5, True, False, ("/driver", "/red/left"))
+OFFERED = OfferedTopic(TOPIC, "std_msgs/String", MD5, True, False, ("/driver", "/red/left"))
 DECODERS: dict[str, tuple[Callable[[bytes], Any], bytes, Any]] = {
     "heartbeat": (packets.decode_heartbeat, packets.encode_heartbeat(HEARTBEAT), HEARTBEAT),
     "ask": (packets.decode_ask, packets.encode_ask([MD5]), [MD5]),
@@ -39,10 +39,22 @@ DECODERS: dict[str, tuple[Callable[[bytes], Any], bytes, Any]] = {
         packets.encode_definition(Definition("std_msgs/String", MD5, "string data\n")),
         Definition("std_msgs/String", MD5, "string data\n"),
     ),
-    "missed": (packets.decode_missed, packets.encode_missed(Missed(TOPIC, 1, 5)), Missed(TOPIC, 1, 5)),
-    "held": (packets.decode_held, packets.encode_held(Held(TOPIC, 5, {1: 4})), Held(TOPIC, 5, {1: 4})),
+    "missed": (
+        packets.decode_resend_request,
+        packets.encode_resend_request(ResendRequest(TOPIC, 1, 5)),
+        ResendRequest(TOPIC, 1, 5),
+    ),
+    "held": (
+        packets.decode_latched_list,
+        packets.encode_latched_list(LatchedList(TOPIC, 5, {1: 4})),
+        LatchedList(TOPIC, 5, {1: 4}),
+    ),
     "probe": (packets.decode_probe, packets.encode_probe(7), 7),
-    "gone": (packets.decode_gone, packets.encode_gone(Gone(TOPIC, 5)), Gone(TOPIC, 5)),
+    "gone": (
+        packets.decode_resend_refusal,
+        packets.encode_resend_refusal(ResendRefusal(TOPIC, 5)),
+        ResendRefusal(TOPIC, 5),
+    ),
     "offer": (packets.decode_offer, next(packets.encode_pages(2, [OFFERED])), (2, 0, 1, [OFFERED])),
     "request": (
         packets.decode_request,
@@ -164,6 +176,6 @@ def test_names_of_publishers_that_are_wrong(publishers: Any) -> None:
 
 def test_a_page_of_the_longest_offers_is_not_too_large() -> None:
     name = "/" + "n" * 254
-    longest = Offered(SharedName("s" * 40, name), "a" * 127 + "/" + "b" * 127, MD5, False, False, (name,) * 8)
+    longest = OfferedTopic(SharedName("s" * 40, name), "a" * 127 + "/" + "b" * 127, MD5, False, False, (name,) * 8)
     pages = [*packets.encode_pages(1, [longest] * packets.PAGE_ENTRIES)]
     assert len(pages) == 1 and packets.decode_offer(pages[0]).entries == [longest] * packets.PAGE_ENTRIES

@@ -11,7 +11,7 @@ from itertools import count
 import pytest
 
 from pyros1.bridge.exchange.actions import Send
-from pyros1.bridge.exchange.outgoing import Drop
+from pyros1.bridge.exchange.outgoing import DropReason
 from pyros1.bridge.rules.rules import Priority
 from pyros1.bridge.transport.lanes import COMMON, DIRECT_BYTES, LINK_QUEUE_BYTES, Lanes
 from pyros1.bridge.transport.pacing import FIRST_WINDOW, PATIENCE
@@ -127,7 +127,7 @@ def test_the_fullest_lane_gives_way() -> None:
     for number in range(5):
         lanes.put(packet("t/red/a", bytes([100 + number]) * 100), 0.0)
     assert lanes.waiting_bytes == 1_000
-    assert lanes.drops("again/blue/red/a") == {Drop.QUEUE: 4} and lanes.drops("t/red/a") == {}
+    assert lanes.drops("again/blue/red/a") == {DropReason.QUEUE: 4} and lanes.drops("t/red/a") == {}
     assert {body[0] for body in bodies(lanes)} == {4, 5, 6, 7, 8, 100, 101, 102, 103, 104}
     lanes.put(packet("t/red/large", bytes(5_000)), 0.0)
     assert len(lanes) == 1, "a single packet may be larger"

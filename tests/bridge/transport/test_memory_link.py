@@ -6,13 +6,13 @@ from random import Random
 
 from pyros1.bridge.exchange.actions import Send
 from pyros1.bridge.protocol.key_expressions import Key
-from pyros1.bridge.transport.memory_link import Conditions, MemoryLink, MemoryNetwork
+from pyros1.bridge.transport.memory_link import MemoryLink, MemoryNetwork, NetworkConditions
 
 
 class Heard:
     """Three sites on a network, and what they hear."""
 
-    def __init__(self, conditions: Conditions = Conditions(0.1)) -> None:  # noqa: B008 - immutable
+    def __init__(self, conditions: NetworkConditions = NetworkConditions(0.1)) -> None:  # noqa: B008 - immutable
         self.network = MemoryNetwork(Random(1), conditions)
         self.packets: list[tuple[str, float, bytes]] = []
         self.links = {name: self.connect(name) for name in ("red", "blue", "base")}
@@ -57,11 +57,11 @@ def test_parted_sites() -> None:
 
 def test_loss_repetition_and_order() -> None:
     bodies = [b"%d" % number for number in range(1000)]
-    heard = Heard(Conditions(0.1, loss=0.25))
+    heard = Heard(NetworkConditions(0.1, loss=0.25))
     assert 1400 < len(heard.send(*bodies)) < 1600
-    heard = Heard(Conditions(0.1, repetition=0.25))
+    heard = Heard(NetworkConditions(0.1, repetition=0.25))
     assert 2400 < len(heard.send(*bodies)) < 2600
-    heard = Heard(Conditions(0.1, jitter=1.0))
+    heard = Heard(NetworkConditions(0.1, jitter=1.0))
     arrived = [body for name, _, body in heard.send(*bodies) if name == "blue"]
     assert arrived != bodies and sorted(arrived) == sorted(bodies)
     assert all(0.1 <= time <= 1.1 for _, time, _ in heard.packets)

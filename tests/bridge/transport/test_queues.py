@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pyros1.bridge.exchange.actions import Send
-from pyros1.bridge.exchange.outgoing import Drop
+from pyros1.bridge.exchange.outgoing import DropReason
 from pyros1.bridge.rules.rules import Priority
 from pyros1.bridge.transport.queues import Outbox
 
@@ -39,7 +39,7 @@ def test_a_slow_network_gets_only_the_newest() -> None:
     outbox.put(Send("t", b"", b"newest", replaces=1, may_drop=True), 0.061)
     assert len(outbox) == 3 and outbox.waiting_bytes == len(b"newestother publisherother topic")
     assert drain(outbox) == [b"newest", b"other publisher", b"other topic"] and len(outbox) == 0
-    assert outbox.drops == {"t": {Drop.OVERTAKEN: 6}}
+    assert outbox.drops == {"t": {DropReason.OVERTAKEN: 6}}
     outbox.put(Send("t", b"", b"next", replaces=1, may_drop=True), 9.0)
     assert drain(outbox, 9.0) == [b"next"] and outbox.waiting_bytes == 0
 
@@ -63,7 +63,7 @@ def test_what_is_too_old_is_not_sent() -> None:
     outbox = Outbox()
     outbox.put(Send("t", b"", b"1", expires=1.0), 0.0)
     outbox.put(Send("t", b"", b"2", expires=3.0), 0.0)
-    assert drain(outbox, 2.0) == [b"2"] and outbox.drops == {"t": {Drop.OLD: 1}}
+    assert drain(outbox, 2.0) == [b"2"] and outbox.drops == {"t": {DropReason.OLD: 1}}
 
 
 def test_the_outbox_is_bounded() -> None:
@@ -72,7 +72,7 @@ def test_the_outbox_is_bounded() -> None:
     assert len(outbox) == 1  # one may always wait
     outbox.put(Send("a", b"", b"1", Priority.LOW), 0.0)
     outbox.put(Send("a", b"", b"2", Priority.LOW), 0.0)
-    assert drain(outbox) == [bytes(20)] and outbox.drops == {"a": {Drop.QUEUE: 2}}
+    assert drain(outbox) == [bytes(20)] and outbox.drops == {"a": {DropReason.QUEUE: 2}}
     for number in range(5):
         outbox.put(Send("a", b"", b"%d" % number), 0.0)
     assert drain(outbox) == [b"2", b"3", b"4"]

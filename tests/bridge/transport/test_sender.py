@@ -9,7 +9,7 @@ from collections.abc import Iterator
 import pytest
 
 from pyros1.bridge.exchange.actions import Probe, Send
-from pyros1.bridge.exchange.outgoing import Drop
+from pyros1.bridge.exchange.outgoing import DropReason
 from pyros1.bridge.rules.rules import Priority
 from pyros1.bridge.transport.lanes import DIRECT_BYTES
 from pyros1.bridge.transport.pacing import FIRST_WINDOW, SLOW_COUNT
@@ -86,7 +86,7 @@ def test_urgent_packets_do_not_wait_for_bulky_ones(link: SlowLink, sender: Sende
     assert sender.waiting_bytes == 5
     link.may_send.set()
     assert [link.sent.get(timeout=PATIENCE) for _ in range(2)] == [b"first", b"third"]
-    assert sender.drops("image") == {Drop.OVERTAKEN: 1} and sender.drops("cmd_vel") == {}
+    assert sender.drops("image") == {DropReason.OVERTAKEN: 1} and sender.drops("cmd_vel") == {}
 
 
 def test_errors_of_the_link_are_told(link: SlowLink, sender: Sender, errors: list[str]) -> None:

@@ -6,30 +6,30 @@ from math import inf, nan
 
 import pytest
 
-from pyros1.robot_nodes.shared.imu_readings import Reading, Steps, UnusableReadingError, is_usable
+from pyros1.robot_nodes.shared.imu_readings import Reading, TimeSteps, UnusableReadingError, is_usable
 
 SECOND = 1_000_000_000
 
 
 def test_steps_are_the_differences_of_stamps() -> None:
-    steps = Steps()
+    steps = TimeSteps()
     found = [steps.next(100 * SECOND + stamp) for stamp in (0, 10_000_000, 30_000_000, 30_000_000)]
     assert [step.seconds for step in found] == pytest.approx([0.0, 0.01, 0.02, 0.0])
     assert not any(step.problem or step.restart or step.ignore for step in found)
 
 
 def test_the_period_may_be_constant() -> None:
-    steps = Steps(0.02)
+    steps = TimeSteps(0.02)
     assert [steps.next(stamp).seconds for stamp in (0, 5 * SECOND, SECOND)] == [0.02] * 3
 
 
 def test_without_stamps_the_user_is_told_what_to_do() -> None:
-    step = Steps().next(0)
+    step = TimeSteps().next(0)
     assert step.seconds == 0.0 and "set the parameter constant_dt" in step.problem
 
 
 def test_jumps_of_time() -> None:
-    steps = Steps()
+    steps = TimeSteps()
     steps.next(100 * SECOND)
     pause = steps.next(105 * SECOND)
     assert pause.seconds == 0.0 and "no IMU messages for 5.0 s" in pause.problem and not pause.restart

@@ -12,7 +12,7 @@ from pyros1.bridge.exchange.actions import Advertise
 from pyros1.ground.errors import NodeError
 from pyros1.ros2.bridge.counts import Counts
 from pyros1.ros2.bridge.incoming import Incoming
-from pyros1.ros2.bridge.plan import Plan, Taken
+from pyros1.ros2.bridge.plan import Plan, TakenTopic
 from pyros1.ros2.pairs.type_pairs import TypePair
 
 
@@ -49,7 +49,7 @@ class Bridge:
         for topic, text in types.items():
             name, _, latched = text.partition(" ")
             pair = TypePair(name, f"md5 of {name}", "", name, "", transcoder)
-            plan.takes[f"/{topic}"] = Taken(pair, latched=bool(latched), publishers=["/far"])
+            plan.takes[f"/{topic}"] = TakenTopic(pair, latched=bool(latched), publishers=["/far"])
         problems: dict[str, str] = {}
         self.publishing.done = []
         self.incoming.adjust(plan, problems)

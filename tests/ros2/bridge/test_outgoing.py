@@ -14,7 +14,7 @@ from pyros1.bridge.rules.rules import Priority
 from pyros1.msgs import AnyMsg, load_message
 from pyros1.ros2.bridge.counts import Counts
 from pyros1.ros2.bridge.outgoing import Outgoing
-from pyros1.ros2.bridge.plan import Announced
+from pyros1.ros2.bridge.plan import AnnouncedTopic
 from pyros1.ros2.pairs.type_pairs import TypePairs
 from pyros1.ros2.zenoh.names import DataKey
 from pyros1.ros2.zenoh.qos import Qos
@@ -33,7 +33,7 @@ def outgoing(latched: bool = False) -> tuple[Outgoing, Counts, list[Send], list[
     found = Outgoing(
         Mock(), Mock(bridges={"/bridge"}), Mock(put=packets.append), counts, lambda text, error: warnings.append(text)
     )
-    found.wanted = {"/a": [(KEY, Announced(local, pair, Qos(transient_local=latched), True, Priority.LOW))]}
+    found.wanted = {"/a": [(KEY, AnnouncedTopic(local, pair, Qos(transient_local=latched), True, Priority.LOW))]}
     found.set_publishers([f"{ROUTE} /talker" if latched else ROUTE])
     return found, counts, packets, warnings
 

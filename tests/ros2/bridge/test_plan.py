@@ -171,7 +171,7 @@ def test_topics_that_come_on_two_ways() -> None:
     plan = Plan(takes={"/a": taken, "/b": taken, "/c": taken, "/rosout": taken}, problems={"/c": "another"})
     publishers = {"/a": ["/x", "/bridge_b", "/bridge_a"], "/b": ["/x"], "/c": ["/bridge_a"], "/d": ["/bridge_a"]}
     publishers["/rosout"] = ["/bridge_a"]  # its own log
-    plan.note_ways(publishers, {"/bridge_a", "/bridge_b"})
+    plan.add_duplicates(publishers, {"/bridge_a", "/bridge_b"})
     assert plan.problems == {
         "/a": "/bridge_a brings it to ROS 1, too, so its messages may come twice",
         "/c": "another",

@@ -144,7 +144,9 @@ def test_a_change_that_ros2_refuses(
     held = tool.set(rate=4, frame="odom")
     assert (held["rate"], held["frame"]) == (5, "odom"), "what holds now"
     log = capsys.readouterr().err
-    assert re.search(r"\[ERROR\].*/camera of ROS 2 does not set rate to 4: it is even", log), "ROS 2's reason is there"
+    assert re.search(r"\[ERROR\].*/camera of ROS 2 refuses to set rate to 4: it is even", log), (
+        "ROS 2's reason is there"
+    )
     tool.sees(rate=5, frame="odom")
 
 

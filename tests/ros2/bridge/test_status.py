@@ -14,7 +14,7 @@ from pyros1 import __version__
 from pyros1.bridge.exchange.services.call_packets import CallCounts
 from pyros1.bridge.status import status_lines
 from pyros1.ros2.bridge.counts import Counts
-from pyros1.ros2.bridge.plan import Plan, Taken
+from pyros1.ros2.bridge.plan import Plan, TakenTopic
 from pyros1.ros2.bridge.status import status_json
 from pyros1.web.transforms.bridges import describe_bridge
 
@@ -36,7 +36,7 @@ def test_rates_and_version() -> None:
     counts.sample(0.0)
     counts.to_ros1("/a").count(10)
     counts.sample(2.0)
-    found = status(Plan(takes={"/a": Taken(PAIR)}), counts)
+    found = status(Plan(takes={"/a": TakenTopic(PAIR)}), counts)
     (row,) = found["received"]
     assert (row["messages_per_second"], row["bytes_per_second"]) == (0.5, 5.0)
     assert (found["version"], found["via"], found["not_listed"]) == (__version__, "rclpy", {})
@@ -47,7 +47,7 @@ def test_rates_and_version() -> None:
 def test_what_is_too_much_is_counted(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("pyros1.bridge.status.LISTED_BYTES", 3000)
     monkeypatch.setattr("pyros1.ros2.bridge.status.MAX_PROBLEMS", 3)
-    plan = Plan(takes={f"/{number}": Taken(PAIR) for number in range(50)})
+    plan = Plan(takes={f"/{number}": TakenTopic(PAIR) for number in range(50)})
     provides = {f"/s{number}": SimpleNamespace(pair=PAIR) for number in range(50)}
     found = status(plan, Counts(), provides, {f"/{number}": "why" for number in range(5)})
     listed = len(found["received"]) + len(found["called"])

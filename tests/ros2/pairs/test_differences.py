@@ -6,8 +6,8 @@ from pyros1.bridge.exchange.sending import LocalTopic
 from pyros1.bridge.exchange.services.served import LocalService
 from pyros1.bridge.rules.rules import Priority
 from pyros1.msgs import load_message, load_service
-from pyros1.ros2.bridge.plan import Announced, Plan, Taken
-from pyros1.ros2.bridge.service_plan import Offered, Provided, ServicePlan
+from pyros1.ros2.bridge.plan import AnnouncedTopic, Plan, TakenTopic
+from pyros1.ros2.bridge.service_plan import OfferedService, ProvidedService, ServicePlan
 from pyros1.ros2.pairs.differences import Differences
 from pyros1.ros2.pairs.type_pairs import TypePairs
 from pyros1.ros2.zenoh.names import DataKey
@@ -27,10 +27,10 @@ def test_each_difference_is_said_once() -> None:
     name = "sensor_msgs/msg/Range"
     pair = pairs.for_ros2(name, type_hash(name, distribution_types()))
     key = DataKey(0, "/range", name, pair.hash)
-    takes = Plan(takes={"/range": Taken(pair, {key: (pair, Qos())})})
+    takes = Plan(takes={"/range": TakenTopic(pair, {key: (pair, Qos())})})
     assert [*differences.new(takes, ServicePlan())] == [LINE[1] + LINE[0]]
     local = LocalTopic("/range", pair.ros1, pair.md5sum, pair.definition, False, ("/n",))
-    announces = Plan(announces={key: Announced(local, pair, Qos(), True, Priority.NORMAL)})
+    announces = Plan(announces={key: AnnouncedTopic(local, pair, Qos(), True, Priority.NORMAL)})
     assert [*differences.new(announces, ServicePlan())] == []
     assert [*Differences().new(announces, ServicePlan())] == [LINE[1] + LINE[0]]
 
@@ -43,11 +43,11 @@ def test_types_without_differences_and_services() -> None:
     key = DataKey(0, "/s", pair.ros2, pair.hash)
     string = load_message("std_msgs/String")
     plain = pairs.for_ros1("std_msgs/String", string._md5sum, string._full_text)
-    plan = Plan(takes={"/a": Taken(plain, {key: (plain, Qos())})})
+    plan = Plan(takes={"/a": TakenTopic(plain, {key: (plain, Qos())})})
     local = LocalService("/s", pair.ros1, pair.md5sum, "SetBoolRequest", "SetBoolResponse", "/n")
     for services in (
-        ServicePlan(offers={key: Offered(local, pair)}),
-        ServicePlan(provides={"/s": Provided(key, pair, "n")}),
+        ServicePlan(offers={key: OfferedService(local, pair)}),
+        ServicePlan(provides={"/s": ProvidedService(key, pair, "n")}),
     ):
         lines = [*Differences().new(plan, services)]
         assert [line.split(",")[0] for line in lines] == [

@@ -36,8 +36,8 @@ def test_rules_that_can_be_used() -> None:
 def test_a_name_that_is_misspelt() -> None:
     ((line, is_usable),) = check(TypeRule("std_msgs/String", "std_msgs/msg/Strin", place="f:3"))
     assert line == (
-        "f:3: std_msgs/String is std_msgs/msg/Strin, with the fields of ROS 1, but as far as is known here, ROS 2 has "
-        "no Strin in std_msgs/msg (did you mean 'String'?)"
+        "f:3: std_msgs/String is std_msgs/msg/Strin, with the fields of ROS 1, but ROS 2 has no known type "
+        "Strin in std_msgs/msg (did you mean 'String'?)"
     )
     assert not is_usable
 

@@ -6,8 +6,8 @@ from math import inf
 
 import pytest
 
+from pyros1.ros2.pairs.lookup_cache import TimeBudget
 from pyros1.ros2.pairs.pair_list import ListedPair, list_messages, list_services
-from pyros1.ros2.pairs.remembered import Budget
 from pyros1.ros2.pairs.type_pairs import TypePairs
 from pyros1.ros2_types.distribution import distribution_types
 from pyros1.ros2_types.model import Field, FieldType, MessageType
@@ -20,7 +20,7 @@ NESTED = {**ALL, "own/msg/Wide": MessageType("own/msg/Wide", (Field("part", Fiel
 
 @pytest.fixture
 def pairs() -> TypePairs:
-    return TypePairs(budget=Budget(inf))
+    return TypePairs(budget=TimeBudget(inf))
 
 
 def test_messages(pairs: TypePairs) -> None:

@@ -10,7 +10,7 @@ import pytest
 from pyros1.bridge.exchange.sending import LocalTopic
 from pyros1.ground.errors import Error, UnknownTypeError
 from pyros1.msgs import from_definition, load_message, load_service
-from pyros1.ros2.pairs.remembered import Budget
+from pyros1.ros2.pairs.lookup_cache import TimeBudget
 from pyros1.ros2.pairs.type_pairs import DISTRIBUTIONS, TypePair, TypePairs
 from pyros1.ros2.zenoh.names import HUMBLE_HASH
 from pyros1.ros2_types.definitions import parse_types
@@ -128,7 +128,7 @@ def test_a_bad_definition_does_not_spoil_a_good_one() -> None:
 
 
 def test_unknown_types_of_ros2_do_not_take_all_the_time(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("pyros1.ros2.pairs.type_pairs.Budget", lambda: Budget(0.02))
+    monkeypatch.setattr("pyros1.ros2.pairs.type_pairs.TimeBudget", lambda: TimeBudget(0.02))
     pairs = TypePairs()
     texts = []
     for number in range(100):
@@ -164,8 +164,8 @@ def beside_rclpy(tmp_path: Path) -> TypePairs:
 def test_installed_types(beside_rclpy: TypePairs) -> None:
     assert of_ros1(beside_rclpy, "std_msgs/String").hash == STRING
     assert beside_rclpy.for_ros2("std_msgs/msg/String", STRING).ros1 == "std_msgs/String"
-    usual = TypePairs().service_for_ros1("std_srvs/SetBool", "*")
-    assert beside_rclpy.service_for_ros1("std_srvs/SetBool", "*").hash == usual.hash
+    default = TypePairs().service_for_ros1("std_srvs/SetBool", "*")
+    assert beside_rclpy.service_for_ros1("std_srvs/SetBool", "*").hash == default.hash
     added = beside_rclpy.service_for_ros2(
         "std_srvs/srv/Trigger", beside_rclpy.service_for_ros1("std_srvs/Trigger", "*").hash
     )
@@ -173,12 +173,12 @@ def test_installed_types(beside_rclpy: TypePairs) -> None:
 
 
 def test_types_that_are_not_installed(beside_rclpy: TypePairs) -> None:
-    missing = "package geometry_msgs is not installed beside rclpy"
+    missing = "package geometry_msgs is not installed in this ROS 2 installation"
     with pytest.raises(UnknownTypeError, match=missing):
         of_ros1(beside_rclpy, "geometry_msgs/Point")
     with pytest.raises(UnknownTypeError, match=missing):
         beside_rclpy.for_ros2("geometry_msgs/msg/Point", HUMBLE_HASH)
-    with pytest.raises(UnknownTypeError, match="package nav_msgs is not installed beside rclpy"):
+    with pytest.raises(UnknownTypeError, match="package nav_msgs is not installed in this ROS 2 installation"):
         beside_rclpy.service_for_ros1("nav_msgs/GetMap", "*")
     with pytest.raises(UnknownTypeError, match="ROS 2 expects another definition of std_msgs/msg/String"):
         of_ros1(beside_rclpy, "std_msgs/String", STRING[:-1] + "0")

@@ -41,7 +41,7 @@ def test_not_all_publishers_are_remembered(monkeypatch: pytest.MonkeyPatch) -> N
 def test_by_bytes() -> None:
     echoes = Echoes(lambda _: {}, False)
     echoes.on_send("/a", b"early")
-    echoes.expect({"/a"})
+    echoes.set_topics({"/a"})
     for body in (b"x", b"x", b"y"):
         echoes.on_send("/a", body)
     echoes.on_send("/b", b"x")
@@ -49,18 +49,18 @@ def test_by_bytes() -> None:
     assert came == [False, True, True, True, False, False]
     assert not echoes.is_echo("/b", b"x", b""), "nobody here subscribes to it"
     echoes.on_send("/a", b"x")
-    echoes.expect({"/a", "/b"})
+    echoes.set_topics({"/a", "/b"})
     assert echoes.is_echo("/a", b"x", b""), "it goes on expecting"
     echoes.on_send("/a", b"x")
-    echoes.expect(set())
-    echoes.expect({"/a"})
+    echoes.set_topics(set())
+    echoes.set_topics({"/a"})
     assert not echoes.is_echo("/a", b"x", b""), "it has forgotten them"
 
 
 def test_not_all_messages_are_remembered(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(module, "MAX_SENT", 2)
     echoes = Echoes(lambda _: {}, False)
-    echoes.expect({"/a"})
+    echoes.set_topics({"/a"})
     for body in (b"1", b"2", b"3"):
         echoes.on_send("/a", body)
     assert [echoes.is_echo("/a", body, b"") for body in (b"1", b"2", b"3")] == [False, True, True]
@@ -68,7 +68,7 @@ def test_not_all_messages_are_remembered(monkeypatch: pytest.MonkeyPatch) -> Non
 
 def test_a_middleware_that_does_not_tell_publishers() -> None:
     echoes = Echoes(lambda _: {}, True)
-    echoes.expect({"/a"})
+    echoes.set_topics({"/a"})
     echoes.on_send("/a", b"x")
     assert not echoes.is_echo("/a", b"x", b""), "it is noticed now"
     echoes.on_send("/a", b"y")

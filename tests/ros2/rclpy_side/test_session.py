@@ -154,7 +154,7 @@ def test_what_cannot_be_declared(running: Running) -> None:
     publishers = {name: (key(name), Qos(), Priority.NORMAL) for name in ("/a", "/b")}
     assert running.session.declare(publishers, {key("/c", "yard_msgs/msg/Tree"): Qos(), key("/d"): Qos()}) == {
         "/b": "no more room",
-        "/c": "package yard_msgs is not installed beside rclpy",
+        "/c": "package yard_msgs is not installed in this ROS 2 installation",
     }
     assert {each.name for each in (*running.network.publishers, *running.network.subscriptions)} == {"/a", "/d"}
     del running.network.errors["/b"]

@@ -30,8 +30,8 @@ def test_the_parts_of_actions(classes: TypeClasses) -> None:
 @pytest.mark.parametrize(
     ("name", "problem"),
     [
-        ("yard_msgs/msg/Tree", "package yard_msgs is not installed beside rclpy"),
-        ("no_msgs/msg/Tree", "package no_msgs is not installed beside rclpy"),
+        ("yard_msgs/msg/Tree", "package yard_msgs is not installed in this ROS 2 installation"),
+        ("no_msgs/msg/Tree", "package no_msgs is not installed in this ROS 2 installation"),
         ("lab_msgs/msg/Chair", "rclpy cannot use lab_msgs/msg/Chair: module 'lab_msgs.msg' has no attribute 'Chair'"),
         ("bad_msgs/msg/Bench", "rclpy cannot use bad_msgs/msg/Bench: of another Python"),
         ("lab_msgs/srv/Clean", "lab_msgs/srv/Clean is not a type of messages"),

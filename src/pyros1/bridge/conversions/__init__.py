@@ -1,1 +1,1 @@
-"""What a bridge changes in messages on request: images, clouds and scans that are sent; names in what is taken."""
+"""Optional conversions: of images, clouds and scans that are sent, and of names in messages that are received."""

@@ -1,4 +1,4 @@
-"""Which conversions of what is sent there are, and how a rule asks for them. No I/O.
+"""The conversions for messages that are sent, and how a rule selects them. No I/O.
 
 =========  ==================================  ===============================================================
 convert    takes                               sends
@@ -24,7 +24,7 @@ IMAGE, CLOUD, SCAN = "sensor_msgs/Image", "sensor_msgs/PointCloud2", "sensor_msg
 
 
 class ConversionError(Error, ValueError):
-    """A rule asks for a conversion that there is not.
+    """A rule selects an unknown conversion.
 
     Attributes:
         setting: the setting that is wrong.
@@ -36,7 +36,7 @@ class ConversionError(Error, ValueError):
 
 
 class _Setting(NamedTuple):
-    """The number that a conversion needs; `default` is None if the rule must say it."""
+    """The number that a conversion needs; `default` is None if the rule must specify it."""
 
     name: str
     default: float | None
@@ -100,7 +100,7 @@ class Conversion(NamedTuple):
 
     @property
     def suffix(self) -> str:
-        """What follows the topic's name where the type changes, so that the original could be sent, too."""
+        """The suffix of the topic's name if the type changes, so that the original can be sent, too."""
         return _KINDS[self.kind].suffix
 
     @property
@@ -110,7 +110,7 @@ class Conversion(NamedTuple):
 
     @property
     def keeps_latched(self) -> bool:
-        """Whether a latched message is still of use to who receives only the last one: a picture of a video is not."""
+        """Whether a latched message is of use on its own: a frame of a video is not."""
         return self.kind != "h264"
 
     @property

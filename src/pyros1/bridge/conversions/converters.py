@@ -1,6 +1,6 @@
 """Converts the messages of a topic that is sent: bytes in, bytes out. No I/O.
 
-numpy, Pillow and PyAV are imported when the first converter is made: bridges that convert nothing do without them.
+numpy, Pillow and PyAV are imported with the first converter, so bridges without conversions do not need them.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ def converted_type(conversion: Conversion, type_name: str, md5sum: str) -> Messa
 
 
 def with_conversions(topics: Iterable[LocalTopic], rules: Rules) -> tuple[list[LocalTopic], dict[str, str]]:
-    """Return topics with the conversions by rules that are possible, and why those that a rule names cannot be
+    """Return topics with the conversions that their rules select, and why some topics that a rule names cannot be
     converted.
 
     Args:
@@ -114,7 +114,7 @@ class Converter:
         return lambda _, message, __: thin(message, int(value))
 
     def restart(self) -> None:
-        """Make sure that who receives from now on can make something of the next message: of video, a key frame."""
+        """Make the next message decodable without earlier ones, for new receivers: in video, a key frame."""
         self._restart()
 
     def convert(self, publisher: str, body: bytes, now: float) -> bytes:

@@ -20,7 +20,7 @@ _LOG = "rosgraph_msgs/Log"
 
 
 def frame_prefixer(prefix: str, kept: Collection[str]) -> Change:
-    """Return what puts a prefix before the name of a frame. An empty name stays empty.
+    """Return a function that prefixes the name of a frame. An empty name stays empty.
 
     Args:
         prefix: the prefix, without a slash at its end.
@@ -37,13 +37,13 @@ def frame_prefixer(prefix: str, kept: Collection[str]) -> Change:
 
 
 def node_prefixer(prefix: str) -> Change:
-    """Return what puts a namespace such as ``/red`` before the full name of a node."""
+    """Return a function that puts a namespace such as ``/red`` before the full name of a node."""
     begin = prefix.encode()
     return lambda node: begin + node if node.startswith(b"/") else begin + b"/" + node
 
 
 class Prefixer:
-    """Puts the prefixes into the messages of a topic, once its definition is known.
+    """Adds the prefixes to the messages of a topic, once its definition is known.
 
     Args:
         frames: the prefix of frames; empty for none.
@@ -61,7 +61,7 @@ class Prefixer:
         self._problem = ""
 
     def learn(self, type_name: str, definition: str) -> str:
-        """Note the definition of the topic's type, and return why its messages cannot get prefixes; empty if they can.
+        """Record the definition of the topic's type, and return why its messages cannot get prefixes, or "".
 
         Args:
             type_name: the type.

@@ -1,7 +1,7 @@
 """Changes some strings of encoded messages, such as frame ids, and copies all other bytes. No I/O.
 
-Which bytes to skip is worked out once for each type; then a message costs a few steps, however large it is: after the
-last string that may change, nothing is looked at.
+The bytes to skip are computed once per type. A message then takes a few steps, whatever its size: everything after the
+last string that may change is copied as it is.
 """
 
 from __future__ import annotations
@@ -22,32 +22,32 @@ meanwhile. A transform takes four.
 _MAX_FIELDS = 5_000
 """Maximum number of fields of a type, with those of messages in messages: its definition may be hostile, too."""
 Change = Callable[[bytes], bytes]
-"""Returns what takes the place of a string."""
+"""Returns the replacement of a string."""
 _LENGTH = struct.Struct("<I")
 _VARIABLE = -1
 """Number of elements of an array whose length is in the message."""
 
 
 class _Skip(NamedTuple):
-    """So many bytes."""
+    """A fixed number of bytes."""
 
     size: int
 
 
 class _Array(NamedTuple):
-    """An array of variable length, of elements of so many bytes."""
+    """An array of variable length, of elements of a given number of bytes."""
 
     element_size: int
 
 
 class _String(NamedTuple):
-    """A string, and what changes it, if anything does."""
+    """A string, and the function that changes it, if any."""
 
     change: Change | None
 
 
 class _Loop(NamedTuple):
-    """So many elements, or a variable number, each of which needs some steps."""
+    """A fixed or variable number of elements, each of which needs some steps."""
 
     length: int
     steps: list[Any]
@@ -68,7 +68,7 @@ class StringChanger:
     """
 
     def __init__(self, cls: type[Message], changes: Mapping[str, Change]) -> None:
-        self._steps = _without_end(_Compiler(changes).steps(cls))
+        self._steps = _strip_tail(_Compiler(changes).steps(cls))
         self.is_useful = bool(self._steps)
 
     def change(self, body: bytes) -> bytes:
@@ -135,7 +135,7 @@ class _Pass:
 
 
 class _Compiler:
-    """Works out the steps for a type."""
+    """Compiles the steps for a type."""
 
     def __init__(self, changes: Mapping[str, Change]) -> None:
         self._changes = changes
@@ -173,7 +173,7 @@ class _Compiler:
         return [_Loop(length, inner)]
 
 
-def _without_end(steps: list[Any]) -> list[Any]:
+def _strip_tail(steps: list[Any]) -> list[Any]:
     """Return the steps up to the last one that may change something."""
     while steps and not _changes_something(steps[-1]):
         steps = steps[:-1]

@@ -1,8 +1,8 @@
 """Encodes images as H.264 video, a message for each picture. Needs PyAV.
 
 The messages are of Foxglove's type foxglove_msgs/CompressedVideo: Annex B, without B-frames, so that each can be
-decoded when it comes. A picture is described by its difference from the one before, but for key frames, which come at
-least every two seconds, and on request when somebody new receives.
+decoded on arrival. Each picture is encoded as its difference from the one before, except for key frames, which are sent
+at least every two seconds, and on request for a new receiver.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ string format    # h264
 KEY_FRAME_PERIOD = 2.0
 """Maximum seconds between key frames, as long as there are pictures."""
 _MAX_PUBLISHERS = 4
-"""Maximum number of publishers of a topic whose pictures are a video each; the one that paused longest is forgotten."""
+"""Maximum number of publishers of a topic, each with its own video; the one that paused longest is dropped."""
 _MICROSECOND = Fraction(1, 1_000_000)
 
 
@@ -68,7 +68,7 @@ class Video:
         self._encoders: dict[str, _Encoder] = {}
 
     def restart(self) -> None:
-        """Begin the next picture of each publisher with a key frame."""
+        """Encode the next picture of each publisher as a key frame."""
         for encoder in self._encoders.values():
             encoder.needs_key_frame = True
 

@@ -1,4 +1,4 @@
-"""What the state machine asks of whoever drives it. All are plain values; the order in which they are given counts."""
+"""The actions that the state machine returns. They are plain values, to be carried out in order."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ class Send(NamedTuple):
         head, body: the packet.
         priority: which packets overtake others.
         replaces: a packet that waits with an equal key and value is replaced by this one; None: nothing is replaced.
-        may_drop: whether it is replaced only where the network is slow, since all are wanted where it is not.
+        may_drop: whether it is replaced only if the network is slow, since otherwise all are wanted.
         expires: time by the site's clock after which the packet is useless; None: never.
     """
 
@@ -32,7 +32,7 @@ class Send(NamedTuple):
 
 
 class Listen(NamedTuple):
-    """Receive what another site sends on a key, or no longer if `on` is false."""
+    """Receive what another site sends on a key, or stop if `on` is false."""
 
     site: str
     key: str
@@ -40,7 +40,7 @@ class Listen(NamedTuple):
 
 
 class Subscribe(NamedTuple):
-    """Subscribe to a topic of this site's master, or no longer if `on` is false.
+    """Subscribe to a topic of this site's master, or stop if `on` is false.
 
     Attributes:
         conversion: how its messages are converted; None if they are not.
@@ -51,8 +51,8 @@ class Subscribe(NamedTuple):
     conversion: Conversion | None = None
 
 
-class StartAnew(NamedTuple):
-    """Let the next converted message of a topic be one that makes sense without those before it: another site wants
+class RestartConversion(NamedTuple):
+    """Make the next converted message of a topic decodable without earlier ones: another site wants
     them.
     """
 
@@ -80,14 +80,14 @@ class Advertise(NamedTuple):
 
 
 class SetOrigins(NamedTuple):
-    """Note that a topic that is published has other original publishers."""
+    """Record that a topic that is published has other original publishers."""
 
     local: str
     origins: tuple[str, ...]
 
 
 class Withdraw(NamedTuple):
-    """Publish a topic no longer."""
+    """Stop publishing a topic."""
 
     local: str
 
@@ -123,7 +123,7 @@ class Publish(NamedTuple):
 
 
 class Forget(NamedTuple):
-    """Keep the last message of a source no longer, since its publisher is gone."""
+    """Discard the last message of a source, since its publisher is gone."""
 
     local: str
     source: Source
@@ -139,8 +139,8 @@ class Provide(NamedTuple):
     response: str
 
 
-class Unprovide(NamedTuple):
-    """Provide a service no longer."""
+class StopProviding(NamedTuple):
+    """Stop providing a service."""
 
     local: str
 
@@ -175,7 +175,7 @@ class Return(NamedTuple):
     body: bytes
 
 
-class Represent(NamedTuple):
+class RepresentNode(NamedTuple):
     """Represent a node of another site by one here, as long as it responds.
 
     Attributes:
@@ -216,6 +216,6 @@ class Log(NamedTuple):
     is_warning: bool = False
 
 
-ServiceAction = Provide | Unprovide | CallService | Return
-TopicAction = Listen | Subscribe | StartAnew | Advertise | SetOrigins | Withdraw | Publish | Forget
-Action = Send | TopicAction | Represent | ServiceAction | ProbeReply | Log
+ServiceAction = Provide | StopProviding | CallService | Return
+TopicAction = Listen | Subscribe | RestartConversion | Advertise | SetOrigins | Withdraw | Publish | Forget
+Action = Send | TopicAction | RepresentNode | ServiceAction | ProbeReply | Log

@@ -1,4 +1,4 @@
-"""What a site says of itself to the others: that it is there, what it offers, and what it wants. No I/O."""
+"""The packets with which a site announces itself, its offers and its requests to others. No I/O."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class Announcements:
 
     Args:
         epoch: the site's epoch.
-        peers: the other sites; shared with the caller, who changes it.
+        peers: the other sites; shared with the caller, which updates it.
         sending, receiving, services, slow_sites: what they are about.
 
     Attributes:
@@ -48,11 +48,11 @@ class Announcements:
         self._versions = count(1)
 
     def begin(self, name: str) -> None:
-        """Begin with empty lists: the site is new, or has started again."""
+        """Start with empty lists: the site is new, or has restarted."""
         self.lists[name] = PeerLists(self._versions)
 
     def hello(self) -> Action:
-        """Return the packet by which sites find each other."""
+        """Return the packet with which sites discover each other."""
         return Send(HELLO, encode_head(Kind.HELLO, self._epoch), priority=Priority.URGENT, replaces=0, may_drop=True)
 
     def heartbeats(self, now: float) -> list[Action]:

@@ -1,12 +1,12 @@
 """How far another site's clock is ahead of ours, estimated from the round trips of heartbeats. No I/O.
 
-What is needed is not the best guess of a message's age but its upper bound, since no message may be delivered that
-could be too old. The answer to a heartbeat of ours was sent after the heartbeat was, whatever the delays of the two
+This estimates an upper bound of a message's age, not the most likely age, since no message that could be too old may be
+delivered. The answer to a heartbeat of ours was sent after the heartbeat was, whatever the delays of the two
 ways are, which bounds the offset. Of several bounds, the least holds; since clocks drift, a bound grows with time.
 
 Clocks may also stand still for a while, as that of a virtual machine that is paused. The other way of a round trip
 bounds the offset from below: if that is more than the least bound from above, a clock has stood still since then, and
-bounds from before do not hold any more.
+bounds from before do not hold any longer.
 """
 
 from __future__ import annotations
@@ -48,23 +48,23 @@ class ClockOffset:
         """The shortest one of the last round trips; 0 if there was none."""
         return min(self._round_trips, default=0.0)
 
-    def add(self, sent_at: float, received_at: float, their_time: float, held: float) -> None:
+    def add(self, sent_at: float, received_at: float, their_time: float, reply_delay: float) -> None:
         """Add a round trip.
 
         Args:
             sent_at, received_at: when our heartbeat was sent and its answer arrived, by our clock.
             their_time: when the answer was sent, by their clock.
-            held: the time between the arrival of our heartbeat and their answer, by their clock.
+            reply_delay: the time between the arrival of our heartbeat and their answer, by their clock.
         """
-        round_trip = received_at - sent_at - held
-        if held < 0 or not -held * DRIFT - _RESOLUTION <= round_trip <= _MAX_ROUND_TRIP:
+        round_trip = received_at - sent_at - reply_delay
+        if reply_delay < 0 or not -reply_delay * DRIFT - _RESOLUTION <= round_trip <= _MAX_ROUND_TRIP:
             return
         self.round_trip = max(0.0, round_trip)
         self._round_trips.append(self.round_trip)
         if their_time - received_at > self._least + received_at * DRIFT + _RESOLUTION:
             self._latest.clear()
-        # The answer was sent after sent_at + held, by our clock, so their clock is ahead by this at most:
-        self._latest.append(their_time - sent_at - held * (1 - DRIFT) - received_at * DRIFT)
+        # The answer was sent after sent_at + reply_delay, by our clock, so their clock is ahead by this at most:
+        self._latest.append(their_time - sent_at - reply_delay * (1 - DRIFT) - received_at * DRIFT)
         self._least = min(self._latest)
 
     def age(self, received_at: float, now: float) -> float | None:

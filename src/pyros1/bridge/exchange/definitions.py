@@ -46,8 +46,8 @@ class _Owned:
 
 class Definitions:
     """The definitions that other sites have sent. Each counts for the site that it came from, so a site that sends too
-    many has no more of its own topics, but others do. Those of runs that have ended stay, as far as they are not too
-    many, since topics of other sites may use them.
+    many has no more of its own topics, but others do. Those of ended runs stay, up to a limit, since topics of other
+    sites may use them.
     """
 
     def __init__(self) -> None:
@@ -71,10 +71,8 @@ class Definitions:
         text = self.text(type_name, md5sum)
         return text is None or (not text and md5sum not in self._asked_at.get(site, ()))
 
-    def to_ask(self, site: str, md5sums: Iterable[str], now: float, limit: int) -> list[str]:
-        """Return those of some md5 sums, at most `limit`, for which a site is to be asked now; they are taken as asked
-        for.
-        """
+    def take_requests(self, site: str, md5sums: Iterable[str], now: float, limit: int) -> list[str]:
+        """Return the md5 sums, at most `limit`, of definitions to request from a site now, and record the requests."""
         asked_at = self._asked_at.setdefault(site, {})
         due = [
             md5sum for md5sum in dict.fromkeys(md5sums) if now - asked_at.get(md5sum, float("-inf")) >= _RETRY_PERIOD
@@ -104,7 +102,7 @@ class Definitions:
         self._owners.pop(key).remove(self._texts.pop(key))
 
     def add(self, site: str, definition: Definition) -> bool:
-        """Note a definition that a site has sent; return whether it was asked for, and is of use. One that can be used
+        """Handle a definition that a site has sent; return whether it was requested, and is usable. A usable definition
         is never replaced, so no site can disturb the topics of others.
         """
         key = (definition.type, definition.md5sum)

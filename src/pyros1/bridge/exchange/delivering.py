@@ -1,4 +1,4 @@
-"""What becomes of the messages of another site that are to be published here. No I/O."""
+"""Delivers the messages of another site to topics here. No I/O."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from pyros1.bridge.exchange.actions import Action, Publish, Source
 from pyros1.bridge.exchange.clock_offset import ClockOffset
 from pyros1.bridge.exchange.incoming import IncomingTopic
-from pyros1.bridge.exchange.outgoing import Drop
+from pyros1.bridge.exchange.outgoing import DropReason
 from pyros1.bridge.exchange.outputs import Feed, Outputs
 from pyros1.bridge.exchange.streams import Delivery
 from pyros1.bridge.protocol.packets import Flag, MessageHead
@@ -25,7 +25,7 @@ def deliver(
     outputs: Outputs,
     now: float,
 ) -> list[Action]:
-    """Return what is to be done about messages of a topic, and count them.
+    """Return the actions for messages of a topic, and count them.
 
     Args:
         feed: the site and the topic.
@@ -48,7 +48,7 @@ def deliver(
         try:
             body = incoming.prefixer.change(body)  # noqa: PLW2901 - with prefixes, if a rule asks for them
         except MessageError:
-            incoming.flow.drop(Drop.DAMAGED)
+            incoming.flow.drop(DropReason.DAMAGED)
             continue
         incoming.flow.count(len(body))
         is_latched = bool(head.flags & Flag.LATCHED) and outputs.is_latched(local)
@@ -63,13 +63,13 @@ def _reason_to_drop(
 ) -> str | None:
     settings = incoming.settings
     if size > settings.max_size:
-        return Drop.SIZE
+        return DropReason.SIZE
     is_latched = bool(head.flags & Flag.LATCHED) and incoming.offered.latched
     age = clock.age(head.received_at, now)
     max_age = settings.max_age(is_latched)
     if max_age is not None and (age is None or age > max_age):
-        return Drop.OLD
+        return DropReason.OLD
     # An earlier run of this site may have delivered what was sent before this one wanted it.
     if not is_latched and (age is None or age > now - incoming.wanted_since + _EARLY_TOLERANCE):
-        return Drop.EARLY
+        return DropReason.EARLY
     return None if is_latched else incoming.reason_to_limit(head.publisher, now)

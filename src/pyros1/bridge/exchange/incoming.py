@@ -1,4 +1,4 @@
-"""A topic of another site that is taken, and what the status says of it. No I/O."""
+"""A topic that is received from another site, and its status. No I/O."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 from pyros1.bridge.conversions.prefixes import Prefixer
-from pyros1.bridge.exchange.outgoing import Drop
+from pyros1.bridge.exchange.outgoing import DropReason
 from pyros1.bridge.exchange.sending import Flow
 from pyros1.bridge.exchange.streams import Stream
 from pyros1.bridge.names import SharedName
-from pyros1.bridge.protocol.packets import Offered
+from pyros1.bridge.protocol.packets import OfferedTopic
 from pyros1.bridge.rules.rules import Settings
 
 _MAX_PUBLISHERS = 1_000
@@ -34,7 +34,7 @@ class IncomingTopic:
             `paused_until`.
     """
 
-    def __init__(self, offered: Offered, settings: Settings, stream: Stream, prefixer: Prefixer) -> None:
+    def __init__(self, offered: OfferedTopic, settings: Settings, stream: Stream, prefixer: Prefixer) -> None:
         self.offered = offered
         self.settings = settings
         self.stream = stream
@@ -54,10 +54,10 @@ class IncomingTopic:
         if publisher not in self._due and len(self._due) >= _MAX_PUBLISHERS:
             self._due = {each: due for each, due in self._due.items() if due > now}
             if len(self._due) >= _MAX_PUBLISHERS:
-                return Drop.PUBLISHERS
+                return DropReason.PUBLISHERS
         due = self._due.get(publisher, now)
         if now < due - 0.1 * period:
-            return Drop.RATE
+            return DropReason.RATE
         self._due[publisher] = max(due, now - period) + period
         return None
 

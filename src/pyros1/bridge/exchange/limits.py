@@ -1,11 +1,11 @@
-"""What other sites may ask for how often, each on its own. No I/O."""
+"""How often each other site may make requests. No I/O."""
 
 from __future__ import annotations
 
 from collections.abc import Container
 
-from pyros1.bridge.exchange.allowance import Allowance
 from pyros1.bridge.exchange.pending_lists import PendingLists
+from pyros1.bridge.exchange.token_bucket import TokenBucket
 
 _PROBE_RATE = 500
 _PROBE_BURST = 100
@@ -18,7 +18,7 @@ _MAX_SITES = 1_000
 
 
 class SiteLimits:
-    """What a site may ask for.
+    """The rate limits of one site.
 
     Attributes:
         lists: its lists that wait.
@@ -28,12 +28,12 @@ class SiteLimits:
 
     def __init__(self) -> None:
         self.lists = PendingLists()
-        self.probes = Allowance(_PROBE_RATE, _PROBE_BURST)
-        self.definitions = Allowance(_DEFINITION_RATE, _DEFINITION_BURST)
+        self.probes = TokenBucket(_PROBE_RATE, _PROBE_BURST)
+        self.definitions = TokenBucket(_DEFINITION_RATE, _DEFINITION_BURST)
 
 
 class Limits:
-    """The limits of all sites. They outlast runs of a site, so it gains nothing if it leaves and comes back."""
+    """The limits of all sites. They outlive a run of a site, so reconnecting does not reset them."""
 
     def __init__(self) -> None:
         self._sites: dict[str, SiteLimits] = {}

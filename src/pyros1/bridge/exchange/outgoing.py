@@ -1,4 +1,4 @@
-"""A topic that a site sends: who wants it, the numbers of its messages, and what it keeps to send again. No I/O.
+"""A topic that a site sends: its receivers, the numbers of its messages, and those kept for resending. No I/O.
 
 Messages are numbered without gaps, so receivers notice what they missed. What is kept depends on the topic:
 
@@ -14,7 +14,7 @@ from collections.abc import Collection, Mapping
 from typing import NamedTuple
 
 from pyros1.bridge.names import SharedName
-from pyros1.bridge.protocol.packets import MAX_NUMBERS, Flag, Held, MessageHead, Missed, Offered
+from pyros1.bridge.protocol.packets import MAX_NUMBERS, Flag, LatchedList, MessageHead, OfferedTopic, ResendRequest
 from pyros1.bridge.rules.rules import Settings
 
 HISTORY_BYTES = 8 << 20
@@ -39,14 +39,14 @@ class ReceivedMessage(NamedTuple):
     body: bytes
 
 
-class Numbered(NamedTuple):
+class NumberedMessage(NamedTuple):
     """A message with its head, ready to be sent."""
 
     head: MessageHead
     body: bytes
 
 
-class Drop:
+class DropReason:
     """Why messages are not sent or not delivered, as shown by the status."""
 
     RATE = "over the rate limit"
@@ -77,7 +77,7 @@ class OutgoingTopic:
         last: the number of the last message.
     """
 
-    def __init__(self, offered: Offered, settings: Settings, epoch: int) -> None:
+    def __init__(self, offered: OfferedTopic, settings: Settings, epoch: int) -> None:
         self.offered = offered
         self.settings = settings
         self.last = 0
@@ -91,8 +91,8 @@ class OutgoingTopic:
         self._waiting: dict[
             str, tuple[ReceivedMessage, float]
         ] = {}  # latched messages that came more often than the rate
-        self._held: dict[str, Numbered] = {}
-        self._history: deque[Numbered] = deque()
+        self._latched: dict[str, NumberedMessage] = {}
+        self._history: deque[NumberedMessage] = deque()
         self._history_bytes = 0
 
     @property
@@ -114,20 +114,20 @@ class OutgoingTopic:
         self._period = 1.0 / min(limits) if limits else None  # between messages of a publisher; None: no limit
 
     @property
-    def may_lose_none(self) -> bool:
-        """Whether receivers are told the number of the last message, so that they notice what they missed."""
+    def is_lossless(self) -> bool:
+        """Whether heartbeats contain the number of the last message, so that receivers notice what they missed."""
         return self.offered.latched or self.offered.reliable
 
-    def take(self, received: ReceivedMessage, now: float) -> Numbered | str:
+    def take(self, received: ReceivedMessage, now: float) -> NumberedMessage | str:
         """Return a message with its number, to be sent to all sites that want the topic; or why it is dropped."""
         if received.md5sum != self.offered.md5sum:
-            return Drop.TYPE
+            return DropReason.TYPE
         if len(received.body) > self.settings.max_size:
-            return Drop.SIZE
+            return DropReason.SIZE
         if not self._may_send(received.publisher, now):
             if received.latched and self.offered.latched:  # the last one must arrive in the end
                 self._waiting[received.publisher] = (received, now)
-            return Drop.RATE
+            return DropReason.RATE
         self._waiting.pop(received.publisher, None)
         return self._number(received, now)
 
@@ -154,32 +154,32 @@ class OutgoingTopic:
         self._due[publisher], is_due = self._next_due(publisher, period, now)
         return is_due
 
-    def _number(self, received: ReceivedMessage, now: float) -> Numbered | str:
+    def _number(self, received: ReceivedMessage, now: float) -> NumberedMessage | str:
         publisher = self._publishers.get(received.publisher)
         if publisher is None:
             if len(self._publishers) >= MAX_NUMBERS:
-                return Drop.PUBLISHERS
+                return DropReason.PUBLISHERS
             publisher = self._publishers[received.publisher] = self._next_publisher
             self._next_publisher += 1
             self._first_received_at[received.publisher] = now
         self.last += 1
         flags = Flag.LATCHED if received.latched and self.offered.latched else 0
         head = MessageHead(self._epoch, 0, self.last, publisher, now, flags, received.md5sum)
-        message = Numbered(head, received.body)
+        message = NumberedMessage(head, received.body)
         if received.latched:  # even if the topic does not count as latched yet
-            held = head._replace(flags=Flag.LATCHED)
-            self._held[received.publisher] = Numbered(held, received.body)
+            latched_head = head._replace(flags=Flag.LATCHED)
+            self._latched[received.publisher] = NumberedMessage(latched_head, received.body)
         if self.offered.reliable and not self.offered.latched:
             self._remember(message)
         return message
 
-    def _remember(self, message: Numbered) -> None:
+    def _remember(self, message: NumberedMessage) -> None:
         self._history.append(message)
         self._history_bytes += len(message.body)
         while len(self._history) > 1 and (self._history_bytes > HISTORY_BYTES or len(self._history) > HISTORY_MESSAGES):
             self._history_bytes -= len(self._history.popleft().body)
 
-    def due(self, now: float) -> list[Numbered]:
+    def due(self, now: float) -> list[NumberedMessage]:
         """Return the latched messages that waited for the rate, and may be sent now; and forget what is too old."""
         age = self.settings.age
         while self._history and now - self._history[0].head.received_at > age:
@@ -193,23 +193,23 @@ class OutgoingTopic:
                     ready.append(message)
         return ready
 
-    def drop_publishers(self, gone: list[str], now: float) -> list[Numbered]:
-        """Forget publishers, and return messages that tell so of those that had latched one."""
+    def drop_publishers(self, gone: list[str], now: float) -> list[NumberedMessage]:
+        """Remove publishers, and return the notices of those that had latched a message."""
         notes = []
         for name in gone:
             self._due.pop(name, None)
             self._waiting.pop(name, None)
             number = self._publishers.pop(name, None)
             self._first_received_at.pop(name, None)
-            held = self._held.pop(name, None)
-            if number is not None and held is not None and self.offered.latched:
+            latched = self._latched.pop(name, None)
+            if number is not None and latched is not None and self.offered.latched:
                 self.last += 1
                 head = MessageHead(self._epoch, 0, self.last, number, now, Flag.LEFT, self.offered.md5sum)
-                notes.append(Numbered(head, b""))
+                notes.append(NumberedMessage(head, b""))
         return notes
 
     def gone_publishers(self, registered: Collection[str], asked_at: float) -> list[str]:
-        """Return the publishers whose messages have come, but that are gone.
+        """Return the publishers that have sent messages, but are gone.
 
         Args:
             registered: the publishers that the master knows.
@@ -220,30 +220,30 @@ class OutgoingTopic:
             name for name in self._publishers if name not in registered and self._first_received_at[name] < asked_at
         ]
 
-    def held(self) -> tuple[list[Numbered], Held]:
+    def latched_list(self) -> tuple[list[NumberedMessage], LatchedList]:
         """Return the latched messages, and the list of them."""
-        messages = [*self._held.values()]
+        messages = [*self._latched.values()]
         numbers = {message.head.publisher: message.head.number for message in messages}
-        return messages, Held(self.topic, self.last, numbers)
+        return messages, LatchedList(self.topic, self.last, numbers)
 
-    def hold_as(self, other: OutgoingTopic) -> None:
-        """Hold the latched messages that another topic from the same publishers holds: they do not come once more."""
-        newest = {name: (message.body, message.head.received_at) for name, message in other._held.items()}
+    def copy_latched(self, other: OutgoingTopic) -> None:
+        """Copy the latched messages of another topic with the same publishers, since they are not sent again."""
+        newest = {name: (message.body, message.head.received_at) for name, message in other._latched.items()}
         newest |= {name: (received.body, received_at) for name, (received, received_at) in other._waiting.items()}
         for name, (body, received_at) in newest.items():
             received = ReceivedMessage(name, other.offered.md5sum, True, body)
             if received.md5sum == self.offered.md5sum and len(body) <= self.settings.max_size:
                 self._number(received, received_at)
 
-    def again(self, missed: Missed) -> tuple[list[Numbered], int]:
+    def resend(self, missed: ResendRequest) -> tuple[list[NumberedMessage], int]:
         """Return the messages that a site missed and that are still kept, and the number of the first that is kept."""
         first_kept = self._history[0].head.number if self._history else self.last + 1
         found = [message for message in self._history if missed.first <= message.head.number <= missed.last]
         return found[:MAX_NUMBERS], first_kept
 
     def forget_all(self) -> None:
-        """Forget all messages, since nobody wants the topic any more."""
+        """Discard all messages, since no site wants the topic any longer."""
         self._history.clear()
         self._history_bytes = 0
-        self._held.clear()
+        self._latched.clear()
         self._waiting.clear()

@@ -1,4 +1,4 @@
-"""The topics that a bridge publishes on its site's master: which there are, and who wants them there. No I/O.
+"""The topics that a bridge publishes on its site's master: which they are, and which have subscribers there. No I/O.
 
 Several topics of other sites may have one name here; then they must have the same type, and the first one decides.
 """
@@ -12,7 +12,7 @@ from pyros1.bridge.exchange.actions import Action, Advertise, Forget, SetOrigins
 from pyros1.bridge.names import SharedName
 
 Feed = tuple[str, SharedName]
-"""What comes from another site: the site that sends it, and the topic."""
+"""A topic and the site that sends it."""
 
 
 class Output(NamedTuple):
@@ -75,7 +75,7 @@ class Outputs:
         return output is not None and output.latched
 
     def hold(self, local: str, source: Source) -> None:
-        """Note that the last message of a source is kept."""
+        """Record that the last message of a source is kept."""
         self._sources.setdefault(local, set()).add(source)
 
     def forget(self, local: str, source: Source) -> list[Action]:

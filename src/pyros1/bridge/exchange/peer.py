@@ -1,4 +1,4 @@
-"""What a site knows of another one: whether it is there, since when, and how old its messages are. No I/O.
+"""The state of another site: whether it is present, since when, and how old its messages are. No I/O.
 
 The states, and what leads from one to the next:
 
@@ -31,11 +31,11 @@ _PERIODS = 5
 """Number of heartbeats in the delay after which a site is lost. The next heartbeat brings the answer to one, so even
 without losses the time since the last one that was answered grows to two periods and a round trip."""
 MIN_PERIOD = 0.2
-"""Minimum seconds between heartbeats, however often another site wants them."""
+"""Minimum seconds between heartbeats, even if another site asks for more."""
 FORGET_DELAY = 60.0
 """Seconds after which a lost site is forgotten."""
 HEARD_DELAY = 10.0
-"""The same for one that has never been present: whoever invents names must not take the place of others for long."""
+"""The same for one that was never present: invented names must not displace other sites for long."""
 _ANSWER_PERIOD = 0.1
 """Minimum seconds between heartbeats that answer packets of a site that is not present yet, so that such packets cannot
 make this site send without end."""
@@ -43,7 +43,7 @@ _NAMESAKE_TIME = 10.0
 """Seconds after which packets of the run before the current one are not only delayed: two bridges have one name."""
 _NAMESAKE_TURNS = 5
 _SHARED_TIME = 60.0
-"""Seconds for which the status says that two bridges have one name, after the last sign of it."""
+"""Seconds for which the status reports two bridges with one name, after the last sign of it."""
 _KEPT_RUNS = 64
 """Number of earlier runs that are recognised when they come again."""
 _KEPT_HEARTBEATS = 64
@@ -159,7 +159,7 @@ class Peer:
         return self.state is State.PRESENT and epoch == self.epoch and to_epoch in (0, self._own_epoch)
 
     def hear(self, epoch: int, now: float) -> None:
-        """Note that a packet with an epoch came; this alone proves nothing."""
+        """Handle the epoch of a packet, which by itself proves nothing."""
         if self.state is not State.LOST:
             self._heard_at = now
         if epoch and epoch == self._former_epoch and now - self._started_at >= _NAMESAKE_TIME:
@@ -172,7 +172,7 @@ class Peer:
         self.answer_due = self.answer_due or now - self._heartbeat_sent_at >= _ANSWER_PERIOD
 
     def _note_turn(self, epoch: int, now: float) -> None:
-        """Note that another run is heard of: two that are heard of in turns are two bridges with one name."""
+        """Handle a packet of another run: if two runs alternate, two bridges have the same name."""
         self._turns = self._turns + 1 if epoch == self._former_candidate else 0
         self._former_candidate = self._candidate.epoch if self._candidate else 0
         if self._turns >= _NAMESAKE_TURNS:
@@ -183,12 +183,12 @@ class Peer:
         self._namesake_at = now
 
     def on_heartbeat(self, epoch: int, to_epoch: int, heartbeat: Heartbeat, now: float) -> Change:
-        """Note a heartbeat from the site, and return what it changes."""
+        """Handle a heartbeat from the site, and return what it changes."""
         number, _ = self._received.get(epoch, (0, 0.0))
         if heartbeat.number <= number:
             return Change.NONE  # repeated, or overtaken by a later one
         is_answer = to_epoch == self._own_epoch and heartbeat.echo in self._sent
-        if not is_answer or (epoch != self.epoch and not self._proves(epoch, heartbeat.echo)):
+        if not is_answer or (epoch != self.epoch and not self._confirms(epoch, heartbeat.echo)):
             self.hear(epoch, now)
             self._note_arrival(epoch, heartbeat.number, now)
             return Change.NONE
@@ -202,7 +202,7 @@ class Peer:
         if epoch in runs:
             self._received[epoch] = (number, now)
 
-    def _proves(self, epoch: int, echo: int) -> bool:
+    def _confirms(self, epoch: int, echo: int) -> bool:
         """Return whether the answer to a heartbeat shows that a run of the site is the current one."""
         candidate = self._candidate
         return candidate is not None and candidate.epoch == epoch and echo >= candidate.first_heartbeat
@@ -224,7 +224,7 @@ class Peer:
         self._candidate = None
         sent_at = self._sent[heartbeat.echo]
         self._answered_at = max(self._answered_at, sent_at)
-        self.clock.add(sent_at, now, heartbeat.sent_at, heartbeat.held)
+        self.clock.add(sent_at, now, heartbeat.sent_at, heartbeat.reply_delay)
         self.offer_wanted, self.request_wanted = heartbeat.offer, heartbeat.request
         self.offer_seen, self.request_seen = heartbeat.offer_seen, heartbeat.request_seen
         self.services_seen = heartbeat.services_seen
@@ -236,7 +236,7 @@ class Peer:
         return change
 
     def pop_namesake(self) -> bool:
-        """Return whether two bridges call themselves so; True only once."""
+        """Return True once if two bridges use this name."""
         is_new = self._has_namesake and not self._is_namesake_reported
         self._is_namesake_reported = self._has_namesake
         return is_new
@@ -291,5 +291,7 @@ class Peer:
         epoch = self._candidate.epoch if asks and self._candidate else self.epoch
         self._heartbeat_sent_at, self.answer_due = now, False
         echo, arrived_at = self._received.get(epoch, (0, now))
-        held, versions = now - arrived_at, (offer, request, *seen)
-        return epoch, Heartbeat(number, now, echo, held, *versions, tails, *services, self._period, nodes, is_separate)
+        reply_delay, versions = now - arrived_at, (offer, request, *seen)
+        return epoch, Heartbeat(
+            number, now, echo, reply_delay, *versions, tails, *services, self._period, nodes, is_separate
+        )

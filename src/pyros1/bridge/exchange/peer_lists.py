@@ -46,7 +46,7 @@ class PeerLists:
                     yield kind, page
 
     def accept(self, kind: Kind, body: bytes) -> list[Any] | None:
-        """Note a page of one of the other site's lists; return the entries of the list when it is new and complete.
+        """Handle a page of one of the other site's lists; return the entries of the list when it is new and complete.
 
         Raises:
             PacketError: the body is not valid.

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from pyros1.bridge.exchange.allowance import Allowance
+from pyros1.bridge.exchange.token_bucket import TokenBucket
 from pyros1.bridge.protocol.packets import Kind
 
 _RATE = 1.0
@@ -22,15 +22,15 @@ class PendingLists:
 
     def __init__(self) -> None:
         self._pending: dict[Kind, Sequence[Any]] = {}
-        self._allowances = {kind: Allowance(_RATE, _BURST) for kind in (Kind.OFFER, Kind.REQUEST, Kind.SERVICES)}
+        self._buckets = {kind: TokenBucket(_RATE, _BURST) for kind in (Kind.OFFER, Kind.REQUEST, Kind.SERVICES)}
 
     def put(self, kind: Kind, entries: Sequence[Any]) -> None:
-        """Note a list that has come."""
+        """Keep a received list."""
         self._pending[kind] = entries
 
     def take(self, now: float) -> list[tuple[Kind, Sequence[Any]]]:
         """Return the lists that are to be applied now; they wait no longer."""
-        kinds = [kind for kind in self._pending if self._allowances[kind].take(now)]
+        kinds = [kind for kind in self._pending if self._buckets[kind].take(now)]
         return [(kind, self._pending.pop(kind)) for kind in kinds]
 
     def clear(self) -> None:

@@ -1,4 +1,4 @@
-"""What a site takes: which topics of other sites are published here, and which of their messages. No I/O.
+"""The topics that a site receives from others, and which of their messages are published here. No I/O.
 
 A topic that is offered, and that a rule takes, is advertised here as soon as its definition is known, so that programs
 see it. It is wanted from the other site only while somebody here subscribes to it.
@@ -14,30 +14,30 @@ from collections.abc import Collection, Iterable, Mapping
 
 from pyros1.bridge.conversions.prefixes import Prefixer
 from pyros1.bridge.exchange.actions import Action, Listen, Log, Send
-from pyros1.bridge.exchange.allowance import Allowance
 from pyros1.bridge.exchange.definitions import Definitions
 from pyros1.bridge.exchange.delivering import deliver
 from pyros1.bridge.exchange.incoming import IncomingTopic, ReceivedTopic
-from pyros1.bridge.exchange.outgoing import Drop
+from pyros1.bridge.exchange.outgoing import DropReason
 from pyros1.bridge.exchange.outputs import Candidate, Feed, Output, Outputs, choose
 from pyros1.bridge.exchange.peer import Peer
 from pyros1.bridge.exchange.sending import Flow
 from pyros1.bridge.exchange.streams import BufferedBytes, Delivery, Stream, make_stream
+from pyros1.bridge.exchange.token_bucket import TokenBucket
 from pyros1.bridge.names import SharedName, is_topic_name
 from pyros1.bridge.protocol.key_expressions import to_key, topic_key
 from pyros1.bridge.protocol.packets import (
     MAX_PUBLISHERS,
     Definition,
-    Gone,
-    Held,
     Kind,
+    LatchedList,
     MessageHead,
-    Missed,
-    Offered,
+    OfferedTopic,
     Request,
+    ResendRefusal,
+    ResendRequest,
     encode_ask,
     encode_head,
-    encode_missed,
+    encode_resend_request,
 )
 from pyros1.bridge.rules.namespaces import LocalNamespaces
 from pyros1.bridge.rules.rules import Rules, Settings, is_command
@@ -60,7 +60,7 @@ class Receiving:
     Args:
         rules: the site's rules.
         epoch: the site's epoch.
-        peers: the other sites; shared with the caller, who changes it.
+        peers: the other sites; shared with the caller, which updates it.
 
     Attributes:
         streams: the stream of each topic that has been offered, with whether it was latched and reliable. They stay as
@@ -83,30 +83,30 @@ class Receiving:
         self._unusable: dict[Feed, str] = {}
         self._lacks_definitions = False
         self._is_outdated = False  # since definitions have come
-        self._updates = Allowance(UPDATE_RATE, UPDATE_BURST)
+        self._updates = TokenBucket(UPDATE_RATE, UPDATE_BURST)
         self.streams: dict[Feed, tuple[bool, bool, Stream]] = {}
         self.buffered: dict[str, BufferedBytes] = {}
 
-    # What there is ----------------------------------------------------------------------------------------------------
+    # Current state ----------------------------------------------------------------------------------------------------
 
     def set_local_topics(self, topics: Collection[str]) -> bool:
-        """Note which topics nodes of this site's master publish, those of bridges excepted.
+        """Record which topics nodes of this site's master publish, those of bridges excepted.
 
         Returns:
             Whether `set_offers` has to be called again, since it may refuse others now.
         """
         return self._namespaces.update(topics)
 
-    def set_offers(self, peer: str, offers: Iterable[Offered], now: float) -> list[Action]:
-        """Note what another site offers, and return the actions that follow."""
+    def set_offers(self, peer: str, offers: Iterable[OfferedTopic], now: float) -> list[Action]:
+        """Record what another site offers, and return the actions that follow."""
         return self.note_offers(peer, offers, now) + self.apply(now)
 
     def may_update(self, now: float) -> bool:
-        """Return whether to note new lists of other sites now, or to let them wait."""
+        """Return whether to process new lists of other sites now, or to let them wait."""
         return self._updates.take(now)
 
     def update(self, now: float) -> list[Action]:
-        """Return the actions that follow from what has been noted."""
+        """Return the actions that follow from what has been recorded."""
         self._updates.charge(len(self._incoming))
         return self.apply(now)
 
@@ -114,8 +114,8 @@ class Receiving:
         """Return the actions that follow from definitions that have come; None if none have, or if they must wait."""
         return self.update(now) if self._is_outdated and self.may_update(now) else None
 
-    def note_offers(self, peer: str, offers: Iterable[Offered], now: float) -> list[Action]:
-        """Note what another site offers, and return the first actions: `update` must follow."""
+    def note_offers(self, peer: str, offers: Iterable[OfferedTopic], now: float) -> list[Action]:
+        """Record what another site offers, and return the first actions: `update` must follow."""
         old = {feed: incoming for feed, incoming in self._incoming.items() if feed[0] == peer}
         for feed in old:
             del self._incoming[feed]
@@ -123,7 +123,7 @@ class Receiving:
         count, conflict = 0, ""
         for offered in offers:
             if is_command(offered.type):
-                offered = offered._replace(latched=False)  # noqa: PLW2901 - whatever the other site says
+                offered = offered._replace(latched=False)  # noqa: PLW2901 - from the other site, so unchecked
             feed = (peer, offered.topic)
             rule = self._rules.incoming(offered.topic, peer)
             if isinstance(rule, str):
@@ -170,7 +170,7 @@ class Receiving:
                 actions += self._continue(feed, before, incoming, now)
         return actions
 
-    def _stream(self, feed: Feed, offered: Offered, settings: Settings) -> Stream:
+    def _stream(self, feed: Feed, offered: OfferedTopic, settings: Settings) -> Stream:
         latched, reliable, stream = self.streams.get(feed, (None, None, None))
         if stream is None or (latched, reliable) != (offered.latched, offered.reliable):
             floor = stream.highest if stream else 0
@@ -180,13 +180,13 @@ class Receiving:
         return stream
 
     def _continue(self, feed: Feed, before: IncomingTopic, incoming: IncomingTopic, now: float) -> list[Action]:
-        """Go on with a topic that is offered in another way: messages still come, latched ones are compared anew."""
+        """Keep receiving a topic whose offer has changed; its latched messages are compared again."""
         incoming.flow = before.flow
         incoming.is_wanted, incoming.wanted_since = before.is_wanted, before.wanted_since
         incoming.is_paused, incoming.paused_until = before.is_paused, before.paused_until
         if not (before.is_wanted or before.is_paused):
             return []
-        before.stream.restart(now)  # nothing is kept back any more
+        before.stream.restart(now)  # nothing is kept back any longer
         return self._outputs.forget_feed(incoming.settings.local, feed)
 
     def _forget_streams(self, peer: str) -> None:
@@ -206,8 +206,8 @@ class Receiving:
         return actions
 
     def set_separate(self, peer: str, on: bool) -> list[Action]:
-        """Note whether another site sends all messages in packets for this site alone: what is for all sites would
-        come, too, and take up the network.
+        """Record whether another site sends all messages in packets for this site alone: the common packets would
+        waste bandwidth.
         """
         if on is (peer in self._separate):
             return []
@@ -216,12 +216,12 @@ class Receiving:
         return [Listen(peer, topic_key(topic), not on) for _, topic in wanted]
 
     def set_demand(self, demand: Iterable[str], now: float) -> list[Action]:
-        """Note to which topics nodes of this site's master subscribe, and return the actions that follow."""
+        """Record to which topics nodes of this site's master subscribe, and return the actions that follow."""
         self._demand = frozenset(demand)
         return self.apply(now)
 
     def on_definition(self, peer: str, definition: Definition, now: float) -> list[Action]:
-        """Note a definition, and return the actions that follow."""
+        """Handle a definition, and return the actions that follow."""
         is_offered = any(
             (incoming.offered.type, incoming.offered.md5sum) == (definition.type, definition.md5sum)
             for incoming in self._incoming.values()
@@ -251,9 +251,9 @@ class Receiving:
         actions += self._outputs.update(outputs, self._origins(outputs))
         for feed, incoming in self._incoming.items():
             local = incoming.settings.local
-            wants = local in self._outputs and local in self._demand and feed not in self._unusable
-            wants = wants and self._present(feed[0])
-            if wants and not incoming.is_wanted:
+            wanted = local in self._outputs and local in self._demand and feed not in self._unusable
+            wanted = wanted and self._present(feed[0])
+            if wanted and not incoming.is_wanted:
                 if not incoming.is_paused:
                     incoming.wanted_since = now
                 if not incoming.is_paused or incoming.offered.latched:
@@ -261,12 +261,12 @@ class Receiving:
                 incoming.is_wanted, incoming.is_paused, incoming.paused_until = True, False, float("inf")
                 if feed[0] not in self._separate:
                     actions.append(Listen(feed[0], topic_key(feed[1]), True))
-            elif incoming.is_wanted and not wants:
+            elif incoming.is_wanted and not wanted:
                 actions += self._stop(feed, incoming, now)
         return actions
 
     def _origins(self, outputs: Iterable[str]) -> dict[str, tuple[str, ...]]:
-        """Return the original publishers of each topic that is published here, as far as their sites name them."""
+        """Return the original publishers of each topic that is published here, if their sites name them."""
         found: dict[str, list[str]] = {local: [] for local in outputs}
         for (peer, _), incoming in self._incoming.items():
             names = found.get(incoming.settings.local)
@@ -310,17 +310,17 @@ class Receiving:
                 missing.setdefault(peer, []).append(offered.md5sum)
         actions: list[Action] = []
         for peer, md5sums in missing.items():
-            if due := self._definitions.to_ask(peer, md5sums, now, _MAX_ASKED):
+            if due := self._definitions.take_requests(peer, md5sums, now, _MAX_ASKED):
                 actions.append(Send(to_key(peer), self._head(Kind.ASK, peer), encode_ask(due)))
         return actions
 
     def _stop(self, feed: Feed, incoming: IncomingTopic, now: float) -> list[Action]:
-        """Want a topic no longer. Its latched messages are forgotten, since they may change unnoticed from now on."""
-        incoming.stream.restart(now)  # nothing is kept back any more
+        """Stop requesting a topic. Its latched messages are forgotten, since they may change unnoticed from now on."""
+        incoming.stream.restart(now)  # nothing is kept back any longer
         return self._ignore(feed, incoming)
 
     def _pause(self, feed: Feed, incoming: IncomingTopic) -> list[Action]:
-        """Want a topic no longer as long as its site is lost; what was missed is asked for afterwards."""
+        """Pause the request for a topic while its site is lost; what was missed is asked for afterwards."""
         incoming.is_paused, incoming.paused_until = True, float("inf")
         return self._ignore(feed, incoming)
 
@@ -338,7 +338,7 @@ class Receiving:
         return found
 
     def on_return(self, peer: str, now: float) -> list[Action]:
-        """Note that a lost site has returned, and return the actions that follow."""
+        """Record that a lost site has returned, and return the actions that follow."""
         for feed, incoming in self._incoming.items():
             if feed[0] == peer and incoming.is_paused:
                 incoming.paused_until = now + _PAUSE
@@ -349,7 +349,7 @@ class Receiving:
         ended = [incoming for incoming in self._incoming.values() if now >= incoming.paused_until]
         for incoming in ended:
             incoming.is_paused, incoming.paused_until = False, float("inf")
-            incoming.stream.restart(now)  # nothing is kept back any more
+            incoming.stream.restart(now)  # nothing is kept back any longer
         return bool(ended)
 
     # Messages ---------------------------------------------------------------------------------------------------------
@@ -360,7 +360,7 @@ class Receiving:
         if incoming is None or not incoming.is_wanted:
             return []
         if head.md5sum != incoming.offered.md5sum:
-            incoming.flow.drop(Drop.TYPE)
+            incoming.flow.drop(DropReason.TYPE)
             return []
         return self._deliver((peer, topic), incoming, incoming.stream.accept(head, body, now), now)
 
@@ -368,7 +368,7 @@ class Receiving:
         return deliver(feed, incoming, deliveries, self._peers[feed[0]].clock, self._outputs, now)
 
     def on_tails(self, peer: str, tails: Mapping[SharedName, int], now: float) -> list[Action]:
-        """Note the numbers of the last messages that another site has sent, and return the actions that follow."""
+        """Record the numbers of the last messages that another site has sent, and return the actions that follow."""
         actions: list[Action] = []
         for topic, number in tails.items():
             incoming = self._incoming.get((peer, topic))
@@ -377,15 +377,15 @@ class Receiving:
                 actions += self._tick_topic((peer, topic), incoming, now)
         return actions
 
-    def on_held(self, peer: str, held: Held, now: float) -> list[Action]:
-        """Note which latched messages another site holds, and return the actions that follow."""
-        incoming = self._incoming.get((peer, held.topic))
+    def on_latched_list(self, peer: str, latched_list: LatchedList, now: float) -> list[Action]:
+        """Record which latched messages another site holds, and return the actions that follow."""
+        incoming = self._incoming.get((peer, latched_list.topic))
         if incoming is None or not incoming.is_wanted:
             return []
-        return self._deliver((peer, held.topic), incoming, incoming.stream.on_held(held), now)
+        return self._deliver((peer, latched_list.topic), incoming, incoming.stream.on_latched_list(latched_list), now)
 
-    def on_gone(self, peer: str, gone: Gone, now: float) -> list[Action]:
-        """Note that another site cannot send some messages again, and return the actions that follow."""
+    def on_gone(self, peer: str, gone: ResendRefusal, now: float) -> list[Action]:
+        """Record that another site cannot send some messages again, and return the actions that follow."""
         incoming = self._incoming.get((peer, gone.topic))
         if incoming is None or not incoming.is_wanted:
             return []
@@ -403,8 +403,8 @@ class Receiving:
         peer, topic = feed
         actions = self._deliver(feed, incoming, incoming.stream.tick(now), now)
         if numbers := incoming.stream.missed(now):
-            body = encode_missed(Missed(topic, *numbers))
-            actions.append(Send(to_key(peer), self._head(Kind.MISSED, peer), body))
+            body = encode_resend_request(ResendRequest(topic, *numbers))
+            actions.append(Send(to_key(peer), self._head(Kind.RESEND_REQUEST, peer), body))
         return actions
 
     def _head(self, kind: Kind, peer: str) -> bytes:

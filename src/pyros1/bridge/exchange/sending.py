@@ -1,4 +1,4 @@
-"""What a site sends: its topics that the rules allow, to the sites that want them. No I/O.
+"""Sends the topics that the rules allow to the sites that request them. No I/O.
 
 A topic is subscribed to at its source only while a site wants it. Nothing that came over a bridge is sent on, whichever
 bridge it was: topics that only bridges publish are not offered, and messages of bridges are dropped.
@@ -11,9 +11,9 @@ from itertools import chain, islice
 from typing import NamedTuple
 
 from pyros1.bridge.conversions.conversion import Conversion, MessageType
-from pyros1.bridge.exchange.actions import Action, Send, StartAnew, Subscribe
+from pyros1.bridge.exchange.actions import Action, RestartConversion, Send, Subscribe
 from pyros1.bridge.exchange.answer_limits import AnswerLimits
-from pyros1.bridge.exchange.outgoing import Drop, Numbered, OutgoingTopic, ReceivedMessage
+from pyros1.bridge.exchange.outgoing import DropReason, NumberedMessage, OutgoingTopic, ReceivedMessage
 from pyros1.bridge.exchange.topic_packets import TopicPackets
 from pyros1.bridge.names import SharedName, is_topic_name
 from pyros1.bridge.protocol.packets import (
@@ -21,9 +21,9 @@ from pyros1.bridge.protocol.packets import (
     MAX_NODES,
     MAX_PUBLISHERS,
     Definition,
-    Missed,
-    Offered,
+    OfferedTopic,
     Request,
+    ResendRequest,
 )
 from pyros1.bridge.rules.rules import Outgoing, Rules, is_command
 
@@ -62,7 +62,7 @@ class LocalTopic(NamedTuple):
 
 
 class Flow:
-    """How much of a topic has been sent or delivered, and how many messages were dropped for which reason."""
+    """Counts the messages of a topic that were sent or delivered, and those dropped, by reason."""
 
     def __init__(self) -> None:
         self.messages = 0
@@ -70,7 +70,7 @@ class Flow:
         self.drops: dict[str, int] = {}
 
     def count(self, size: int) -> None:
-        """Count a message of so many bytes."""
+        """Count a message of a given number of bytes."""
         self.messages += 1
         self.bytes += size
 
@@ -118,10 +118,10 @@ class Sending:
         self._nodes: dict[str, list[str]] = {}  # peer -> see `nodes`
         self.separate: frozenset[str] = frozenset()
 
-    # What there is ----------------------------------------------------------------------------------------------------
+    # Current state ----------------------------------------------------------------------------------------------------
 
     def set_topics(self, topics: Iterable[LocalTopic], asked_at: float, now: float) -> list[Action]:
-        """Note the topics of this site's master, and return the actions that follow.
+        """Record the topics of this site's master, and return the actions that follow.
 
         Args:
             topics: the topics.
@@ -139,20 +139,20 @@ class Sending:
         return notes + self._apply(now)
 
     def set_peers(self, epochs: Mapping[str, int], now: float) -> list[Action]:
-        """Note which other sites are known, each with its epoch, and return the actions that follow."""
+        """Record which other sites are known, each with its epoch, and return the actions that follow."""
         for name in [name for name in self._requests if name not in epochs or self._peers.get(name) != epochs[name]]:
             del self._requests[name]
         self._peers = self._packets.epochs = dict(epochs)
         return self._apply(now)
 
     def set_requests(self, peer: str, requests: Iterable[Request], now: float) -> list[Action]:
-        """Note what another site wants, and return the actions that follow."""
+        """Record what another site wants, and return the actions that follow."""
         before = self._requests.get(peer, {})
         wanted = self._requests[peer] = {request.topic: request.rate for request in requests}
         changed = {topic for topic in before.keys() | wanted.keys() if before.get(topic) != wanted.get(topic)}
         return self._apply_requests(self._sent[topic] for topic in sorted(changed) if topic in self._sent)
 
-    def offers(self, peer: str) -> list[Offered]:
+    def offers(self, peer: str) -> list[OfferedTopic]:
         """Return what is offered to another site."""
         return [
             sent.topic.offered._replace(publishers=_sendable_names(sent.local.publishers))
@@ -179,16 +179,16 @@ class Sending:
             if new_peers and not sent.topic.requests and sent.topic.offered.latched:
                 for other in self._by_local[sent.local.name, sent.local.conversion]:
                     if other.topic.requests:
-                        sent.topic.hold_as(other.topic)
+                        sent.topic.copy_latched(other.topic)
                         break
             sent.topic.requests = requests
             if not requests:
                 sent.topic.forget_all()
             elif sent.topic.offered.latched:
                 for peer in sorted(new_peers):
-                    actions += self._packets.held(sent.topic, peer)
+                    actions += self._packets.latched_list(sent.topic, peer)
             if new_peers and sent.local.conversion is not None:
-                actions.append(StartAnew(sent.local.name, sent.local.conversion))
+                actions.append(RestartConversion(sent.local.name, sent.local.conversion))
         needed = {(sent.local.name, sent.local.conversion) for sent in self._sent.values() if sent.topic.requests}
         for on, sources in ((False, self._subscribed - needed), (True, needed - self._subscribed)):
             in_order = sorted(sources, key=lambda source: (source[0], source[1] or ()))
@@ -205,7 +205,7 @@ class Sending:
             name, conversion = local.name, local.conversion
             settings = rule.settings(name, local.type)
             is_latched = local.latched and not is_command(local.type)
-            offered = Offered(shared, local.type, local.md5sum, is_latched, settings.reliable)
+            offered = OfferedTopic(shared, local.type, local.md5sum, is_latched, settings.reliable)
             before = old.get(shared)
             is_same = before is not None and (before.local.name, before.local.conversion) == (name, conversion)
             if before is not None and is_same and before.topic.offered._replace(latched=is_latched) == offered:
@@ -232,7 +232,7 @@ class Sending:
 
     # Messages ---------------------------------------------------------------------------------------------------------
 
-    def wants(
+    def would_send(
         self, local: str, conversion: Conversion, received: ReceivedMessage, is_bridged: bool, now: float
     ) -> bool:
         """Return whether a message would be sent after a conversion; if not, it is counted as dropped.
@@ -247,7 +247,7 @@ class Sending:
         wanting = [sent for sent in self._by_local.get((local, conversion), ()) if sent.topic.requests]
         if not is_bridged and any(sent.topic.is_due(received, now) for sent in wanting):
             return True
-        self._drop(wanting, Drop.BRIDGED if is_bridged else Drop.RATE)
+        self._drop(wanting, DropReason.BRIDGED if is_bridged else DropReason.RATE)
         return False
 
     def drop(self, local: str, conversion: Conversion, reason: str) -> None:
@@ -279,14 +279,14 @@ class Sending:
         for sent in self._by_local.get((local, conversion), ()):
             if not sent.topic.requests:
                 continue
-            message = Drop.BRIDGED if is_bridged else sent.topic.take(received, now)
+            message = DropReason.BRIDGED if is_bridged else sent.topic.take(received, now)
             if isinstance(message, str):
                 sent.flow.drop(message)
             else:
                 actions += self._send(sent, message)
         return actions
 
-    def _send(self, sent: _Sent, message: Numbered) -> list[Send]:
+    def _send(self, sent: _Sent, message: NumberedMessage) -> list[Send]:
         sent.flow.count(len(message.body))
         separate = (
             sent.topic.requests if sent.is_private else self.separate and sent.topic.requests.keys() & self.separate
@@ -297,23 +297,23 @@ class Sending:
         """Return the packets to send because time has passed."""
         actions: list[Action] = []
         for sent in self._sent.values():
-            if sent.topic.may_lose_none:
+            if sent.topic.is_lossless:
                 for message in sent.topic.due(now):
                     actions += self._send(sent, message)
         return actions
 
-    # Questions of other sites -----------------------------------------------------------------------------------------
+    # Requests from other sites ----------------------------------------------------------------------------------------
 
     def tails(self, peer: str) -> dict[SharedName, int]:
         """Return the number of the last message of each topic of which another site may lose none."""
         return {
             shared: sent.topic.last
             for shared, sent in self._sent.items()
-            if sent.topic.may_lose_none and peer in sent.topic.requests
+            if sent.topic.is_lossless and peer in sent.topic.requests
         }
 
     def set_responding(self, nodes: Iterable[str]) -> None:
-        """Note which of the nodes that publish what other sites want respond."""
+        """Record which of the nodes that publish what other sites want respond."""
         self._responding = frozenset(nodes)
         self._nodes.clear()
 
@@ -324,17 +324,17 @@ class Sending:
             self._nodes[peer] = sorted(self._responding.intersection(chain.from_iterable(wanted)))[:MAX_NODES]
         return self._nodes[peer]
 
-    def on_missed(self, peer: str, missed: Missed, now: float) -> list[Action]:
+    def on_missed(self, peer: str, missed: ResendRequest, now: float) -> list[Action]:
         """Return the packets to send because another site missed messages."""
         sent = self._sent.get(missed.topic)
         if sent is None or peer not in sent.topic.requests or not self._limits.may_send_again(peer, missed.topic, now):
             return []
-        packets = self._packets.again(sent.topic, peer, missed)
+        packets = self._packets.resend(sent.topic, peer, missed)
         self._limits.note_sent_again(peer, sum(len(packet.body) for packet in packets))
         return [*packets]
 
     def on_ask(self, peer: str, md5sums: Iterable[str], now: float) -> list[Action]:
-        """Return the definitions for which another site asks, as far as they are of topics that are offered to it."""
+        """Return the requested definitions that belong to topics offered to the requesting site."""
         if not self._limits.may_answer(peer, None, now):
             return []
         known = {
@@ -345,7 +345,7 @@ class Sending:
         asked = islice(dict.fromkeys(md5sums), _MAX_DEFINITIONS)
         return [self._packets.definition(peer, known[md5sum]) for md5sum in asked if md5sum in known]
 
-    def sharing(self) -> list[str]:
+    def common_receivers(self) -> list[str]:
         """Return the sites that get messages in packets that are for all."""
         peers = {peer for sent in self._sent.values() if not sent.is_private for peer in sent.topic.requests}
         return sorted(peers - self.separate)

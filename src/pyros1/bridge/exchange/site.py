@@ -1,6 +1,6 @@
-"""A site: keeps up with other sites, and exchanges topics with them. Values in, actions out; no I/O.
+"""A site: tracks other sites, and exchanges topics with them. Values in, actions out; no I/O.
 
-Whoever drives it calls `on_packet` for each packet, `on_message` for each message of a topic it has subscribed to,
+Its runner calls `on_packet` for each packet, `on_message` for each message of a topic it has subscribed to,
 `set_topics` and `set_demand` when the site's master has changed, and `tick` several times per second. All of them take
 the time of a clock that never jumps, in seconds, and return actions to be done in that order.
 
@@ -29,13 +29,13 @@ from itertools import count
 from pyros1.bridge.conversions.conversion import Conversion
 from pyros1.bridge.exchange.actions import Action, Log, Probe, ProbeReply, Send
 from pyros1.bridge.exchange.announcements import Announcements
-from pyros1.bridge.exchange.far_nodes import FarNodes
 from pyros1.bridge.exchange.incoming import ReceivedTopic
 from pyros1.bridge.exchange.limits import Limits
 from pyros1.bridge.exchange.outgoing import OutgoingTopic, ReceivedMessage
 from pyros1.bridge.exchange.peer import Change, Peer, SiteStatus
 from pyros1.bridge.exchange.peer_lists import LIST_KINDS
 from pyros1.bridge.exchange.receiving import Receiving
+from pyros1.bridge.exchange.remote_nodes import RemoteNodes
 from pyros1.bridge.exchange.sending import Flow, LocalTopic, Sending
 from pyros1.bridge.exchange.services.served import LocalService
 from pyros1.bridge.exchange.services.services import Services
@@ -48,13 +48,13 @@ from pyros1.bridge.protocol.packets import (
     Kind,
     decode_ask,
     decode_definition,
-    decode_gone,
     decode_head,
     decode_heartbeat,
-    decode_held,
+    decode_latched_list,
     decode_message_head,
-    decode_missed,
     decode_probe,
+    decode_resend_refusal,
+    decode_resend_request,
     encode_head,
     encode_probe,
 )
@@ -90,7 +90,7 @@ class Site:
         self._sending = Sending(rules, epoch)
         self.receiving = Receiving(rules, epoch, self._peers)
         self.services = Services(rules, epoch, self._peers)
-        self._far_nodes = FarNodes(rules)
+        self._remote_nodes = RemoteNodes(rules)
         self._slow_sites = SlowSites()
         self._announcements = Announcements(
             epoch, self._peers, self._sending, self.receiving, self.services, self._slow_sites
@@ -103,9 +103,13 @@ class Site:
             Kind.DEFINITION: self._on_definition,
             Kind.PROBE: self._on_probe,
             Kind.PROBE_REPLY: lambda peer, body, _: [ProbeReply(peer, decode_probe(body))],
-            Kind.MISSED: lambda peer, body, now: self._sending.on_missed(peer, decode_missed(body), now),
-            Kind.HELD: lambda peer, body, now: self.receiving.on_held(peer, decode_held(body), now),
-            Kind.GONE: lambda peer, body, now: self.receiving.on_gone(peer, decode_gone(body), now),
+            Kind.RESEND_REQUEST: lambda peer, body, now: self._sending.on_missed(
+                peer, decode_resend_request(body), now
+            ),
+            Kind.LATCHED_LIST: lambda peer, body, now: self.receiving.on_latched_list(
+                peer, decode_latched_list(body), now
+            ),
+            Kind.RESEND_REFUSAL: lambda peer, body, now: self.receiving.on_gone(peer, decode_resend_refusal(body), now),
         }
 
     @property
@@ -116,7 +120,7 @@ class Site:
     # This site's master -----------------------------------------------------------------------------------------------
 
     def set_topics(self, topics: Iterable[LocalTopic], asked_at: float, now: float) -> list[Action]:
-        """Note which topics nodes of this site's master published when it was asked, those of bridges excepted."""
+        """Record which topics nodes of this site's master published when it was asked, those of bridges excepted."""
         known = [*topics]
         actions = self._sending.set_topics(known, asked_at, now)
         if self.receiving.set_local_topics([topic.name for topic in known if topic.publishers]):
@@ -126,12 +130,12 @@ class Site:
         return actions + self._announcements.heartbeats(now)
 
     def set_responding(self, nodes: Iterable[str], now: float) -> list[Action]:
-        """Note which of the nodes that publish what other sites want respond."""
+        """Record which of the nodes that publish what other sites want respond."""
         self._sending.set_responding(nodes)
         return self._announcements.heartbeats(now)
 
     def set_demand(self, demand: Iterable[str], now: float) -> list[Action]:
-        """Note to which topics that this site publishes nodes of its master subscribe."""
+        """Record to which topics that this site publishes nodes of its master subscribe."""
         return self.receiving.set_demand(demand, now) + self._announcements.update_requests(now)
 
     def on_message(
@@ -142,7 +146,7 @@ class Site:
         now: float,
         conversion: Conversion | None = None,
     ) -> list[Action]:
-        """Note a message of a topic of this site's master.
+        """Handle a message of a topic of this site's master.
 
         Args:
             local: the topic's name.
@@ -155,13 +159,13 @@ class Site:
 
     @property
     def sending(self) -> Sending:
-        """What the site sends: says which messages are worth a conversion, and counts those that were not converted."""
+        """The topics that the site sends; decides which messages to convert, and counts those that were not."""
         return self._sending
 
     # Services ---------------------------------------------------------------------------------------------------------
 
     def set_services(self, services: Iterable[LocalService], taken: Mapping[str, str], now: float) -> list[Action]:
-        """Note which services nodes of this site's master provide.
+        """Record which services nodes of this site's master provide.
 
         Args:
             services: those of nodes that are no bridges, with their types.
@@ -179,16 +183,16 @@ class Site:
         return [self._announcements.hello()]
 
     def tick(self, now: float) -> list[Action]:
-        """Return what is to be done because time has passed."""
+        """Return the actions that are due."""
         actions: list[Action] = []
         if now - self._hello_at >= _HELLO_PERIOD:
             self._hello_at = now
             actions.append(self._announcements.hello())
         for peer in [*self._peers.values()]:
             if peer.tick(now):
-                actions.append(Log(f"site {peer.name} does not respond any more", is_warning=True))
+                actions.append(Log(f"site {peer.name} has stopped responding", is_warning=True))
                 actions += self.services.on_lost(peer.name)
-                actions += self._far_nodes.drop(peer.name) + self.receiving.apply(now)
+                actions += self._remote_nodes.drop(peer.name) + self.receiving.apply(now)
                 actions += self._announcements.update(now)
             if peer.pop_namesake():
                 actions.append(Log(f"two bridges call themselves {peer.name}: use another --site", is_warning=True))
@@ -207,7 +211,7 @@ class Site:
         return actions + self._announcements.heartbeats(now) + self._announcements.pages(now)
 
     def leave(self) -> list[Action]:
-        """Return the last actions: they tell the other sites that this one is gone."""
+        """Return the last actions, which announce to other sites that this one leaves."""
         return [
             Send(to_key(peer.name), encode_head(Kind.BYE, self._epoch, peer.epoch), priority=Priority.URGENT)
             for peer in self._peers.values()
@@ -218,15 +222,15 @@ class Site:
         return Send(to_key(name), encode_head(kind, self._epoch, self._peers[name].epoch), body, priority)
 
     def probes(self, receiver: str, number: int, priority: Priority) -> list[Probe]:
-        """Return probes for one site, or for those that get what is for all, see `pyros1.bridge.transport.pacing`."""
-        names = [receiver] if receiver else self._sending.sharing()
+        """Return probes for one site, or for all that get common packets, see `pyros1.bridge.transport.pacing`."""
+        names = [receiver] if receiver else self._sending.common_receivers()
         peers = [self._peers[name] for name in names if name in self._peers and self._peers[name].is_present]
         body = encode_probe(number)
         packets = ((peer, self._to(peer.name, Kind.PROBE, body, priority)) for peer in peers)
         return [Probe(peer.name, peer.clock.shortest_round_trip, packet) for peer, packet in packets]
 
     def on_slow(self, site: str, now: float) -> list[Action]:
-        """Note that a site holds up others, and return the actions that follow."""
+        """Record that a site holds up others, and return the actions that follow."""
         if site in self._peers:
             self._slow_sites.add(site, now)
         self._sending.separate = self._slow_sites.separate
@@ -235,7 +239,7 @@ class Site:
     # Packets ----------------------------------------------------------------------------------------------------------
 
     def on_packet(self, key: Key, head: bytes, body: bytes, now: float) -> list[Action]:
-        """Note a packet from another site. One that is not valid is ignored and counted.
+        """Handle a packet from another site. One that is not valid is ignored and counted.
 
         Args:
             key: the key on which it came.
@@ -322,7 +326,7 @@ class Site:
         change = peer.on_heartbeat(epoch, to_epoch, heartbeat, now)
         actions: list[Action] = []
         if change is Change.STARTED:
-            actions += self._far_nodes.drop(site)
+            actions += self._remote_nodes.drop(site)
             actions += self.receiving.drop_peer(site, now)
             actions += self.services.drop_peer(site, f"site {site} has started again")
             self._announcements.begin(site)
@@ -338,7 +342,7 @@ class Site:
             actions += self._announcements.update(now)
             actions.append(Log(f"site {site} responds again"))
         if peer.is_current(epoch, to_epoch):
-            actions += self._far_nodes.update(site, heartbeat.nodes)
+            actions += self._remote_nodes.update(site, heartbeat.nodes)
             actions += self.receiving.set_separate(site, heartbeat.is_separate)
             actions += self.receiving.on_tails(site, heartbeat.tails, now)
         # Heartbeats go first: the other site may take this one for present only when it has got one.
@@ -349,7 +353,7 @@ class Site:
         return self._sending.set_peers(epochs, now)
 
     def _forget(self, peer: Peer, now: float, reason: str) -> list[Action]:
-        actions = self._far_nodes.drop(peer.name) + self.receiving.drop_peer(peer.name, now)
+        actions = self._remote_nodes.drop(peer.name) + self.receiving.drop_peer(peer.name, now)
         actions += self.services.drop_peer(peer.name, f"site {peer.name} {reason}")
         del self._peers[peer.name], self._announcements.lists[peer.name]
         self._limits.of(peer.name, self._peers).lists.clear()
@@ -383,10 +387,10 @@ class Site:
         )
 
     def _on_definition(self, site: str, body: bytes, now: float) -> list[Action]:
-        allowance = self._limits.of(site, self._peers).definitions
-        if not allowance.take(now):
+        token_bucket = self._limits.of(site, self._peers).definitions
+        if not token_bucket.take(now):
             return self._ignore(f"{site}: more definitions than are read")
-        allowance.charge(len(body))
+        token_bucket.charge(len(body))
         return self.receiving.on_definition(site, decode_definition(body), now) + self._announcements.update_requests(
             now
         )
@@ -401,7 +405,7 @@ class Site:
 
     def sites(self) -> list[SiteStatus]:
         """Return what is known of other sites."""
-        nodes, slow = self._far_nodes.names, self._slow_sites.separate
+        nodes, slow = self._remote_nodes.names, self._slow_sites.separate
         peers = self._peers.items()
         return [
             SiteStatus(name, peer.state, peer.clock.round_trip, nodes(name), name in slow, peer.is_shared)
@@ -416,9 +420,9 @@ class Site:
         """Return the topics that are offered, each with its topic here and its flow."""
         return self._sending.flows()
 
-    def usual_name(self, topic: SharedName) -> str:
-        """Return the name of a topic on this site's master, if no rule gives it another one."""
-        return self._rules.usual_name(topic)
+    def default_name(self, topic: SharedName) -> str:
+        """Return the default name of a topic on this site's master, for when no rule renames it."""
+        return self._rules.default_name(topic)
 
     def received(self) -> list[ReceivedTopic]:
         """Return the topics that other sites offer."""

@@ -1,6 +1,6 @@
-"""Which other sites get all messages in packets of their own, since they hold up those that get the same. No I/O.
+"""Sends separate packets to slow sites, so that they do not hold up the others. No I/O.
 
-Such a site is told so in heartbeats, and no longer listens to what is for all. After some time, it shares packets with
+Heartbeats tell a slow site to stop listening to the packets for all sites. After some time, it shares packets with
 the others again, since its network may have become better; whenever it turns out to be slow again, that time doubles.
 """
 
@@ -10,9 +10,9 @@ from collections.abc import Container
 
 FIRST_TIME = 30.0
 LONGEST_TIME = 900.0
-"""Seconds for which a site gets packets of its own."""
+"""Seconds for which a site gets its own packets."""
 OVERLAP = 2.0
-"""Seconds for which it still gets them after it was told to listen to what is for all: that takes it some time."""
+"""Seconds for which it still gets them after it was told to listen to the common packets, which takes some time."""
 
 
 class _SlowSite:
@@ -30,16 +30,16 @@ class SlowSites:
 
     @property
     def separate(self) -> frozenset[str]:
-        """The sites that get packets of their own."""
+        """The sites that get their own packets."""
         return frozenset(self._separate)
 
     def is_flagged(self, site: str, now: float) -> bool:
-        """Return whether a site is told in heartbeats that it gets packets of its own."""
+        """Return whether heartbeats tell a site that it gets its own packets."""
         found = self._separate.get(site)
         return found is not None and now < found.until
 
     def add(self, site: str, now: float) -> None:
-        """Note that a site is slow; nothing changes if that is known."""
+        """Record that a site is slow; nothing changes if that is known."""
         found = self._sites.setdefault(site, _SlowSite())
         if not self.is_flagged(site, now):
             found.duration = min(LONGEST_TIME, 2 * found.duration)
@@ -47,7 +47,7 @@ class SlowSites:
             self._separate[site] = found
 
     def tick(self, now: float, known: Container[str]) -> bool:
-        """Note that time has passed, and which sites are known.
+        """Record that time has passed, and which sites are known.
 
         Returns:
             Whether sites share packets with others again.

@@ -1,10 +1,10 @@
-"""The receiving end of a topic between sites: which messages are delivered, in which order, and which are missed.
+"""The receiving end of a topic between sites: orders messages, drops repetitions, and detects gaps.
 
 There is one stream for each topic of each run of a site. Packets may come late, twice, in another order, or never. What
 all streams promise: no message is delivered twice, and none of a publisher after a later one. They differ in what they
 do about a gap in the numbers:
 
-- `NewestStream` goes on with the later message;
+- `NewestStream` continues with the later message;
 - `ReliableStream` keeps later messages back, asks for the missed ones, and goes on without them only when the sender
   says that it no longer has them, or when they would be too old;
 - `LatchedStream` delivers at once, since only the last message of each publisher counts, and compares what it has with
@@ -18,8 +18,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import NamedTuple, Protocol
 
-from pyros1.bridge.exchange.outgoing import Drop
-from pyros1.bridge.protocol.packets import MAX_NUMBERS, Flag, Gone, Held, MessageHead
+from pyros1.bridge.exchange.outgoing import DropReason
+from pyros1.bridge.protocol.packets import MAX_NUMBERS, Flag, LatchedList, MessageHead, ResendRefusal
 
 _FIRST_RETRY = 0.5
 _LAST_RETRY = 8.0
@@ -37,14 +37,14 @@ _FIRST_WAIT = 2.0
 
 
 class Delivery(NamedTuple):
-    """A message that is due, or the note that a publisher's latched message holds no longer (`body` is None)."""
+    """A message to deliver, or the notice that a publisher's latched message is withdrawn (`body` is None)."""
 
     head: MessageHead
     body: bytes | None
 
 
 class Stream(Protocol):
-    """What all streams have.
+    """The interface of all streams.
 
     Attributes:
         drops: how many messages were dropped for each reason.
@@ -55,15 +55,15 @@ class Stream(Protocol):
     highest: int
 
     def restart(self, now: float) -> None:
-        """Begin again after a time in which the topic was not wanted; what was delivered before is not repeated."""
+        """Restart after the topic was not wanted for a time; messages that were delivered before are not repeated."""
         ...
 
     def accept(self, head: MessageHead, body: bytes, now: float) -> list[Delivery]:
-        """Return what is to be delivered now that a message has come."""
+        """Handle a message; return the deliveries."""
         ...
 
     def on_tail(self, number: int, now: float) -> None:
-        """Note the number of the last message that the site has sent."""
+        """Record the number of the last message that the site has sent."""
         ...
 
     def missed(self, now: float) -> tuple[int, int] | None:
@@ -71,15 +71,15 @@ class Stream(Protocol):
         ...
 
     def tick(self, now: float) -> list[Delivery]:
-        """Return what is to be delivered because missed messages are not waited for any longer."""
+        """Stop waiting for messages that are overdue; return the deliveries."""
         ...
 
-    def on_gone(self, gone: Gone, now: float) -> list[Delivery]:
-        """Return what is to be delivered now that some messages cannot come any more."""
+    def on_gone(self, gone: ResendRefusal, now: float) -> list[Delivery]:
+        """Handle that some messages cannot be sent again; return the deliveries."""
         ...
 
-    def on_held(self, held: Held) -> list[Delivery]:
-        """Return what is to be delivered now that the site has said which latched messages there are."""
+    def on_latched_list(self, latched_list: LatchedList) -> list[Delivery]:
+        """Handle the site's list of latched messages; return the deliveries."""
         ...
 
 
@@ -102,7 +102,7 @@ class _Questions:
         self._period = 0.0 if asked_at is None else _FIRST_RETRY
 
     def is_due(self, now: float) -> bool:
-        """Return whether to ask now; it is then taken as asked."""
+        """Return whether to ask now; if so, it counts as asked."""
         if now - self._asked_at < self._period:
             return False
         self._period = min(_LAST_RETRY, max(_FIRST_RETRY, 2 * self._period))
@@ -110,22 +110,22 @@ class _Questions:
         return True
 
     def on_progress(self) -> None:
-        """Ask soon again, since answers come."""
+        """Ask again soon, since answers arrive."""
         self._period = min(self._period, _FIRST_RETRY)
 
 
-class _Counting:
+class _CountingStream:
     def __init__(self, floor: int) -> None:
         self.drops: dict[str, int] = {}
         self.highest = floor
 
     def count(self, reason: str, number: int = 1) -> list[Delivery]:
-        """Count dropped messages; return that nothing is delivered."""
+        """Count dropped messages; return no deliveries."""
         self.drops[reason] = self.drops.get(reason, 0) + number
         return []
 
 
-class NewestStream(_Counting):
+class NewestStream(_CountingStream):
     """Delivers messages that are newer than all before.
 
     Args:
@@ -141,7 +141,7 @@ class NewestStream(_Counting):
     def accept(self, head: MessageHead, body: bytes, now: float) -> list[Delivery]:
         """See `Stream`."""
         if head.number <= self.highest:
-            return self.count(Drop.REPEATED if head.number == self.highest else Drop.OVERTAKEN)
+            return self.count(DropReason.REPEATED if head.number == self.highest else DropReason.OVERTAKEN)
         self.highest = head.number
         return [Delivery(head, body)]
 
@@ -156,16 +156,16 @@ class NewestStream(_Counting):
         """Return nothing: nothing waits."""
         return []
 
-    def on_gone(self, gone: Gone, now: float) -> list[Delivery]:
+    def on_gone(self, gone: ResendRefusal, now: float) -> list[Delivery]:
         """Return nothing: nothing waits."""
         return []
 
-    def on_held(self, held: Held) -> list[Delivery]:
+    def on_latched_list(self, latched_list: LatchedList) -> list[Delivery]:
         """Return nothing: no message is latched."""
         return []
 
 
-class ReliableStream(_Counting):
+class ReliableStream(_CountingStream):
     """Delivers all messages in order.
 
     Args:
@@ -196,7 +196,7 @@ class ReliableStream(_Counting):
         self._buffer(-self._waiting_bytes)
 
     def _buffer(self, size: int) -> None:
-        """Note that so many more bytes are kept back."""
+        """Record how many more bytes are kept back."""
         self._waiting_bytes += size
         self._site.total += size
 
@@ -204,11 +204,11 @@ class ReliableStream(_Counting):
         """See `Stream`. The first message is the beginning: what was sent before was not for this site."""
         number = head.number
         if number <= self._floor:
-            return self.count(Drop.REPEATED)
+            return self.count(DropReason.REPEATED)
         if self._last is None:
             self._last = number - 1
         if number <= self._last or number in self._waiting:
-            return self.count(Drop.REPEATED)
+            return self.count(DropReason.REPEATED)
         self._waiting[number] = Delivery(head, body)
         self._buffer(MESSAGE_COST + len(body))
         self._tail = max(self._tail, number)
@@ -240,7 +240,7 @@ class ReliableStream(_Counting):
         """Go on with a number, without the missed messages before it."""
         assert self._last is not None
         skipped = sum(number < next_number for number in self._waiting)
-        self.count(Drop.MISSED, max(0, next_number - 1 - self._last - skipped))
+        self.count(DropReason.MISSED, max(0, next_number - 1 - self._last - skipped))
         before = [self._waiting.pop(number) for number in sorted(self._waiting) if number < next_number]
         self._buffer(-sum(map(_cost, before)))
         self._last = max(self._last, next_number - 1)
@@ -268,13 +268,13 @@ class ReliableStream(_Counting):
             return []
         return self._give_up(min(self._waiting, default=self._tail + 1), now)
 
-    def on_gone(self, gone: Gone, now: float) -> list[Delivery]:
+    def on_gone(self, gone: ResendRefusal, now: float) -> list[Delivery]:
         """See `Stream`."""
         if self._last is None or not self._last + 1 < gone.first <= self._tail + 1:
             return []
         return self._give_up(gone.first, now)
 
-    def on_held(self, held: Held) -> list[Delivery]:
+    def on_latched_list(self, latched_list: LatchedList) -> list[Delivery]:
         """Return nothing: no message is latched."""
         return []
 
@@ -283,8 +283,8 @@ def _cost(delivery: Delivery) -> int:
     return MESSAGE_COST + len(delivery.body or b"")
 
 
-class LatchedStream(_Counting):
-    """Delivers the last message of each publisher, and notes publishers that are gone.
+class LatchedStream(_CountingStream):
+    """Delivers the last message of each publisher, and reports publishers that are gone.
 
     Args:
         floor: messages up to this number are not delivered, unless they are latched.
@@ -302,7 +302,7 @@ class LatchedStream(_Counting):
         self._questions = _Questions()
 
     def restart(self, now: float) -> None:
-        """See `Stream`. What holds is delivered again, since those who had it are gone."""
+        """See `Stream`. Latched messages are delivered again, since their earlier subscribers are gone."""
         for publisher in self._present:
             self._newest[publisher] -= 1
         self._present.clear()
@@ -318,13 +318,13 @@ class LatchedStream(_Counting):
         if number == self._synced + 1:
             self._synced = number
         if number <= known:
-            return self.count(Drop.REPEATED if number == known else Drop.OVERTAKEN)
+            return self.count(DropReason.REPEATED if number == known else DropReason.OVERTAKEN)
         if number <= self._listed_to and self._listed.get(publisher) != number:
-            return self.count(Drop.OVERTAKEN)  # its publisher had sent another one, or was gone
+            return self.count(DropReason.OVERTAKEN)  # its publisher had sent another one, or was gone
         if publisher not in self._newest and len(self._newest) >= MAX_NUMBERS:
             self._forget_gone()
             if len(self._newest) >= MAX_NUMBERS:
-                return self.count(Drop.PUBLISHERS)
+                return self.count(DropReason.PUBLISHERS)
         self._newest[publisher] = number
         self._questions.on_progress()
         if not head.flags & Flag.LEFT:
@@ -337,7 +337,7 @@ class LatchedStream(_Counting):
         return [Delivery(head, None)]
 
     def _forget_gone(self) -> None:
-        """Forget publishers that are gone, and so long ago that their messages cannot come any more."""
+        """Forget publishers that are gone, and so long ago that their messages cannot come any longer."""
         for publisher in [each for each in self._newest if each not in self._present][: MAX_NUMBERS // 2]:
             del self._newest[publisher]
 
@@ -355,25 +355,25 @@ class LatchedStream(_Counting):
         """Return nothing: nothing waits."""
         return []
 
-    def on_gone(self, gone: Gone, now: float) -> list[Delivery]:
+    def on_gone(self, gone: ResendRefusal, now: float) -> list[Delivery]:
         """Return nothing: nothing waits."""
         return []
 
-    def on_held(self, held: Held) -> list[Delivery]:
+    def on_latched_list(self, latched_list: LatchedList) -> list[Delivery]:
         """See `Stream`."""
-        self._tail = max(self._tail, held.number)
-        if held.number < self._synced:
+        self._tail = max(self._tail, latched_list.number)
+        if latched_list.number < self._synced:
             return []  # an old list
-        self._listed_to, self._listed = held.number, held.messages
+        self._listed_to, self._listed = latched_list.number, latched_list.messages
         notes = []
         for publisher in sorted(self._present):
             number = self._newest[publisher]
-            if publisher not in held.messages and number <= held.number:
+            if publisher not in latched_list.messages and number <= latched_list.number:
                 self._present.remove(publisher)
-                head = MessageHead(0, 0, held.number, publisher, 0.0, Flag.LEFT, "")
+                head = MessageHead(0, 0, latched_list.number, publisher, 0.0, Flag.LEFT, "")
                 notes.append(Delivery(head, None))
-        if all(self._newest.get(publisher, 0) >= number for publisher, number in held.messages.items()):
-            self._synced = max(self._synced, held.number)
+        if all(self._newest.get(publisher, 0) >= number for publisher, number in latched_list.messages.items()):
+            self._synced = max(self._synced, latched_list.number)
         return notes
 
 

@@ -5,20 +5,20 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 
 from pyros1.bridge.exchange.actions import Send
-from pyros1.bridge.exchange.outgoing import Numbered, OutgoingTopic
+from pyros1.bridge.exchange.outgoing import NumberedMessage, OutgoingTopic
 from pyros1.bridge.protocol.key_expressions import again_key, to_key, topic_key
 from pyros1.bridge.protocol.packets import (
     Definition,
     Flag,
-    Gone,
     Kind,
     MessageHead,
-    Missed,
+    ResendRefusal,
+    ResendRequest,
     encode_definition,
-    encode_gone,
     encode_head,
-    encode_held,
+    encode_latched_list,
     encode_message_head,
+    encode_resend_refusal,
 )
 
 
@@ -36,7 +36,7 @@ class TopicPackets:
         self.epochs: Mapping[str, int] = {}
         self._epoch = epoch
 
-    def of_message(self, topic: OutgoingTopic, message: Numbered, separate: Collection[str]) -> list[Send]:
+    def of_message(self, topic: OutgoingTopic, message: NumberedMessage, separate: Collection[str]) -> list[Send]:
         """Return the packets for a message: one for all sites that want it, and those for sites that get their own."""
         head = message.head
         packets = [
@@ -47,25 +47,33 @@ class TopicPackets:
             packets.append(_of_message(topic, message, topic_key(topic.topic), head))
         return packets
 
-    def held(self, topic: OutgoingTopic, peer: str) -> list[Send]:
+    def latched_list(self, topic: OutgoingTopic, peer: str) -> list[Send]:
         """Return the packets for the latched messages that a topic holds."""
-        messages, held = topic.held()
+        messages, latched_list = topic.latched_list()
         packets = [self._of_old_message(topic, message, peer) for message in messages]
         # With their priority, so that it comes after them.
-        return [*packets, Send(to_key(peer), self._head(Kind.HELD, peer), encode_held(held), topic.settings.priority)]
+        return [
+            *packets,
+            Send(
+                to_key(peer),
+                self._head(Kind.LATCHED_LIST, peer),
+                encode_latched_list(latched_list),
+                topic.settings.priority,
+            ),
+        ]
 
-    def again(self, topic: OutgoingTopic, peer: str, missed: Missed) -> list[Send]:
-        """Return the packets for messages that a site has missed, or that say which ones are not kept any more."""
+    def resend(self, topic: OutgoingTopic, peer: str, missed: ResendRequest) -> list[Send]:
+        """Return the packets for messages that a site has missed, or that tell which ones are no longer kept."""
         if topic.offered.latched:
-            return self.held(topic, peer)
-        messages, first_kept = topic.again(missed)
+            return self.latched_list(topic, peer)
+        messages, first_kept = topic.resend(missed)
         packets: list[Send] = []
         if missed.first < first_kept:
-            body = encode_gone(Gone(missed.topic, first_kept))
-            packets.append(Send(to_key(peer), self._head(Kind.GONE, peer), body, topic.settings.priority))
+            body = encode_resend_refusal(ResendRefusal(missed.topic, first_kept))
+            packets.append(Send(to_key(peer), self._head(Kind.RESEND_REFUSAL, peer), body, topic.settings.priority))
         return packets + [self._of_old_message(topic, message, peer) for message in messages]
 
-    def _of_old_message(self, topic: OutgoingTopic, message: Numbered, peer: str) -> Send:
+    def _of_old_message(self, topic: OutgoingTopic, message: NumberedMessage, peer: str) -> Send:
         head = message.head._replace(to_epoch=self.epochs.get(peer, 0))
         packet = _of_message(topic, message, again_key(peer, topic.topic), head)
         # A message that still waits to be sent again is not queued twice.
@@ -79,15 +87,15 @@ class TopicPackets:
         return encode_head(kind, self._epoch, self.epochs.get(peer, 0))
 
 
-def _of_message(topic: OutgoingTopic, message: Numbered, key: str, head: MessageHead) -> Send:
+def _of_message(topic: OutgoingTopic, message: NumberedMessage, key: str, head: MessageHead) -> Send:
     age = topic.settings.max_age(is_latched=bool(head.flags & (Flag.LATCHED | Flag.LEFT)))
-    may_lose_none = topic.may_lose_none
+    is_lossless = topic.is_lossless
     return Send(
         key,
         encode_message_head(head),
         message.body,
         topic.settings.priority,
-        None if may_lose_none else head.publisher,
-        not may_lose_none,
+        None if is_lossless else head.publisher,
+        not is_lossless,
         None if age is None else head.received_at + age,
     )

@@ -1,1 +1,1 @@
-"""A bridge that speaks as zenoh-plugin-ros1 does, so that robots which run its zenoh-bridge-ros1 need no change."""
+"""A bridge with the protocol of zenoh-plugin-ros1, for robots that run its zenoh-bridge-ros1."""

@@ -1,4 +1,4 @@
-"""What has come from other bridges and waits, bounded. No I/O.
+"""A bounded queue of messages from other bridges. No I/O.
 
 A flood of messages costs only messages: beacons wait in a queue of their own, and go first.
 """

@@ -1,4 +1,4 @@
-"""Beacons: how bridges learn what others have. No I/O; times are in seconds by any clock that never jumps.
+"""Beacons, with which bridges discover each other's topics and services. No I/O; times are monotonic, in seconds.
 
 A bridge sends a beacon each second for each topic or service that its nodes have. Bridges that announce the same
 (with the same key) take turns at random, so that a beacon does not come from each of a hundred robots.
@@ -22,7 +22,7 @@ class _OwnBeacon:
     """When to send the beacon of one topic or service."""
 
     def __init__(self, now: float) -> None:
-        self.heard = False  # from another bridge, since the last look
+        self.heard = False  # from another bridge, since the last check
         self.sends_at: float | None = now
         self.looks_at = now + PERIOD
         self.starts_at: float | None = None
@@ -48,7 +48,7 @@ class OwnBeacons:
             self._beacons[key] = _OwnBeacon(now)
 
     def on_beacon(self, key: str) -> None:
-        """Note another bridge's beacon."""
+        """Handle another bridge's beacon."""
         if (beacon := self._beacons.get(key)) is not None:
             beacon.heard = True
 
@@ -57,7 +57,7 @@ class OwnBeacons:
         due = []
         for key, beacon in self._beacons.items():
             if now >= beacon.looks_at:
-                self._look(beacon, now)
+                self._update_sending(beacon, now)
             if beacon.starts_at is not None and now >= beacon.starts_at:
                 beacon.starts_at = None
                 if not beacon.heard:
@@ -68,8 +68,8 @@ class OwnBeacons:
                 due.append(key)
         return due
 
-    def _look(self, beacon: _OwnBeacon, now: float) -> None:
-        """Decide whether to go on: who hears another one stops at random, who hears none for a while starts again."""
+    def _update_sending(self, beacon: _OwnBeacon, now: float) -> None:
+        """Stop sending, at random, while another bridge sends this beacon; start again if none does for a while."""
         beacon.looks_at = now + PERIOD
         if beacon.heard and beacon.sends_at is not None and self._random() < 0.5:
             beacon.sends_at = None
@@ -97,7 +97,7 @@ class HeardBeacons:
         self._known: dict[str, Resource] = {}  # by key, so that a beacon that comes again costs little
 
     def on_beacon(self, key: str, now: float) -> bool:
-        """Note a beacon, and return whether it announces something that is used and was not announced before."""
+        """Handle a beacon, and return whether it announces something that is used and was not announced before."""
         resource = self._known.get(key)
         if resource is not None:
             (self._used if resource in self._used else self._others)[resource] = now

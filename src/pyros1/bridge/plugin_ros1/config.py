@@ -1,4 +1,4 @@
-"""What the command line and the YAML file of a bridge of this dialect say. No I/O."""
+"""The configuration of a bridge with this dialect, from the command line and a YAML file. No I/O."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class PluginConfig:
         rules: what it exchanges.
         connect, listen: endpoints such as ``tcp/robot:7447``.
         keys: the folder of its keys; empty for none.
-        places: file and line of what a file says of endpoints and sites, by endpoint and name; for errors.
+        places: file and line of the endpoints and sites in a file, by endpoint and name; for errors.
     """
 
     rules: PluginRules
@@ -75,7 +75,7 @@ def make_config(
     Args:
         namespace: the bridge's namespace; empty for that of the file, or none.
         send, take, serve, call: words as for `pyros1.bridge.rules.parsing.parse_topic`.
-        old_keys: whether the other bridges are of before March 2025.
+        old_keys: whether the other bridges are older than March 2025.
         file: what the file says.
 
     Raises:
@@ -102,7 +102,7 @@ def _check_namespace(name: str) -> str:
 
 def _check(rules: PluginRules) -> PluginRules:
     if rules.old_keys and rules.namespaces() != {ANY}:
-        raise RulesError("bridges of before March 2025 have no namespaces, so --old-keys cannot be used with any")
+        raise RulesError("bridges older than March 2025 have no namespaces, so --old-keys cannot be used with any")
     return rules
 
 
@@ -134,7 +134,7 @@ def parse_plugin_config(text: str, where: str) -> PluginConfig:
         where: its name, for errors.
 
     Raises:
-        RulesError: the file is not valid; the message says file and line.
+        RulesError: the file is not valid; the message contains file and line.
         YamlError: it is not valid YAML.
     """
     return _PluginFileReader(text, where).read_plugin()

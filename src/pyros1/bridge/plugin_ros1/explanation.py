@@ -1,4 +1,4 @@
-"""What the rules of a bridge of this dialect mean, in plain words, for ``pyros1 bridge --check``."""
+"""Explains the rules of a bridge with this dialect, for ``pyros1 bridge --check``."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from pyros1.bridge.rules.rules import DEFAULT_MAX_SIZE, Rule, Rules
 
 
 def explain(config: PluginConfig) -> Iterator[str]:
-    """Yield lines that say what a bridge exchanges.
+    """Yield lines that describe what a bridge exchanges.
 
     Args:
         config: its configuration.
     """
     rules = config.rules
     where = "without a namespace" if rules.namespace == ANY else f"in namespace {rules.namespace}"
-    age = ", of before March 2025" if rules.old_keys else ""
+    age = ", older than March 2025" if rules.old_keys else ""
     yield f"talks to bridges of zenoh-plugin-ros1{age}, {where}"
     yield from (f"  connects to {endpoint}" for endpoint in config.connect)
     yield from (f"  listens on {endpoint}" for endpoint in config.listen)
@@ -54,7 +54,7 @@ def _details(rule: Rule) -> str:
     if rule.max_size is not None and rule.max_size != DEFAULT_MAX_SIZE:
         words.append(f"messages of at most {rule.max_size} bytes")
     if rule.reliable is not None:
-        words.append("all messages in order" if rule.reliable else "only the newest where the network is slow")
+        words.append("all messages in order" if rule.reliable else "only the newest if the network is slow")
     if rule.priority is not None:
         words.append(f"{rule.priority.name.lower()} priority")
     return "".join(f", {word}" for word in words)

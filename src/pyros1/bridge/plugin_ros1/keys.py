@@ -3,7 +3,7 @@
 Messages of a topic and calls of a service have the key ``TYPE/MD5/NAMESPACE/NAME``, where TYPE is the hexadecimal form
 of the type's name, and NAMESPACE is ``*`` for bridges without one: as a key expression, that matches all namespaces.
 What a bridge has is announced by beacons, empty messages with the key
-``ros1_discovery_info/*/CLASS/TYPE/MD5/NAMESPACE/NAME``. Bridges of before March 2025 have no NAMESPACE in the keys of
+``ros1_discovery_info/*/CLASS/TYPE/MD5/NAMESPACE/NAME``. bridges older than March 2025 have no NAMESPACE in the keys of
 messages, but have it in those of beacons.
 """
 
@@ -17,18 +17,18 @@ from typing import NamedTuple
 from pyros1.bridge.names import MAX_NAME_LENGTH, is_topic_name
 
 DIALECT = "zenoh-plugin-ros1"
-"""The name of the dialect on the command line and in files."""
+"""The value of ``--dialect``, and of ``dialect`` in files."""
 ANY = "*"
 """The namespace of bridges that have none."""
 BEACON_ROOT = "ros1_discovery_info/"
-"""With what the keys of all beacons begin."""
+"""The prefix of all beacons' keys."""
 _TYPE = re.compile(r"[A-Za-z]\w*/[A-Za-z]\w*\Z", re.ASCII)
 _MD5 = re.compile(r"[0-9a-f]{32}\Z")
 _NAMESPACE = re.compile(r"[A-Za-z0-9_.~-]{1,100}\Z")
 
 
 class Kind(str, Enum):
-    """What a bridge announces: topics that its nodes publish or subscribe to, services, and who calls one."""
+    """The kinds of beacons: for publishers, subscribers, services and their clients."""
 
     PUBLISHER = "pub"
     SUBSCRIBER = "sub"
@@ -72,7 +72,7 @@ def data_key(resource: Resource, old_keys: bool = False) -> str:
 
     Args:
         resource: the topic or service.
-        old_keys: whether the bridges are of before March 2025.
+        old_keys: whether the bridges are older than March 2025.
     """
     namespace = "" if old_keys else f"{resource.namespace}/"
     return f"{resource.type.encode().hex()}/{resource.md5sum}/{namespace}{resource.name[1:]}"
@@ -91,12 +91,12 @@ def beacon_patterns(namespaces: Iterable[str]) -> list[str]:
 
 
 def is_source(key: str) -> bool:
-    """Return whether a beacon announces a publisher or a service, so that something can come from there."""
+    """Return whether a beacon announces a publisher or a service, rather than a subscriber or client."""
     return key.split("/", 3)[2:3] in ([Kind.PUBLISHER.value], [Kind.SERVICE.value])
 
 
 def parse_beacon_key(key: str) -> Resource | None:
-    """Return what a beacon announces; None if it is not a beacon's key, or nothing that can be used."""
+    """Return the resource that a beacon announces; None if the key is not a beacon's, or the resource is unusable."""
     parts = key.removeprefix(BEACON_ROOT).split("/", 5)
     if len(parts) != 6:
         return None

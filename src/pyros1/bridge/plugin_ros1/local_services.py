@@ -59,7 +59,7 @@ class LocalServices:
         for name, node in sorted(providers.items()):
             answer = self._answers.get((name, node))
             if (name, node) in asked and (answer is None or answer.service is None):
-                self.problems[name] = "its provider has not said its type"
+                self.problems[name] = "its provider has not reported its type"
             found.append(answer.service if answer and answer.service else LocalService(name))
         return found
 

@@ -1,7 +1,7 @@
-"""What a bridge does, given what there is on this master and elsewhere. No I/O.
+"""Plans what a bridge does, given the state of this master and of other bridges. No I/O.
 
-The plan is made anew after each change, and whoever drives the bridge then does what is missing and ends what is not in
-the plan: so it does not matter in which order things come and go, nor what failed in between.
+The plan is recomputed after each change. The runner then starts what is missing, and stops what is not in the plan, so
+it does not matter in which order things come and go, nor what failed in between.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ class LocalService(NamedTuple):
     md5sum: str = ""
 
 
-class Sent(NamedTuple):
+class SentTopic(NamedTuple):
     """A topic of this master that is sent, and how."""
 
     local: LocalTopic
@@ -37,8 +37,8 @@ class Sent(NamedTuple):
 
 
 @dataclass
-class Taken:
-    """A topic or service of other bridges that is provided here: its type, who has it, and how it is taken."""
+class TakenResource:
+    """A topic or service of other bridges that is provided here: its type, its owners, and its settings."""
 
     type: str
     md5sum: str
@@ -58,10 +58,10 @@ class Plan:
         problems: name here -> why something is not done.
     """
 
-    sends: dict[Resource, Sent] = field(default_factory=dict)
-    takes: dict[str, Taken] = field(default_factory=dict)
+    sends: dict[Resource, SentTopic] = field(default_factory=dict)
+    takes: dict[str, TakenResource] = field(default_factory=dict)
     serves: dict[Resource, str] = field(default_factory=dict)
-    calls: dict[str, Taken] = field(default_factory=dict)
+    calls: dict[str, TakenResource] = field(default_factory=dict)
     problems: dict[str, str] = field(default_factory=dict)
 
     def listened_to(self, demand: Collection[str]) -> list[Resource]:
@@ -99,7 +99,7 @@ def make_plan(
         for namespace, name, rule in rules.sent(topic.name, known):
             resource = Resource(Kind.PUBLISHER, topic.type, topic.md5sum, namespace, name)
             if is_usable(resource):
-                plan.sends[resource] = Sent(topic, rule.settings(topic.name, topic.type))
+                plan.sends[resource] = SentTopic(topic, rule.settings(topic.name, topic.type))
             else:
                 plan.problems[topic.name] = "its type cannot be announced"
     own_services = {service.name for service in services}
@@ -118,7 +118,7 @@ def make_plan(
             continue
         table = plan.calls if is_service else plan.takes
         settings = found.rule.settings(found.name, resource.type)
-        taken = table.setdefault(found.name, Taken(resource.type, resource.md5sum, settings))
+        taken = table.setdefault(found.name, TakenResource(resource.type, resource.md5sum, settings))
         if (taken.type, taken.md5sum) == (resource.type, resource.md5sum):
             taken.sources.append(resource)
         else:

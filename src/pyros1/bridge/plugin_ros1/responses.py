@@ -37,7 +37,7 @@ class Responses:
         self.is_known = self._class is not None
 
     def error(self, body: bytes) -> str | None:
-        """Return the error that a response stands for; None if it is a response, as far as can be told."""
+        """Return the error that a response stands for; None if it looks like a response."""
         if self._class is None:
             return None
         try:

@@ -17,7 +17,7 @@ from pyros1.bridge.rules.rules import Rule, Rules
 
 
 class Remote(NamedTuple):
-    """A topic or service as other bridges know it, and the rule that says so."""
+    """A topic or service as other bridges know it, and its rule."""
 
     namespace: str
     name: str
@@ -25,7 +25,7 @@ class Remote(NamedTuple):
 
 
 class Local(NamedTuple):
-    """The name here of another bridge's topic or service, and the rule that says so."""
+    """The name here of another bridge's topic or service, and its rule."""
 
     name: str
     rule: Rule
@@ -38,7 +38,7 @@ class PluginRules:
     Attributes:
         topics: what is sent and taken; its site is the bridge's namespace, or ``*``.
         services: what others may call here (as what is sent), and what is called there (as what is taken).
-        old_keys: whether the other bridges are of before March 2025.
+        old_keys: whether the other bridges are older than March 2025.
     """
 
     topics: Rules
@@ -56,7 +56,7 @@ class PluginRules:
         return frozenset({self.namespace, *(rule.pattern.site for rule in rules if rule.pattern.site)})
 
     def sent(self, local: str, known: Iterable[str] = ()) -> list[Remote]:
-        """Return as what a topic of this master is sent.
+        """Return the names under which a topic of this master is sent.
 
         Args:
             local: its name.
@@ -65,7 +65,7 @@ class PluginRules:
         return _outgoing(self.topics, local, known)
 
     def served(self, local: str, known: Iterable[str] = ()) -> list[Remote]:
-        """Return as what a service of this master can be called; arguments as for `sent`."""
+        """Return the names under which a service of this master can be called; arguments as for `sent`."""
         return _outgoing(self.services, local, known)
 
     def incoming(self, resource: Resource) -> Local | str:
@@ -82,7 +82,7 @@ class PluginRules:
         return "no rule takes it"
 
     def _read_as(self, namespace: str) -> tuple[str, ...]:
-        """Return the namespaces as which another bridge's namespace counts, the more specific one first."""
+        """Return the namespaces that match another bridge's namespace, the more specific one first."""
         if namespace == ANY:
             return (self.namespace,)
         return (namespace, ANY) if self.namespace == ANY else (namespace,)

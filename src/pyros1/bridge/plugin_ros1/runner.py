@@ -4,7 +4,7 @@ A lock guards the state; nothing waits while it is held. These are the threads:
 
 - the node's threads hand messages to the state, and its packets to the sender;
 - the worker handles beacons and messages from elsewhere, publishes these, and sends beacons;
-- the master thread asks the master, and does what the plan says, all of which may wait for the master;
+- the master thread asks the master, and carries out the plan, all of which may block;
 - the sender has two threads, which may wait for the network; calls of services have threads of their own.
 """
 
@@ -22,7 +22,7 @@ from pyros1.bridge.exchange.outgoing import ReceivedMessage
 from pyros1.bridge.local_graph import LocalGraph
 from pyros1.bridge.plugin_ros1.arrivals import Arrivals
 from pyros1.bridge.plugin_ros1.local_services import LocalServices
-from pyros1.bridge.plugin_ros1.plan import Plan, Taken
+from pyros1.bridge.plugin_ros1.plan import Plan, TakenResource
 from pyros1.bridge.plugin_ros1.rules import PluginRules
 from pyros1.bridge.plugin_ros1.services import PluginServices
 from pyros1.bridge.plugin_ros1.session import PluginSession
@@ -41,11 +41,11 @@ from pyros1.node.log.levels import WARN
 from pyros1.node.subscribing.subscriber import Subscriber
 
 _TICK = 0.1
-"""Seconds between looks at beacons that are due or missing."""
+"""Seconds between checks for beacons that are due or missing."""
 _POLL_PERIOD = 1.0
-"""Seconds between questions to the master."""
+"""Seconds between polls of the master."""
 _ADJUST_PERIOD = 0.2
-"""Seconds between looks at who receives what, here and elsewhere."""
+"""Seconds between checks of which topics have subscribers, here and elsewhere."""
 _QUEUE_SIZE = 1000
 _JOIN_TIME = 3.0
 MakeSession = Callable[[Callable[[str], object], Callable[[str, bytes], object], Callable[..., object]], PluginSession]
@@ -91,7 +91,7 @@ class PluginBridge:
         self._master_thread = threading.Thread(target=self._run_master_thread, name="bridge: master", daemon=True)
         self._worker.start()
         self._master_thread.start()
-        node.on_shutdown(self.close)  # at once, if the node has ended meanwhile: so not before there are threads to end
+        node.on_shutdown(self.close)  # may call it at once, so the threads must exist
         try:
             node.advertise_service(f"~{STATUS_SERVICE}", "std_srvs/Trigger", lambda _: (True, self.status()))
         except BaseException:
@@ -102,16 +102,16 @@ class PluginBridge:
         with self._lock:
             return [resource.namespace for resource in self._state.heard.used]
 
-    # What comes from elsewhere ----------------------------------------------------------------------------------------
+    # Messages from elsewhere ------------------------------------------------------------------------------------------
 
     def _on_beacon(self, key: str) -> None:
-        """Note a beacon. Called on zenoh's threads."""
+        """Handle a beacon. Called on zenoh's threads."""
         with self._arrived:
             self._arrivals.put_beacon(key)
             self._arrived.notify()
 
     def _on_sample(self, key: str, body: bytes) -> None:
-        """Note a message. Called on zenoh's threads."""
+        """Handle a message. Called on zenoh's threads."""
         with self._arrived:
             self._arrivals.put_message(key, body)
             self._arrived.notify()
@@ -140,7 +140,7 @@ class PluginBridge:
                         self._sender.put(packet)
             except Error as error:
                 self._warn("cannot publish a message: %s", error)
-            except Exception as error:  # noqa: BLE001 - zenoh's, or a mistake of ours: neither may end the bridge
+            except Exception as error:  # noqa: BLE001 - zenoh's, or a bug: neither may end the bridge
                 if not self._is_closing:
                     self._node.log.internal_error(error)
 
@@ -164,7 +164,7 @@ class PluginBridge:
         self._count("messages that could not be sent")
         self._warn("cannot send to other bridges: %s", error)
 
-    # What comes from this master --------------------------------------------------------------------------------------
+    # Messages from this master ----------------------------------------------------------------------------------------
 
     def _on_message(self, local: str, message: AnyMsg) -> None:
         """Send a message. Called in the node's threads."""
@@ -185,13 +185,13 @@ class PluginBridge:
                 self._adjust()
             except Error as error:
                 self._warn("cannot bridge: %s", error)
-            except Exception as error:  # noqa: BLE001 - zenoh's, or a mistake of ours: neither may end the bridge
+            except Exception as error:  # noqa: BLE001 - zenoh's, or a bug: neither may end the bridge
                 if not self._is_closing:
                     self._node.log.internal_error(error)
             self._woken.wait(_POLL_PERIOD if self._problems else _ADJUST_PERIOD)
 
     def _adjust(self) -> None:
-        """Do what the plan says, as far as it has not been done."""
+        """Carry out the parts of the plan that are not done yet."""
         if time.monotonic() >= self._next_poll:
             self._next_poll = time.monotonic() + _POLL_PERIOD
             self._poll()
@@ -245,7 +245,7 @@ class PluginBridge:
                 except Error as error:
                     problems[local] = one_line(error)
 
-    def _definition(self, taken: Taken) -> str:
+    def _definition(self, taken: TakenResource) -> str:
         """Return the definition of a type that is installed here, or ``*`` as the plugin does: it sends none."""
         try:
             message_class = self._definitions.get(taken.type, taken.md5sum, "")
@@ -264,7 +264,7 @@ class PluginBridge:
             except Error as error:
                 problems[local] = one_line(error)
 
-    # The end ----------------------------------------------------------------------------------------------------------
+    # Shutdown ---------------------------------------------------------------------------------------------------------
 
     def status(self) -> str:
         """Return the bridge's status as JSON, see `pyros1.bridge.plugin_ros1.status`."""

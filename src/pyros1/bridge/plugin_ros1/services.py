@@ -11,7 +11,7 @@ from functools import partial
 from typing import Any
 
 from pyros1.bridge.plugin_ros1.keys import Resource
-from pyros1.bridge.plugin_ros1.plan import Taken
+from pyros1.bridge.plugin_ros1.plan import TakenResource
 from pyros1.bridge.plugin_ros1.responses import Responses
 from pyros1.bridge.plugin_ros1.session import CALL_TIME, PluginSession
 from pyros1.ground.errors import Error, ServiceError, ServiceRefusal
@@ -42,7 +42,7 @@ class CallCount:
 
     Attributes:
         calls, errors, last_error: these.
-        note: what else is to be said of it.
+        note: a remark for the status.
     """
 
     def __init__(self) -> None:
@@ -76,7 +76,7 @@ class PluginServices:
         with self._lock:
             return self._counts.setdefault((kind, local), CallCount())
 
-    def adjust(self, serves: Mapping[Resource, str], calls: Mapping[str, Taken]) -> dict[str, Error]:
+    def adjust(self, serves: Mapping[Resource, str], calls: Mapping[str, TakenResource]) -> dict[str, Error]:
         """Serve and provide exactly these services from now on. This waits for the master.
 
         Returns:
@@ -100,12 +100,12 @@ class PluginServices:
                     failed[local] = error
         return failed
 
-    def _target(self, taken: Taken) -> tuple[str, ...]:
+    def _target(self, taken: TakenResource) -> tuple[str, ...]:
         return (taken.type, self._key(taken.sources[0]))
 
     # Calls from here --------------------------------------------------------------------------------------------------
 
-    def _provide(self, local: str, taken: Taken) -> ServiceServer:
+    def _provide(self, local: str, taken: TakenResource) -> ServiceServer:
         responses = Responses(taken.type, taken.md5sum)
         if not responses.is_known:
             self.count("calls", local).note = "its type is not installed here, so errors may look like responses"
@@ -161,7 +161,7 @@ class PluginServices:
             query.drop()  # else the caller waits for more replies
 
     def close(self) -> None:
-        """Provide nothing any longer, and end the threads."""
+        """Stop providing services, and end the threads."""
         self._workers.close(_CLOSE_TIME)
         if self._node.ok():
             for _, server in self._provided.values():
@@ -170,7 +170,7 @@ class PluginServices:
 
 
 def _error_text(error: Exception) -> str:
-    """Return the text for a caller elsewhere: what the service itself has said, if it has."""
+    """Return the text for a caller elsewhere: the service's own error message, if there is one."""
     if isinstance(error, ServiceError) and error.answer is not None:
         return error.answer.decode("utf-8", "replace")
     return one_line(error)

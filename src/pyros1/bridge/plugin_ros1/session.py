@@ -1,4 +1,4 @@
-"""The zenoh session of a bridge of this dialect: what it has declared, and what comes.
+"""The zenoh session of a bridge with this dialect.
 
 zenoh's callbacks run on its own threads, so what they call must return at once.
 """
@@ -30,7 +30,7 @@ class DeclarationError(Error):
 
 
 class FirstReply:
-    """The first reply to a call. Others are not kept: they come as long as the call may take, and nobody needs them."""
+    """The first reply to a call; later ones are ignored."""
 
     def __init__(self) -> None:
         self._reply: Any = None
@@ -38,7 +38,7 @@ class FirstReply:
         self._lock = threading.Lock()
 
     def put(self, reply: Any) -> None:
-        """Note a reply; None if there are no more."""
+        """Handle a reply; None if there are no more."""
         with self._lock:
             if not self._ended.is_set():
                 self._reply = reply
@@ -175,7 +175,7 @@ class PluginSession(ZenohSession):
         return False
 
     def listen(self, site: str, key: str, on: bool) -> None:
-        """Do nothing: `declare` says what to receive."""
+        """Do nothing: `declare` sets what to receive."""
 
     def call(self, key: str, request: bytes) -> bytes:
         """Call a service elsewhere, and return the response, or what is sent in its place.

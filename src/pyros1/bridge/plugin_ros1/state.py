@@ -6,13 +6,13 @@ from collections.abc import Callable, Collection, Sequence
 from zlib import crc32
 
 from pyros1.bridge.exchange.actions import Publish, Send, Source
-from pyros1.bridge.exchange.allowance import Allowance
-from pyros1.bridge.exchange.outgoing import Drop, ReceivedMessage
+from pyros1.bridge.exchange.outgoing import DropReason, ReceivedMessage
 from pyros1.bridge.exchange.sending import Flow, LocalTopic
+from pyros1.bridge.exchange.token_bucket import TokenBucket
 from pyros1.bridge.names import SharedName
 from pyros1.bridge.plugin_ros1.beacons import PERIOD, HeardBeacons, OwnBeacons
 from pyros1.bridge.plugin_ros1.keys import Resource, data_key
-from pyros1.bridge.plugin_ros1.plan import LocalService, Plan, Taken, make_plan
+from pyros1.bridge.plugin_ros1.plan import LocalService, Plan, TakenResource, make_plan
 from pyros1.bridge.plugin_ros1.rules import PluginRules
 from pyros1.bridge.rules.rules import Priority
 
@@ -23,11 +23,11 @@ _PLAN_BURST = 20
 """Plans that are made per second, and at once, since beacons come or go: with thousands of topics each takes 50 ms."""
 UNKNOWN = "messages of topics that are not taken"
 _NO_SOURCE = Source("", SharedName("", ""), 0)
-"""Nothing is latched, so nobody asks for the source of a message."""
+"""The source of all messages: nothing is latched, so sources do not matter."""
 
 
 class PluginState:
-    """What a bridge knows, and what follows.
+    """The state of a bridge.
 
     Args:
         rules: its rules.
@@ -45,7 +45,7 @@ class PluginState:
 
     def __init__(self, rules: PluginRules, random: Callable[[], float]) -> None:
         self.plan = Plan()
-        self._plans = Allowance(_PLAN_RATE, _PLAN_BURST)
+        self._plans = TokenBucket(_PLAN_RATE, _PLAN_BURST)
         self._is_outdated = False  # the plan
         self.heard = HeardBeacons(lambda resource: not isinstance(rules.incoming(resource), str))
         self.wanted: frozenset[Resource] = frozenset()
@@ -57,7 +57,7 @@ class PluginState:
         self._own = OwnBeacons(random)
         self._topics: Sequence[LocalTopic] = ()
         self._services: Sequence[LocalService] = ()
-        self._local_by_key: dict[str, tuple[str, Taken]] = {}
+        self._local_by_key: dict[str, tuple[str, TakenResource]] = {}
         self._sent_by_local: dict[str, list[Resource]] = {}
         self._due: dict[tuple[str, str], float] = {}
 
@@ -65,28 +65,28 @@ class PluginState:
         """Return the key of a topic's messages or a service's calls."""
         return data_key(resource, self.rules.old_keys)
 
-    # What there is ----------------------------------------------------------------------------------------------------
+    # Current state ----------------------------------------------------------------------------------------------------
 
     def set_local(self, topics: Sequence[LocalTopic], services: Sequence[LocalService], now: float) -> None:
-        """Note what nodes other than bridges publish and provide on this master."""
+        """Record what nodes other than bridges publish and provide on this master."""
         if (topics, services) != (self._topics, self._services):
             self._topics, self._services = topics, services
             self._make_plan(now)
 
     def set_demand(self, demand: Collection[str], now: float) -> None:
-        """Note to which topics of this bridge nodes subscribe."""
+        """Record to which topics of this bridge nodes subscribe."""
         self.demand = frozenset(demand)
         self._own.announce(self.plan.announced(self.demand), now)
 
     def on_beacon(self, key: str, now: float) -> None:
-        """Note another bridge's beacon."""
+        """Handle another bridge's beacon."""
         self._own.on_beacon(key)
         if self.heard.on_beacon(key, now):
             self._is_outdated = True
             self._renew_plan(now)
 
     def tick(self, now: float) -> list[Send]:
-        """Forget what is not announced any more, and return the beacons to send.
+        """Forget what is not announced any longer, and return the beacons to send.
 
         The plugin sends them with the lowest priority. Here they have a high one: they are few, and where they do not
         come through, what they announce would be lost just when there is much of it.
@@ -130,13 +130,13 @@ class PluginState:
         for resource in self._sent_by_local.get(local, ()):
             flow, settings = self.sent[resource], self.plan.sends[resource].settings
             if is_bridged:
-                flow.drop(Drop.BRIDGED)
+                flow.drop(DropReason.BRIDGED)
             elif message.md5sum != resource.md5sum:
-                flow.drop(Drop.TYPE)
+                flow.drop(DropReason.TYPE)
             elif len(message.body) > settings.max_size:
-                flow.drop(Drop.SIZE)
+                flow.drop(DropReason.SIZE)
             elif not self._is_due(local, f"{message.publisher} {resource.namespace}", settings.rate, now):
-                flow.drop(Drop.RATE)
+                flow.drop(DropReason.RATE)
             elif resource in self.wanted:
                 flow.count(len(message.body))
                 packets.append(
@@ -167,9 +167,9 @@ class PluginState:
         local, taken = found
         flow = self.taken[local]
         if len(body) > taken.settings.max_size:
-            flow.drop(Drop.SIZE)
+            flow.drop(DropReason.SIZE)
         elif not self._is_due(local, key, taken.settings.rate, now):
-            flow.drop(Drop.RATE)
+            flow.drop(DropReason.RATE)
         else:
             flow.count(len(body))
             return Publish(local, _NO_SOURCE, body, False)

@@ -1,1 +1,1 @@
-"""What sites send each other: packets, the keys they are sent on, and lists with versions. No I/O."""
+"""The protocol between sites: packets, their keys, and versioned lists. No I/O."""

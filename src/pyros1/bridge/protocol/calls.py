@@ -33,9 +33,9 @@ class Status(IntEnum):
     OK = 0
     """There is a response."""
     FAILED = 1
-    """The service has refused or failed, and said why."""
+    """The service has refused or failed, with a reason."""
     REFUSED = 2
-    """The service was not called, or has not answered: a bridge says why."""
+    """The service was not called, or has not answered; the reason is a bridge's."""
 
 
 class CallId(NamedTuple):

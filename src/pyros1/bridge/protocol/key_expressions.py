@@ -1,7 +1,7 @@
 """The keys under which sites exchange packets.
 
 Each key that a site writes begins with ``pyros1/1/SITE/``, so that a router can allow a certificate to write only
-there. The rest says what it is:
+there. The rest is the kind of packet:
 
 - ``hello``: for all sites: there is a site of this name;
 - ``to/PEER``: for one site: heartbeats, offers, requests, definitions;

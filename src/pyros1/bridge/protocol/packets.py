@@ -1,4 +1,4 @@
-"""Packets between sites, as bytes. What other sites send is hostile until it has been read here.
+"""Packets between sites, as bytes. Data from other sites is untrusted until it has been checked here.
 
 A packet has a *head* and a *body*. All heads begin with the version, the kind, the sender's epoch, and the receiver's
 epoch as the sender knows it (0 for all receivers). An epoch is a random number that a site chooses when it starts, so
@@ -59,9 +59,9 @@ class Kind(IntEnum):
     REQUEST = 5
     ASK = 6
     DEFINITION = 7
-    MISSED = 8
-    HELD = 9
-    GONE = 10
+    RESEND_REQUEST = 8
+    LATCHED_LIST = 9
+    RESEND_REFUSAL = 10
     PROBE = 11
     PROBE_REPLY = 12
     MESSAGE = 16
@@ -111,13 +111,13 @@ class MessageHead(NamedTuple):
 
 
 class Heartbeat(NamedTuple):
-    """Tells another site that this one is alive, and what both know of each other.
+    """Tells another site that this one is alive, and which of its lists this one has.
 
     Attributes:
         number: counts the heartbeats to this peer.
         sent_at: when it was sent, in seconds of the sender's clock.
         echo: the number of the last heartbeat that came from the peer; 0 if none came.
-        held: seconds between the arrival of that heartbeat and this one.
+        reply_delay: seconds between the arrival of that heartbeat and this one.
         offer, request: the versions of the sender's lists for the peer.
         offer_seen, request_seen: the versions of the peer's lists that the sender has; -1 for none.
         tails: the number of the last message of each topic that the peer wants, and that may not lose any.
@@ -130,7 +130,7 @@ class Heartbeat(NamedTuple):
     number: int
     sent_at: float
     echo: int
-    held: float
+    reply_delay: float
     offer: int
     request: int
     offer_seen: int
@@ -143,7 +143,7 @@ class Heartbeat(NamedTuple):
     is_separate: bool = False
 
 
-class Offered(NamedTuple):
+class OfferedTopic(NamedTuple):
     """A topic that a site offers to another one.
 
     Attributes:
@@ -186,7 +186,7 @@ class Definition(NamedTuple):
     text: str
 
 
-class Missed(NamedTuple):
+class ResendRequest(NamedTuple):
     """Asks for messages of a topic again: those numbered from `first` to `last`, or all that are held if latched."""
 
     topic: SharedName
@@ -194,16 +194,16 @@ class Missed(NamedTuple):
     last: int
 
 
-class Held(NamedTuple):
-    """Says which latched messages there are after message `number`: the publishers, each with its message's number."""
+class LatchedList(NamedTuple):
+    """Lists the latched messages as of message `number`: the publishers, each with its message's number."""
 
     topic: SharedName
     number: int
     messages: Mapping[int, int]
 
 
-class Gone(NamedTuple):
-    """Says that no messages before `first` can be sent again."""
+class ResendRefusal(NamedTuple):
+    """Tells that no messages before `first` can be sent again."""
 
     topic: SharedName
     first: int
@@ -282,17 +282,17 @@ def encode_definition(definition: Definition) -> bytes:
     return dump([*definition])
 
 
-def encode_missed(missed: Missed) -> bytes:
+def encode_resend_request(missed: ResendRequest) -> bytes:
     """Return the body of a question for messages."""
     return dump([str(missed.topic), missed.first, missed.last])
 
 
-def encode_held(held: Held) -> bytes:
+def encode_latched_list(latched_list: LatchedList) -> bytes:
     """Return the body of a list of latched messages."""
-    return dump([str(held.topic), held.number, [[*item] for item in held.messages.items()]])
+    return dump([str(latched_list.topic), latched_list.number, [[*item] for item in latched_list.messages.items()]])
 
 
-def encode_gone(gone: Gone) -> bytes:
+def encode_resend_refusal(gone: ResendRefusal) -> bytes:
     """Return the body of a note that messages cannot be sent again."""
     return dump([str(gone.topic), gone.first])
 
@@ -309,14 +309,14 @@ def decode_probe(body: bytes) -> int:
 
 def decode_heartbeat(body: bytes) -> Heartbeat:
     """Return a heartbeat; this and the following functions raise PacketError if the body is not valid."""
-    number, sent_at, echo, held, offer, request, offer_seen, request_seen, *more = load(body, 14)
+    number, sent_at, echo, reply_delay, offer, request, offer_seen, request_seen, *more = load(body, 14)
     tails, services, services_seen, period, nodes, is_separate = more
     read_bools([is_separate])
     return Heartbeat(
         read_integer(number, 1),
         read_real(sent_at),
         read_integer(echo),
-        read_real(held),
+        read_real(reply_delay),
         read_integer(offer),
         read_integer(request),
         read_integer(offer_seen, -1),
@@ -331,15 +331,15 @@ def decode_heartbeat(body: bytes) -> Heartbeat:
 
 
 def decode_offer(body: bytes) -> Page:
-    """Return a page of offers, whose entries are `Offered`."""
+    """Return a page of offers, whose entries are `OfferedTopic`."""
     return decode_page(body, 6, _decode_offered)
 
 
-def _decode_offered(row: list[Any]) -> Offered:
+def _decode_offered(row: list[Any]) -> OfferedTopic:
     topic, type_name, md5sum, latched, reliable, publishers = row
     read_bools([latched, reliable])
     nodes = read_nodes(publishers, MAX_PUBLISHERS)
-    return Offered(read_topic(topic), read_type(type_name), read_md5(md5sum), latched, reliable, nodes)
+    return OfferedTopic(read_topic(topic), read_type(type_name), read_md5(md5sum), latched, reliable, nodes)
 
 
 def decode_request(body: bytes) -> Page:
@@ -363,23 +363,23 @@ def decode_definition(body: bytes) -> Definition:
     return Definition(read_type(type_name), read_md5(md5sum), text)
 
 
-def decode_missed(body: bytes) -> Missed:
+def decode_resend_request(body: bytes) -> ResendRequest:
     """Return a question for messages."""
     name, first, last = load(body, 3)
-    return Missed(read_topic(name), read_integer(first), read_integer(last))
+    return ResendRequest(read_topic(name), read_integer(first), read_integer(last))
 
 
-def decode_held(body: bytes) -> Held:
+def decode_latched_list(body: bytes) -> LatchedList:
     """Return a list of latched messages."""
     name, number, rows = load(body, 3)
     messages = {read_integer(publisher): read_integer(each) for publisher, each in read_rows(rows, 2, MAX_NUMBERS)}
-    return Held(read_topic(name), read_integer(number), messages)
+    return LatchedList(read_topic(name), read_integer(number), messages)
 
 
-def decode_gone(body: bytes) -> Gone:
+def decode_resend_refusal(body: bytes) -> ResendRefusal:
     """Return a note that messages cannot be sent again."""
     name, first = load(body, 2)
-    return Gone(read_topic(name), read_integer(first))
+    return ResendRefusal(read_topic(name), read_integer(first))
 
 
 def decode_page(body: bytes, width: int, make: Callable[[list[Any]], Any]) -> Page:

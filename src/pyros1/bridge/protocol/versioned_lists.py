@@ -1,4 +1,4 @@
-"""Lists that a site keeps up to date at another site, although packets get lost: with versions, in pages. No I/O.
+"""Synchronises lists with another site despite lost packets, by versions and pages. No I/O.
 
 The sender repeats a list until a heartbeat of the receiver names its version. A run of a site never uses a version
 twice, not even for lists that it has forgotten, since the receiver may remember them.
@@ -46,7 +46,7 @@ class ListSender:
             self._times_sent = 0
 
     def is_due(self, seen: int, now: float) -> bool:
-        """Return whether the list must be sent now; it is then taken as sent.
+        """Return whether the list must be sent now; if so, it counts as sent.
 
         Args:
             seen: the version that the receiver has.

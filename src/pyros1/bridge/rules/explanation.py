@@ -1,4 +1,4 @@
-"""What rules mean, in plain words, for ``pyros1 bridge --check``."""
+"""Explains rules, for ``pyros1 bridge --check``."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from pyros1.bridge.rules.site_access import SiteAccess
 
 
 def explain(config: SiteConfig) -> Iterator[str]:
-    """Yield lines that say what a site sends and takes.
+    """Yield lines that describe what a site sends and receives.
 
     Args:
         config: the site's configuration.
@@ -30,7 +30,7 @@ def explain(config: SiteConfig) -> Iterator[str]:
 
 
 def explain_connections(connect: Iterable[str], listen: Iterable[str], keys: str) -> Iterator[str]:
-    """Yield lines that say where a site or router connects and listens, and with which keys; empty for none."""
+    """Yield lines that describe where a site or router connects and listens, and its keys, if any."""
     for endpoint in connect:
         yield f"  connects to {endpoint}"
     for endpoint in listen:
@@ -40,7 +40,7 @@ def explain_connections(connect: Iterable[str], listen: Iterable[str], keys: str
 
 
 def explain_access(access: Iterable[SiteAccess]) -> Iterator[str]:
-    """Yield lines that say what other sites may do, as far as that is not everything."""
+    """Yield lines that describe the permissions of other sites, unless they may do everything."""
     for each in access:
         if each.keys != each.site:
             yield f"  lets only those keys of {each.site} in that are named {each.keys}"
@@ -51,13 +51,13 @@ def explain_access(access: Iterable[SiteAccess]) -> Iterator[str]:
             ("call", each.call, each.deny_call),
         ):
             if allowed is not None or denied:
-                what = "everything" if allowed is None else _texts(allowed) or "nothing"
-                yield f"  {each.site} may {verb} {what}" + f", but not {_texts(denied)}" * bool(denied)
+                what = "everything" if allowed is None else _join_patterns(allowed) or "nothing"
+                yield f"  {each.site} may {verb} {what}" + f", but not {_join_patterns(denied)}" * bool(denied)
         if each.forwards:
             yield f"  {each.site} forwards what is sent and taken by {', '.join(each.forwards)}"
 
 
-def _texts(patterns: Iterable[Pattern]) -> str:
+def _join_patterns(patterns: Iterable[Pattern]) -> str:
     return ", ".join(pattern.text for pattern in patterns)
 
 
@@ -131,7 +131,7 @@ def _prefix_text(rules: Rules, site: str) -> str:
 
 
 def _details(rule: Rule) -> str:
-    """Return what a rule says about rates, sizes and order, as the end of a sentence."""
+    """Return a rule's settings of rates, sizes and order, as the end of a sentence."""
     words = []
     if rule.convert is not None:
         words.append(rule.convert.words + (f" under NAME{rule.convert.suffix}" if rule.convert.suffix else ""))
@@ -145,7 +145,7 @@ def _details(rule: Rule) -> str:
     if rule.age is not None:
         words.append(f"none older than {rule.age:g} s")
     if rule.reliable is not None:
-        words.append("all messages in order" if rule.reliable else "only the newest where the network is slow")
+        words.append("all messages in order" if rule.reliable else "only the newest if the network is slow")
     if rule.priority is not None:
         words.append(f"{rule.priority.name.lower()} priority")
     return "".join(f", {word}" for word in words)

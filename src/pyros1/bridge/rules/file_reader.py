@@ -1,4 +1,4 @@
-"""Reads values from a bridge's YAML file. Errors say file and line."""
+"""Reads values from a bridge's YAML file. Errors contain file and line."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _UNQUOTED = re.compile(r"[-\[,:]\s*[*!]\w*[:/]")
 
 
 class RulesError(Error, ValueError):
-    """Rules are not valid. The message says where."""
+    """Rules are not valid. The message contains file and line."""
 
 
 class FileReader:
@@ -31,11 +31,11 @@ class FileReader:
         where: its name, for errors.
 
     Attributes:
-        places: file and line of each endpoint and of the keys of each site, as far as they have been read.
+        places: file and line of the endpoints and keys that have been read so far.
 
     Raises:
         YamlError: the text is not valid YAML.
-        RulesError: it is not valid YAML for want of quotation marks, or says something twice.
+        RulesError: it is not valid YAML because quotation marks are missing, or a key is repeated.
     """
 
     def __init__(self, text: str, where: str) -> None:

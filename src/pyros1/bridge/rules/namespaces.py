@@ -1,4 +1,4 @@
-"""Whether a site that nobody has named would publish among this master's own topics. No I/O.
+"""Checks whether a site without a rule of its own would publish into this master's own namespaces. No I/O.
 
 Below ``/red``, the topics of the site red appear. With a rule for all sites (``*:**``), a site chooses its name, and so
 where it publishes here: one that calls itself ``arm`` could command the arm whose driver listens to ``/arm/goal``.
@@ -24,7 +24,7 @@ class LocalNamespaces:
         self._below: dict[str, list[str]] = {}  # namespace -> topics
 
     def update(self, topics: Collection[str]) -> bool:
-        """Note which topics nodes of this master publish, those of bridges excepted; return whether that is new."""
+        """Record which topics nodes of this master publish, those of bridges excepted; return whether that is new."""
         new = frozenset(topics)
         if new == self._topics:
             return False
@@ -45,7 +45,7 @@ class LocalNamespaces:
         """
         rules = self._rules
         if site in rules.sites or {site, "*"} & rules.prefixes.keys() or rule.here or rule.pattern.site != "*":
-            return ""  # whoever wrote the rules has named it, or said where its topics are
+            return ""  # the rules name the site, or where its topics appear
         for topic in self._below.get(rules.prefix(site), ()):
             if all(outgoing.shared.site != site for outgoing in rules.outgoing(topic, [site])):
                 return f"nodes here publish {topic}: if site {site} may publish there too, name it with --sites"

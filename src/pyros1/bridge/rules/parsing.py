@@ -32,13 +32,13 @@ _FRAME = re.compile(r"[A-Za-z0-9_.-]+(/[A-Za-z0-9_.-]+)*\Z", re.ASCII)
 
 @dataclass(frozen=True)
 class SiteConfig:
-    """What a site's command line and file say together.
+    """A site's configuration, from command line and file.
 
     Attributes:
         rules: the site's rules.
         connect, listen: endpoints such as ``tls/base.example:7447``.
         keys: the folder of the site's keys; empty for none.
-        places: file and line of what a file says of endpoints and sites, by endpoint and name; for errors.
+        places: file and line of the endpoints and sites in a file, by endpoint and name; for errors.
     """
 
     rules: Rules
@@ -125,10 +125,10 @@ def parse_config(text: str, where: str, site: str = "") -> SiteConfig:
     Args:
         text: the file's contents.
         where: its name, for errors.
-        site: the site's name from the command line; empty if the file has to say it.
+        site: the site's name from the command line; empty if it must be in the file.
 
     Raises:
-        RulesError: the file is not valid; the message says file and line.
+        RulesError: the file is not valid; the message contains file and line.
         YamlError: it is not valid YAML.
     """
     return SiteFileReader(text, where).read(site)

@@ -12,14 +12,14 @@ from pyros1.bridge.rules.sites_reader import SitesReader
 
 @dataclass(frozen=True)
 class RouterConfig:
-    """What a router's command line and file say together.
+    """A router's configuration, from command line and file.
 
     Attributes:
         listen: endpoints such as ``tls/[::]:7447``.
         connect: endpoints of other routers.
         keys: the folder of the router's keys; empty for none.
         access: what each site may do; empty if all may do everything.
-        places: file and line of what a file says of endpoints and sites, by endpoint and name; for errors.
+        places: file and line of the endpoints and sites in a file, by endpoint and name; for errors.
     """
 
     listen: tuple[str, ...] = ()
@@ -37,7 +37,7 @@ def parse_router_config(text: str, where: str) -> RouterConfig:
         where: its name, for errors.
 
     Raises:
-        RulesError: the file is not valid; the message says file and line.
+        RulesError: the file is not valid; the message contains file and line.
         YamlError: it is not valid YAML.
     """
     return _RouterReader(text, where).read()
@@ -55,7 +55,7 @@ class _RouterReader(SitesReader):
 
 
 def explain_router(config: RouterConfig) -> Iterator[str]:
-    """Yield lines that say what a router does."""
+    """Yield lines that describe a router."""
     sites = named_sites(config.access)
     yield f"a router for {', '.join(sites) or 'all sites'}"
     yield from explain_connections(config.connect, config.listen, config.keys)

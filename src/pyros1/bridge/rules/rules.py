@@ -1,4 +1,4 @@
-"""The rules of a site: what it sends and takes, under which name, how often, how large, how urgent, how old at most.
+"""The rules of a site: what it sends and receives, with names, rates, sizes, priorities and maximum ages.
 
 Nothing is sent or received without a rule that allows it. A rule that denies wins over all that allow; among those that
 allow, the first that matches decides about the settings. What a rule leaves open follows from the message type.
@@ -16,9 +16,9 @@ from pyros1.bridge.names import Pattern, SharedName, is_topic_name
 from pyros1.bridge.rules.site_access import SiteAccess, may_send, may_take
 
 DEFAULT_MAX_SIZE = 16 << 20
-"""Maximum size of a message in bytes, if the rule does not say another one."""
+"""Maximum size of a message in bytes, if the rule does not set another one."""
 NEWEST_AGE = 2.0
-"""Maximum age of a message in seconds where only the newest one counts, if neither rule nor type say another one."""
+"""Maximum age of a message in seconds where only the newest one counts, if neither rule nor type set another one."""
 RELIABLE_AGE = 30.0
 """Maximum age of a message in seconds where all count."""
 LOSS_DELAY = 5.0
@@ -26,7 +26,7 @@ LOSS_DELAY = 5.0
 
 
 class Priority(IntEnum):
-    """Which messages overtake others where the network is slow; a lower number goes first."""
+    """The order of messages if the network is slow; lower numbers go first."""
 
     URGENT = 0
     HIGH = 1
@@ -36,7 +36,7 @@ class Priority(IntEnum):
 
 
 class Settings(NamedTuple):
-    """How the messages of a topic travel.
+    """The transport settings of a topic.
 
     Attributes:
         local: the topic's name on this site's master.
@@ -46,7 +46,7 @@ class Settings(NamedTuple):
         reliable: whether all messages are delivered in order, as long as they are not too old; otherwise a message that
             waits is replaced by a newer one.
         age: maximum age of a message in seconds when it is delivered.
-        latched_age: the same for latched messages, which describe something that still holds; None for no limit.
+        latched_age: the same for latched messages, which describe a state that is still valid; None for no limit.
         prefix_frames, keep_frames: see `Rule`.
     """
 
@@ -82,7 +82,7 @@ _BY_TYPE: Mapping[str, _TypeDefaults] = {
     "sensor_msgs/Joy": _COMMAND,
     "sensor_msgs/Image": _LARGE,
     "sensor_msgs/CompressedImage": _LARGE,
-    # A picture of a video needs those before it.
+    # A video frame depends on those before it.
     "foxglove_msgs/CompressedVideo": _TypeDefaults(Priority.LOW, reliable=True, age=NEWEST_AGE),
     "sensor_msgs/PointCloud": _LARGE,
     "sensor_msgs/PointCloud2": _LARGE,
@@ -132,7 +132,7 @@ class Rule:
     prefix_frames: str = ""
     keep_frames: tuple[str, ...] = ()
 
-    def concerns(self, site: str) -> bool:
+    def applies_to(self, site: str) -> bool:
         """Return whether the rule is also for this other site."""
         return not self.sites or site in self.sites
 
@@ -160,7 +160,7 @@ class Rule:
 
 
 class Outgoing(NamedTuple):
-    """A topic that may be sent: its name among sites, and the rule that says so."""
+    """A topic that may be sent: its name among sites, and its rule."""
 
     shared: SharedName
     rule: Rule
@@ -222,8 +222,8 @@ class Rules:
             return ""
         return self.prefixes.get(site, self.prefixes.get("*", f"/{site}"))
 
-    def usual_name(self, shared: SharedName) -> str:
-        """Return the name of a topic on this site's master, if its rule does not say another one."""
+    def default_name(self, shared: SharedName) -> str:
+        """Return the name of a topic on this site's master, if its rule does not set another one."""
         return self.prefix(shared.site) + shared.name
 
     def outgoing(
@@ -270,7 +270,7 @@ class Rules:
             for site in others
             if self.talks_to(site)
             and (own or site == outgoing.shared.site)
-            and outgoing.rule.concerns(site)
+            and outgoing.rule.applies_to(site)
             and may_take(self.access, site, outgoing.shared, self.site)
         ]
 
@@ -288,14 +288,14 @@ class Rules:
         if not may_send(self.access, sender, shared):
             return f"{sender} may not send it"
         for rule in self.take:
-            if rule.pattern.matches(shared, self.site) and rule.concerns(sender):
+            if rule.pattern.matches(shared, self.site) and rule.applies_to(sender):
                 return rule
         return "no rule takes it"
 
     def local_name(self, rule: Rule, shared: SharedName) -> str:
         """Return the name here of a topic that a rule takes."""
         if not rule.here:
-            return self.usual_name(shared)
+            return self.default_name(shared)
         subtree = rule.pattern.subtree
         return rule.here if subtree is None else rule.here.removesuffix("/**") + shared.name[len(subtree) :]
 

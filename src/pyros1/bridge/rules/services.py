@@ -1,4 +1,4 @@
-"""What the rules of a site say about services and parameters. No I/O.
+"""The rules of a site about services and parameters. No I/O.
 
 As for topics, nothing is allowed that no rule allows, and a rule that denies wins. A site serves only services of its
 own, under the names that they have here or that `here` gives them; it calls only those of other sites.
@@ -17,7 +17,7 @@ PARAMETERS = "/pyros1_bridge/parameters"
 name can be served.
 """
 DEFAULT_TIMEOUT = 60.0
-"""Maximum number of seconds that a call may take, if no rule says otherwise."""
+"""Maximum number of seconds that a call may take, if no rule sets another one."""
 
 
 def served(rules: Rules, local: str) -> Outgoing | None:
@@ -52,7 +52,7 @@ def called(rules: Rules, service: SharedName, peer: str) -> Rule | str:
     if not may_serve(rules.access, peer, service):
         return f"{peer} may not serve it"
     for rule in rules.services.call:
-        if rule.pattern.matches(service, rules.site) and rule.concerns(peer):
+        if rule.pattern.matches(service, rules.site) and rule.applies_to(peer):
             return rule
     return "no rule calls it"
 

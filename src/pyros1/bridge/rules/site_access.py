@@ -1,16 +1,16 @@
-"""What a site that listens, or a router, lets each other site do. No I/O."""
+"""The permissions that a listening site or a router gives to other sites. No I/O."""
 
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 
-from pyros1.bridge.names import Pattern, SharedName, site_of_keys
+from pyros1.bridge.names import Pattern, SharedName, site_of_key_name
 
 
 @dataclass(frozen=True)
 class SiteAccess:
-    """What whoever has certain keys may do.
+    """The permissions of the holder of certain keys.
 
     Attributes:
         keys: the name in their certificate: the site's name, or a later one such as ``red-2``.
@@ -22,7 +22,7 @@ class SiteAccess:
         forwards: other sites whose packets come through this one, since they connect to it and not here.
 
     Raises:
-        ValueError: only some of `send`, `take`, `serve` and `call` are None: who is limited is limited in all of them.
+        ValueError: only some of `send`, `take`, `serve` and `call` are None; a limit applies to all of them.
     """
 
     keys: str
@@ -43,7 +43,7 @@ class SiteAccess:
     @property
     def site(self) -> str:
         """The site to which the keys belong."""
-        return site_of_keys(self.keys)
+        return site_of_key_name(self.keys)
 
     @property
     def is_limited(self) -> bool:
@@ -108,5 +108,5 @@ def add_names(access: tuple[SiteAccess, ...], names: Iterable[str]) -> tuple[Sit
         SiteNameError: keys cannot have a name.
     """
     known = {each.keys for each in access}
-    more = [SiteAccess(name) for name in dict.fromkeys(names) if site_of_keys(name) and name not in known]
+    more = [SiteAccess(name) for name in dict.fromkeys(names) if site_of_key_name(name) and name not in known]
     return (*access, *more)

@@ -1,11 +1,11 @@
-"""Reads the setting `sites` of a file: which other sites there are, and what each may do."""
+"""Reads the setting `sites` of a file: the other sites, and their permissions."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from typing import Any
 
-from pyros1.bridge.names import Pattern, check_site_name, site_of_keys
+from pyros1.bridge.names import Pattern, check_site_name, site_of_key_name
 from pyros1.bridge.rules.file_reader import FileReader, Path, RulesError
 from pyros1.bridge.rules.service_parsing import service_pattern
 from pyros1.bridge.rules.site_access import SiteAccess, add_names
@@ -18,8 +18,8 @@ class SitesReader(FileReader):
     """Reads `sites` of a file."""
 
     def _access(self, file: Mapping[str, Any]) -> tuple[SiteAccess, ...]:
-        """Return what each site may do. All in a list may do everything, and so may those in a mapping of whom it says
-        nothing; but a site of which it says what it may send, take, serve or call may do nothing else.
+        """Return the permissions of each site. Sites in a list may do everything, and so may those in a mapping without
+        settings; a site with `send`, `take`, `serve` or `call` may do nothing else.
         """
         value, path = file.get("sites"), ("sites",)
         if value is None:
@@ -30,14 +30,14 @@ class SitesReader(FileReader):
             found: tuple[SiteAccess, ...] = ()
             for item, item_path in self._items(file, "sites"):
                 name = self._text(item, item_path)
-                self._checked(item_path, site_of_keys, name)
+                self._checked(item_path, site_of_key_name, name)
                 found = add_names(found, [name])
                 self.places.setdefault(name, self._place(item_path))
             return found
         return tuple(self._site_access(name, fields, (*path, name)) for name, fields in value.items())
 
     def _site_access(self, name: Any, value: Any, path: Path) -> SiteAccess:
-        site = self._checked(path, site_of_keys, self._text(name, path))
+        site = self._checked(path, site_of_key_name, self._text(name, path))
         self.places[name] = self._place(path)
         fields = self._mapping({} if value is None else value, path, _KEYS)
         allowed = {verb: self._patterns(fields, verb, path, site) for verb in _VERBS}

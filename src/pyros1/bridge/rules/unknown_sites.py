@@ -1,4 +1,4 @@
-"""Sites that rules name, but that the site does not talk to: a misspelt name would never be noticed otherwise."""
+"""Warns about sites in rules that are not in `sites`, since a misspelt name would go unnoticed."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ def unknown_sites(rules: Rules) -> list[str]:
     if not rules.sites:
         return []
     known = (rules.site, *rules.sites)
-    unknown = dict.fromkeys(name for name in _named(rules) if name not in ("", "*", *known))
+    unknown = dict.fromkeys(name for name in _named_sites(rules) if name not in ("", "*", *known))
     return [
         f"rules name site {name}, but `sites` does not{did_you_mean(name, known)}: nothing is exchanged with it"
         for name in unknown
     ]
 
 
-def _named(rules: Rules) -> Iterator[str]:
+def _named_sites(rules: Rules) -> Iterator[str]:
     services = rules.services
     for rule in chain(rules.send, rules.take, services.serve, services.call):
         yield from (rule.pattern.site, *rule.sites)

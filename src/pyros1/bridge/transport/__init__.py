@@ -1,1 +1,1 @@
-"""How packets travel between sites: links, queues, threads, certificates."""
+"""The transport of packets between sites: links, queues, threads, certificates."""

@@ -1,8 +1,8 @@
-"""Settings of zenoh with which only sites with keys connect, and each does only what it may. No I/O.
+"""Settings of zenoh that let only sites with keys connect, each with its own permissions. No I/O.
 
-zenoh knows by its certificate who has sent what arrives (*ingress*), and to whom it sends (*egress*), and allows or
-denies each packet by its key. So the names in certificates, and not what sites say of themselves, decide. For a
-connection to a site that forwards the packets of others, its own name and theirs count.
+zenoh identifies the sender of each incoming packet (*ingress*) and the receiver of each outgoing one (*egress*) by its
+certificate, and allows or denies the packet by its key. So the names in certificates decide, not those in packets. For
+a connection to a site that forwards the packets of others, its own name and theirs count.
 
 A key with wildcards is allowed only if all that it stands for is, but denied only if all of that is denied: bridges
 ignore packets with such keys.
@@ -27,7 +27,7 @@ def security_settings(keys: SiteKeys, access: Collection[SiteAccess], own_site: 
 
     Args:
         keys: the keys of this site, or of this router.
-        access: what those who connect may do, and those to whom this one connects; others may do nothing. If it is
+        access: the permissions of the sites that connect, or that this one connects to; others may do nothing. If it is
             empty, all with keys of the same authority may do everything, and they could impersonate each other.
         own_site: the name of this site; empty for a router alone.
     """
@@ -47,10 +47,10 @@ def security_settings(keys: SiteKeys, access: Collection[SiteAccess], own_site: 
 
 
 def _access_control(access: Collection[SiteAccess], own_site: str) -> dict[str, Any]:
-    """Return zenoh's access control. What no rule allows is denied, and what a rule denies is denied anyhow."""
+    """Return zenoh's access control: deny by default, and a denying rule takes precedence."""
     sites = dict.fromkeys((*filter(None, [own_site]), *named_sites(access)))
     known = {each.site for each in access}
-    # Those whose packets others forward, and of whom nothing else is said.
+    # Sites whose packets others forward, and that have no other entry.
     everybody = [*access, *(SiteAccess(site) for site in sites if site not in known)]
     rules = [_rule("subscribe", "allow", "declare_subscriber", ("ingress", "egress"), [_EVERYTHING])]
     names: dict[str, list[str]] = {}  # keys -> its rules
@@ -111,7 +111,7 @@ def _taken(access: SiteAccess, sites: Collection[str]) -> Iterator[str]:
     site = access.site
     yield site_key("*", "hello")
     if access.take is None or access.serve is None or access.call is None:  # none of them, or all
-        yield site_key("*", f"*/{site}/**")  # what is for this site alone, or goes into its names
+        yield site_key("*", f"*/{site}/**")  # packets for this site alone, or under its names
         # Not all topics: what a site sends into the names of another one is only for that one.
         yield from (site_key(owner, f"t/{owner}/**") for owner in sites if owner != site)
         return

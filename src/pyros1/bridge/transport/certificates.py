@@ -24,7 +24,7 @@ from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from pyros1.bridge.names import SiteNameError, site_of_keys
+from pyros1.bridge.names import SiteNameError, site_of_key_name
 from pyros1.ground.errors import Error
 from pyros1.ground.terminal_text import one_line
 
@@ -116,12 +116,12 @@ def make_keys(folder: Path, hosts: Mapping[str, Sequence[str]], days: int = DEFA
 
 
 def _check_site(name: str) -> None:
-    if site_of_keys(name) == AUTHORITY:
+    if site_of_key_name(name) == AUTHORITY:
         raise SiteNameError(f"{name!r} cannot be a site's name: it is the certificate authority's folder")
 
 
 def _next_name(folder: Path, name: str) -> str:
-    site = site_of_keys(name)
+    site = site_of_key_name(name)
     return next(f"{site}-{number}" for number in count(2) if not (folder / f"{site}-{number}").exists())
 
 
@@ -170,7 +170,7 @@ def load_keys(folder: Path, now: datetime | None = None) -> SiteKeys:
             )
     expires = min(authority.not_valid_after_utc, certificate.not_valid_after_utc)
     name = _common_name(certificate, certificate_path)
-    return SiteKeys(site_of_keys(name), name, ca_path, certificate_path, key_path, expires)
+    return SiteKeys(site_of_key_name(name), name, ca_path, certificate_path, key_path, expires)
 
 
 def _make_authority(folder: Path) -> None:
@@ -260,7 +260,7 @@ def _common_name(certificate: x509.Certificate, path: Path) -> str:
     ]
     try:
         (name,) = map(str, values)
-        site_of_keys(name)
+        site_of_key_name(name)
         return name
     except ValueError:
         raise KeysError(f"{one_line(str(path))} does not name a site; make keys with `pyros1 bridge keys`") from None

@@ -1,4 +1,4 @@
-"""Who is connected to a router or a bridge, and what it logs when that changes."""
+"""The connections of a router or bridge, and what it logs when they change."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import re
 from collections.abc import Collection, Iterable
 from typing import Any, NamedTuple
 
-from pyros1.bridge.names import SiteNameError, site_of_keys
+from pyros1.bridge.names import SiteNameError, site_of_key_name
 
 
 class Connection(NamedTuple):
@@ -34,7 +34,7 @@ class Connections:
     """The connections of a router or a bridge.
 
     Args:
-        allowed: the names in certificates of those who may do something; empty for all.
+        allowed: the names in certificates of those that may do something; empty for all.
     """
 
     def __init__(self, allowed: Collection[str]) -> None:
@@ -42,16 +42,16 @@ class Connections:
         self._open: frozenset[Connection] = frozenset()
 
     def update(self, connections: Iterable[Connection]) -> list[Event]:
-        """Return what to log now that there are these connections."""
+        """Return what to log given the current connections."""
         found = frozenset(connections)
         events = [
             Event(f"{_describe(each)} disconnected ({each.address})", False) for each in sorted(self._open - found)
         ]
-        events += [self._welcome(each, found) for each in sorted(found - self._open)]
+        events += [self._connected_event(each, found) for each in sorted(found - self._open)]
         self._open = found
         return events
 
-    def _welcome(self, new: Connection, found: frozenset[Connection]) -> Event:
+    def _connected_event(self, new: Connection, found: frozenset[Connection]) -> Event:
         text = f"{_describe(new)} connected ({new.address})"
         if self._allowed and new.certificate not in self._allowed:
             return Event(f"{text}: it is not named under `sites`, so it can neither send nor take anything", True)
@@ -64,7 +64,7 @@ class Connections:
 def _describe(connection: Connection) -> str:
     name = connection.certificate
     try:
-        site = site_of_keys(name)
+        site = site_of_key_name(name)
     except SiteNameError:
         return f"somebody with keys of {name[:60]!r}" if name else "somebody without keys"
     return f"site {site}" + f" (keys {name})" * (site != name)

@@ -1,4 +1,4 @@
-"""Why connections between sites fail, in words of users; zenoh's own name neither the reason nor the cure."""
+"""Explains to users why connections between sites fail; zenoh's own errors contain neither reason nor remedy."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""Packets that have come and wait until the site handles them, bounded for each sending site. No I/O.
+"""Incoming packets that wait to be handled, bounded for each sending site. No I/O.
 
-Sites take turns by what their packets cost, so one that floods this one costs only its own packets. All that have not
-shown yet that they are there count as one: whoever invents names gets no more turns by that. Within a site, heartbeats
+Sites take turns by what their packets cost, so one that floods this one costs only its own packets. All sites that are
+not present yet count as one, so invented names do not get more turns. Within a site, heartbeats
 and lists go before messages. All sizes are in bytes.
 """
 
@@ -70,7 +70,7 @@ class Inbox:
     Attributes:
         known: the sites that have shown that they are there; each has a queue of its own. May be set in any thread.
         dropped: how many packets were dropped because too many waited, or because they were too large.
-        costs: what was done for sites of which nothing waits any more, but that were ahead of others.
+        costs: what was done for sites of which nothing waits any longer, but that were ahead of others.
     """
 
     def __init__(

@@ -1,5 +1,5 @@
-"""Bulky packets that wait for the network, in lanes: one for packets that are for all sites, and one for each site that
-gets packets of its own. So a slow site, or one that does not answer, holds up nobody else. No I/O.
+"""Queues of bulky packets, in lanes: one for packets to all sites, and one for each site with its own packets. So a
+slow or unresponsive site does not hold up the others. No I/O.
 """
 
 from __future__ import annotations
@@ -131,18 +131,18 @@ class Lanes:
         return sorted(ready, key=lambda name: (self._lanes[name].outbox.first_priority(), places[name]))
 
     def on_sent(self, lane: str, packet: Send, now: float) -> ProbeDue | None:
-        """Note that a packet is being sent; return the probe to send after it, if there must be one."""
+        """Record that a packet is being sent; return the probe to send after it, if there must be one."""
         if not self._is_paced or lane not in self._lanes:
             return None
         number = self._lanes[lane].pacing.on_sent(len(packet.body), now)
         return None if number is None else ProbeDue(lane, number)
 
     def on_probe_sent(self, probe: ProbeDue, sites: Mapping[str, float]) -> None:
-        """Note to which sites a probe is sent, see `pyros1.bridge.transport.pacing.Pacing.on_probe_sent`."""
+        """Record to which sites a probe is sent, see `pyros1.bridge.transport.pacing.Pacing.on_probe_sent`."""
         self._lanes[probe.lane].pacing.on_probe_sent(probe.number, sites)
 
     def on_answer(self, site: str, number: int, now: float) -> None:
-        """Note that a site has answered a probe."""
+        """Record that a site has answered a probe."""
         for name in (COMMON, site):
             if name in self._lanes:
                 self._lanes[name].pacing.on_answer(site, number, now)

@@ -1,4 +1,4 @@
-"""What carries packets between sites: an interface, with which tests replace the network."""
+"""The interface for sending packets between sites, which tests implement without a network."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ Receive = Callable[[Key, bytes, bytes], object]
 
 
 class Link(Protocol):
-    """A link to the other sites. Its methods may wait for the network only as long as they say.
+    """A link to the other sites. Its methods may wait for the network only as long as documented.
 
     Attributes:
         problem: why there is no connection; empty if nothing is known to be wrong.
@@ -23,7 +23,7 @@ class Link(Protocol):
     problem: str
 
     def connections(self) -> list[Connection]:
-        """Return the connections that there are, as far as they are known."""
+        """Return the current connections, if they are known."""
         ...
 
     def send(self, packet: Send) -> None:
@@ -39,7 +39,7 @@ class Link(Protocol):
         ...
 
     def listen(self, site: str, key: str, on: bool) -> None:
-        """Receive what another site sends on a key, or no longer. ``hello``, ``to``, ``again`` and ``call`` packets for
+        """Receive what another site sends on a key, or stop. ``hello``, ``to``, ``again`` and ``call`` packets for
         this site are always received.
         """
         ...

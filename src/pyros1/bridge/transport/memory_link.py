@@ -18,7 +18,7 @@ from pyros1.bridge.transport.connections import Connection
 from pyros1.bridge.transport.link import Receive
 
 
-class Conditions(NamedTuple):
+class NetworkConditions(NamedTuple):
     """What the network does to packets.
 
     Attributes:
@@ -45,7 +45,7 @@ class MemoryNetwork:
         parted: pairs of sites between which nothing passes; each pair in alphabetical order.
     """
 
-    def __init__(self, random: Random, conditions: Conditions = Conditions()) -> None:  # noqa: B008 - immutable
+    def __init__(self, random: Random, conditions: NetworkConditions = NetworkConditions()) -> None:  # noqa: B008 - immutable
         self.now = 0.0
         self.conditions = conditions
         self.parted: set[tuple[str, str]] = set()
@@ -55,7 +55,7 @@ class MemoryNetwork:
         self._order = count()
 
     def connect(self, site: str, receive: Receive) -> MemoryLink:
-        """Return the link of a site; an earlier link of that site gets nothing any more.
+        """Return the link of a site; an earlier link of that site gets nothing any longer.
 
         Args:
             site: the site's name.
@@ -74,18 +74,18 @@ class MemoryNetwork:
         heapq.heappush(self._events, (max(time, self.now), next(self._order), event))
 
     def run_until(self, time: float) -> None:
-        """Let everything happen that happens until a time."""
+        """Run all events up to a time."""
         while self._events and self._events[0][0] <= time:
             self.now, _, event = heapq.heappop(self._events)
             event()
         self.now = time
 
     def carry(self, sender: MemoryLink, packet: Send) -> None:
-        """Take a packet from a site, and let it arrive at others, sooner, later, repeatedly or never."""
+        """Handle a packet from a site, and let it arrive at others, sooner, later, repeatedly or never."""
         key = parse_key(site_key(sender.site, packet.key))
         assert key is not None, packet.key
         for link in [*self._links.values()]:
-            if link is sender or not link.hears(key, packet.key):
+            if link is sender or not link.receives(key, packet.key):
                 continue
             copies = 1 + (self._random.random() < self.conditions.repetition)
             for _ in range(copies):
@@ -119,19 +119,19 @@ class MemoryLink:
         return True
 
     def connections(self) -> list[Connection]:
-        """Return nothing: who is connected does not matter in tests that use this."""
+        """Return nothing: tests that use this do not need connections."""
         return []
 
     def listen(self, site: str, key: str, on: bool) -> None:
-        """Receive what another site sends on a key, or no longer."""
+        """Receive what another site sends on a key, or stop."""
         (self._topics.add if on else self._topics.discard)((site, key))
 
-    def hears(self, key: Key, sent_key: str) -> bool:
+    def receives(self, key: Key, sent_key: str) -> bool:
         """Return whether the site receives packets with a key."""
         if key.channel is Channel.TOPIC:
             return (key.site, sent_key) in self._topics
         return key.receiver in ("", self.site)
 
     def close(self) -> None:
-        """Receive nothing any more."""
+        """Stop receiving."""
         self.receive = lambda *_: None

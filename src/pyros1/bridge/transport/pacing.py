@@ -1,6 +1,6 @@
-"""How much may be on its way to other sites, so that what is urgent does not wait behind what is bulky. No I/O.
+"""Flow control: limits the bytes in transit to other sites, so urgent packets do not wait behind bulky ones. No I/O.
 
-A slow network queues what it is given, in places that no priority reaches. So some bulky packets are followed by a
+A slow network queues packets in places where priorities have no effect. So some bulky packets are followed by a
 *probe* of the same priority, which the sites that get it answer at once. Not more than a window of bytes is sent beyond
 the last probe that all have answered. The window grows as long as it is used and answers come nearly as fast as they
 ever did, and shrinks when they take longer, since then packets queue on the way. All times are in seconds.
@@ -25,7 +25,7 @@ PATIENCE = 2.0
 """Time after which an answer is not waited for any longer."""
 SLOW_COUNT = 3
 SLOW_TIME = 20.0
-"""A site is slow if its answers alone made the window shrink so many times within this time."""
+"""A site is slow if its answers alone made the window shrink this many times within this time."""
 _CALM_PERIOD = 0.15
 """Seconds between probes where nearly everything is confirmed at once."""
 _FIRST_PERIOD = 1.0
@@ -33,7 +33,7 @@ _FIRST_PERIOD = 1.0
 _LOSS_ROUND_TRIPS = 3
 _LONGER_WAY_COUNT = 3
 _CAREFUL_GROWTH = 0.1
-"""By which part of what is confirmed the window grows once it has been too large."""
+"""The fraction of the confirmed bytes by which the window grows once it has been too large."""
 
 
 class _Probe:
@@ -108,7 +108,7 @@ class Pacing:
         return self._sent - self._arrived < self.window or not self._probes
 
     def on_sent(self, size: int, now: float) -> int | None:
-        """Note that a packet is being sent; return the number of the probe to send after it, if there must be one."""
+        """Record that a packet is being sent; return the number of the probe to send after it, if there must be one."""
         self._sent += size
         if self._sent - self._arrived >= self.window / 2:
             self._used_at = now
@@ -122,7 +122,7 @@ class Pacing:
         return number
 
     def on_probe_sent(self, number: int, sites: Mapping[str, float]) -> None:
-        """Note to which sites a probe is sent.
+        """Record to which sites a probe is sent.
 
         Args:
             number: the probe's number.
@@ -136,13 +136,13 @@ class Pacing:
                 self._finish(number)
 
     def on_answer(self, site: str, number: int, now: float) -> None:
-        """Note that a site has answered a probe."""
+        """Record that a site has answered a probe."""
         probe = self._probes.get(number)
         if probe is None or not probe.awaited or site not in probe.awaited:
             return
         took = now - probe.sent_at
         self._best[site] = min(took, self._best.get(site, took))
-        if took > self._most(site):
+        if took > self._time_limit(site):
             probe.late[site] = took
         else:
             probe.in_time.add(site)
@@ -151,7 +151,7 @@ class Pacing:
             self._complete(number, probe, now)
 
     def remove(self, site: str) -> None:
-        """Wait for no answers of a site any more: it gets other packets from now on."""
+        """Stop waiting for answers of a site: it gets other packets from now on."""
         self._late_alone.pop(site, None)
         for number, probe in [*self._probes.items()]:
             if probe.awaited is not None and number in self._probes:
@@ -166,7 +166,7 @@ class Pacing:
         return slow
 
     def _complete(self, number: int, probe: _Probe, now: float) -> None:
-        """Adjust the window to what the answers to a probe say."""
+        """Adjust the window to the answers to a probe."""
         if not probe.late:
             self._late_at_smallest, self._late_at = 0, None
             if self._used_at >= probe.sent_at:  # otherwise nobody knows whether a larger one is possible
@@ -179,13 +179,13 @@ class Pacing:
             self._late_at = now  # a queue stays
         elif probe.sent_at >= (self._late_at or self._shrunk_at):  # what was sent before has met the same queue
             self._growth, self._calm_bytes = _CAREFUL_GROWTH, 0.0
-            self._learn_longer_way(probe)
+            self._raise_best_time(probe)
             self.window = max(SMALLEST_WINDOW, self.window / 2)
             self._shrunk_at, self._late_at = now, None
             self._note_late(probe, now)
         self._finish(number)
 
-    def _most(self, site: str) -> float:
+    def _time_limit(self, site: str) -> float:
         """Return how long an answer may take."""
         round_trip = self._round_trips.get(site, 0.0)
         return max(self._best.get(site, 0.0), round_trip) + round_trip + QUEUE_TIME
@@ -197,8 +197,8 @@ class Pacing:
             for site, took in probe.late.items()
         )
 
-    def _learn_longer_way(self, probe: _Probe) -> None:
-        """If answers are late although hardly anything is on its way, the way has become longer."""
+    def _raise_best_time(self, probe: _Probe) -> None:
+        """Raise the best round trip if answers are late although hardly anything is in transit."""
         self._late_at_smallest = self._late_at_smallest + 1 if self.window == SMALLEST_WINDOW else 0
         if self._late_at_smallest >= _LONGER_WAY_COUNT:
             self._best.update({site: took for site, took in probe.late.items() if took < PATIENCE})

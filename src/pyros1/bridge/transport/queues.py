@@ -9,7 +9,7 @@ from __future__ import annotations
 from itertools import count
 
 from pyros1.bridge.exchange.actions import Send
-from pyros1.bridge.exchange.outgoing import Drop
+from pyros1.bridge.exchange.outgoing import DropReason
 from pyros1.bridge.rules.rules import Priority
 
 OUTBOX_BYTES = 32 << 20
@@ -67,11 +67,11 @@ class Outbox:
             is_slow = bool(numbers) and now - queue[numbers[0]].since >= _GRACE
             if numbers and (is_slow or not packet.may_drop or len(numbers) >= _GRACE_PACKETS):
                 for number in numbers[1:]:
-                    self._drop(queue, number, Drop.OVERTAKEN)
+                    self._drop(queue, number, DropReason.OVERTAKEN)
                 del numbers[1:]
                 first = queue[numbers[0]]
                 self.waiting_bytes += _size(packet) - _size(first.packet)
-                self._note_drop(first.packet, Drop.OVERTAKEN)
+                self._note_drop(first.packet, DropReason.OVERTAKEN)
                 first.packet = packet
                 return
             numbers.append(self._append(queue, packet, now))
@@ -88,7 +88,7 @@ class Outbox:
         lowest = next(waiting for waiting in reversed(self._queues.values()) if waiting)
         number = next(iter(lowest))
         self._forget_number(lowest[number].packet, number)
-        self._drop(lowest, number, Drop.QUEUE)
+        self._drop(lowest, number, DropReason.QUEUE)
         return True
 
     def first_priority(self) -> Priority:
@@ -112,7 +112,7 @@ class Outbox:
         self._note_drop(self._remove(queue, number), reason)
 
     def _forget_number(self, packet: Send, number: int) -> None:
-        """Note that a packet cannot be replaced any more."""
+        """Record that a packet cannot be replaced any longer."""
         if packet.replaces is not None:
             slot = (packet.key, packet.replaces)
             numbers = self._replaceable[slot]
@@ -129,7 +129,7 @@ class Outbox:
                 packet = self._remove(queue, number)
                 if packet.expires is None or packet.expires >= now:
                     return packet
-                self._note_drop(packet, Drop.OLD)
+                self._note_drop(packet, DropReason.OLD)
         return None
 
     def _note_drop(self, packet: Send, reason: str) -> None:

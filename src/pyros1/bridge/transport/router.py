@@ -33,7 +33,7 @@ class Router:
             raise LinkError(f"cannot start the router: {explain_listening(error, listen)}") from error
 
     def connections(self) -> list[Connection]:
-        """Return the connections that there are; none if this version of zenoh cannot tell."""
+        """Return the current connections; none if this version of zenoh cannot tell."""
         return session_connections(self._session)
 
     def close(self) -> None:

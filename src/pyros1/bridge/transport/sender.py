@@ -1,4 +1,4 @@
-"""How packets get to the link: at once where nothing waits, since a change of threads costs as much as all the rest;
+"""Sends packets over the link: immediately while nothing waits, since a thread switch costs as much as the rest;
 others in threads that may wait for the network, one for urgent packets and for what to listen to, one for other
 packets.
 """
@@ -18,7 +18,7 @@ from pyros1.bridge.transport.link import Link
 
 MakeProbes = Callable[[str, int, Priority], list[Probe]]
 _PACING_PERIOD = 0.1
-"""Seconds between looks at answers that do not come."""
+"""Seconds between checks for missing answers."""
 _DIRECT_TIME = 0.0005
 """Seconds that this may take. If two packets in succession take longer, or one takes much longer, the network takes no
 more; a single one may have waited for the processor on a busy machine.
@@ -39,7 +39,7 @@ def _make_none(*_: object) -> list[Probe]:
 
 
 class SendingThread:
-    """A thread that sends packets in order of priority, as far as they are not sent at once.
+    """A thread that sends the packets that cannot be sent immediately, in order of priority.
 
     Args:
         name: the thread's name.
@@ -79,7 +79,7 @@ class SendingThread:
         self._thread.start()
 
     def put(self, packet: Send) -> None:
-        """Send a packet, at once or later, in the thread's thread."""
+        """Send a packet immediately, or queue it for the thread."""
         now = self._clock()
         with self._lock:
             if self._is_closing:
@@ -90,7 +90,7 @@ class SendingThread:
                 lane = self.lanes.lane_if_idle(packet, now)
             if lane is None:
                 self.lanes.put(packet, now)
-                if not self._is_sending:  # whoever sends looks for more
+                if not self._is_sending:  # the sending thread checks the queue again
                     self._changed.notify()
                 return
             self._is_sending = True
@@ -121,7 +121,7 @@ class SendingThread:
             self._tasks.append(partial(self._link.send, packet))
 
     def do(self, task: Callable[[], object]) -> None:
-        """Call a function in the thread's thread, before packets that are put later."""
+        """Call a function in the sending thread, before packets that are put later."""
         with self._lock:
             if not self._is_closing:
                 self._tasks.append(task)
@@ -172,7 +172,7 @@ class SendingThread:
             transmit(each.packet)
 
     def on_probe_reply(self, site: str, number: int) -> None:
-        """Note that a site has answered a probe."""
+        """Record that a site has answered a probe."""
         with self._lock:
             self.lanes.on_answer(site, number, self._clock())
             self._note_slow()
@@ -187,7 +187,7 @@ class SendingThread:
         return self._is_sending or bool(self._tasks) or not self.lanes.is_empty
 
     def close(self) -> None:
-        """Send what waits, for a short time, and end the thread."""
+        """Send the waiting packets, for a short time, and end the thread."""
         deadline = monotonic() + FLUSH_TIME
         with self._lock:
             self._is_flushing = True
@@ -226,7 +226,7 @@ class Sender:
         self._urgent.do(partial(self._link.listen, site, key, on))
 
     def on_probe_reply(self, site: str, number: int) -> None:
-        """Note that a site has answered a probe."""
+        """Record that a site has answered a probe."""
         self._bulk.on_probe_reply(site, number)
 
     def drops(self, key: str) -> dict[str, int]:
@@ -243,6 +243,6 @@ class Sender:
         return self._urgent.lanes.waiting_bytes + self._bulk.lanes.waiting_bytes
 
     def close(self) -> None:
-        """Send what waits, for a short time, and end the threads."""
+        """Send the waiting packets, for a short time, and end the threads."""
         self._urgent.close()
         self._bulk.close()

@@ -78,7 +78,7 @@ class ZenohSession:
         LinkError: eclipse-zenoh is not installed, or cannot listen or use a setting.
 
     Attributes:
-        problem: why there is no connection, as far as it is known; empty if there is one.
+        problem: why there is no connection, if known; empty if there is one.
         zenoh: the module.
         session: zenoh's session; None until there is one.
         lock: guards what is declared in the session.
@@ -127,7 +127,7 @@ class ZenohSession:
         """Declare what is needed in the new session. Called with the lock."""
 
     def on_close(self) -> None:
-        """End what waits for the session. Called with the lock."""
+        """End the waits of other threads. Called with the lock."""
 
     def _open(self, config: Any) -> None:
         session: Any = self.zenoh.open(config)
@@ -155,7 +155,7 @@ class ZenohSession:
                 return
 
     def connections(self) -> list[Connection]:
-        """Return the connections that there are; none if this version of zenoh cannot tell."""
+        """Return the current connections; none if this version of zenoh cannot tell."""
         session = self.session
         try:
             return [] if session is None or self.is_closing else session_connections(session)
@@ -207,7 +207,7 @@ class ZenohLink(ZenohSession):
         super().__init__(site, connect, listen, settings)
 
     def on_open(self) -> None:
-        """Listen to what is for this site, and to the topics that are wanted. Called with the lock."""
+        """Subscribe to this site's packets and the requested topics. Called with the lock."""
         own = ("hello", f"to/{self._site}", f"again/{self._site}/**", f"call/{self._site}/**")
         keys = [f"{ROOT}/*/{key}" for key in own]
         self._fixed = [self._subscribe(key) for key in keys]
@@ -266,7 +266,7 @@ class ZenohLink(ZenohSession):
             return found
 
     def listen(self, site: str, key: str, on: bool) -> None:
-        """Receive what another site sends on a key, or no longer."""
+        """Receive what another site sends on a key, or stop."""
         with self.lock:
             topic = (site, key)
             if on and topic not in self._topics:

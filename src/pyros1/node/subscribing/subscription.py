@@ -204,7 +204,7 @@ class Subscription:
         with self._lock:
             if link.connected:  # the publisher may have closed the link meanwhile, on its own thread
                 self._inbox_links = (*self._inbox_links, link)
-        if self._closed:  # on another thread, perhaps before the link was added: then only we know it
+        if self._closed:  # on another thread, perhaps before the link was added, so it must be closed here
             link.close()
         self._notify_listeners()
 

@@ -23,7 +23,7 @@ _QUEUE_SIZE = 10
 
 
 class DepthImageToLaserScan:
-    """Converts ``image``, with the ``camera_info`` beside it, to ``scan``.
+    """Converts ``image`` and its ``camera_info`` to ``scan``.
 
     The parameters can be changed by dynamic_reconfigure.
 

@@ -1,4 +1,4 @@
-"""The pictures that robots see of a flat world (no I/O)."""
+"""The images that robots see of a flat world (no I/O)."""
 
 from __future__ import annotations
 
@@ -52,12 +52,12 @@ class Camera:
 def draw(
     camera: Camera, pose: Floats, distances: Floats, faces_x: NDArray[np.bool_], are_robots: NDArray[np.bool_]
 ) -> NDArray[np.uint8]:
-    """Return the picture that a robot sees, as RGB with shape (height, width, 3).
+    """Return the image that a robot sees, as RGB with shape (height, width, 3).
 
     Args:
         camera: the camera.
         pose: x and y in m, heading in radians, of the robot.
-        distances: what `sensors.cast_rays` says of `Camera.angles`, in m; shape (width,).
+        distances: the distances from `sensors.cast_rays` for `Camera.angles`, in m; shape (width,).
         faces_x: whether the walls face along x.
         are_robots: which columns show robots.
     """

@@ -15,7 +15,7 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Drive:
-    """The wheels of a robot, and how well they do.
+    """The wheels of a robot, and how accurate they are.
 
     Attributes:
         separation: distance between the wheels in m.
@@ -51,12 +51,12 @@ class Drive:
         return np.where(np.abs(missing) <= change, wanted, speeds + np.copysign(change, missing))
 
     def to_wheels(self, speeds: Floats) -> Floats:
-        """Return the ways or speeds of the left and right wheel in m or m/s, of those of the robots; shape (n, 2)."""
+        """Return the ways or speeds of the left and right wheel in m or m/s, from those of the robots; shape (n, 2)."""
         forward, turn = speeds[:, 0], speeds[:, 1] * self.separation / 2
         return np.stack([forward - turn, forward + turn], axis=1)
 
     def from_wheels(self, wheels: Floats) -> Floats:
-        """Return the ways or speeds of the robots, of those of their wheels."""
+        """Return the ways or speeds of the robots, from those of their wheels."""
         left, right = wheels[:, 0], wheels[:, 1]
         return np.stack([(left + right) / 2, (right - left) / self.separation], axis=1)
 

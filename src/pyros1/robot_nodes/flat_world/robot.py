@@ -24,7 +24,7 @@ _EXACT = 1e-9
 
 
 class RobotTopics:
-    """Publishes what a robot measures, as far as somebody subscribes, and receives its commands.
+    """Publishes a robot's measurements, if they have subscribers, and receives its commands.
 
     Args:
         node: the node.

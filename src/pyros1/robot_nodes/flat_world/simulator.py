@@ -37,7 +37,7 @@ _MAX_RADIUS_IN_CELLS = 100
 
 @dataclass(frozen=True)
 class Pace:
-    """How fast and how often things happen.
+    """The speed of the simulation, and its rates.
 
     Attributes:
         speed: simulated seconds per second; 0 for as many as the machine can do.
@@ -154,7 +154,7 @@ def make_simulator(node: Node) -> Simulator:
         noise=values.number("range_noise", Laser.noise, 0, 1),
     )
     speed = values.number("speed", Pace.speed, 0, 1000)
-    # Who commands the robot may be slower than simulated time: a person, a joystick.
+    # Whatever commands the robot may be slower than simulated time: a person, a joystick.
     timeout = values.number("cmd_vel_timeout", Settings.command_timeout, 0.1) * max(1.0, speed)
     settings = Settings(command_timeout=timeout, drive=drive, laser=laser)
     seed = values.integer("seed", 0, 0)

@@ -45,7 +45,7 @@ class Settings:
 
 
 class _Random(IntEnum):
-    """What random numbers are for. Each has its own, so that none depends on whether others are drawn."""
+    """The uses of random numbers. Each has its own generator, so they do not affect each other."""
 
     SLIPS = 0
     BIASES = 1
@@ -77,8 +77,8 @@ class World:
         speeds: their true speeds (m/s) and turn rates (rad/s); shape (n, 2).
         wheel_speeds: the same according to their wheels.
         wheel_angles: how far the left and right wheels have turned, in radians; shape (n, 2).
-        bumped: which robots are held by walls or other robots; shape (n,).
-        imus: what `sensors.read_imus` says; shape (n, 4).
+        bumped: which robots are blocked by walls or other robots; shape (n,).
+        imus: the result of `sensors.read_imus`; shape (n, 4).
     """
 
     def __init__(self, walls: Walls, starts: Floats, settings: Settings, seed: int = 0) -> None:
@@ -91,7 +91,7 @@ class World:
         self.reset()
 
     def reset(self) -> None:
-        """Put the robots back to where they started. Time goes on."""
+        """Put the robots back to where they started. Simulated time continues."""
         count = len(self._starts)
         self._commands = [_Command(0.0, 0.0, 0)] * count
         self.poses = self._starts.copy()
@@ -115,7 +115,7 @@ class World:
         true_ways = drive.from_wheels(drive.slipped(ways, self._slips, self._random(_Random.WHEELS)))
         new_poses = move(self.poses, true_ways)
         self.bumped = self._find_collisions(new_poses)
-        # Who bumps can still turn, so that it gets away.
+        # A blocked robot can still turn, to get away.
         rolling[self.bumped, 0] = true_ways[self.bumped, 0] = 0
         new_poses[self.bumped, :2] = self.poses[self.bumped, :2]
         self.poses = new_poses
@@ -130,7 +130,7 @@ class World:
         old, radius = self.poses[:, :2], self.settings.radius
         held = self.walls.are_hit(poses[:, 0], poses[:, 1], radius)
         apart = _distances(old)
-        while True:  # who is held may be in the way of others
+        while True:  # a blocked robot may be in the way of others
             places = np.where(held[:, None], old, poses[:, :2])
             between = _distances(places)
             # Robots that overlap, since they started so, may part.

@@ -1,4 +1,4 @@
-"""Madgwick's filter: integrates the gyroscope, and goes down the gradient of what the other sensors do not agree with.
+"""Madgwick's filter: integrates the gyroscope, and goes down the gradient of the other sensors' disagreement.
 
 After S. Madgwick, "An efficient orientation filter for inertial and inertial/magnetic sensor arrays", 2010.
 """
@@ -28,7 +28,7 @@ class Settings:
         zeta: how fast the bias of the gyroscope is followed, about in rad/s². Needs the magnetic field.
         mag_bias: what is subtracted from the magnetic field.
         yaw_offset: what is added to the yaw, in radians.
-        stateless: whether to return what each reading shows by itself.
+        stateless: whether to return the orientation from each reading alone.
         remove_gravity: whether to subtract gravity from the acceleration.
     """
 
@@ -58,7 +58,7 @@ class MadgwickFilter(OrientationFilter[Settings]):
         self._settings = replace(self._settings, gain=gain, zeta=zeta, mag_bias=mag_bias)
 
     def measure(self, reading: Reading) -> Quaternion:
-        """Return the orientation that a reading shows by itself, without the yaw offset.
+        """Return the orientation from a single reading, without the yaw offset.
 
         Raises:
             UnusableReadingError: it shows none.

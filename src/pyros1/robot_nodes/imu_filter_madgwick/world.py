@@ -1,4 +1,4 @@
-"""World frames, and the orientation in them that an acceleration and a magnetic field show by themselves."""
+"""World frames, and the orientation in them given by an acceleration and a magnetic field alone."""
 
 from __future__ import annotations
 

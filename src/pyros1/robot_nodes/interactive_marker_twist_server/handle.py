@@ -35,11 +35,11 @@ class Scale:
 
 @dataclass(frozen=True)
 class Settings:
-    """What is dragged, and how far means how fast.
+    """The parameters of the marker, and the speeds for distances.
 
     Attributes:
         link: the frame of the marker.
-        robot: the name of the robot, for people.
+        robot: the name of the robot, for display.
         size: the size of the marker in metres.
         linear: by direction, "x", "y" or "z".
         angular: for the rotation about z.

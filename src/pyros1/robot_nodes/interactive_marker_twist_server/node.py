@@ -3,7 +3,7 @@
 See https://wiki.ros.org/interactive_marker_twist_server. The marker is on the topics twist_marker_server/update_full,
 update and feedback (https://wiki.ros.org/interactive_markers).
 
-The robot is stopped when the marker is released, and when the program where it is dragged falls silent; stock leaves
+The robot is stopped when the marker is released, and when the program that drags it falls silent; stock leaves
 that to the robot.
 """
 

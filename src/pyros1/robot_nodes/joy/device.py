@@ -11,7 +11,7 @@ from contextlib import closing
 
 DEVICES = "/dev/input/js*"
 _READ_SIZE = 64 * 8
-# Requests of linux/joystick.h: read one byte, or a string of so many bytes.
+# Requests of linux/joystick.h: read one byte, or a string of that many bytes.
 _GET_AXES, _GET_BUTTONS = 0x80016A11, 0x80016A12
 _NAME_SIZE = 128
 _GET_NAME = 0x80006A13 | _NAME_SIZE << 16
@@ -41,9 +41,9 @@ class Device:
         if not (stat.S_ISCHR(mode) or stat.S_ISFIFO(mode)):
             os.close(self._file)
             raise OSError(errno.ENODEV, "it is no device")
-        self.name = self._ask(_GET_NAME, _NAME_SIZE).split(b"\0")[0].decode(errors="replace")
-        self.axes = self._ask(_GET_AXES, 1)[0]
-        self.buttons = self._ask(_GET_BUTTONS, 1)[0]
+        self.name = self._ioctl(_GET_NAME, _NAME_SIZE).split(b"\0")[0].decode(errors="replace")
+        self.axes = self._ioctl(_GET_AXES, 1)[0]
+        self.buttons = self._ioctl(_GET_BUTTONS, 1)[0]
 
     def fileno(self) -> int:
         """Return the file descriptor, to wait for events."""
@@ -67,7 +67,7 @@ class Device:
         """Close the device."""
         os.close(self._file)
 
-    def _ask(self, request: int, size: int) -> bytes:
+    def _ioctl(self, request: int, size: int) -> bytes:
         import fcntl  # noqa: PLC0415 - Windows has none, nor such devices
 
         answer = bytearray(size)

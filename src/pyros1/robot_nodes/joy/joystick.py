@@ -54,7 +54,7 @@ class Joystick:
         self._moved: set[int] = set()
 
     def open(self, axes: int, buttons: int, now: float) -> None:
-        """The device has been opened; it has so many axes and buttons, 0 if unknown."""
+        """The device has been opened; with the given numbers of axes and buttons, 0 if unknown."""
         self.axes, self.buttons = [0.0] * axes, [0] * buttons
         self._is_open = True
         self._due, self._last = None, now

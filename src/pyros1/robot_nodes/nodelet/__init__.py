@@ -1,4 +1,4 @@
-"""The package nodelet: where the class of a nodelet has a node here, that is run in a process of its own.
+"""The package nodelet: runs the node that replaces a nodelet's class, in its own process.
 
 See https://wiki.ros.org/nodelet.
 """

@@ -1,4 +1,4 @@
-"""nodelet manager: a node with the services of a manager of nodelets, which loads none.
+"""nodelet manager: a node with the services of a manager of nodelets, which does not load any.
 
 Nodelets run in processes of their own, so a manager has nothing to do. It exists for the launch files that start one,
 and tells those that call its services.

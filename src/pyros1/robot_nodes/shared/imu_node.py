@@ -16,7 +16,7 @@ from pyros1.robot_nodes.shared.imu_readings import (
     Estimate,
     OrientationFilter,
     Reading,
-    Steps,
+    TimeSteps,
     UnusableReadingError,
     is_usable,
 )
@@ -62,7 +62,7 @@ class ImuFilterNode:
         self._watch = watch
         self._fixed_frame = parameters.text("fixed_frame", "odom").lstrip("/")
         self._reverse_tf = parameters.flag("reverse_tf", False)
-        self._steps = Steps(parameters.number("constant_dt", 0.0, 0.0))
+        self._steps = TimeSteps(parameters.number("constant_dt", 0.0, 0.0))
         variance = parameters.number("orientation_stddev", 0.0, 0.0, 1e6) ** 2
         self._covariance = [variance, 0.0, 0.0, 0.0, variance, 0.0, 0.0, 0.0, variance]
         self._broadcaster = TransformBroadcaster(node) if parameters.flag("publish_tf", publish_tf) else None

@@ -1,4 +1,4 @@
-"""What filters of IMU messages get and return, and the time between messages."""
+"""The inputs and outputs of IMU filters, and the time between messages."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class Reading(NamedTuple):
 
 
 class Estimate(NamedTuple):
-    """What a filter makes of a reading.
+    """The estimate of a filter.
 
     Attributes:
         orientation: of the IMU in the world frame.
@@ -93,8 +93,8 @@ def is_usable(vector: Vector) -> bool:
     return abs(x) < LIMIT and abs(y) < LIMIT and abs(z) < LIMIT  # False for NaN
 
 
-class Step(NamedTuple):
-    """The time from the last message to this one.
+class TimeStep(NamedTuple):
+    """The time since the previous message.
 
     Attributes:
         seconds: the time.
@@ -109,7 +109,7 @@ class Step(NamedTuple):
     ignore: bool = False
 
 
-class Steps:
+class TimeSteps:
     """Measures the time between messages by their stamps.
 
     Args:
@@ -120,27 +120,27 @@ class Steps:
         self._constant = constant
         self._last: int | None = None
 
-    def next(self, stamp: int) -> Step:
-        """Return the step to a message.
+    def next(self, stamp: int) -> TimeStep:
+        """Return the time step from the previous message to this one.
 
         Args:
             stamp: the message's time stamp in nanoseconds.
         """
         if self._constant > 0.0:
-            return Step(self._constant)
+            return TimeStep(self._constant)
         last, self._last = self._last, stamp
         if stamp == 0:
-            return Step(
+            return TimeStep(
                 0.0, "IMU messages have no time stamp: set the parameter constant_dt to their period in seconds"
             )
         seconds = 0.0 if last is None else (stamp - last) * 1e-9
         if seconds > MAX_PAUSE and last:
-            return Step(0.0, f"no IMU messages for {seconds:.1f} s: rotations in this time are not known")
+            return TimeStep(0.0, f"no IMU messages for {seconds:.1f} s: rotations in this time are not known")
         if seconds < -MAX_PAUSE:
-            return Step(0.0, f"time has jumped back by {-seconds:.1f} s: the filter starts again", restart=True)
+            return TimeStep(0.0, f"time has jumped back by {-seconds:.1f} s: the filter starts again", restart=True)
         if seconds < 0.0:
             self._last = last
-            return Step(
+            return TimeStep(
                 0.0, f"an IMU message is ignored, since it is {-seconds:.3f} s older than the last", ignore=True
             )
-        return Step(seconds if last else 0.0)
+        return TimeStep(seconds if last else 0.0)

@@ -41,7 +41,7 @@ class LazyInputs:
                 self._closers = self._open_inputs()
 
     def _on_left(self, index: int, peer: Peer) -> None:
-        # Not the number of subscribers that there are now: of one that comes and goes meanwhile, nothing is heard.
+        # Not the current number of subscribers: one that comes and goes in between causes no callback.
         with self._lock, suppress(NodeShutdownError):
             if not peer.others:
                 self._wanted.discard(index)

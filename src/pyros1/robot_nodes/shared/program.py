@@ -40,7 +40,7 @@ def run_node(argv: list[str], name: str, start: Callable[[Node], object], **opti
 
 
 def _wait_for_clock(node: Node) -> None:
-    """Report it if simulated time does not begin: then no timer and no timeout of the node works."""
+    """Log an error if simulated time does not start, since the node's timers and timeouts then do not work."""
     deadline = monotonic() + CLOCK_PATIENCE
     while node.ok() and not node.now().to_sec():
         if monotonic() >= deadline:

@@ -47,7 +47,7 @@ class TeleopNode:
 
     def _check_publishers(self) -> None:
         if self._subscriber.num_connections == 0 and self._output.stop():
-            self._node.log.error("nobody publishes %s any more: stopped the robot", self._node.resolve("joy"))
+            self._node.log.error("%s has no publishers left: stopped the robot", self._node.resolve("joy"))
 
 
 def main(argv: list[str]) -> int:

@@ -48,7 +48,7 @@ class Driver:
     Attributes:
         speed: the speed in m/s while a key for moving is in effect.
         turn: the turning rate in rad/s while a key for turning is in effect.
-        speed_limit, turn_limit: what keys raise these to at most.
+        speed_limit, turn_limit: the limits up to which keys raise these.
         direction: the direction of the last key, as multiples of speed and turning rate.
     """
 

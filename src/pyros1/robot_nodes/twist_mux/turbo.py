@@ -20,7 +20,7 @@ class Range:
     last: float
 
     def speed(self, step: int, steps: int) -> float:
-        """Return the speed in one of so many steps, which are counted from 1; with a single step, it is the first."""
+        """Return the speed for step ``step`` of ``steps``, counted from 1; with one step, it is the first speed."""
         return self.first + (self.last - self.first) * (step - 1) / max(1, steps - 1)
 
 
@@ -52,12 +52,12 @@ class Turbo:
         self._step = self._turning_step = self._ranges.initial_step
 
     def change(self, steps: int) -> None:
-        """Go up, or down, by so many steps."""
+        """Move by a number of steps, up or down."""
         self._step = self._limited(self._step + steps)
         self.change_turning(steps)
 
     def change_turning(self, steps: int) -> None:
-        """Do so for turning only."""
+        """The same for turning only."""
         self._turning_step = self._limited(self._turning_step + steps)
 
     def scale(self, command: Any) -> Any:

@@ -1,4 +1,4 @@
-"""Videos: of V4L2 devices, of files, and of whatever else libav reads."""
+"""Videos from V4L2 devices, files, and other sources that libav reads."""
 
 from __future__ import annotations
 

@@ -50,7 +50,7 @@ class Limits:
 
 
 class Smoother:
-    """Follows the commands that it gets, as far as the limits allow.
+    """Follows the commands that it gets, within the limits.
 
     Both speeds change in proportion, so that the robot stays on the commanded curve while it accelerates. When the
     input has been silent for three of its periods, at most 0.5 s, the robot is stopped within the limits. Times are in
@@ -63,7 +63,7 @@ class Smoother:
     Args:
         limits: the limits; they may be replaced at any time.
         period: the time between two calls of `step`.
-        feedback: what `robot_moves` is told of.
+        feedback: the source of the velocities for `robot_moves`.
 
     Attributes:
         limits: the limits.

@@ -1,7 +1,7 @@
-"""What has come from ROS 2 and waits, bounded. No I/O.
+"""A bounded queue of messages from ROS 2. No I/O.
 
-Who is there waits in a queue of its own, and goes first: a flood of messages costs only messages. That somebody is gone
-must not be lost, since nobody says it twice; of each, only the last word waits.
+Tokens have their own queue, and go first, so a flood of messages can only displace messages. The removal of a token
+must not be lost, since zenoh does not repeat it; only the last change of each token is kept.
 """
 
 from __future__ import annotations
@@ -68,7 +68,7 @@ class Arrivals:
             self.dropped += 1
 
     def pop(self) -> tuple[Token | None, Message | None]:
-        """Return what to handle next: a token, or a message, or neither if nothing waits."""
+        """Return the next token or message; neither if nothing waits."""
         if self._tokens:
             key = next(iter(self._tokens))
             is_there = self._tokens.pop(key)

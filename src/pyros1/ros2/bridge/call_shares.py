@@ -34,7 +34,7 @@ class CallShares:
             return True
 
     def end(self, client: bytes) -> None:
-        """Note that a call of a client has ended."""
+        """Record that a call of a client has ended."""
         with self._lock:
             self._total -= 1
             self._calls[client] -= 1

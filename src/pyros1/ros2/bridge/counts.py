@@ -1,4 +1,4 @@
-"""How much a bridge to ROS 2 has exchanged, and how fast, for its status."""
+"""The message counts and rates in the status of a bridge to ROS 2."""
 
 from __future__ import annotations
 
@@ -22,17 +22,17 @@ class Counts:
         self._lock = threading.Lock()
 
     def to_ros2(self, topic: str) -> Flow:
-        """Return what was sent of a topic of ROS 1."""
+        """Return the counts of a topic of ROS 1."""
         with self._lock:
             return _flow(self._sent, topic)
 
     def to_ros1(self, topic: str) -> Flow:
-        """Return what came of a topic of ROS 2."""
+        """Return the counts of a topic of ROS 2."""
         with self._lock:
             return _flow(self._received, topic)
 
     def sample(self, now: float) -> None:
-        """Note the counts for the rates, if it is time. To be called about once per second.
+        """Record the counts for the rates, if it is time. To be called about once per second.
 
         Args:
             now: the time in seconds.
@@ -45,12 +45,12 @@ class Counts:
                 self._rates.add(counts, now)
 
     def rate_to_ros2(self, topic: str) -> Rate | None:
-        """Return how fast messages of a topic of ROS 1 are sent; None if that is not known yet."""
+        """Return the message rate of a topic of ROS 1; None if it is not known yet."""
         with self._lock:
             return self._rates.rate((False, topic))
 
     def rate_to_ros1(self, topic: str) -> Rate | None:
-        """Return how fast messages of a topic of ROS 2 come; None if that is not known yet."""
+        """Return the message rate of a topic of ROS 2; None if it is not known yet."""
         with self._lock:
             return self._rates.rate((True, topic))
 

@@ -1,4 +1,4 @@
-"""What a bridge takes from ROS 2: converts the messages, and publishes them in ROS 1."""
+"""Converts messages from ROS 2, and publishes them in ROS 1."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from pyros1.bridge.publishing import Publishing
 from pyros1.ground.errors import Error, MessageError
 from pyros1.ground.terminal_text import one_line
 from pyros1.ros2.bridge.counts import Counts
-from pyros1.ros2.bridge.plan import Plan, Taken
+from pyros1.ros2.bridge.plan import Plan, TakenTopic
 from pyros1.ros2.bridge.services import SITE
-from pyros1.ros2.bridge.sources import Sources, Tokens
+from pyros1.ros2.bridge.sources import LatchedSources, Tokens
 from pyros1.ros2.zenoh.attachments import decode_attachment
 from pyros1.ros2.zenoh.names import DataKey
 
@@ -34,14 +34,14 @@ class Incoming:
         self._advertised: dict[str, tuple[str, str]] = {}  # topic -> type and md5 sum
         self._latched: set[str] = set()  # those of them that were advertised as latched
         self._withdrawn_at: dict[str, float] = {}
-        self._sources = Sources()
+        self._sources = LatchedSources()
 
     def take(self, plan: Plan, key: DataKey, body: bytes, attachment: bytes, session: str = "") -> None:
         """Publish a message.
 
         Args:
             plan: what the bridge does now.
-            key, body, attachment: what came.
+            key, body, attachment: the received message.
             session: the id of the publisher's session in zenoh; empty if it is not known.
 
         Raises:
@@ -69,11 +69,11 @@ class Incoming:
             flow.drop("came before its topic was advertised")
 
     def forget_gone(self, tokens_of: Callable[[str], Tokens], has_changed: bool) -> None:
-        """Keep the last messages of publishers that are gone no longer, as in ROS 1.
+        """Discard the latched messages of publishers that are gone, as in ROS 1.
 
         Args:
             tokens_of: returns the publishers of a topic that are there, by their tokens.
-            has_changed: whether somebody came or went since the last call.
+            has_changed: whether a publisher came or went since the last call.
         """
         if not has_changed and not self._sources.must_look:
             return
@@ -81,8 +81,8 @@ class Incoming:
             self._publishing.forget(Forget(*gone))
 
     def adjust(self, plan: Plan, problems: dict[str, str]) -> None:
-        """Advertise what the plan says, and nothing else; add what cannot be done to `problems`. What was withdrawn is
-        advertised again only after `RETURN_DELAY`.
+        """Advertise exactly the planned topics; add failures to `problems`. A withdrawn topic is advertised again only
+        after `RETURN_DELAY`.
         """
         now = steady_now()
         self._withdrawn_at = {topic: at for topic, at in self._withdrawn_at.items() if now - at < RETURN_DELAY}
@@ -102,7 +102,7 @@ class Incoming:
                 except Error as error:
                     problems[topic] = one_line(error)
 
-    def _advertise(self, topic: str, taken: Taken) -> None:
+    def _advertise(self, topic: str, taken: TakenTopic) -> None:
         pair = taken.pair
         origins = tuple(f"{SITE}:{name}" for name in taken.publishers)
         self._publishing.advertise(Advertise(topic, pair.ros1, pair.md5sum, pair.definition, taken.latched, origins))

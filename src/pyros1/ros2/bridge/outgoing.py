@@ -1,4 +1,4 @@
-"""What a bridge sends to ROS 2: subscribes in ROS 1, and converts the messages."""
+"""Subscribes in ROS 1, converts the messages, and sends them to ROS 2."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from pyros1.msgs import AnyMsg
 from pyros1.node import Node
 from pyros1.node.subscribing.subscriber import Subscriber
 from pyros1.ros2.bridge.counts import Counts
-from pyros1.ros2.bridge.early import EarlyMessages
-from pyros1.ros2.bridge.plan import Announced
+from pyros1.ros2.bridge.early_messages import EarlyMessages
+from pyros1.ros2.bridge.plan import AnnouncedTopic
 from pyros1.ros2.zenoh.names import DataKey
 
 _QUEUE_SIZE = 1000
-Wanted = Mapping[str, Sequence[tuple[DataKey, Announced]]]
+Wanted = Mapping[str, Sequence[tuple[DataKey, AnnouncedTopic]]]
 """Topics of ROS 1 that somebody in ROS 2 subscribes to, each with the keys to send it with."""
 
 
@@ -57,7 +57,7 @@ class Outgoing:
         header = message._connection_header or {}
         publisher, md5sum = header.get("callerid", ""), header.get("md5sum", "")
         self._graph.check_type(publisher, local, md5sum)
-        # Whatever bridge it was, this could be a loop. A bridge publishes the log of ROS 2 over connections of its own
+        # A message from any bridge could be a loop. A bridge publishes the log of ROS 2 over connections of its own
         # log, which may have begun without the field.
         if BRIDGE_FIELD in header or publisher in self._graph.bridges:
             return
@@ -80,7 +80,7 @@ class Outgoing:
             flow.count(len(body))
 
     def set_publishers(self, publishers: Collection[str]) -> None:
-        """Note which publishers there are in ROS 2."""
+        """Record which publishers there are in ROS 2."""
         self._publishers = publishers
 
     def send_early(self) -> None:
@@ -89,7 +89,7 @@ class Outgoing:
             self._sender.put(packet)
 
     def adjust(self, problems: dict[str, str]) -> None:
-        """Subscribe to what is wanted, and to nothing else; add what cannot be done to `problems`."""
+        """Subscribe to exactly the wanted topics; add failures to `problems`."""
         for topic in self._subscribers.keys() - self.wanted.keys():
             self._subscribers.pop(topic).unregister()
         for topic in self.wanted.keys() - self._subscribers.keys():
@@ -101,7 +101,7 @@ class Outgoing:
                 problems[topic] = one_line(error)
 
     def close(self) -> None:
-        """Subscribe to nothing any longer, or until the next `adjust`."""
+        """Unsubscribe from all topics, until the next `adjust`."""
         for topic in [*self._subscribers]:  # the master thread may still wait for the master
             if (subscriber := self._subscribers.pop(topic, None)) is not None:
                 subscriber.unregister()

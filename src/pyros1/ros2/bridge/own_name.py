@@ -1,5 +1,5 @@
-"""The name of a bridge's node in ROS 2: the same for all bridges of a master, and only for them. By it, they know each
-other, and ignore what the others bring.
+"""The name of a bridge's node in ROS 2: the same for all bridges of a master, and only for them. They
+recognise each other by it, and ignore each other's messages.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from pyros1.net.master_client import MasterClient
 
 
 def own_name(master: MasterClient) -> str:
-    """Return the name. It changes when the master is started anew, since another master may then have its address.
+    """Return the name. It changes when the master is started again, since another master may then have its address.
 
     Args:
         master: asks the master.

@@ -1,7 +1,7 @@
-"""What a bridge to ROS 2 does, given the topics of both sides. No I/O.
+"""Plans which topics a bridge to ROS 2 exchanges, given the topics of both sides. No I/O.
 
-Each side sees the topics of the other one, but messages are exchanged only where somebody subscribes. The plan is made
-anew after each change, and whoever drives the bridge then does what is missing and ends what is not in the plan.
+Each side sees the topics of the other one, but messages are exchanged only where somebody subscribes. The plan is
+recomputed after each change. The runner then starts what is missing, and stops what is not in the plan.
 """
 
 from __future__ import annotations
@@ -30,15 +30,15 @@ class Types(Protocol):
     """What knows the types of both sides, see `pyros1.ros2.pairs.type_pairs.TypePairs`."""
 
     def for_ros1(self, type: str, md5sum: str, definition: str, hash: str | None = None) -> TypePair:
-        """Return how a type of ROS 1 is exchanged."""
+        """Return the pair of types for a type of ROS 1."""
         ...
 
     def for_ros2(self, type: str, hash: str, local: LocalTopic | None = None) -> TypePair:
-        """Return how a type of ROS 2 is exchanged."""
+        """Return the pair of types for a type of ROS 2."""
         ...
 
 
-class Announced(NamedTuple):
+class AnnouncedTopic(NamedTuple):
     """A topic of ROS 1 that ROS 2 sees.
 
     Attributes:
@@ -56,7 +56,7 @@ class Announced(NamedTuple):
     priority: Priority
 
     def route(self, key: DataKey, publisher: str) -> str:
-        """Return what stands for the publisher in ROS 2 of a publisher's messages."""
+        """Return the identifier of the publisher in ROS 2 for a publisher's messages."""
         return f"{data_key(key)} {publisher}" if self.qos.transient_local else data_key(key)
 
     def routes(self, key: DataKey) -> list[str]:
@@ -65,7 +65,7 @@ class Announced(NamedTuple):
 
 
 @dataclass
-class Taken:
+class TakenTopic:
     """A topic of ROS 2 that ROS 1 sees.
 
     Attributes:
@@ -91,8 +91,8 @@ class Plan:
         problems: topic -> why it is not exchanged, or not with everybody.
     """
 
-    announces: dict[DataKey, Announced] = field(default_factory=dict)
-    takes: dict[str, Taken] = field(default_factory=dict)
+    announces: dict[DataKey, AnnouncedTopic] = field(default_factory=dict)
+    takes: dict[str, TakenTopic] = field(default_factory=dict)
     problems: dict[str, str] = field(default_factory=dict)
 
     def listened_to(self, demand: Collection[str]) -> dict[DataKey, Qos]:
@@ -105,9 +105,9 @@ class Plan:
             key: qos for topic, taken in self.takes.items() if topic in demand for key, (_, qos) in taken.keys.items()
         }
 
-    def note_ways(self, publishers: Mapping[str, Collection[str]], bridges: Collection[str]) -> None:
-        """Add the topics that other bridges publish in ROS 1, too, to the problems. No message goes round in circles,
-        since no bridge sends what one of them publishes; but the same message may come on two ways. The log is left
+    def add_duplicates(self, publishers: Mapping[str, Collection[str]], bridges: Collection[str]) -> None:
+        """Add the topics that other bridges publish in ROS 1, too, to the problems. There are no loops,
+        since no bridge sends what another one publishes; but the same message may arrive twice. The log is left
         out: each bridge has one of its own.
 
         Args:
@@ -126,9 +126,9 @@ class Plan:
             for route in announced.routes(key)
         }
 
-    def wanted(self) -> dict[str, list[tuple[DataKey, Announced]]]:
+    def wanted(self) -> dict[str, list[tuple[DataKey, AnnouncedTopic]]]:
         """Return the topics of ROS 1 that somebody in ROS 2 subscribes to, each with the keys to send it with."""
-        found: dict[str, list[tuple[DataKey, Announced]]] = {}
+        found: dict[str, list[tuple[DataKey, AnnouncedTopic]]] = {}
         for key, announced in self.announces.items():
             if announced.wanted:
                 found.setdefault(announced.local.name, []).append((key, announced))
@@ -168,15 +168,15 @@ def _announce(plan: Plan, domain: int, topic: LocalTopic, subscribers: Collectio
         plan.problems[topic.name] = "ROS 2 does not allow such a name"
         return
     try:
-        usual = types.for_ros1(topic.type, topic.md5sum, topic.definition)
+        default = types.for_ros1(topic.type, topic.md5sum, topic.definition)
     except Error as error:
         plan.problems[topic.name] = str(error)
         return
-    pairs = {usual.hash: usual}
+    pairs = {default.hash: default}
     wanted = set()
     for subscriber in subscribers:
-        if subscriber.type != usual.ros2:
-            plan.problems[topic.name] = f"{subscriber.full_node_name} expects {subscriber.type}, not {usual.ros2}"
+        if subscriber.type != default.ros2:
+            plan.problems[topic.name] = f"{subscriber.full_node_name} expects {subscriber.type}, not {default.ros2}"
             continue
         try:
             if subscriber.hash not in pairs:
@@ -189,7 +189,7 @@ def _announce(plan: Plan, domain: int, topic: LocalTopic, subscribers: Collectio
     for type_hash, pair in pairs.items():
         if type_hash in wanted or not wanted:
             key = DataKey(domain, topic.name, pair.ros2, type_hash)
-            plan.announces[key] = Announced(topic, pair, qos, type_hash in wanted, priority)
+            plan.announces[key] = AnnouncedTopic(topic, pair, qos, type_hash in wanted, priority)
 
 
 def _take(
@@ -207,16 +207,16 @@ def _take(
                 f"{publisher.full_node_name} of ROS 2 as {pair.ros2}"
             )
             continue
-        taken = plan.takes.setdefault(name, Taken(pair))
+        taken = plan.takes.setdefault(name, TakenTopic(pair))
         if taken.pair.md5sum != pair.md5sum:
             plan.problems[name] = f"it has two types in ROS 2: {taken.pair.ros2} and {pair.ros2}"
             continue
         offered = publisher.qos
         key = DataKey(domain, name, pair.ros2, publisher.hash)
         before = taken.keys.get(key)
-        # Whoever expects more than a publisher offers gets nothing of it.
+        # A subscriber whose QoS exceeds the publisher's offer gets no messages.
         reliable = offered.reliable and (before is None or before[1].reliable)
-        # The log's last lines before the bridge came are nothing that late subscribers in ROS 1 expect.
+        # Late subscribers in ROS 1 do not expect the log lines from before the bridge started.
         is_latched = offered.transient_local and name != LOG
         latched = is_latched and (before is None or before[1].transient_local)
         taken.keys[key] = (pair, Qos(reliable, latched, max(QUEUE, min(offered.depth, 1000)) if latched else QUEUE))

@@ -11,7 +11,7 @@ from pyros1.doctor.bridge_status import STATUS_SERVICE
 from pyros1.ground.errors import Error
 
 LOG = "/rosout"
-"""The topic of the log. ROS 1 sees that of ROS 2's nodes, but ROS 2 sees that of ROS 1's only if it is named."""
+"""The topic of the log. ROS 1 sees the log of ROS 2, but ROS 2 sees that of ROS 1 only if a rule names it."""
 NEVER = ("/rosout_agg", "/parameter_events", "/statistics")
 """Topics that each side has for itself."""
 NEVER_SERVICES = (
@@ -33,7 +33,7 @@ NEVER_SERVICES = (
 )
 """The last parts of the names of services that each node has for itself."""
 _MAX_REMEMBERED = 20_000
-"""Maximum number of names of which it is remembered whether they match."""
+"""Maximum number of names whose matches are cached."""
 ACTION_TOPICS = ("goal", "cancel", "status", "feedback", "result")
 """The last parts of the names of an action's topics in ROS 1."""
 _ACTION = "/_action/"
@@ -86,11 +86,11 @@ class Ros2Rules:
 
     def serves(self, service: str) -> bool:
         """Return whether ROS 2 may call a service of ROS 1."""
-        return not _is_nodes_own(service) and self._send.includes(service)
+        return not _is_internal(service) and self._send.includes(service)
 
     def calls(self, service: str) -> bool:
         """Return whether ROS 1 may call a service of ROS 2."""
-        return not _is_nodes_own(service) and self._take.includes(service)
+        return not _is_internal(service) and self._take.includes(service)
 
     def reconfigures(self, node: str) -> bool:
         """Return whether dynamic_reconfigure's tools may see and set the parameters of a node of ROS 2."""
@@ -116,7 +116,7 @@ class Ros2Rules:
         return " and ".join(ways) or "not exchanged"
 
 
-def _is_nodes_own(service: str) -> bool:
+def _is_internal(service: str) -> bool:
     return service.rpartition("/")[2] in NEVER_SERVICES or _ACTION in service
 
 
@@ -138,7 +138,7 @@ class _Names:
         return found
 
     def names(self, name: str) -> bool:
-        """Return whether a name is there as such, and not only by a pattern."""
+        """Return whether a name is listed literally, and not only matched by a pattern."""
         return any(each.text == name for each in self._allowed)
 
     def __str__(self) -> str:

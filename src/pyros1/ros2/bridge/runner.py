@@ -3,8 +3,8 @@
 A lock guards the graph of ROS 2 and the plan; nothing waits while it is held. These are the threads:
 
 - the node's threads convert messages and hand them to the sender (`outgoing`);
-- the worker handles what comes from ROS 2: who is there, and messages, which it publishes (`incoming`);
-- the master thread asks the master, and does what the plan says, all of which may wait for the master;
+- the worker handles tokens from ROS 2, and messages, which it publishes (`incoming`);
+- the master thread asks the master, and carries out the plan, all of which may block;
 - the sender has two threads, which may wait for the network;
 - calls of services have threads of their own, see `pyros1.ros2.bridge.services`.
 """
@@ -47,23 +47,23 @@ from pyros1.ros2.zenoh.session import make_zid
 from pyros1.ros2.zenoh.tokens import Entity
 
 POLL_PERIOD = 1.0
-"""Seconds between questions to the master, by default."""
+"""Seconds between polls of the master, by default."""
 ADJUST_PERIOD = 0.2
-"""Seconds between looks at who receives what on both sides."""
+"""Seconds between checks of which topics have subscribers on either side."""
 _JOIN_TIME = 3.0
 _PLAN_PERIOD = 5.0
 _PLAN_FACTOR = 100
-"""Seconds after which a plan is made anew even if nothing has changed: at least, and for each second of the processor
+"""Seconds after which a plan is recomputed even if nothing has changed: at least, and for each second of CPU time
 that planning took.
 """
 _SHORTEST_PAUSE = 0.02
 _LONGEST_PAUSE = 5.0
 _PAUSE_FACTOR = 4
-"""Seconds without planning: at least, at most, and for each second of the processor that planning took, since others
+"""Seconds without planning: at least, at most, and for each second of CPU time that planning took, since others
 can let things come and go as often as they like.
 """
 _POLL_FACTOR = 20
-"""Seconds between questions to the master, for each second of the processor that they take."""
+"""Seconds between polls of the master, for each second of CPU time that a poll takes."""
 
 
 class Ros2Bridge:
@@ -153,7 +153,7 @@ class Ros2Bridge:
         self._master_thread = threading.Thread(target=self._run_master_thread, name="bridge: master", daemon=True)
         self._worker.start()
         self._master_thread.start()
-        node.on_shutdown(self.close)  # at once, if the node has ended meanwhile: so not before there are threads to end
+        node.on_shutdown(self.close)  # may call it at once, so the threads must exist
         try:
             node.advertise_service(f"~{STATUS_SERVICE}", "std_srvs/Trigger", lambda _: (True, self.status()))
             self._parameters.start()
@@ -161,7 +161,7 @@ class Ros2Bridge:
             self.close()
             raise
 
-    # What comes from ROS 2 --------------------------------------------------------------------------------------------
+    # Messages from ROS 2 ----------------------------------------------------------------------------------------------
 
     def _on_call(self, call: Call) -> None:
         """Pass on a call; there are none before `declare`. Called on the session's threads."""
@@ -215,7 +215,7 @@ class Ros2Bridge:
             self._woken.wait(self._poll_period if self._problems else ADJUST_PERIOD)
 
     def _adjust(self) -> None:
-        """Make the plan, and do what it says, as far as it has not been done."""
+        """Make the plan, and carry out the parts that are not done yet."""
         self._counts.sample(steady_now())
         if time.monotonic() >= self._next_poll:
             self._session.look_for_routers()
@@ -256,8 +256,8 @@ class Ros2Bridge:
             if self._find_name is not None:
                 self._rename(self._find_name())
             self._topics = self._graph.topics()
-            self._services.look(self._graph.state)
-            self._actions.look(self._topics, self._graph.state, self._graph.bridges)
+            self._services.poll(self._graph.state)
+            self._actions.poll(self._topics, self._graph.state, self._graph.bridges)
         except Error as error:
             self._warn("cannot ask the master: %s", error)
             return
@@ -266,10 +266,10 @@ class Ros2Bridge:
         self._next_poll = time.monotonic() + pause
 
     def _rename(self, name: str) -> None:
-        """Rename the node in ROS 2, and declare all anew under that name, if the master has been started anew."""
+        """Rename the node in ROS 2, and declare all again under that name, if the master has been started again."""
         if name != self._ros2_name:
             self._planned_from = self._declared = None
-            # Publishers that have registered anew send their latched messages again only to a new subscriber.
+            # Publishers that have registered again send their latched messages again only to a new subscriber.
             self._outgoing.close()
             self._session.rename(name)
             self._ros2_name = name  # at last: if this fails, it is tried again
@@ -283,7 +283,7 @@ class Ros2Bridge:
         return self._planned_from is None or time.monotonic() >= self._next_plan
 
     def _seen(self) -> object:
-        """Return what there is in ROS 1; plans made from what is equal are equal."""
+        """Return the state of ROS 1; equal states give equal plans."""
         return self._topics, self._services.seen, self._actions.seen
 
     def _declare(self, plan: Plan) -> None:
@@ -332,7 +332,7 @@ class Ros2Bridge:
             subscribers,
             self._types,
         )
-        plan.note_ways(self._graph.state.publishers, self._graph.bridges - {self._node.name})
+        plan.add_duplicates(self._graph.state.publishers, self._graph.bridges - {self._node.name})
         if others := [node.full_node_name for node in nodes if node.node_name == self._ros2_name]:
             plan.problems[others[0]] = "it is another bridge of this master, so messages come twice"
         return plan
@@ -341,7 +341,7 @@ class Ros2Bridge:
         """Leave out other bridges of the same master: messages and calls would go round in circles."""
         return [entity for entity in entities if entity.node_name != self._ros2_name]
 
-    # The end ----------------------------------------------------------------------------------------------------------
+    # Shutdown ---------------------------------------------------------------------------------------------------------
 
     def status(self) -> str:
         """Return the bridge's status as JSON, see `pyros1.ros2.bridge.status`."""

@@ -1,6 +1,6 @@
-"""Which services a bridge to ROS 2 offers and provides, given those of both sides. No I/O.
+"""Plans which services a bridge to ROS 2 exchanges, given those of both sides. No I/O.
 
-As for topics, each side sees all services of the other one that may be exchanged, and calls pass when they are made.
+As for topics, each side sees all services of the other one that the rules allow.
 """
 
 from __future__ import annotations
@@ -22,22 +22,22 @@ class ServiceTypes(Protocol):
     """What knows the types of services of both sides, see `pyros1.ros2.pairs.type_pairs.TypePairs`."""
 
     def service_for_ros1(self, type: str, md5sum: str, hash: str | None = None) -> ServicePair:
-        """Return how the calls of a service of ROS 1 are exchanged."""
+        """Return the pair of types for a service type of ROS 1."""
         ...
 
     def service_for_ros2(self, type: str, hash: str) -> ServicePair:
-        """Return how the calls of a service of ROS 2 are exchanged."""
+        """Return the pair of types for a service type of ROS 2."""
         ...
 
 
-class Offered(NamedTuple):
+class OfferedService(NamedTuple):
     """A service of ROS 1 that ROS 2 can call, and its type on both sides."""
 
     local: LocalService
     pair: ServicePair
 
 
-class Provided(NamedTuple):
+class ProvidedService(NamedTuple):
     """A service of ROS 2 that ROS 1 can call.
 
     Attributes:
@@ -61,8 +61,8 @@ class ServicePlan:
         problems: service -> why it is not exchanged, or not with everybody.
     """
 
-    offers: dict[DataKey, Offered] = field(default_factory=dict)
-    provides: dict[str, Provided] = field(default_factory=dict)
+    offers: dict[DataKey, OfferedService] = field(default_factory=dict)
+    provides: dict[str, ProvidedService] = field(default_factory=dict)
     problems: dict[str, str] = field(default_factory=dict)
 
 
@@ -80,7 +80,7 @@ def plan_services(
     Args:
         domain: the ROS domain.
         rules: what may be exchanged.
-        local: the services of ROS 1 that nodes other than bridges provide, as far as their types are known.
+        local: the services of ROS 1 that nodes other than bridges provide, if their types are known.
         taken: the services that others than this bridge provide in ROS 1, and their nodes.
         services: those of ROS 2, without bridges of the same master.
         offered: the names of those that the bridge offers in ROS 2 already.
@@ -108,15 +108,15 @@ def _offer(
         plan.problems[local.name] = _conflict(local.node, there.servers)
         return
     try:
-        usual = types.service_for_ros1(local.type, local.md5sum)
+        default = types.service_for_ros1(local.type, local.md5sum)
     except Error as error:
         plan.problems[local.name] = str(error)
         return
-    pairs = {usual.hash: usual}
+    pairs = {default.hash: default}
     wanted = set()
     for client in there.clients:
-        if client.type != usual.ros2:
-            plan.problems[local.name] = f"{client.full_node_name} calls it as {client.type}, not {usual.ros2}"
+        if client.type != default.ros2:
+            plan.problems[local.name] = f"{client.full_node_name} calls it as {client.type}, not {default.ros2}"
             continue
         try:
             if client.hash not in pairs:
@@ -126,7 +126,7 @@ def _offer(
             plan.problems[local.name] = str(error)
     for type_hash, pair in pairs.items():
         if type_hash in wanted or not wanted:
-            plan.offers[DataKey(domain, local.name, pair.ros2, type_hash)] = Offered(local, pair)
+            plan.offers[DataKey(domain, local.name, pair.ros2, type_hash)] = OfferedService(local, pair)
 
 
 def _provide(
@@ -141,7 +141,7 @@ def _provide(
         except Error as error:
             plan.problems[name] = str(error)
             continue
-        provided = Provided(DataKey(domain, name, server.type, server.hash), pair, server.full_node_name)
+        provided = ProvidedService(DataKey(domain, name, server.type, server.hash), pair, server.full_node_name)
         first = plan.provides.setdefault(name, provided)
         if first.key != provided.key:
             plan.problems[name] = f"it has two types in ROS 2, or two versions of one: that of {first.node} is called"

@@ -30,7 +30,7 @@ from pyros1.node.services.server import ServiceServer
 from pyros1.node.services.workers import Workers
 from pyros1.ros2.bridge.call_shares import CallShares
 from pyros1.ros2.bridge.rules import Ros2Rules
-from pyros1.ros2.bridge.service_plan import Provided, ServicePlan, ServiceTypes, plan_services
+from pyros1.ros2.bridge.service_plan import ProvidedService, ServicePlan, ServiceTypes, plan_services
 from pyros1.ros2.bridge.side import Call, Ros2Side
 from pyros1.ros2.zenoh.graph import Service
 
@@ -77,7 +77,7 @@ class Ros2Services:
         self._local = LocalServices(self._graph, rules.serves)
         self._services: list[LocalService] = []
         self._taken: dict[str, str] = {}
-        self._provided: dict[str, tuple[Provided, ServiceServer]] = {}
+        self._provided: dict[str, tuple[ProvidedService, ServiceServer]] = {}
         self._clients: set[ServiceClient] = set()
         self._workers = Workers(f"{node.name}:call", MAX_CALLS)
         self._shares = CallShares(MAX_CALLS)
@@ -85,7 +85,7 @@ class Ros2Services:
         self._lock = threading.Lock()
         self._is_closing = False
 
-    # What there is ----------------------------------------------------------------------------------------------------
+    # Current state ----------------------------------------------------------------------------------------------------
 
     @property
     def problems(self) -> dict[str, str]:
@@ -94,10 +94,10 @@ class Ros2Services:
 
     @property
     def seen(self) -> object:
-        """What there was in ROS 1 at the last look; plans made from what is equal are equal."""
+        """The state of ROS 1 at the last check; equal states give equal plans."""
         return self._services, self._taken
 
-    def look(self, state: SystemState) -> None:
+    def poll(self, state: SystemState) -> None:
         """Ask the providers of services. This waits for them.
 
         Args:
@@ -108,7 +108,7 @@ class Ros2Services:
         self._taken = {name: node for name, node in providers.items() if node != self._node.name}
 
     def make_plan(self, services: Mapping[str, Service]) -> None:
-        """Plan anew.
+        """Recompute the plan.
 
         Args:
             services: those of ROS 2, without bridges of the same master.
@@ -121,7 +121,7 @@ class Ros2Services:
             self._counts = {name: counts for name, counts in self._counts.items() if name in names}
 
     def adjust(self) -> dict[str, str]:
-        """Provide in ROS 1 what the plan says, and nothing else. This waits for the master.
+        """Provide exactly the planned services in ROS 1. This waits for the master.
 
         Returns:
             Service -> why it could not be provided.
@@ -153,7 +153,7 @@ class Ros2Services:
 
     # Calls from ROS 1 -------------------------------------------------------------------------------------------------
 
-    def _provide(self, name: str, provided: Provided) -> ServiceServer:
+    def _provide(self, name: str, provided: ProvidedService) -> ServiceServer:
         """Provide a service of ROS 2, unless another node has begun to provide it.
 
         Raises:
@@ -167,7 +167,7 @@ class Ros2Services:
         service_class = raw_service(pair.ros1, pair.md5sum, f"{pair.ros1}Request", f"{pair.ros1}Response")
         return self._node.advertise_service(FullName(name), service_class, partial(self._call_ros2, name, provided))
 
-    def _call_ros2(self, name: str, provided: Provided, request: AnyMsg) -> AnyMsg:
+    def _call_ros2(self, name: str, provided: ProvidedService, request: AnyMsg) -> AnyMsg:
         """Return the response of a service of ROS 2. Called in a thread of the service.
 
         Raises:
@@ -187,7 +187,7 @@ class Ros2Services:
     # Calls from ROS 2 -------------------------------------------------------------------------------------------------
 
     def on_call(self, call: Call) -> None:
-        """Take a call, to answer it later. Called on the session's threads."""
+        """Handle a call, to answer it later. Called on the session's threads."""
         if call.origin is None:
             self._count_failure(call.key.name, "a request without a valid attachment was dropped")
             call.drop()
@@ -239,7 +239,7 @@ class Ros2Services:
         """
         offered = self.plan.offers.get(call.key)
         if offered is None or self._is_closing:
-            raise ServiceError(f"service [{call.key.name}] is not there any more")
+            raise ServiceError(f"service [{call.key.name}] no longer exists")
         request = offered.pair.request.from_cdr(call.body)
         local = offered.local
         service_class = raw_service(local.type, local.md5sum, local.request, local.response)
@@ -255,10 +255,10 @@ class Ros2Services:
                 self._clients.discard(client)
         return offered.pair.response.to_cdr(response._buff)
 
-    # The end ----------------------------------------------------------------------------------------------------------
+    # Shutdown ---------------------------------------------------------------------------------------------------------
 
     def close(self) -> None:
-        """End all calls, and provide nothing any longer."""
+        """End all calls, and stop providing services."""
         self._is_closing = True
         for client in [*self._clients]:
             client.close()
@@ -269,7 +269,7 @@ class Ros2Services:
 
 
 def _error_text(error: Exception) -> str:
-    """Return the text of an error for the client: what the service itself has said, if it has."""
+    """Return the text of an error for the client: the service's own error message, if there is one."""
     if isinstance(error, ServiceError) and error.answer is not None:
         return one_line(error.answer.decode("utf-8", "replace"), 300)
     return one_line(error, 300) if isinstance(error, Error) else "internal error of the bridge to ROS 1"

@@ -1,4 +1,4 @@
-"""What a bridge needs of its side in ROS 2: an interface, of zenoh's session and of rclpy's."""
+"""The interface of a bridge's ROS 2 side, which zenoh's session and rclpy's implement."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from pyros1.ros2.zenoh.qos import Qos
 
 @runtime_checkable
 class Call(Protocol):
-    """A call of a service that a client in ROS 2 has made. Whoever gets it must end it, by one of its methods.
+    """A service call from a client in ROS 2. Its receiver must end it, by one of its methods.
 
     Attributes:
         key: the key of the service.
         body: the encoded request.
-        origin: what the client says of the request; None if the call is not valid, and must be dropped.
+        origin: the attachment of the request; None if the call is not valid, and must be dropped.
     """
 
     key: DataKey
@@ -32,7 +32,7 @@ class Call(Protocol):
         ...
 
     def fail(self, text: str) -> None:
-        """Say why there is no response, as far as ROS 2 can be told."""
+        """Tell ROS 2 why there is no response, if it can be told."""
         ...
 
     def drop(self) -> None:
@@ -41,7 +41,7 @@ class Call(Protocol):
 
 
 class Ros2Side(Link, Protocol):
-    """A node in ROS 2, and all that it has. What it calls, it calls on threads of its own.
+    """A node in ROS 2, with its publishers, subscribers and services. Its callbacks run on its own threads.
 
     Attributes:
         way: how it gets to ROS 2: ``zenoh`` or ``rclpy``.
@@ -76,7 +76,7 @@ class Ros2Side(Link, Protocol):
         ...
 
     def rename(self, node: str) -> None:
-        """Give its node another name. All that is declared ends; `declare` declares it anew.
+        """Give its node another name. All that is declared ends; `declare` declares it again.
 
         Raises:
             DeclarationError: rclpy does not do it in time, or fails.
@@ -84,7 +84,7 @@ class Ros2Side(Link, Protocol):
         ...
 
     def look_for_routers(self) -> None:
-        """Note in `problem` if there is no way to the other nodes any more."""
+        """Record in `problem` if there is no way to the other nodes any longer."""
         ...
 
     def call(self, key: DataKey, request: bytes, timeout: float) -> bytes:
@@ -127,4 +127,4 @@ MakeSide = Callable[
     ],
     Ros2Side,
 ]
-"""Makes the side in ROS 2: it is given its id in zenoh, and the functions that take tokens, messages and calls."""
+"""Makes the ROS 2 side, given its id in zenoh and the callbacks for tokens, messages and calls."""

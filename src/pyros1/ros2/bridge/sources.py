@@ -1,4 +1,4 @@
-"""The publishers of ROS 2 whose last messages a bridge keeps in ROS 1, until they are gone. No I/O.
+"""The ROS 2 publishers whose last messages a bridge keeps latched in ROS 1, until they are gone. No I/O.
 
 A message names its publisher by a GID. That of another bridge is made from its token, so it is clear whose it is.
 rmw_zenoh makes it in another way, but zenoh says from which session a message of a latched publisher is. So there, a
@@ -32,14 +32,14 @@ class _Publisher:
         self.at = 0.0
 
 
-class Gone(NamedTuple):
+class GoneSource(NamedTuple):
     """A publisher whose message is not kept any longer."""
 
     topic: str
     source: Source
 
 
-class Sources:
+class LatchedSources:
     """The publishers from which messages have come. For one thread.
 
     Attributes:
@@ -51,9 +51,9 @@ class Sources:
         self._publishers: dict[tuple[str, bytes], _Publisher] = {}
         self._numbers = count(1)
 
-    def get(self, topic: str, gid: bytes, session: str, now: float) -> tuple[Source, Gone | None]:
-        """Return what stands for a publisher, and which one is forgotten for it, if there are too many: that of which
-        nothing has come for the longest time.
+    def get(self, topic: str, gid: bytes, session: str, now: float) -> tuple[Source, GoneSource | None]:
+        """Return the key of a publisher, and which one is dropped for it, if there are too many: the one that has been
+        silent for the longest time.
 
         Args:
             topic: its topic.
@@ -67,12 +67,12 @@ class Sources:
             publisher = _Publisher(Source(SITE, SharedName(SITE, topic), next(self._numbers)), session)
             if len(self._publishers) >= MAX_SOURCES:
                 oldest = next(iter(self._publishers))
-                gone = Gone(oldest[0], self._publishers.pop(oldest).source)
+                gone = GoneSource(oldest[0], self._publishers.pop(oldest).source)
         publisher.at = now
         self._publishers[topic, gid] = publisher
         return publisher.source, gone
 
-    def pop_gone(self, tokens_of: Callable[[str], Tokens], now: float) -> Iterator[Gone]:
+    def pop_gone(self, tokens_of: Callable[[str], Tokens], now: float) -> Iterator[GoneSource]:
         """Forget the publishers that are gone, and yield them.
 
         Args:
@@ -89,7 +89,7 @@ class Sources:
                 self.must_look = True
                 continue
             del self._publishers[topic, own_gid]
-            yield Gone(topic, publisher.source)
+            yield GoneSource(topic, publisher.source)
 
     def _is_gone(self, own_gid: bytes, publisher: _Publisher, gids: set[bytes], sessions: set[str]) -> bool:
         if own_gid in gids:

@@ -46,7 +46,7 @@ def status_json(
         nodes: the full names of the nodes in ROS 2.
         demand: the topics of ROS 2 to which nodes here subscribe.
         link_problem: why there is no connection; empty if there is one.
-        sender: what waits to be sent.
+        sender: the queue of messages to send.
         problems: topic or service -> why it is not exchanged.
         counts: what was exchanged.
         services: the services of both sides.

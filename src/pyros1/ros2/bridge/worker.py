@@ -1,4 +1,4 @@
-"""The thread of a bridge that handles what comes from ROS 2: who is there, and messages."""
+"""The thread of a bridge that handles tokens and messages from ROS 2."""
 
 from __future__ import annotations
 
@@ -11,17 +11,17 @@ from pyros1.ros2.bridge.arrivals import Arrivals
 from pyros1.ros2.zenoh.names import DataKey
 
 LOOK_PERIOD = 1.0
-"""Seconds between looks at whose messages are kept."""
+"""Seconds between checks of which messages to keep."""
 _JOIN_TIME = 3.0
 
 
 class Worker:
-    """A thread, and what waits for it.
+    """A thread and its queue.
 
     Args:
         on_token: called with the key of an entity of ROS 2, and whether it is there or gone.
         on_message: called with a message: its key, the encoded message, its attachment, and its publisher's session.
-        look: called now and then, with whether somebody came or went since the last call.
+        look: called periodically, with whether a publisher came or went since the last call.
         on_error: called with what was raised as an `Error` by one of them.
         on_mistake: called with whatever else was raised.
     """
@@ -30,13 +30,13 @@ class Worker:
         self,
         on_token: Callable[[str, bool], object],
         on_message: Callable[[DataKey, bytes, bytes, str], object],
-        look: Callable[[bool], object],
+        poll: Callable[[bool], object],
         on_error: Callable[[Error], object],
         on_mistake: Callable[[Exception], object],
     ) -> None:
         self._on_token = on_token
         self._on_message = on_message
-        self._look = look
+        self._look = poll
         self._on_error = on_error
         self._on_mistake = on_mistake
         self._arrivals = Arrivals()
@@ -48,21 +48,21 @@ class Worker:
 
     @property
     def dropped(self) -> int:
-        """How much was dropped because it came too fast."""
+        """Number of messages dropped because they arrived too fast."""
         return self._arrivals.dropped
 
     def start(self) -> None:
-        """Begin with what waits."""
+        """Start handling the queue."""
         self._thread.start()
 
     def put_token(self, key: str, is_there: bool) -> None:
-        """Note that something is there in ROS 2, or gone. Called on any thread."""
+        """Queue the appearance or removal of an entity of ROS 2. Called on any thread."""
         with self._arrived:
             self._arrivals.put_token(key, is_there)
             self._arrived.notify()
 
     def put_message(self, key: DataKey, body: bytes, attachment: bytes, session: str = "") -> None:
-        """Note a message. Called on any thread."""
+        """Handle a message. Called on any thread."""
         with self._arrived:
             self._arrivals.put_message(key, body, attachment, session)
             self._arrived.notify()
@@ -84,7 +84,7 @@ class Worker:
                     self._on_message(*message)
             except Error as error:
                 self._on_error(error)
-            except Exception as error:  # noqa: BLE001 - a mistake of ours must not end the bridge silently
+            except Exception as error:  # noqa: BLE001 - a bug must not end the bridge silently
                 if not self._is_closing:
                     self._on_mistake(error)
 

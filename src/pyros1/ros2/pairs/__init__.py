@@ -1,1 +1,1 @@
-"""Which type of ROS 1 is which type of ROS 2: what was found, and what mapping files say."""
+"""Pairs of ROS 1 and ROS 2 types: those that were found, and those of mapping files."""

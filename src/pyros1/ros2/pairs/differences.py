@@ -1,4 +1,4 @@
-"""Says which fields of exchanged types only one side has. No I/O."""
+"""Describes which fields of exchanged types only one side has. No I/O."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from pyros1.ros2.bridge.service_plan import ServicePlan
 from pyros1.ros2_types.transcoding.transcoder import Transcoder
 
 MAX_TYPES = 5_000
-"""Maximum number of pairs of types of which it is remembered that they were said."""
+"""Maximum number of pairs of types that are remembered as reported."""
 _MAX_FIELDS = 8
 
 
 def difference(ros1: str, ros2: str, transcoder: Transcoder) -> str:
-    """Return a line that says which fields only one of two types has; empty if there are none.
+    """Return a line with the fields only one of two types has; empty if there are none.
 
     Args:
         ros1, ros2: the names of the types.
@@ -31,7 +31,7 @@ def difference(ros1: str, ros2: str, transcoder: Transcoder) -> str:
 
 
 class Differences:
-    """Says once for each pair of types what differs. For one thread."""
+    """Describes the differences of each pair of types once. For one thread."""
 
     def __init__(self) -> None:
         self._said: dict[tuple[str, str, Transcoder], None] = {}

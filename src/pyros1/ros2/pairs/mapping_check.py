@@ -1,4 +1,4 @@
-"""Says what the rules of a user's mapping files mean, and which cannot be used here and why."""
+"""Explains the rules of a user's mapping files, and why some cannot be used here."""
 
 from __future__ import annotations
 
@@ -37,13 +37,17 @@ def check_mapping(mapping: TypeMapping, types: TypePairs) -> Iterator[tuple[str,
             reason = str(error).removeprefix(f"{rule.place}: ")
             yield f"{rule.place}: {rule.ros1} and {rule.ros2} are not exchanged: {reason}", False
             continue
-        if not types.knows_ros2(rule.ros2) and (others := _others_of_package(rule, types)):
+        if not types.has_ros2_definition(rule.ros2) and (others := _others_of_package(rule, types)):
             folder, _, name = rule.ros2.rpartition("/")
             hint = did_you_mean(name, others)
             line = f"{rule.place}: {rule.ros1} is {rule.ros2}, with the fields of ROS 1"
-            yield f"{line}, but as far as is known here, ROS 2 has no {name} in {folder}{hint}", False
+            yield f"{line}, but ROS 2 has no known type {name} in {folder}{hint}", False
             continue
-        known = "" if types.knows_ros2(rule.ros2) else ", with the fields of ROS 1, since its definition is not here"
+        known = (
+            ""
+            if types.has_ros2_definition(rule.ros2)
+            else ", with the fields of ROS 1, since its definition is not here"
+        )
         yield f"{rule.place}: {rule.ros1} is {rule.ros2}{known}", True
         for line in differences:
             yield f"    {line}", True

@@ -1,4 +1,4 @@
-"""All pairs of types that a bridge to ROS 2 knows from what is installed, for people."""
+"""All pairs of types that a bridge to ROS 2 knows from what is installed, as text."""
 
 from __future__ import annotations
 

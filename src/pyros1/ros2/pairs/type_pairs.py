@@ -1,4 +1,4 @@
-"""Which type of ROS 2 a type of ROS 1 is, and how messages and calls are converted: finds definitions by name and hash.
+"""Pairs types of ROS 1 and ROS 2, and makes converters for messages and calls: finds definitions by name and hash.
 
 A service has the definition of a package of ROS 2 that is on this machine, if there is one, and otherwise that of
 ROS 1. Those of the standard packages are the same in ROS 2, up to the messages that they use, and no distribution's
@@ -17,7 +17,7 @@ from pyros1.msgs import DefinitionCache, load_message, load_service
 from pyros1.msgs.digest import split_full_text
 from pyros1.msgs.spec import HEADER_TYPE, MessageSpec, ServiceSpec, parse_message, parse_service
 from pyros1.ros2.bridge.actions.pairs import ActionPair, ActionPairs
-from pyros1.ros2.pairs.remembered import Budget, Remembered
+from pyros1.ros2.pairs.lookup_cache import LookupCache, TimeBudget
 from pyros1.ros2.zenoh.names import HUMBLE_HASH, dds_type
 from pyros1.ros2_types.counterparts import Counterparts
 from pyros1.ros2_types.distribution import distribution_types
@@ -75,7 +75,7 @@ class TypePairs:
     """Finds the types of both sides, and remembers what it has found, also what it could not find. For one thread.
 
     Args:
-        distribution: the distribution of ROS 2 whose types are used where nobody says which.
+        distribution: the distribution of ROS 2 whose types are used by default.
         mapping: which types and fields have other names; None for the standard ones.
         installed: the types of packages of ROS 2 on this machine; they are tried first.
         budget: the time for types that ROS 2 asks for, which may be anything; None for that of a running bridge.
@@ -94,10 +94,10 @@ class TypePairs:
         distribution: str = "jazzy",
         mapping: TypeMapping | None = None,
         installed: Types = MappingProxyType({}),
-        budget: Budget | None = None,
+        budget: TimeBudget | None = None,
         beside_rclpy: RclpyPackages | None = None,
     ) -> None:
-        self._usual = distribution
+        self._default = distribution
         self._beside_rclpy = beside_rclpy
         self._distributions: dict[str, Types] = {
             distribution: distribution_types(distribution) if beside_rclpy is None else beside_rclpy
@@ -108,16 +108,16 @@ class TypePairs:
         self._counterparts = Counterparts(self.known, self._mapping, _is_in_ros1)
         self._definitions = DefinitionCache(prefer_installed=True)
         # What ROS 2 asks for may be anything, and costs up to 20 ms; what ROS 1 publishes is always looked up.
-        budget = budget or Budget()
-        self._found = Remembered[TypePair](budget)
-        self._found_services = Remembered[ServicePair](budget)
+        budget = budget or TimeBudget()
+        self._found = LookupCache[TypePair](budget)
+        self._found_services = LookupCache[ServicePair](budget)
         self.actions = ActionPairs(
             self._counterparts,
             self._all_types,
             self.known,
             self._mapping.fields,
             self._definitions,
-            Remembered[ActionPair](budget),
+            LookupCache[ActionPair](budget),
         )
 
     def name_in_ros2(self, type: str) -> str:
@@ -129,7 +129,7 @@ class TypePairs:
         return self._counterparts.to_ros2(type)
 
     def for_ros1(self, type: str, md5sum: str, definition: str, hash: str | None = None) -> TypePair:
-        """Return how a type of ROS 1 is exchanged.
+        """Return the pair of types for a type of ROS 1.
 
         Args:
             type, md5sum, definition: the type.
@@ -145,7 +145,7 @@ class TypePairs:
         return pair
 
     def for_ros2(self, type: str, hash: str, local: LocalTopic | None = None) -> TypePair:
-        """Return how a type of ROS 2 is exchanged.
+        """Return the pair of types for a type of ROS 2.
 
         Args:
             type, hash: the type.
@@ -160,7 +160,7 @@ class TypePairs:
         return self._found.get((type, hash), lambda: self._for_ros2(type, hash), is_limited=True)
 
     def service_for_ros1(self, type: str, md5sum: str, hash: str | None = None) -> ServicePair:
-        """Return how the calls of a service of ROS 1 are exchanged.
+        """Return the pair of types for a service type of ROS 1.
 
         Args:
             type, md5sum: the type of the service.
@@ -173,7 +173,7 @@ class TypePairs:
         return self._found_services.get(key, lambda: self._service(type, md5sum, hash), is_limited=hash is not None)
 
     def service_for_ros2(self, type: str, hash: str) -> ServicePair:
-        """Return how the calls of a service of ROS 2 are exchanged.
+        """Return the pair of types for a service type of ROS 2.
 
         Args:
             type, hash: the type of the service.
@@ -194,7 +194,7 @@ class TypePairs:
         same_name = f"{package}/{short}"
         return name if _is_in_ros1(name, True) or not _is_in_ros1(same_name, True) else same_name
 
-    def knows_ros2(self, type: str) -> bool:
+    def has_ros2_definition(self, type: str) -> bool:
         """Return whether there is a definition of a message or service of ROS 2, other than that of ROS 1."""
         return type in self.known or f"{type}_Request" in self.known
 
@@ -236,7 +236,7 @@ class TypePairs:
                 return TypePair(name, message_class._md5sum, text, type, hash, transcoder)
         if problem := self._not_installed(type):
             raise UnknownTypeError(problem)
-        if self.knows_ros2(type):
+        if self.has_ros2_definition(type):
             raise UnknownTypeError(f"ROS 2 has another definition of {type} than those that are known here; {_HINT}")
         raise UnknownTypeError(f"the definition of {type} is not known here; install a package of ROS 1 with {name}")
 
@@ -261,9 +261,9 @@ class TypePairs:
 
     def _all_types(self, hash: str | None) -> Iterator[Types]:
         """Yield the types of the distributions that can have a type with such a hash."""
-        order = ("humble",) if hash == HUMBLE_HASH else (self._usual, *DISTRIBUTIONS)
+        order = ("humble",) if hash == HUMBLE_HASH else (self._default, *DISTRIBUTIONS)
         if self._beside_rclpy is not None:
-            order = (self._usual,)
+            order = (self._default,)
         for distribution in dict.fromkeys(order):
             if distribution not in self._distributions:
                 self._distributions[distribution] = distribution_types(distribution)

@@ -1,7 +1,7 @@
-"""Tells messages that come back from our own publishers: unlike zenoh, rclpy cannot leave them out.
+"""Recognises messages that come back from our own publishers: unlike zenoh, rclpy cannot filter them out.
 
-Newer versions of rclpy (since Kilted) say which publisher a message is of. With older ones, a message is taken for an
-own one if it has the same bytes as one that was sent just before.
+Newer versions of rclpy (since Kilted) say which publisher a message is of. With older ones, a message counts
+as our own if it has the same bytes as one that was just sent.
 """
 
 from __future__ import annotations
@@ -17,12 +17,12 @@ MAX_SENT = 1_000
 
 
 class Echoes:
-    """What was sent, and by whom. May be used in several threads.
+    """The messages that were sent, and their publishers. May be used in several threads.
 
     Args:
-        look_up: returns the identifiers of a topic's publishers, and whether each is an own one.
-        tells_publishers: whether rclpy is said to tell whose a message is. A middleware may not do so all the same,
-            which is noticed at its first message.
+        look_up: returns the identifiers of a topic's publishers, and whether each belongs to this bridge.
+        tells_publishers: whether this version of rclpy names a message's publisher. Some middlewares still do not,
+            which is noticed at the first message.
     """
 
     def __init__(self, look_up: Callable[[str], Mapping[bytes, bool]], tells_publishers: bool) -> None:
@@ -32,7 +32,7 @@ class Echoes:
         self._sent: dict[str, OrderedDict[bytes, int]] = {}
         self._lock = threading.Lock()
 
-    def expect(self, topics: set[str]) -> None:
+    def set_topics(self, topics: set[str]) -> None:
         """Look for own messages on exactly these topics from now on.
 
         Args:
@@ -42,7 +42,7 @@ class Echoes:
             self._sent = {topic: self._sent.get(topic, OrderedDict()) for topic in topics}
 
     def on_send(self, topic: str, body: bytes) -> None:
-        """Note that a message is about to be sent."""
+        """Record that a message is about to be sent."""
         if self._tells_publishers or topic not in self._sent:
             return
         digest = _digest(body)
@@ -54,11 +54,11 @@ class Echoes:
                     sent.popitem(last=False)
 
     def is_echo(self, topic: str, body: bytes, gid: bytes) -> bool:
-        """Return whether a message is of an own publisher.
+        """Return whether a message comes from one of our own publishers.
 
         Args:
             topic, body: the message.
-            gid: the identifier of its publisher; empty if rclpy does not say it.
+            gid: the identifier of its publisher; empty if rclpy does not provide it.
         """
         if gid:
             return self._is_own(topic, gid)

@@ -1,7 +1,7 @@
-"""Asks rclpy what there is in ROS 2, and puts it as the tokens by which rmw_zenoh's nodes say that, so that a bridge
-need not know where it comes from. Does not import rclpy: its node is passed.
+"""Reads the ROS 2 graph from rclpy, and represents it as the tokens that rmw_zenoh's nodes announce, so a bridge need
+not know where it comes from. Does not import rclpy: its node is passed.
 
-rclpy has no public way to be told of changes, so this is asked again and again.
+rclpy has no public notification of changes, so the graph is polled.
 """
 
 from __future__ import annotations
@@ -42,13 +42,13 @@ class GraphReader:
         self._own_name = own_name
         self._hash_of = hash_of
 
-    def follow(self, node: Any, own_name: str) -> None:
+    def use_node(self, node: Any, own_name: str) -> None:
         """Use another node from now on."""
         self._node = node
         self._own_name = own_name
 
     def read(self) -> set[str]:
-        """Return the tokens of all that there is, as far as its names are legal, and not more than `MAX_ENTITIES`."""
+        """Return the tokens of all entities with legal names, at most `MAX_ENTITIES`."""
         tokens: set[str] = set()
         for entity in self._entities():
             with suppress(Error):  # a name that no node of ROS 2 could have
@@ -76,13 +76,13 @@ class GraphReader:
             if not self._is_own(name):
                 yield node
                 yield from self._services(node, name, namespace)
-            elif not is_first:  # otherwise, it is our own one
+            elif not is_first:  # otherwise, it is ours
                 yield node
             is_first = is_first and not self._is_own(name)
         for topic, _ in self._node.get_topic_names_and_types():
             if topic not in IGNORED_TOPICS:
-                yield from self._ends(Kind.PUBLISHER, topic, self._node.get_publishers_info_by_topic(topic))
-                yield from self._ends(Kind.SUBSCRIBER, topic, self._node.get_subscriptions_info_by_topic(topic))
+                yield from self._endpoints(Kind.PUBLISHER, topic, self._node.get_publishers_info_by_topic(topic))
+                yield from self._endpoints(Kind.SUBSCRIBER, topic, self._node.get_subscriptions_info_by_topic(topic))
 
     def _services(self, node: Entity, name: str, namespace: str) -> Iterator[Entity]:
         for kind, ask in (
@@ -100,7 +100,7 @@ class GraphReader:
                         kind=kind, entity_id=number, topic=service, type=type_name, hash=self._hash(type_name)
                     )
 
-    def _ends(self, kind: Kind, topic: str, infos: Iterable[Any]) -> Iterator[Entity]:
+    def _endpoints(self, kind: Kind, topic: str, infos: Iterable[Any]) -> Iterator[Entity]:
         for info in infos:
             if self._is_own(info.node_name):
                 continue
@@ -134,7 +134,7 @@ class GraphReader:
         try:
             return self._hash_of(name)
         except Error:
-            return HUMBLE_HASH  # nobody knows it, and the plan says why
+            return HUMBLE_HASH  # the type is unknown; the plan contains the reason
 
 
 def process_id(gid: bytes) -> str:

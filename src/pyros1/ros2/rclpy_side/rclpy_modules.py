@@ -1,4 +1,4 @@
-"""What a bridge uses of rclpy, and how its versions differ. Imports rclpy when it is made, not before."""
+"""The parts of rclpy that a bridge uses, and how its versions differ. Imports rclpy when it is created, not before."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """A bridge's node in ROS 2 through rclpy.
 
-Messages are sent and received encoded. Two threads belong to a session: one runs rclpy's executor, and makes and ends
-all that the node has, so that rclpy never waits for what ends meanwhile; the other one looks what there is in ROS 2.
+Messages are sent and received encoded. A session has two threads: one runs rclpy's executor, and creates and destroys
+all entities of the node, so rclpy never waits on an entity that is being destroyed; the other one polls the graph.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from pyros1.ground.terminal_text import one_line
 from pyros1.ros2.rclpy_side.calls import NoResponse, RclpyCall
 from pyros1.ros2.rclpy_side.echoes import Echoes
 from pyros1.ros2.rclpy_side.graph_reader import GID_SIZE, GraphReader, process_id
-from pyros1.ros2.rclpy_side.own_calls import OwnCalls
+from pyros1.ros2.rclpy_side.outgoing_calls import OutgoingCalls
 from pyros1.ros2.rclpy_side.qos import to_rclpy
 from pyros1.ros2.rclpy_side.rclpy_modules import RclpyModules
 from pyros1.ros2.rclpy_side.type_classes import TypeClasses
@@ -32,11 +32,11 @@ from pyros1.ros2.zenoh.names import DataKey
 from pyros1.ros2.zenoh.qos import Qos
 
 GRAPH_PERIOD = 0.5
-"""Seconds between looks at what there is in ROS 2."""
+"""Seconds between reads of the ROS 2 graph."""
 _CHANGING_PERIOD = 0.1
-"""The same while something changes, as at the start."""
+"""The same while the graph is changing, as at the start."""
 _GRAPH_FACTOR = 10
-"""Seconds between looks for each second that a look takes."""
+"""Seconds between reads for each second that a read takes."""
 _DECLARE_TIME = 10.0
 RETRY_PERIOD = 0.1
 """Seconds after an error of rclpy."""
@@ -59,7 +59,7 @@ class RclpySession:
         classes: finds the classes of types.
         on_token: called with a token for each entity of ROS 2, and whether it is there or gone.
         on_message: called with the key, the encoded message and the attachment of each message, and with what stands
-            for its publisher's process, which is empty if rclpy does not say it.
+            for its publisher's process, which is empty if rclpy does not provide it.
         on_call: called with each call of a service that is offered.
 
     Raises:
@@ -100,7 +100,7 @@ class RclpySession:
             self._context, self.session, self._executor = self._rclpy.start(node, domain)
         except Exception as error:  # rclpy's own, of any kind
             raise LinkError(f"rclpy cannot start: {one_line(error, 300)}") from error
-        self._own_calls = OwnCalls(self._rclpy)
+        self._outgoing_calls = OutgoingCalls(self._rclpy)
         self._domain = domain
         self._graph = GraphReader(self.session, domain, node, classes.types.hash_of)
         self._echoes = Echoes(self._graph.own_gids, self._rclpy.tells_publishers)
@@ -128,7 +128,7 @@ class RclpySession:
                 self._closing.wait(RETRY_PERIOD)
 
     def _wake(self) -> None:
-        """Let the executor look for what is done."""
+        """Wake the executor, so that it checks for finished calls."""
         self._executor.create_task(lambda: None)
 
     def _watch(self) -> None:
@@ -136,12 +136,12 @@ class RclpySession:
         pause = 0.0
         while not self._closing.wait(pause):
             start = time.monotonic()
-            self._own_calls.look()
+            self._outgoing_calls.poll()
             try:
                 found = self._graph.read()
             except Exception as error:  # noqa: BLE001 - rclpy's own, of any kind
                 if not self._closing.is_set():
-                    self.problem = f"rclpy does not say what there is in ROS 2: {one_line(error, 200)}"
+                    self.problem = f"rclpy cannot read the ROS 2 graph: {one_line(error, 200)}"
                 pause = GRAPH_PERIOD
                 continue
             for token in known - found:
@@ -203,7 +203,7 @@ class RclpySession:
             return
         _adjust(self._publishers, publishers, self._publish, node.destroy_publisher, refused)
         self._by_route = {route: (how[0].name, each) for (route, how), each in self._publishers.items()}
-        self._echoes.expect({name for name, _ in self._by_route.values()} & {key.name for key in subscribers})
+        self._echoes.set_topics({name for name, _ in self._by_route.values()} & {key.name for key in subscribers})
         _adjust(self._subscribers, subscribers, self._subscribe, node.destroy_subscription, refused)
         _adjust(self._services, services, self._offer, node.destroy_service, refused)
         _adjust(self._clients, clients, self._make_client, self._end_client, refused)
@@ -218,7 +218,7 @@ class RclpySession:
         node = self._rclpy.make_node(name, self._context, self._executor)  # first: if it fails, the old one stays
         self._declare({}, {}, {}, {}, {})
         old, self.session = self.session, node
-        self._graph.follow(node, name)
+        self._graph.use_node(node, name)
         self._executor.remove_node(old)
         old.destroy_node()
 
@@ -263,7 +263,7 @@ class RclpySession:
 
     def _end_client(self, client: Any) -> None:
         self.session.destroy_client(client)
-        self._own_calls.lose(client)
+        self._outgoing_calls.drop_client(client)
 
     # Messages ---------------------------------------------------------------------------------------------------------
 
@@ -293,7 +293,7 @@ class RclpySession:
         return (turn % max(1, self._graph.latched_publishers(topic))).to_bytes(GID_SIZE, "big")
 
     def send(self, packet: Send) -> None:
-        """Send a message; a publisher that is not there any more sends nothing."""
+        """Send a message; a publisher that no longer exists sends nothing."""
         topic, publisher = self._by_route.get(packet.key, ("", None))
         if publisher is None or self._closing.is_set():
             return
@@ -310,7 +310,7 @@ class RclpySession:
         return True
 
     def listen(self, site: str, key: str, on: bool) -> None:
-        """Do nothing: `declare` says what to receive."""
+        """Do nothing: `declare` sets what to receive."""
 
     def connections(self) -> list[Connection]:
         """Return none: the middleware does not tell them."""
@@ -332,7 +332,7 @@ class RclpySession:
         client = self._clients.get((key, None))
         if client is None or self._closing.is_set():
             raise ServiceRefusal("the bridge has no connection to ROS 2")
-        return self._own_calls.call(client, self._classes.service(key.type).Request, request, timeout)
+        return self._outgoing_calls.call(client, self._classes.service(key.type).Request, request, timeout)
 
     def start_call(
         self, key: DataKey, request: bytes, timeout: float, done: Callable[[bytes | ServiceRefusal], object]
@@ -341,14 +341,14 @@ class RclpySession:
         client = self._clients.get((key, None))
         if client is None or self._closing.is_set():
             raise ServiceRefusal("the bridge has no connection to ROS 2")
-        self._own_calls.start(client, self._classes.service(key.type).Request, request, timeout, done)
+        self._outgoing_calls.start(client, self._classes.service(key.type).Request, request, timeout, done)
 
-    # The end ----------------------------------------------------------------------------------------------------------
+    # Shutdown ---------------------------------------------------------------------------------------------------------
 
     def close(self) -> None:
         """End the node and the threads. This waits at most some seconds: the middleware may hang."""
         self._closing.set()
-        self._own_calls.close()
+        self._outgoing_calls.close()
         closer = threading.Thread(target=self._end, name="bridge: end of rclpy", daemon=True)
         closer.start()
         closer.join(CLOSE_TIME)

@@ -1,4 +1,4 @@
-"""Finds rclpy's classes of types by their names. They come from the user's own packages as well.
+"""Finds rclpy's message and service classes by name, including those of the user's own packages.
 
 The names come from other programs, and to import a module is to run it: so only packages are imported that have a
 definition of the type in their ``share`` folder.

@@ -20,7 +20,7 @@ _LIMIT = 1 << 63
 
 
 class Attachment(NamedTuple):
-    """What is said of a message, request or response.
+    """The attachment of a message, request or response.
 
     Attributes:
         sequence_number: number of the message among those of its publisher, from 1 on; of the request among those of

@@ -31,7 +31,7 @@ class IncomingCall:
     Attributes:
         key: the key of the service.
         body: the encoded request; empty if it is not valid.
-        origin: what the client says of the request; None if the call is not one of a ROS 2 node, and must be dropped.
+        origin: the attachment of the request; None if the call is not one of a ROS 2 node, and must be dropped.
     """
 
     def __init__(self, key: DataKey, query: zenoh.Query) -> None:
@@ -89,7 +89,7 @@ class LaterReply:
         return self._done is None
 
     def put(self, reply: zenoh.Reply | None) -> None:
-        """Note a reply; None if there are no more."""
+        """Handle a reply; None if there are no more."""
         with self._lock:
             done, self._done = self._done, None
         if done is not None:

@@ -1,4 +1,4 @@
-"""What there is at the ROS 2 side: nodes, topics and services, as the liveliness tokens say. No I/O, no locks."""
+"""The ROS 2 graph: the nodes, topics and services that the liveliness tokens announce. No I/O, no locks."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class HashedType(NamedTuple):
 
 
 class Topic(NamedTuple):
-    """Who publishes and who subscribes to a topic."""
+    """The publishers and subscribers of a topic."""
 
     publishers: tuple[Entity, ...] = ()
     subscribers: tuple[Entity, ...] = ()
@@ -36,7 +36,7 @@ class Topic(NamedTuple):
 
 
 class Service(NamedTuple):
-    """Who offers a service, and who has a client for it."""
+    """The servers and clients of a service."""
 
     servers: tuple[Entity, ...] = ()
     clients: tuple[Entity, ...] = ()
@@ -48,7 +48,7 @@ class Service(NamedTuple):
 
 
 class Changes(NamedTuple):
-    """What has changed since the last look.
+    """What has changed since the last check.
 
     Attributes:
         topics, services: names of those for which an entity came or went.
@@ -63,11 +63,11 @@ class Changes(NamedTuple):
 
 
 class Ros2Graph:
-    """Keeps what the tokens of one domain say; the owner passes on each token that comes or goes.
+    """Builds the graph of one domain from its tokens; the owner passes on each token that appears or disappears.
 
     Args:
         domain: ROS domain; tokens of other domains are ignored.
-        own_zid: identifier of the own zenoh session, whose tokens are ignored.
+        own_zid: identifier of this zenoh session, whose tokens are ignored.
         max_entities: maximum number of tokens that are kept.
         max_session_entities: maximum number of tokens of one session that are kept.
 
@@ -101,10 +101,10 @@ class Ros2Graph:
         self._everything_changed = False
 
     def add(self, token: str) -> bool:
-        """Take note that there is a token now.
+        """Add a token.
 
         Returns:
-            Whether this changed anything: it did not if the token is known, of another domain or the own session, not
+            Whether this changed anything: it did not if the token is known, of another domain or this session, not
             valid, or if there is no room for it.
         """
         if token in self._entities:
@@ -113,7 +113,7 @@ class Ros2Graph:
         if entity is None or entity.domain != self._domain or entity.zid == self._own_zid:
             return False
         if not self._has_room(entity.zid):
-            self._put_aside(token, entity)
+            self._defer(token, entity)
             return False
         self._insert(token, entity)
         return True
@@ -121,7 +121,7 @@ class Ros2Graph:
     def _has_room(self, zid: str) -> bool:
         return len(self._entities) < self._max_entities and self._sizes.get(zid, 0) < self._max_session_entities
 
-    def _put_aside(self, token: str, entity: Entity) -> None:
+    def _defer(self, token: str, entity: Entity) -> None:
         waiting = self._waiting.setdefault(entity.zid, {})
         if token not in waiting:
             self.refused += 1
@@ -155,14 +155,14 @@ class Ros2Graph:
         if entity.kind is Kind.NODE:
             self._nodes[token] = entity
         else:
-            self._named(entity).setdefault(entity.topic, {})[token] = entity
+            self._entities_by_name(entity).setdefault(entity.topic, {})[token] = entity
         self._note_change(entity)
 
     def remove(self, token: str) -> bool:
-        """Take note that there is a token no more.
+        """Remove a token.
 
         Returns:
-            Whether this changed anything.
+            Whether anything changed.
         """
         entity = self._entities.pop(token, None)
         if entity is None:
@@ -174,7 +174,7 @@ class Ros2Graph:
         if entity.kind is Kind.NODE:
             del self._nodes[token]
         else:
-            named = self._named(entity)
+            named = self._entities_by_name(entity)
             del named[entity.topic][token]
             if not named[entity.topic]:
                 del named[entity.topic]
@@ -195,16 +195,16 @@ class Ros2Graph:
         return {name: self.service(name) for name in sorted(self._services)}
 
     def topic(self, name: str) -> Topic:
-        """Return who publishes and subscribes to a topic; nobody if it is not known."""
-        return Topic(*_parted(self._topics.get(name, {}).values(), Kind.PUBLISHER))
+        """Return who publishes and subscribes to a topic; empty if it is not known."""
+        return Topic(*_partition(self._topics.get(name, {}).values(), Kind.PUBLISHER))
 
     def publishers(self, name: str) -> dict[str, Entity]:
         """Return who publishes a topic, by their tokens."""
         return {token: entity for token, entity in self._topics.get(name, {}).items() if entity.kind is Kind.PUBLISHER}
 
     def service(self, name: str) -> Service:
-        """Return who offers a service, and who has a client for it; nobody if it is not known."""
-        return Service(*_parted(self._services.get(name, {}).values(), Kind.SERVICE))
+        """Return who offers a service, and who has a client for it; empty if it is not known."""
+        return Service(*_partition(self._services.get(name, {}).values(), Kind.SERVICE))
 
     def topic_conflicts(self) -> dict[str, tuple[HashedType, ...]]:
         """Return the topics with more than one type, or hash of a type, and these."""
@@ -215,7 +215,7 @@ class Ros2Graph:
         return _conflicts(self.services())
 
     def take_changes(self) -> Changes:
-        """Return what has changed since the last call of this method; at first, since the beginning."""
+        """Return what has changed since the last call of this method, or since the start."""
         changes = Changes(
             frozenset(self._changed_topics),
             frozenset(self._changed_services),
@@ -227,7 +227,7 @@ class Ros2Graph:
         self._nodes_changed = self._everything_changed = False
         return changes
 
-    def _named(self, entity: Entity) -> dict[str, dict[str, Entity]]:
+    def _entities_by_name(self, entity: Entity) -> dict[str, dict[str, Entity]]:
         return self._topics if entity.kind in (Kind.PUBLISHER, Kind.SUBSCRIBER) else self._services
 
     def _note_change(self, entity: Entity) -> None:
@@ -247,7 +247,7 @@ def _types_of(entities: Iterable[Entity]) -> tuple[HashedType, ...]:
     return tuple(sorted({HashedType(entity.type, entity.hash) for entity in entities}))
 
 
-def _parted(entities: Iterable[Entity], kind: Kind) -> tuple[tuple[Entity, ...], tuple[Entity, ...]]:
+def _partition(entities: Iterable[Entity], kind: Kind) -> tuple[tuple[Entity, ...], tuple[Entity, ...]]:
     """Return the entities of a kind, and the others, each in the order of their nodes and numbers."""
     ordered = sorted(entities, key=_key)
     return (

@@ -14,7 +14,7 @@ from pyros1.ground.errors import InvalidNameError
 from pyros1.ros2_types.model import NAME_PART, TYPE_NAME
 
 HUMBLE_HASH = "TypeHashNotSupported"
-"""What stands in the place of a type's hash in ROS 2 Humble, which has no such hashes."""
+"""The placeholder for a type's hash in ROS 2 Humble, which has no such hashes."""
 ANY_HASH = "*"
 """Matches every hash, in the key of a subscriber."""
 MAX_KEY_LENGTH = 1000

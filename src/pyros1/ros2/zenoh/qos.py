@@ -1,4 +1,4 @@
-"""The quality of service (QoS) of publishers, subscribers and services, as it stands in rmw_zenoh's tokens. No I/O."""
+"""The quality of service (QoS) of publishers, subscribers and services, as written in rmw_zenoh's tokens. No I/O."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _KEEP_ALL = 2
 
 
 class Qos(NamedTuple):
-    """What matters of a QoS profile to those who only pass messages on.
+    """The parts of a QoS profile that matter for passing messages on.
 
     Attributes:
         reliable: whether lost messages are sent again; otherwise *best effort*.

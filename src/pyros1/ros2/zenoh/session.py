@@ -1,4 +1,4 @@
-"""The zenoh session of a bridge: a node of ROS 2 with all that it has, as rmw_zenoh makes it.
+"""The zenoh session of a bridge: a ROS 2 node with its publishers, subscribers and services, as rmw_zenoh makes it.
 
 zenoh's callbacks run on its own threads, so what they call must return at once.
 """
@@ -30,9 +30,9 @@ if TYPE_CHECKING:
     import zenoh
 
 _HEARTBEAT = 0.5
-"""Seconds between the notes of a latched publisher by which subscribers notice what they have missed."""
+"""Seconds between a latched publisher's heartbeats, from which subscribers notice what they have missed."""
 _SERVICE_QOS = Qos()
-"""What ROS 2's nodes have for services by default."""
+"""The default QoS of services in ROS 2."""
 _Published = tuple[DataKey, Qos, Priority]
 _Name = TypeVar("_Name", str, DataKey)
 _How = TypeVar("_How")
@@ -58,7 +58,7 @@ class _Endpoint:
         self._numbers = count(1)
 
     def attachment(self) -> bytes:
-        """Return what goes with the next message."""
+        """Return the attachment of the next message."""
         return encode_attachment(Attachment(next(self._numbers), time.time_ns(), self._gid))
 
     def undeclare(self) -> None:
@@ -77,7 +77,7 @@ class Ros2Session(ZenohSession):
         domain: the ROS domain.
         on_token: called with the key of each entity of ROS 2, and whether it is there or gone, on zenoh's threads.
         on_message: called with the key, the encoded message and the attachment of each message, and with the id of its
-            publisher's session, which is empty if zenoh does not say it, on zenoh's threads.
+            publisher's session, which is empty if zenoh does not provide it, on zenoh's threads.
         on_call: called with each call of a service that is offered, on zenoh's threads.
         connect, listen, settings: see `pyros1.bridge.transport.zenoh_link.ZenohSession`.
 
@@ -152,7 +152,7 @@ class Ros2Session(ZenohSession):
             self._fixed[0] = self._declare_node()
 
     def look_for_routers(self) -> None:
-        """Note in `problem` whether there is a router to which this session connects, since zenoh does not say when
+        """Record in `problem` whether there is a router to which this session connects, since zenoh does not say when
         one is gone: it tries to reach it again and again.
         """
         session = self.session
@@ -201,15 +201,15 @@ class Ros2Session(ZenohSession):
     ) -> None:
         """Declare what is missing, and undeclare what is not wanted; add what zenoh refuses to `refused`."""
         for each in declared.keys() - {*wanted.items()}:
-            with self._noting_refusal(each, refused):
+            with self._collect_refusals(each, refused):
                 declared.pop(each).undeclare()
         for each in wanted.items():
             if each not in declared:
-                with self._noting_refusal(each, refused):
+                with self._collect_refusals(each, refused):
                     declared[each] = declare(*each)
 
     @contextmanager
-    def _noting_refusal(self, each: tuple[Any, Any], refused: dict[str, str]) -> Iterator[None]:
+    def _collect_refusals(self, each: tuple[Any, Any], refused: dict[str, str]) -> Iterator[None]:
         try:
             yield
         except (self.zenoh.ZError, Error) as error:
@@ -283,11 +283,11 @@ class Ros2Session(ZenohSession):
             endpoint.declared.put(packet.body, attachment=endpoint.attachment())
 
     def try_send(self, packet: Send) -> bool:
-        """Send nothing: what is large may have to wait."""
+        """Return False: a large message may have to wait."""
         return False
 
     def listen(self, site: str, key: str, on: bool) -> None:
-        """Do nothing: `declare` says what to receive."""
+        """Do nothing: `declare` sets what to receive."""
 
     # Calls ------------------------------------------------------------------------------------------------------------
 
@@ -350,6 +350,6 @@ class Ros2Session(ZenohSession):
 
 
 def _session_of(sample: zenoh.Sample) -> str:
-    """Return the id of the session that has sent a message; empty if zenoh does not say it."""
+    """Return the id of the session that has sent a message; empty if zenoh does not provide it."""
     info = getattr(sample, "source_info", None)
     return "" if info is None or info.source_id is None else str(info.source_id.zid)

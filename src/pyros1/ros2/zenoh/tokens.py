@@ -1,4 +1,4 @@
-"""Liveliness tokens: with them, rmw_zenoh's nodes tell each other what there is. No I/O.
+"""Liveliness tokens, with which rmw_zenoh's nodes announce themselves and their endpoints. No I/O.
 
 A token is a key that exists as long as a node, publisher, subscriber, service or client does::
 
@@ -36,7 +36,7 @@ _NODE_NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]{0,254}", re.ASCII)
 
 
 class Kind(Enum):
-    """What a token is for, and how the token says so."""
+    """The kinds of tokens, and their codes."""
 
     NODE = "NN"
     PUBLISHER = "MP"
@@ -46,7 +46,7 @@ class Kind(Enum):
 
 
 class Entity(NamedTuple):
-    """What a token is for.
+    """A parsed token.
 
     Attributes:
         domain: ROS domain.
@@ -123,7 +123,7 @@ def encode_token(entity: Entity) -> str:
 
 
 def parse_token(text: str) -> Entity | None:
-    """Return what a token of another program is for; None if it is not a token, or longer than MAX_KEY_LENGTH.
+    """Parse a token of another program; None if it is not a token, or longer than MAX_KEY_LENGTH.
 
     Parts at the end that are not known are ignored.
     """

@@ -69,7 +69,7 @@ def ros2_fields(name: str | None, types: ros2.Types, paths: Iterable[str]) -> di
 
 
 def partners(fields1: Mapping[str, object], fields2: Mapping[str, object]) -> dict[str, str]:
-    """Return the names of the ROS 2 fields for those of ROS 1, as far as the names say so."""
+    """Return the names of the ROS 2 fields for those of ROS 1, for fields that are matched by name."""
     result = {name: name for name in fields1 if name in fields2}
     for name in fields1:
         lower_name = name.lower()

@@ -1,6 +1,6 @@
 """Matches the fields of a ROS 1 type with those of a ROS 2 type, for the transcoder.
 
-Fields are matched by name, or as a rule says. ROS 2 allows no capital letters in names, so that a field ``K`` of ROS 1
+Fields are matched by name or by a rule. ROS 2 allows no capital letters in names, so that a field ``K`` of ROS 1
 is ``k`` there. Where a rule names a field in a nested message, such as ``header.stamp``, the fields of that message are
 planned like those around it: their bytes are the same.
 """
@@ -156,7 +156,7 @@ class Planner:
     Args:
         specs: the ROS 1 types by full names.
         types: the ROS 2 types.
-        rules: which fields belong together, where their names do not say so.
+        rules: which fields belong together, where they are not matched by name.
 
     Attributes:
         only_ros1: dotted names of fields that only the ROS 1 type has; fields of nested ones are not listed again.

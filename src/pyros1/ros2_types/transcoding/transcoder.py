@@ -24,7 +24,7 @@ _HEADER_SIZE = 4
 class Transcoder:
     """Converts the messages of one ROS 1 type to those of one ROS 2 type, and back.
 
-    Fields are matched by name, unless a rule says otherwise; nested types likewise, whatever their own names are. A
+    Fields are matched by name, unless a rule differs; nested types likewise, whatever their own names are. A
     field that one side lacks is dropped, or zero or empty there. Only the ``seq`` of ROS 1 headers is counted up from 1
     by each transcoder, unless it is given; all headers of a message have the same.
 
@@ -33,7 +33,7 @@ class Transcoder:
         specs: the ROS 1 types by full names, with all that it uses.
         ros2_name: full name of the ROS 2 type, ``package/msg/Type``.
         types: the ROS 2 types, with all that it uses.
-        rules: which fields of which types belong together, where their names do not say so.
+        rules: which fields of which types belong together, where they are not matched by name.
 
     Attributes:
         only_ros1: dotted names of the fields that ROS 2's type lacks, for example ``pose.covariance``; without the

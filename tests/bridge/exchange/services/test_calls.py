@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from pyros1.bridge.exchange.actions import Action, Provide, Return, Send, Unprovide
+from pyros1.bridge.exchange.actions import Action, Provide, Return, Send, StopProviding
 from pyros1.bridge.exchange.peer import Peer
 from pyros1.bridge.exchange.services import calls as calls_module
 from pyros1.bridge.exchange.services.calls import MAX_SERVICES, Calls
@@ -48,7 +48,7 @@ def test_nothing_is_provided_before_it_is_known_what_there_is() -> None:
     assert calls.set_offers("red", [offered()]) == []
     assert calls.set_taken({}) == [provide("/red/add")]
     assert calls.set_taken({}) == [] and calls.set_offers("red", [offered()]) == []
-    assert calls.set_offers("red", []) == [Unprovide("/red/add")]
+    assert calls.set_offers("red", []) == [StopProviding("/red/add")]
 
 
 def test_what_a_site_may_not_serve_is_not_provided() -> None:
@@ -69,16 +69,16 @@ def test_what_a_site_may_not_serve_is_not_provided() -> None:
 def test_another_type_is_provided_anew(calls: Calls) -> None:
     changed = offered(md5sum="b" * 32)
     assert calls.set_offers("red", [changed]) == [
-        Unprovide("/red/add"),
+        StopProviding("/red/add"),
         Provide("/red/add", "a/B", "b" * 32, "a/BRequest", "a/BResponse"),
     ]
 
 
 def test_a_name_that_a_node_here_has_is_left_to_it(calls: Calls) -> None:
-    assert calls.set_taken({"/red/add": "/robot"}) == [Unprovide("/red/add")]
+    assert calls.set_taken({"/red/add": "/robot"}) == [StopProviding("/red/add")]
     assert calls.services()[0].state == "/robot provides /red/add here already"
     assert ended(calls.call(1, "/red/add", b"", 0.0)) == [
-        Return(1, Status.REFUSED, b"service /red/add is not there any more")
+        Return(1, Status.REFUSED, b"service /red/add no longer exists")
     ]
     assert calls.set_taken({}) == [provide("/red/add")]
 
@@ -89,7 +89,7 @@ def test_a_name_of_several_sites() -> None:
     assert calls.set_offers("red", [offered()]) == [provide("/add")]
     assert calls.set_offers("blue", [offered(site="blue")]) == [], "the first one stays"
     assert [(each.peer, each.state) for each in calls.services()] == [("red", ""), ("blue", "/add is red:/add here")]
-    assert calls.set_offers("red", []) == [Unprovide("/add"), provide("/add")]
+    assert calls.set_offers("red", []) == [StopProviding("/add"), provide("/add")]
     (packet,) = calls.call(1, "/add", b"x", 0.0)
     assert isinstance(packet, Send) and packet.key == "call/blue/blue/add"
 

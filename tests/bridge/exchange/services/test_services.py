@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from pyros1.bridge.exchange.actions import Action, CallService, Return, Send, Unprovide
+from pyros1.bridge.exchange.actions import Action, CallService, Return, Send, StopProviding
 from pyros1.bridge.exchange.services.served import LocalService
 from pyros1.bridge.exchange.services.services import Services
 from pyros1.bridge.exchange.site import Site
@@ -52,7 +52,7 @@ def test_a_run_of_a_site_ends(services: Services) -> None:
     services.calls.call(1, "/red/add", b"", 0.0)
     failed, gone = services.drop_peer("red", "site red has left")
     assert isinstance(failed, Return) and failed.body.startswith(b"site red has left; ")
-    assert gone == Unprovide("/red/add")
+    assert gone == StopProviding("/red/add")
     assert services.on_lost("red") == []
 
 

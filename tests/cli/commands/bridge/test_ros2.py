@@ -104,7 +104,7 @@ def test_through_rclpy(run: Run, finding: Finding) -> None:
     for words in ([], ["--via", "rclpy"]):
         code, out, err = run("--check", *words)
         assert (code, err) == (0, "") and out.startswith("ROS 2: domain 0, through rclpy with rmw_of_tests\n")
-        assert out.endswith("types of these packages, which are installed beside rclpy: lab_msgs\n")
+        assert out.endswith("types of these packages, which this ROS 2 installation has: lab_msgs\n")
     code, out, _ = run("--check", "--ros2-packages", "/nowhere")
     assert code == 0 and "--ros2-packages is not used: through rclpy" in out
     assert "through tcp/localhost:7447 (as a router)\n" in run("--check", "--listen", "tcp/localhost:7447")[1]
@@ -121,7 +121,7 @@ def test_pairs_through_rclpy(run: Run, finding: Finding) -> None:
     code, out, err = run("--pairs", "lab_msgs/msg/Bench", "std_msgs/String")
     assert (code, err) == (1, "") and out == (
         "messages, ROS 1 <-> ROS 2 beside rclpy:\n"
-        f"  std_msgs/String: package std_msgs is not installed beside rclpy\n{bench}"
+        f"  std_msgs/String: package std_msgs is not installed in this ROS 2 installation\n{bench}"
     )
     assert bench in run("--pairs")[1]
     assert "std_msgs/String <-> std_msgs/msg/String" in run("--pairs", "std_msgs/String", "--via", "zenoh")[1]

@@ -20,8 +20,8 @@ from pyros1.ros2.bridge.actions.goals_to_ros1 import (
     AnswerCancel,
     AnswerGoal,
     AnswerResult,
+    EndWithoutResponse,
     GoalsToRos1,
-    Refuse,
     SendCancel,
     SendFeedback,
     SendGoal,
@@ -171,7 +171,7 @@ def test_everything_is_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
     goals = accepted()
     for number in range(MAX_WAITING):
         assert goals.on_result_request(number, UUID) == []
-    assert isinstance(goals.on_result_request("more", UUID)[0], Refuse)
+    assert isinstance(goals.on_result_request("more", UUID)[0], EndWithoutResponse)
     monkeypatch.setattr(goals_to_ros1, "MAX_RESULTS", 3)
     monkeypatch.setattr(goals_to_ros1, "MAX_RESULT_BYTES", 10)
     goals = GoalsToRos1()
@@ -198,12 +198,12 @@ def test_the_end_of_the_server_and_of_the_bridge() -> None:
     goals = accepted()
     goals.on_goal("second", OTHER, b"", 0.0)
     goals.on_result_request("result", UUID)
-    steps = goals.lose(1.0)
+    steps = goals.on_lost(1.0)
     assert AnswerGoal("second", False, NO_STAMP) in steps and AnswerResult("result", Ros2Status.ABORTED, None) in steps
     goals = accepted()
     goals.on_goal("second", OTHER, b"", 0.0)
     goals.on_result_request("result", UUID)
-    assert {step.call for step in goals.close() if isinstance(step, Refuse)} == {"second", "result"}
+    assert {step.call for step in goals.close() if isinstance(step, EndWithoutResponse)} == {"second", "result"}
 
 
 class Ros1Server:
@@ -288,14 +288,14 @@ def test_random(seed: int) -> None:
                 else:
                     do((goals.on_feedback if topic == "feedback" else goals.on_result)(what, b"x", now))
     do(goals.tick(now + ACCEPT_TIME + RESULT_TIME))
-    do(goals.lose(now + 20))
+    do(goals.on_lost(now + 20))
     assert not unanswered, "everything is answered"
     assert all(len(each) == 1 for each in results.values()), "a goal ends once"
 
 
 def test_goals_that_come_after_the_server_is_gone() -> None:
     goals = accepted()
-    goals.lose(1.0)
+    goals.on_lost(1.0)
     assert goals.on_goal("late", OTHER, b"", 1.1) == [AnswerGoal("late", False, NO_STAMP)]
     assert goals.on_result_request("result", OTHER) == [AnswerResult("result", Ros2Status.UNKNOWN, None)]
     assert goals.close() == [], "nobody would answer it"

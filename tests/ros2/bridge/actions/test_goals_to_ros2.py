@@ -187,7 +187,7 @@ def test_requests_for_results_that_fail() -> None:
 def test_the_server_is_gone() -> None:
     goals = active()
     goals.on_goal("second", STAMP, b"", 0.0, NOW)
-    steps = goals.lose("gone", 1.0)
+    steps = goals.on_lost("gone", 1.0)
     assert [step.status.text for step in steps if isinstance(step, PublishResult)] == ["gone", "gone"]
     assert statuses_of(steps) == [Status.ABORTED, Status.ABORTED]
 
@@ -202,7 +202,7 @@ def test_too_many_goals() -> None:
     for number in range(MAX_GOALS):  # results that never come, though the server says that the goals have ended
         goals.on_goal(f"{number}", STAMP, b"", 0.0, NOW)
         goals.on_goal_response((number + 1).to_bytes(16, "big"), True, "", 0.0)
-    goals.lose("", 0.0)
+    goals.on_lost("", 0.0)
     assert result_of(goals.on_goal("more", STAMP, b"", 0.0, NOW)).status.status == Status.REJECTED
     goals.on_result(FIRST, None, b"", "", 0.0)
     assert isinstance(goals.on_goal("more", STAMP, b"", 0.0, NOW)[0], CallGoal)
@@ -294,7 +294,7 @@ def test_random(seed: int) -> None:
             do(goals.tick(now))
         while messages and chance.random() < 0.7:
             deliver()
-    do(goals.lose("gone", now))
+    do(goals.on_lost("gone", now))
     while messages:
         deliver()
     assert violations == []

@@ -112,16 +112,16 @@ def test_clients_that_expect_other_types() -> None:
     def offer(*clients: Entity, offered: Any = ()) -> ActionPlan:
         return plan([LOCAL], {KEYS.send_goal.name: Service((), clients)}, offered=offered)
 
-    usual = entity(KEYS.send_goal, Kind.CLIENT)
-    humble = usual._replace(hash="TypeHashNotSupported")
-    assert offer(usual).offers[NAME].pair == PAIR
+    default = entity(KEYS.send_goal, Kind.CLIENT)
+    humble = default._replace(hash="TypeHashNotSupported")
+    assert offer(default).offers[NAME].pair == PAIR
     assert offer(humble).offers[NAME].keys.status.hash == "TypeHashNotSupported"
-    both = offer(usual, humble)
+    both = offer(default, humble)
     assert both.offers[NAME].pair == PAIR and "has another version" in both.problems[NAME]
     for_humble = {NAME: TYPES.for_ros1(FIBONACCI, {}, "TypeHashNotSupported")}
-    assert offer(usual, humble, offered=for_humble).offers[NAME].pair.hashes.send_goal == "TypeHashNotSupported"
-    assert "another definition" in offer(usual._replace(hash="RIHS01_" + "0" * 64)).problems[NAME]
-    assert "uses it as" in offer(usual._replace(type="a/action/B_SendGoal")).problems[NAME]
+    assert offer(default, humble, offered=for_humble).offers[NAME].pair.hashes.send_goal == "TypeHashNotSupported"
+    assert "another definition" in offer(default._replace(hash="RIHS01_" + "0" * 64)).problems[NAME]
+    assert "uses it as" in offer(default._replace(type="a/action/B_SendGoal")).problems[NAME]
 
 
 def test_provides() -> None:

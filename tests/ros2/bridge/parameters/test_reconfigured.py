@@ -14,15 +14,15 @@ from pyros1.msgs.dynamic_reconfigure.srv import Reconfigure
 from pyros1.node import Node
 from pyros1.reconfigure.encoding import decode
 from pyros1.ros2.bridge.parameters import reconfigured
-from pyros1.ros2.bridge.parameters.asking import Asking
 from pyros1.ros2.bridge.parameters.messages import Descriptor, Event, Value
 from pyros1.ros2.bridge.parameters.nodes import ParameterNode
+from pyros1.ros2.bridge.parameters.parameter_client import ParameterClient
 from pyros1.ros2.bridge.parameters.reconfigured import ReconfiguredNode
 
 from .fake_node import EVENTS
 
 
-class FakeAsking(Asking):
+class FakeAsking(ParameterClient):
     """Answers by itself; `then` is done before it returns values that it has read."""
 
     def __init__(self) -> None:
@@ -63,14 +63,14 @@ def clock(monkeypatch: pytest.MonkeyPatch) -> Clock:
 
 
 @pytest.fixture
-def asking() -> FakeAsking:
+def parameter_client() -> FakeAsking:
     return FakeAsking()
 
 
 @pytest.fixture
-def server(make_node: Callable[..., Node], asking: FakeAsking, clock: Clock) -> ReconfiguredNode:
+def server(make_node: Callable[..., Node], parameter_client: FakeAsking, clock: Clock) -> ReconfiguredNode:
     node = make_node("bridge")
-    return ReconfiguredNode(node, Graph(node.master), ParameterNode("/camera", (), EVENTS), asking)
+    return ReconfiguredNode(node, Graph(node.master), ParameterNode("/camera", (), EVENTS), parameter_client)
 
 
 def change(server: ReconfiguredNode, **values: Value) -> None:
@@ -85,34 +85,34 @@ def request(node: Node, **ints: int) -> dict[str, Any]:
 
 
 def test_a_change_while_all_are_asked(
-    server: ReconfiguredNode, asking: FakeAsking, make_node: Callable[..., Node]
+    server: ReconfiguredNode, parameter_client: FakeAsking, make_node: Callable[..., Node]
 ) -> None:
     assert server.begin() and not server.begin()
-    asking.then = lambda: change(server, rate=8)
+    parameter_client.then = lambda: change(server, rate=8)
     server.ask()
     server.adjust()
-    asking.then = lambda: None
+    parameter_client.then = lambda: None
     assert request(make_node("user")) == {"rate": 8, "frame": "map"}
     assert not server.begin(), "it need not be asked again"
 
 
 def test_a_change_by_others_while_one_is_set(
-    server: ReconfiguredNode, asking: FakeAsking, make_node: Callable[..., Node]
+    server: ReconfiguredNode, parameter_client: FakeAsking, make_node: Callable[..., Node]
 ) -> None:
     assert server.begin()
     server.ask()
     server.adjust()
-    asking.then = lambda: change(server, rate=9)
+    parameter_client.then = lambda: change(server, rate=9)
     user = make_node("user")
     assert request(user, rate=7)["rate"] == 9, "that came later"
-    asking.then = lambda: change(server, frame="odom")
+    parameter_client.then = lambda: change(server, frame="odom")
     assert request(user, rate=3) == {"rate": 3, "frame": "odom"}
 
 
 def test_a_node_that_fails_is_asked_ever_more_rarely(
-    server: ReconfiguredNode, asking: FakeAsking, clock: Clock
+    server: ReconfiguredNode, parameter_client: FakeAsking, clock: Clock
 ) -> None:
-    asking.problem = "node /camera of ROS 2 is asleep"
+    parameter_client.problem = "node /camera of ROS 2 is asleep"
     pauses = []
     for _ in range(9):
         start = clock.now
@@ -120,9 +120,9 @@ def test_a_node_that_fails_is_asked_ever_more_rarely(
             clock.now += 1.0
         pauses.append(clock.now - start)
         server.ask()
-        assert server.problem == asking.problem
+        assert server.problem == parameter_client.problem
     assert pauses == [0.0, 5.0, 10.0, 20.0, 40.0, 80.0, 160.0, 300.0, 300.0]
-    asking.problem, clock.now = "", clock.now + 300.0
+    parameter_client.problem, clock.now = "", clock.now + 300.0
     assert server.begin()
     server.ask()
     assert not server.problem
@@ -151,9 +151,9 @@ def test_how_often_a_node_is_asked_that_has_other_parameters_again_and_again(
     assert server.begin()
 
 
-def test_a_name_that_ros1_does_not_allow(make_node: Callable[..., Node], asking: FakeAsking) -> None:
+def test_a_name_that_ros1_does_not_allow(make_node: Callable[..., Node], parameter_client: FakeAsking) -> None:
     node = make_node("bridge")
-    server = ReconfiguredNode(node, Graph(node.master), ParameterNode("/a-b", (), EVENTS), asking)
+    server = ReconfiguredNode(node, Graph(node.master), ParameterNode("/a-b", (), EVENTS), parameter_client)
     assert not server.begin() and server.problem == "ROS 1 does not allow its name"
     server.on_event(Event("/a-b", {}, True))
     server.adjust()

@@ -1,4 +1,4 @@
-"""What both ends of a service call have in common: how its packets are sent, and what is counted. No I/O."""
+"""The parts that both ends of a service call share: sending packets, and counters. No I/O."""
 
 from __future__ import annotations
 
@@ -46,9 +46,9 @@ def repeat_period(size: int, repeats: int) -> float:
     return float(min(_MAX_WAIT, 2**repeats)) + size / _SLOWEST
 
 
-def longest_way(size: int) -> float:
-    """Return the maximum number of seconds that a packet with a body of this size may be on its way; what comes later
-    may no longer be meant.
+def max_transit_time(size: int) -> float:
+    """Return the maximum number of seconds that a packet with a body of this size may be in transit; a later one may be
+    obsolete.
     """
     return 2 * (_MAX_WAIT + size / _SLOWEST)
 

@@ -10,7 +10,7 @@ from collections.abc import Iterable, Mapping
 from itertools import count
 from typing import NamedTuple
 
-from pyros1.bridge.exchange.actions import Action, Provide, Return, Unprovide
+from pyros1.bridge.exchange.actions import Action, Provide, Return, StopProviding
 from pyros1.bridge.exchange.peer import Peer
 from pyros1.bridge.exchange.services.call_packets import CallCounts, encode_error, repeat_period, send
 from pyros1.bridge.names import SharedName, is_topic_name
@@ -29,7 +29,7 @@ MAX_REFUSED = 1_000
 _MAYBE = "the call may have been carried out, or not"
 
 
-class OtherService(NamedTuple):
+class RemoteService(NamedTuple):
     """A service of another site, for the status.
 
     Attributes:
@@ -83,7 +83,7 @@ class Calls:
     Args:
         rules: the site's rules.
         epoch: the site's epoch.
-        peers: the other sites; shared with the caller, who changes it.
+        peers: the other sites; shared with the caller, which updates it.
     """
 
     def __init__(self, rules: Rules, epoch: int, peers: Mapping[str, Peer]) -> None:
@@ -98,10 +98,10 @@ class Calls:
         self._taken: Mapping[str, str] | None = None
         self._open: dict[str, dict[int, _Open]] = {}
 
-    # What there is ----------------------------------------------------------------------------------------------------
+    # Current state ----------------------------------------------------------------------------------------------------
 
     def set_offers(self, peer: str, offers: Iterable[OfferedService]) -> list[Action]:
-        """Note which services another site serves, and return the actions that follow."""
+        """Record which services another site serves, and return the actions that follow."""
         old = {source: candidate for source, candidate in self._candidates.items() if source[0] == peer}
         for source in old:
             del self._candidates[source]
@@ -131,14 +131,14 @@ class Calls:
         return self._apply()
 
     def set_taken(self, taken: Mapping[str, str]) -> list[Action]:
-        """Note which services other nodes of this site's master provide, by name, and return the actions that follow.
+        """Record which services other nodes of this site's master provide, by name, and return the actions that follow.
         Nothing is provided before this has been called.
         """
         self._taken = taken
         return self._apply()
 
     def _apply(self) -> list[Action]:
-        """Bring what is provided here in line with what there is."""
+        """Bring what is provided here up to date."""
         if self._taken is None:
             return []
         wanted: dict[str, _Candidate] = {}
@@ -152,7 +152,7 @@ class Calls:
             else:
                 wanted[local] = candidate
         gone = [local for local, candidate in self._provided.items() if wanted.get(local) is not candidate]
-        actions: list[Action] = [Unprovide(local) for local in gone]
+        actions: list[Action] = [StopProviding(local) for local in gone]
         actions += [
             Provide(local, *candidate.offered[1:])
             for local, candidate in wanted.items()
@@ -165,14 +165,14 @@ class Calls:
         candidate = self._candidates[source]
         return self._provided.get(candidate.local) is candidate
 
-    def services(self) -> list[OtherService]:
+    def services(self) -> list[RemoteService]:
         """Return the services of other sites, for the status."""
         found = [
-            OtherService(each.peer, each.offered, each.local, each.problem, each.counts)
+            RemoteService(each.peer, each.offered, each.local, each.problem, each.counts)
             for each in self._candidates.values()
         ]
         refused = [
-            OtherService(peer, offered, "", problem, CallCounts())
+            RemoteService(peer, offered, "", problem, CallCounts())
             for (peer, _), (offered, problem) in self._refused.items()
         ]
         return found + refused
@@ -191,7 +191,7 @@ class Calls:
         """
         candidate = self._provided.get(local)
         if candidate is None:
-            return _fail(token, f"service {local} is not there any more")
+            return _fail(token, f"service {local} no longer exists")
         service, timeout = candidate.offered.service, candidate.timeout
         return self._begin(token, candidate.peer, service, body, timeout, candidate.counts, now)
 
@@ -260,14 +260,14 @@ class Calls:
         return send(peer, call.service, head, call.body, min(call.deadline, now + repeat_period(len(call.body), 3)))
 
     def on_seen(self, peer: str, head: CallHead) -> None:
-        """Note that another site has seen a call, so that it need not be repeated."""
+        """Record that another site has seen a call, so that it need not be repeated."""
         call = self._open.get(peer, {}).get(head.slot)
         if call is not None and call.number == head.number:
             call.is_seen = True
             call.body = b""
 
     def on_reply(self, peer: str, service: SharedName, head: CallHead, body: bytes, now: float) -> list[Action]:
-        """Note a reply, which may come more than once, and return the actions that follow."""
+        """Handle a reply, which may come more than once, and return the actions that follow."""
         epoch = self._peers[peer].epoch
         seen = CallHead(Kind.REPLY_SEEN, self._epoch, epoch, head.slot, head.number, Status.OK, now)
         last = send(peer, service, seen, b"", now + repeat_period(0, 3))

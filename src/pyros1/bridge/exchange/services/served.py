@@ -16,7 +16,7 @@ from pyros1.bridge.exchange.services.call_packets import (
     SMALL,
     CallCounts,
     encode_error,
-    longest_way,
+    max_transit_time,
     repeat_period,
     send,
 )
@@ -58,7 +58,7 @@ class LocalService(NamedTuple):
 
 
 class ServedService(NamedTuple):
-    """A service that other sites may call, its name here, the rule that says so, and what is counted."""
+    """A service that other sites may call, its name here; its rule; and its counters."""
 
     offered: OfferedService
     local: str
@@ -80,7 +80,7 @@ class _Slot:
 
 
 class Caller:
-    """What is known of the calls of a run of another site."""
+    """The calls of a run of another site."""
 
     def __init__(self, peer: str, epoch: int) -> None:
         self.peer = peer
@@ -94,7 +94,7 @@ class Served:
     Args:
         rules: the site's rules.
         epoch: the site's epoch.
-        peers: the other sites; shared with the caller, who changes it.
+        peers: the other sites; shared with the caller, which updates it.
 
     Attributes:
         callers: what is known of the calls of each other site.
@@ -109,10 +109,10 @@ class Served:
         self._running: dict[CallId, int] = {}  # -> size of the request
         self.set_services(())
 
-    # What there is ----------------------------------------------------------------------------------------------------
+    # Current state ----------------------------------------------------------------------------------------------------
 
     def set_services(self, services: Iterable[LocalService]) -> None:
-        """Note the services of this site's master, those of bridges excepted."""
+        """Record the services of this site's master, those of bridges excepted."""
         old, self._served = self._served, {}
         if self._rules.services.params:
             shared = SharedName(self._rules.site, PARAMETERS)
@@ -134,7 +134,7 @@ class Served:
     def _is_for(self, service: ServedService, peer: str) -> bool:
         return (
             self._rules.talks_to(peer)
-            and (service.rule is None or service.rule.concerns(peer))
+            and (service.rule is None or service.rule.applies_to(peer))
             and may_call(self._rules.access, peer, service.offered.service)
         )
 
@@ -145,13 +145,13 @@ class Served:
     # Calls ------------------------------------------------------------------------------------------------------------
 
     def on_call(self, peer: str, name: SharedName, head: CallHead, body: bytes, now: float) -> list[Action]:
-        """Note a call of the current run of another site, and return the actions that follow."""
+        """Handle a call of the current run of another site, and return the actions that follow."""
         caller = self._caller(peer)
         slot = caller.slots.get(head.slot)
         if slot is not None and head.number <= slot.number:
             return self._on_repetition(caller, head, slot, now) if head.number == slot.number else []
         age = self._peers[peer].clock.age(head.sent_at, now)
-        if age is None or age > min(head.left, longest_way(len(body))):
+        if age is None or age > min(head.left, max_transit_time(len(body))):
             return []  # whoever called waits no longer, or calls again
         slot = caller.slots[head.slot] = _Slot(head.number, name, now + head.left - age)
         service = self._served.get(name)
@@ -203,7 +203,7 @@ class Served:
         return ""
 
     def on_result(self, call: CallId, status: Status, body: bytes, now: float) -> list[Action]:
-        """Note how a call has ended, and return the actions that follow."""
+        """Record how a call has ended, and return the actions that follow."""
         self._running.pop(call, None)
         caller = self.callers.get(call.peer)
         slot = caller.slots.get(call.slot) if caller is not None and caller.epoch == call.epoch else None
@@ -233,7 +233,7 @@ class Served:
         return [send(caller.peer, slot.service, head, body, slot.expires)]
 
     def on_reply_seen(self, peer: str, head: CallHead) -> None:
-        """Note that another site has seen a reply, which is kept no longer."""
+        """Record that another site has seen a reply, which is kept no longer."""
         slot = self._caller(peer).slots.get(head.slot)
         if slot is not None and slot.number == head.number and slot.reply is not None:
             slot.reply, slot.is_seen = None, True

@@ -1,4 +1,4 @@
-"""Services between sites, both ways: what others may call here, and what is called there. No I/O."""
+"""Services between sites: those that others may call here, and those of others. No I/O."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class Services:
     Args:
         rules: the site's rules.
         epoch: the site's epoch.
-        peers: the other sites; shared with the caller, who changes it.
+        peers: the other sites; shared with the caller, which updates it.
 
     Attributes:
         served: the services of this site.
@@ -34,7 +34,7 @@ class Services:
         self._site = rules.site
 
     def on_packet(self, peer: str, service: SharedName, head: CallHead, body: bytes, now: float) -> list[Action]:
-        """Note a packet of the current run of another site, and return the actions that follow.
+        """Handle a packet of the current run of another site, and return the actions that follow.
 
         Raises:
             PacketError: it is about a service of a third site.
@@ -52,7 +52,7 @@ class Services:
         return []
 
     def on_lost(self, peer: str) -> list[Action]:
-        """End the calls to a site that does not respond any more."""
+        """End the calls to a site that has stopped responding."""
         return self.calls.fail_all(peer, f"site {peer} does not respond")
 
     def drop_peer(self, peer: str, reason: str) -> list[Action]:

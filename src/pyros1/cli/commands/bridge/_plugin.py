@@ -28,7 +28,7 @@ OPTIONS = (
         metavar="NAME",
         help="with --dialect: this bridge's namespace; without one, it talks to bridges of all namespaces",
     ),
-    Flag("--old-keys", help="with --dialect: the other bridges are of before March 2025"),
+    Flag("--old-keys", help="with --dialect: the other bridges are older than March 2025"),
 )
 """The options of the dialect."""
 
@@ -77,7 +77,7 @@ def run_plugin(invocation: Invocation, options: Any) -> int | None:
 
 
 def _read_config(options: Any) -> PluginConfig:
-    """Return what the command line and the file say together.
+    """Return the configuration from command line and file.
 
     Raises:
         RulesError: one of them is not valid.
@@ -131,7 +131,7 @@ def _run(invocation: Invocation, config: PluginConfig, settings: Mapping[str, st
                 [*(f"to {each}" for each in config.connect), *(f"on {each}" for each in config.listen)]
             )
             print(
-                f"bridge of zenoh-plugin-ros1 {where}; to see what flows: pyros1 bridge status",
+                f"bridge of zenoh-plugin-ros1 {where}; for topics and rates: pyros1 bridge status",
                 file=sys.stderr,
                 flush=True,
             )

@@ -20,7 +20,7 @@ _ZENOH_OPTIONS = {"connect": "--to", "listen": "--listen", "keys": "--keys", "in
 
 
 class Way(NamedTuple):
-    """How the bridge gets to ROS 2.
+    """How the bridge connects to ROS 2.
 
     Attributes:
         name: ``rclpy`` or ``zenoh``.
@@ -83,10 +83,10 @@ def describe_way(way: Way, connect: Sequence[str], listen: Sequence[str]) -> str
 
 
 def packages_line() -> str:
-    """Return a line that says which packages of ROS 2 a bridge through rclpy knows."""
+    """Return a line with the packages of ROS 2 a bridge through rclpy knows."""
     from pyros1.ros2_types.rclpy_packages import RclpyPackages  # noqa: PLC0415
 
-    return f"types of these packages, which are installed beside rclpy: {', '.join(RclpyPackages().packages())}"
+    return f"types of these packages, which this ROS 2 installation has: {', '.join(RclpyPackages().packages())}"
 
 
 def check_way(way: Way, listen: Sequence[str]) -> None:
@@ -121,7 +121,7 @@ def _is_in_use(endpoint: str) -> bool:
     try:
         addresses = socket.getaddrinfo(host.strip("[]"), int(port), type=socket.SOCK_STREAM)
     except OSError:
-        return False  # zenoh says what is wrong
+        return False  # zenoh reports the problem
     for family, kind, _, _, where in addresses:
         with socket.socket(family, kind) as sock:
             sock.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)

@@ -15,7 +15,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int | None:
     """Make the keys, and say what to do with them."""
     if len(args) < 2:
         raise UsageError("name a folder for the keys, and the sites")
-    from pyros1.bridge.names import SiteNameError, site_of_keys  # noqa: PLC0415
+    from pyros1.bridge.names import SiteNameError, site_of_key_name  # noqa: PLC0415
     from pyros1.bridge.transport.certificates import KeysError, make_keys  # noqa: PLC0415
 
     folder, *words = args
@@ -31,7 +31,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int | None:
         raise CommandError(str(error)) from None
     for each in folders:
         names = ", ".join(hosts[each.name])
-        site = site_of_keys(each.name)
+        site = site_of_key_name(each.name)
         print(f"{one_line(str(each))}: the keys of site {site}" + f", to which others connect at {names}" * bool(names))
         if site != each.name:
             print(

@@ -96,7 +96,7 @@ def _ask(invocation: Invocation, question: Any) -> Any:
 
 VERB = Verb(
     "param",
-    "read parameters of another site, as far as it lets others read them",
+    "read the parameters of another site that it lets others read",
     Option("--to", metavar="NAME", help="do not print the parameter, but set this one on this master to it"),
     JSON_FLAG,
     Argument("site", help="the site: red:"),

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
     from pyros1.ros2.bridge.rules import Ros2Rules
-    from pyros1.ros2.pairs.remembered import Budget
+    from pyros1.ros2.pairs.lookup_cache import TimeBudget
     from pyros1.ros2.pairs.type_pairs import TypePairs
     from pyros1.ros2_types.mapping import TypeMapping
 
@@ -61,7 +61,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int | None:
         raise CommandError(str(error), 2) from None
     mapping = _read_mappings(options.mapping)
     if way.name == "rclpy" and options.ros2_packages:
-        notes.append("--ros2-packages is not used: through rclpy, types are those of the packages installed beside it")
+        notes.append("--ros2-packages is not used: through rclpy, types come from its ROS 2 installation")
     if options.check:
         types = _make_types(options, mapping, invocation.environ, way)
         print(f"ROS 2: domain {domain}, through {describe_way(way, connect, options.listen)}")
@@ -75,7 +75,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int | None:
 
 
 def _add_parameters(paths: list[str], send: list[str], take: list[str]) -> list[str]:
-    """Add what files of parameter_bridge name; return what they say in vain."""
+    """Add what files of parameter_bridge name; return notes on settings that have no effect."""
     from pyros1.ros2.bridge.parameter_file import read_parameters  # noqa: PLC0415
 
     notes = []
@@ -111,7 +111,7 @@ def _read_mappings(paths: list[str]) -> TypeMapping:
 
 
 def _make_types(
-    options: Any, mapping: TypeMapping, environ: Mapping[str, str], way: Way, budget: Budget | None = None
+    options: Any, mapping: TypeMapping, environ: Mapping[str, str], way: Way, budget: TimeBudget | None = None
 ) -> TypePairs:
     """Return what knows the types of both sides."""
     from pyros1.ros2.pairs.type_pairs import TypePairs  # noqa: PLC0415
@@ -132,13 +132,13 @@ def _print_pairs(invocation: Invocation, options: Any) -> int:
     from math import inf  # noqa: PLC0415
 
     from pyros1.cli.shared.definitions import MESSAGE_KIND, SERVICE_KIND, library  # noqa: PLC0415
+    from pyros1.ros2.pairs.lookup_cache import TimeBudget  # noqa: PLC0415
     from pyros1.ros2.pairs.pair_list import list_messages, list_services  # noqa: PLC0415
-    from pyros1.ros2.pairs.remembered import Budget  # noqa: PLC0415
     from pyros1.ros2_types.rclpy_packages import RclpyPackages  # noqa: PLC0415
 
     wanted = options.pairs
     way = choose_way(options)
-    types = _make_types(options, _read_mappings(options.mapping), invocation.environ, way, Budget(inf))
+    types = _make_types(options, _read_mappings(options.mapping), invocation.environ, way, TimeBudget(inf))
     where = options.distribution
     if way.name == "rclpy":
         where = "beside rclpy"
@@ -210,7 +210,7 @@ def _run(
         )
         try:
             print(
-                f"bridge to ROS 2, domain {domain}, through {where}; to see what flows: pyros1 bridge status",
+                f"bridge to ROS 2, domain {domain}, through {where}; for topics and rates: pyros1 bridge status",
                 file=sys.stderr,
                 flush=True,
             )

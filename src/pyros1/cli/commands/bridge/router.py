@@ -58,7 +58,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int | None:
 
 
 def _read_config(options: Any) -> RouterConfig:
-    """Return what the command line and the file say together.
+    """Return the configuration from command line and file.
 
     Raises:
         RulesError, SiteNameError: one of them is not valid.

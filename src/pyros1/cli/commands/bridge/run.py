@@ -69,7 +69,7 @@ def _warn(warnings: Iterable[str]) -> None:
 
 
 def _read_config(options: Any) -> SiteConfig:
-    """Return what the command line and the file say together.
+    """Return the configuration from command line and file.
 
     Raises:
         RulesError, SiteNameError: one of them is not valid.
@@ -152,7 +152,7 @@ def _run_bridge(invocation: Invocation, config: SiteConfig, security: Mapping[st
             where = " and ".join(
                 [*(f"to {each}" for each in config.connect), *(f"on {each}" for each in config.listen)]
             )
-            print(f"site {rules.site} {where}; to see what flows: pyros1 bridge status", file=sys.stderr, flush=True)
+            print(f"site {rules.site} {where}; for topics and rates: pyros1 bridge status", file=sys.stderr, flush=True)
             node.spin()
         finally:
             bridge.close()

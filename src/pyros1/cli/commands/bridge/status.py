@@ -73,7 +73,7 @@ def _show(invocation: Invocation, as_json: bool, before: str) -> int:
 
 VERB = Verb(
     "status",
-    "sites, what flows between them, what is dropped and why, round trip",
+    "sites, topics, rates, dropped messages with reasons, round trip",
     JSON_FLAG,
     Flag("--watch", help="update it each second, until Ctrl-C"),
     examples=[("", "show the bridges of this master"), ("--watch", "show what changes")],

@@ -70,7 +70,7 @@ def yaml_text(value: Any) -> str:
 
 
 def _pretty_lines(value: dict[str, Any], indent: str) -> list[str]:
-    """Return the lines of a dictionary for people to read: strings without quotes, multi-line strings as blocks."""
+    """Return the lines of a dictionary in a readable form: strings without quotes, multi-line strings as blocks."""
     lines = []
     for name in sorted(value):
         item, key = value[name], one_line(name)

@@ -113,7 +113,7 @@ def _request_frames(node: Node, node_name: str) -> list[Frame]:
     frame_names = {frame.name for frame in frames}
     roots = dict.fromkeys(str(frame.parent) for frame in frames if frame.parent not in frame_names)
     if not frames:
-        raise CommandError(f"{node_name} knows no frames")
+        raise CommandError(f"{node_name} has no frames")
     return [*(Frame(root, None, "", None, 0.0, 0.0, 0.0) for root in roots), *frames]
 
 

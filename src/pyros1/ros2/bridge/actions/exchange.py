@@ -1,4 +1,4 @@
-"""All actions of a bridge to ROS 2: makes and ends what `plan` says, and has the thread in which goals are handled."""
+"""All actions of a bridge to ROS 2: starts and stops them as planned, and runs the thread that handles goals."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ from pyros1.ros2.zenoh.names import DataKey
 from pyros1.ros2.zenoh.qos import Qos
 
 TICK = 0.1
-"""Seconds between looks at what is due."""
+"""Seconds between checks of what is due."""
 LINGER = 5.0
 """Seconds for which an action is still there in ROS 1 after its server in ROS 2 is gone, so that clients get the last
 statuses, and keep their connections if it starts again.
@@ -52,7 +52,7 @@ class Ros2Actions:
         start_call: calls a service of ROS 2.
         call_time: maximum number of seconds for the response to a goal, or to a request to cancel.
         warn: logs a text with an error.
-        on_error: called with an exception that is a mistake of ours.
+        on_error: called with an exception that a bug in pyros1 raised.
 
     Attributes:
         plan: what is to be done.
@@ -90,14 +90,14 @@ class Ros2Actions:
         self._is_closing = False
         self._thread.start()
 
-    # What there is ----------------------------------------------------------------------------------------------------
+    # Current state ----------------------------------------------------------------------------------------------------
 
     @property
     def seen(self) -> object:
-        """What there was in ROS 1 at the last look; plans made from what is equal are equal."""
+        """The state of ROS 1 at the last check; equal states give equal plans."""
         return self._local, self._taken
 
-    def look(self, topics: list[LocalTopic], state: SystemState, bridges: frozenset[str]) -> None:
+    def poll(self, topics: list[LocalTopic], state: SystemState, bridges: frozenset[str]) -> None:
         """Find the action servers in ROS 1.
 
         Args:
@@ -113,7 +113,7 @@ class Ros2Actions:
         }
 
     def make_plan(self, services: Mapping[str, Service], topics: Mapping[str, Topic]) -> None:
-        """Plan anew, given what there is in ROS 2, without bridges of the same master."""
+        """Recompute the plan, given the state of ROS 2, without bridges of the same master."""
         offered = {name: each.plan.pair for name, each in self._offered.items()}
         self.plan = plan_actions(
             self._domain, self._rules, self._local, self._taken, services, topics, offered, self._types
@@ -124,7 +124,7 @@ class Ros2Actions:
         return HIDDEN in topic or self.plan.has(topic, self._provided)
 
     def adjust(self) -> dict[str, str]:
-        """Make in ROS 1 what the plan says, and end what it does not. This waits for the master.
+        """Start in ROS 1 what is planned, and stop the rest. This waits for the master.
 
         Returns:
             Action -> why it cannot be exchanged.
@@ -134,7 +134,7 @@ class Ros2Actions:
             wanted = self.plan.offers.get(name)
             if wanted is None or (wanted.local.node, wanted.keys) != (offered.plan.local.node, offered.plan.keys):
                 del self._offered[name]
-                self._inbox.put(offered.lose, 0, is_due=True)
+                self._inbox.put(offered.on_lost, 0, is_due=True)
                 offered.close()
         for name, provided in [*self._provided.items()]:
             self._adjust_provided(name, provided)
@@ -163,16 +163,16 @@ class Ros2Actions:
         if wanted is not None and wanted.keys == provided.plan.keys:
             if provided.gone_since is not None:
                 provided.gone_since = None
-                self._inbox.put(provided.find_again, 0, is_due=True)
+                self._inbox.put(provided.on_found, 0, is_due=True)
             return
         if provided.gone_since is None:
             provided.gone_since = now
-            self._inbox.put(provided.lose, 0, is_due=True)
+            self._inbox.put(provided.on_lost, 0, is_due=True)
         if wanted is not None or name in self._taken or now - provided.gone_since > LINGER:
             del self._provided[name]
             provided.close()
 
-    # What a session declares ------------------------------------------------------------------------------------------
+    # Declarations -----------------------------------------------------------------------------------------------------
 
     def publishers(self) -> dict[str, tuple[DataKey, Qos, Priority]]:
         """Return the publishers in ROS 2."""
@@ -195,18 +195,18 @@ class Ros2Actions:
         return [key for each in self.plan.provides.values() for key in each.keys.services]
 
     def _ready(self) -> list[OfferedAction]:
-        """Return the actions of ROS 1 whose servers would get a goal."""
+        """Return the actions of ROS 1 whose servers can receive goals."""
         return [each for each in self._offered.values() if each.is_connected]
 
     def on_declared(self) -> None:
-        """Note that the session has declared all that."""
+        """Record that the session has declared these endpoints."""
         for each in self._offered.values():
             self._inbox.put(each.repeat, 0, is_due=True)
 
-    # What comes from ROS 2 --------------------------------------------------------------------------------------------
+    # Messages from ROS 2 ----------------------------------------------------------------------------------------------
 
     def on_call(self, call: Call) -> bool:
-        """Take a call, if it is one of an action, and return whether it is. Called on any thread."""
+        """Handle a call, if it is one of an action, and return whether it is. Called on any thread."""
         if HIDDEN not in call.key.name:
             return False
         action = self._by_key.get(call.key)
@@ -217,7 +217,7 @@ class Ros2Actions:
         return True
 
     def on_message(self, key: DataKey, body: bytes) -> bool:
-        """Take a message, if it is one of an action, and return whether it is. Called on any thread."""
+        """Handle a message, if it is one of an action, and return whether it is. Called on any thread."""
         action = self._by_key.get(key)
         if isinstance(action, ProvidedAction):
             self._inbox.put(partial(action.on_ros2, key, body), len(body))
@@ -237,7 +237,7 @@ class Ros2Actions:
                     next_tick = time.monotonic() + TICK
                     for action in self._all():
                         action.tick()
-            except Exception as error:  # noqa: BLE001 - a mistake of ours must not end the bridge silently
+            except Exception as error:  # noqa: BLE001 - a bug must not end the bridge silently
                 if not self._is_closing:
                     self._on_error(error)
 
@@ -245,7 +245,7 @@ class Ros2Actions:
         return [*[*self._offered.values()], *[*self._provided.values()]]
 
     def status(self) -> list[dict[str, str]]:
-        """Return what the bridge's status says of each action."""
+        """Return the entries of the bridge's status, one for each action."""
         rows: list[dict[str, str]] = [
             {"action": name, "server": "ROS 1", "node": each.local.node, "type": each.pair.ros2}
             for name, each in self.plan.offers.items()

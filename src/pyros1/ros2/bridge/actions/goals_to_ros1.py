@@ -1,7 +1,7 @@
 """The goals that clients in ROS 2 send to an action server in ROS 1. No I/O, no clock.
 
-ROS 2 asks and waits for responses; ROS 1 publishes, and says what has become of a goal by its status. So a request
-waits here until ROS 1 has said enough to answer it.
+ROS 2 sends requests and waits for responses; ROS 1 publishes the status of its goals. So a request waits here until ROS
+1 has published enough to answer it.
 """
 
 from __future__ import annotations
@@ -95,7 +95,7 @@ class AnswerCancel(NamedTuple):
     goals: tuple[GoalInfo, ...]
 
 
-class Refuse(NamedTuple):
+class EndWithoutResponse(NamedTuple):
     """End a call without a response."""
 
     call: object
@@ -115,7 +115,9 @@ class SendStatuses(NamedTuple):
     goals: tuple[ReportedGoal, ...]
 
 
-Step = SendGoal | SendCancel | AnswerGoal | AnswerResult | AnswerCancel | Refuse | SendFeedback | SendStatuses
+Step = (
+    SendGoal | SendCancel | AnswerGoal | AnswerResult | AnswerCancel | EndWithoutResponse | SendFeedback | SendStatuses
+)
 
 
 @dataclass
@@ -143,7 +145,7 @@ class _Goal:
     def can_be_cancelled(self) -> bool:
         return self.accepted and self.end is None and self.final_since is None
 
-    def reported(self) -> ReportedGoal:
+    def to_status(self) -> ReportedGoal:
         return ReportedGoal(GoalInfo(self.uuid, self.stamp), self.end or _ROS2_STATUSES[self.status])
 
 
@@ -157,7 +159,7 @@ class GoalsToRos1:
     """
 
     def __init__(self) -> None:
-        self._goals: dict[bytes, _Goal] = {}  # those that have ended in the order in which they have
+        self._goals: dict[bytes, _Goal] = {}  # ended goals, in the order in which they ended
         self._others: dict[bytes, GoalStatus] = {}
         self._told: tuple[ReportedGoal, ...] = ()
         self._is_lost = False
@@ -166,7 +168,7 @@ class GoalsToRos1:
     # Requests of ROS 2's clients --------------------------------------------------------------------------------------
 
     def on_goal(self, call: object, uuid: bytes, goal: bytes, now: float) -> list[Step]:
-        """Take a new goal; the call is answered when the server has accepted it."""
+        """Handle a new goal; the call is answered when the server has accepted it."""
         num_active = sum(each.is_active for each in self._goals.values())
         is_new = len(uuid) == UUID_SIZE and uuid != NO_UUID and uuid not in self._goals
         if self._is_lost or not is_new or num_active >= MAX_GOALS:
@@ -176,19 +178,19 @@ class GoalsToRos1:
         return [SendGoal(name, goal)]
 
     def on_result_request(self, call: object, uuid: bytes) -> list[Step]:
-        """Take a request for the result of a goal, which is answered when the goal has ended."""
+        """Handle a request for the result of a goal, which is answered when the goal has ended."""
         goal = self._goals.get(uuid)
         if goal is None:
             return [AnswerResult(call, Ros2Status.UNKNOWN, None)]
         if goal.end is not None:
             return [AnswerResult(call, goal.end, goal.result)]
         if len(goal.waiting) >= MAX_WAITING:
-            return [Refuse(call, "too many requests wait for the result of this goal")]
+            return [EndWithoutResponse(call, "too many requests wait for the result of this goal")]
         goal.waiting.append(call)
         return []
 
     def on_cancel(self, call: object, info: GoalInfo) -> list[Step]:
-        """Take a request to cancel: one goal, all that are not later than a time, both, or, with neither, all."""
+        """Handle a request to cancel: one goal, all that are not later than a time, both, or, with neither, all."""
         active = {each.uuid: GoalInfo(each.uuid, each.stamp) for each in self._goals.values() if each.can_be_cancelled}
         active |= {
             uuid: GoalInfo(uuid, each.stamp) for uuid, each in self._others.items() if not Status(each.status).ended
@@ -205,10 +207,10 @@ class GoalsToRos1:
         name = "" if uuid == NO_UUID else uuid.hex() if other is None else other.name
         return [SendCancel(name, stamp), AnswerCancel(call, CancelCode.NONE, tuple(chosen))]
 
-    # What ROS 1's server says -----------------------------------------------------------------------------------------
+    # Messages from the ROS 1 side -------------------------------------------------------------------------------------
 
     def on_statuses(self, statuses: Iterable[GoalStatus], now: float) -> list[Step]:
-        """Note the status of all goals that the server knows."""
+        """Record the status of all goals that the server knows."""
         reported = {_uuid(each.name): each for each in statuses if each.status in _ROS2_STATUSES}
         for goal in [*self._goals.values()]:
             status = reported.get(goal.uuid)
@@ -236,7 +238,7 @@ class GoalsToRos1:
         return self._take_steps(now)
 
     def on_result(self, status: GoalStatus, result: bytes, now: float) -> list[Step]:
-        """Note the result of a goal, which has ended."""
+        """Handle the result of a goal, which has ended."""
         goal = self._goals.get(_uuid(status.name))
         if goal is not None and goal.is_active:
             self._apply(goal, status, now)
@@ -265,8 +267,8 @@ class GoalsToRos1:
                 self._end(goal, Ros2Status.ABORTED if end is Ros2Status.SUCCEEDED else end, None, now)
         return self._take_steps(now)
 
-    def lose(self, now: float) -> list[Step]:
-        """Note that the server is gone. Goals that come later are not accepted."""
+    def on_lost(self, now: float) -> list[Step]:
+        """Record that the server is gone. Goals that come later are not accepted."""
         self._is_lost = True
         for goal in [*self._goals.values()]:
             if goal.call is not None:
@@ -281,7 +283,7 @@ class GoalsToRos1:
         text = "the bridge to ROS 1 ends"
         steps: list[Step] = []
         for goal in self._goals.values():
-            steps += [Refuse(call, text) for call in (goal.call, *goal.waiting) if call is not None]
+            steps += [EndWithoutResponse(call, text) for call in (goal.call, *goal.waiting) if call is not None]
         self._goals = {}
         return steps
 
@@ -332,7 +334,7 @@ class GoalsToRos1:
     def _take_steps(self, now: float) -> list[Step]:
         """Return what to do, with the status of all goals if that has changed."""
         goals = [
-            each.reported()
+            each.to_status()
             for each in self._goals.values()
             if each.accepted and (each.is_active or now - each.ended_at <= REPORT_TIME)
         ]

@@ -102,7 +102,7 @@ class _Goal:
     retries: int = 0
     ended_at: float | None = None
 
-    def reported(self) -> GoalStatus:
+    def to_status(self) -> GoalStatus:
         return GoalStatus(self.name, self.stamp, int(self.status), self.text)
 
 
@@ -119,7 +119,7 @@ class GoalsToRos2:
 
     def __init__(self, make_uuid: Callable[[], bytes]) -> None:
         self._make_uuid = make_uuid
-        self._goals: dict[str, _Goal] = {}  # those that have ended in the order in which they have
+        self._goals: dict[str, _Goal] = {}  # ended goals, in the order in which they ended
         self._by_uuid: dict[bytes, _Goal] = {}
         self._others: dict[str, ReportedGoal] = {}
         self._early: dict[str, float] = {}  # goals that were cancelled, but are not known, and when that was
@@ -129,10 +129,10 @@ class GoalsToRos2:
         self._next_status = 0.0
         self._steps: list[Step] = []
 
-    # What ROS 1's clients send ----------------------------------------------------------------------------------------
+    # Messages from the ROS 1 side -------------------------------------------------------------------------------------
 
     def on_goal(self, name: str, stamp: Stamp, body: bytes, now: float, ros_now: Stamp) -> list[Step]:
-        """Take a goal.
+        """Handle a goal.
 
         Args:
             name, stamp: its id; a name is made if it has none, and the stamp is now if that is zero.
@@ -145,7 +145,7 @@ class GoalsToRos2:
         goal = _Goal(name or uuid.hex(), ros_now if stamp == NO_STAMP else stamp, uuid)
         num_active = sum(each.ended_at is None for each in self._goals.values())
         if num_active >= MAX_GOALS or len(self._asked) >= MAX_GOALS:
-            return [PublishResult(goal.reported()._replace(status=int(Status.REJECTED), text=_TOO_MANY), None)]
+            return [PublishResult(goal.to_status()._replace(status=int(Status.REJECTED), text=_TOO_MANY), None)]
         self._goals[goal.name] = self._by_uuid[uuid] = goal
         if self._early.pop(name, None) is not None or NO_STAMP != stamp <= self._last_cancel:
             self._end(goal, Status.RECALLED, None, _RECALLED, now)
@@ -154,7 +154,7 @@ class GoalsToRos2:
         return self._take_steps(now)
 
     def on_cancel(self, name: str, stamp: Stamp, now: float) -> list[Step]:
-        """Take a request to cancel: one goal, all that are not later than a time, both, or, with neither, all."""
+        """Handle a request to cancel: one goal, all that are not later than a time, both, or, with neither, all."""
         self._last_cancel = max(self._last_cancel, stamp)
         is_all = not name and stamp == NO_STAMP
         for goal in self._goals.values():
@@ -175,13 +175,13 @@ class GoalsToRos2:
             goal.is_cancelled = True
             goal.status = Status.RECALLING
         elif goal.status is not Status.PREEMPTING:
-            # The server decides whether it does: until then, the status stays what it is.
+            # The server decides whether to cancel; until then, the status stays the same.
             self._steps.append(CallCancel(goal.uuid))
 
-    # What ROS 2's server says -----------------------------------------------------------------------------------------
+    # Messages from the ROS 2 side -------------------------------------------------------------------------------------
 
     def on_goal_response(self, uuid: bytes, accepted: bool | None, text: str, now: float) -> list[Step]:
-        """Note whether the server has accepted a goal; None if it has not responded, and the text says why."""
+        """Handle whether the server has accepted a goal; None if it did not respond, for the reason in ``text``."""
         goal = self._by_uuid.get(uuid)
         if goal is None or goal.ended_at is not None:
             return [CallCancel(uuid)] if accepted else []  # its client has been told that it has ended
@@ -201,7 +201,7 @@ class GoalsToRos2:
         return self._take_steps(now)
 
     def on_result(self, uuid: bytes, status: int | None, result: bytes, text: str, now: float) -> list[Step]:
-        """Note a goal's result.
+        """Handle the result of a goal.
 
         Args:
             uuid: the goal.
@@ -229,7 +229,7 @@ class GoalsToRos2:
         return self._take_steps(now)
 
     def on_cancel_response(self, uuid: bytes, goals: Iterable[GoalInfo], now: float) -> list[Step]:
-        """Note which goals the server is cancelling after it was asked to cancel one."""
+        """Record which goals the server is cancelling after it was asked to cancel one."""
         goal = self._by_uuid.get(uuid)
         if goal is not None and goal.ended_at is None and any(each.uuid == uuid for each in goals):
             goal.status = Status.PREEMPTING
@@ -238,10 +238,10 @@ class GoalsToRos2:
     def on_feedback(self, uuid: bytes, feedback: bytes) -> list[Step]:
         """Pass on feedback on a goal that a client of ROS 1 has sent."""
         goal = self._by_uuid.get(uuid)
-        return [] if goal is None or goal.ended_at is not None else [PublishFeedback(goal.reported(), feedback)]
+        return [] if goal is None or goal.ended_at is not None else [PublishFeedback(goal.to_status(), feedback)]
 
     def on_statuses(self, goals: Iterable[ReportedGoal], now: float) -> list[Step]:
-        """Note the status of all goals that the server knows."""
+        """Record the status of all goals that the server knows."""
         self._others = {}
         for reported in goals:
             if not Ros2Status.UNKNOWN < reported.status <= Ros2Status.ABORTED:
@@ -277,8 +277,8 @@ class GoalsToRos2:
             self._told = None
         return self._take_steps(now)
 
-    def lose(self, text: str, now: float) -> list[Step]:
-        """Note that the server is gone, and that requests to it get no answers."""
+    def on_lost(self, text: str, now: float) -> list[Step]:
+        """Record that the server is gone, and that requests to it get no answers."""
         for goal in [*self._goals.values()]:
             if goal.ended_at is None:
                 self._end(goal, Status.ABORTED, None, text, now)
@@ -295,7 +295,7 @@ class GoalsToRos2:
     def _end(self, goal: _Goal, status: Status, result: bytes | None, text: str, now: float) -> None:
         goal.status, goal.text, goal.ended_at = status, text, now
         self._goals[goal.name] = self._goals.pop(goal.name)  # to the end
-        self._steps.append(PublishResult(goal.reported(), result))
+        self._steps.append(PublishResult(goal.to_status(), result))
         ended = [each for each in self._goals.values() if each.ended_at is not None]
         for oldest in ended[: max(0, len(ended) - MAX_ENDED)]:
             self._forget(oldest)
@@ -305,7 +305,7 @@ class GoalsToRos2:
 
     def _take_steps(self, now: float) -> list[Step]:
         """Return what to do, with the status of all goals if that has changed, or is due."""
-        statuses = [goal.reported() for goal in self._goals.values()]
+        statuses = [goal.to_status() for goal in self._goals.values()]
         statuses += [
             GoalStatus(name, each.info.stamp, int(_STATUSES[Ros2Status(each.status)]))
             for name, each in self._others.items()

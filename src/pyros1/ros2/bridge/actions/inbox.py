@@ -1,4 +1,4 @@
-"""What waits for the thread that handles actions, bounded."""
+"""The bounded queue of the thread that handles actions."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class Inbox:
         Args:
             task: the task.
             size: how many bytes it holds.
-            is_due: whether it is taken in any case, since there are never many such ones.
+            is_due: whether to accept it even if the queue is full, since there are never many such tasks.
         """
         with self._changed:
             is_full = len(self._tasks) >= self._max_tasks or self._bytes + size > self._max_bytes
@@ -57,7 +57,7 @@ class Inbox:
             return task
 
     def close(self) -> None:
-        """Take nothing any longer, and let nobody wait."""
+        """Stop accepting tasks, and wake the threads that wait."""
         with self._changed:
             self._is_closed = True
             self._tasks.clear()

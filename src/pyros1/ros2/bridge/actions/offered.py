@@ -83,7 +83,7 @@ class OfferedAction:
 
     @property
     def is_connected(self) -> bool:
-        """Whether the server gets what is published, and has said its status."""
+        """Whether the server gets what is published, and has published its status."""
         node = self.plan.local.node
         return self._has_status and all(
             any(link.peer == node for link in each.links) for each in self._publishers.values()
@@ -98,10 +98,10 @@ class OfferedAction:
             for key, qos in ((keys.feedback, FEEDBACK_QOS), (keys.status, STATUS_QOS))
         }
 
-    # What comes -------------------------------------------------------------------------------------------------------
+    # Incoming messages ------------------------------------------------------------------------------------------------
 
     def _on_message(self, md5sum: str, handler: Callable[[bytes], object], message: AnyMsg) -> None:
-        """Note a message of the server. Called in the node's threads."""
+        """Handle a message of the server. Called in the node's threads."""
         header: Mapping[str, str] = message._connection_header or {}
         if header.get("md5sum") == md5sum and BRIDGE_FIELD not in header:
             self._inbox.put(partial(self._handle, handler, message._buff), len(message._buff))
@@ -147,15 +147,15 @@ class OfferedAction:
         """Send the statuses again, since there may have been no publisher for them."""
         self._send_statuses()
 
-    def lose(self) -> None:
+    def on_lost(self) -> None:
         """Answer the clients in ROS 2, since the server is gone."""
-        self._do(self._goals.lose(time.monotonic()))
+        self._do(self._goals.on_lost(time.monotonic()))
 
     def end(self) -> None:
         """End all calls, since the bridge ends."""
         self._do(self._goals.close())
 
-    # What is done -----------------------------------------------------------------------------------------------------
+    # Effects ----------------------------------------------------------------------------------------------------------
 
     def _do(self, todo: list[Step]) -> None:
         for step in todo:
@@ -177,7 +177,7 @@ class OfferedAction:
                 _respond(call, self._result(status, result))
             case steps.AnswerCancel(call, code, goals):
                 _respond(call, ros2_messages.write_cancel_response(code, goals))
-            case steps.Refuse(call, text):
+            case steps.EndWithoutResponse(call, text):
                 assert isinstance(call, Call)
                 call.fail(text)
             case steps.SendFeedback(uuid, feedback):

@@ -1,4 +1,4 @@
-"""Which action type of ROS 2 an action type of ROS 1 is, and how goals, results and feedback are converted.
+"""Pairs action types of ROS 1 and ROS 2, and makes converters for goals, results and feedback.
 
 As for services, the definitions are those of ROS 1: no distribution's definitions of actions are at hand.
 """
@@ -13,7 +13,7 @@ from pyros1.ground.errors import MessageError, UnknownTypeError
 from pyros1.msgs import DefinitionCache, load_message
 from pyros1.msgs.digest import split_full_text
 from pyros1.msgs.spec import HEADER_TYPE, MessageSpec, parse_message
-from pyros1.ros2.pairs.remembered import Remembered
+from pyros1.ros2.pairs.lookup_cache import LookupCache
 from pyros1.ros2.zenoh.names import HUMBLE_HASH
 from pyros1.ros2_types.counterparts import Counterparts
 from pyros1.ros2_types.interfaces import action_types
@@ -86,7 +86,7 @@ class ActionPairs:
     Args:
         counterparts: tells the names.
         all_types: yields the types of the distributions that can have a type with such a hash, or with any for None.
-        usual: the types of the distribution that is used where nobody says which, and of packages on this machine.
+        default: the types of the default distribution, and of packages on this machine.
         fields: which fields have other names.
         definitions: finds the classes for definitions of ROS 1.
         found: remembers.
@@ -96,24 +96,24 @@ class ActionPairs:
         self,
         counterparts: Counterparts,
         all_types: Callable[[str | None], Iterator[Types]],
-        usual: Types,
+        default: Types,
         fields: FieldRules,
         definitions: DefinitionCache,
-        found: Remembered[ActionPair],
+        found: LookupCache[ActionPair],
     ) -> None:
         self._counterparts = counterparts
         self._all_types = all_types
-        self._usual = usual
+        self._default = default
         self._fields = fields
         self._definitions = definitions
         self._found = found
 
     def for_ros1(self, type: str, topics: Mapping[str, TopicType], hash: str | None = None) -> ActionPair:
-        """Return how an action of ROS 1 is exchanged.
+        """Return the pair of types for an action type of ROS 1.
 
         Args:
             type: its name, ``package/Type``.
-            topics: the types of the topics ``goal``, ``result`` and ``feedback``, as far as they are known; the
+            topics: the types of the topics ``goal``, ``result`` and ``feedback``, if known; the
                 definitions of the others must be installed.
             hash: the hash of the service ``send_goal`` that ROS 2 expects; None for that of the usual distribution.
 
@@ -126,7 +126,7 @@ class ActionPairs:
         )
 
     def for_ros2(self, type: str, hash: str) -> ActionPair:
-        """Return how an action of ROS 2 is exchanged.
+        """Return the pair of types for an action type of ROS 2.
 
         Args:
             type: its name, ``package/action/Type``.
@@ -168,11 +168,11 @@ class ActionPairs:
 
     def _candidates(self, name: str, type: str, specs: Mapping[str, MessageSpec], hash: str | None) -> Iterator[Types]:
         """Yield types of ROS 2 among which the parts of the action may be the right ones."""
-        if f"{name}_Goal" in self._usual:
-            yield self._usual
+        if f"{name}_Goal" in self._default:
+            yield self._default
         derived = self._counterparts.derive_action(type, specs.__getitem__)
         for distribution in self._all_types(hash):
-            yield LayeredTypes(derived, distribution, self._usual)
+            yield LayeredTypes(derived, distribution, self._default)
 
     def _class(self, type: str, part: str, topic: TopicType | None) -> Any:
         """Return the class of the messages on a topic."""

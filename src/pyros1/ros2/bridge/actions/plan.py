@@ -1,4 +1,4 @@
-"""Which actions a bridge to ROS 2 offers and provides, given what there is at both sides. No I/O.
+"""Plans which actions a bridge to ROS 2 exchanges, given the current state of both sides. No I/O.
 
 An action whose type is not known here, or whose name both sides have, is a problem; its topics in ROS 1 are then
 exchanged as any others are.
@@ -30,11 +30,11 @@ class ActionTypes(Protocol):
     """What knows the types of actions, see `pyros1.ros2.bridge.actions.pairs.ActionPairs`."""
 
     def for_ros1(self, type: str, topics: Mapping[str, TopicType], hash: str | None = None) -> ActionPair:
-        """Return how an action of ROS 1 is exchanged."""
+        """Return the pair of types for an action type of ROS 1."""
         ...
 
     def for_ros2(self, type: str, hash: str) -> ActionPair:
-        """Return how an action of ROS 2 is exchanged."""
+        """Return the pair of types for an action type of ROS 2."""
         ...
 
 
@@ -45,7 +45,7 @@ class LocalAction(NamedTuple):
         name: the name of the action.
         type: its type, ``package/Type``.
         node: the server's node.
-        topics: the types of its topics ``result`` and ``feedback``, and of ``goal`` if a client says it.
+        topics: the types of its topics ``result`` and ``feedback``, and of ``goal`` if a client publishes it.
     """
 
     name: str

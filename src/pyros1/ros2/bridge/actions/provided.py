@@ -97,10 +97,10 @@ class ProvidedAction:
         """What a session subscribes to."""
         return {self.plan.keys.feedback: FEEDBACK_QOS, self.plan.keys.status: STATUS_QOS}
 
-    # What comes from ROS 1 --------------------------------------------------------------------------------------------
+    # Messages from ROS 1 ----------------------------------------------------------------------------------------------
 
     def _on_ros1(self, md5sum: str, handler: Callable[[bytes], object], message: AnyMsg) -> None:
-        """Note a message of a client. Called in the node's threads."""
+        """Handle a message of a client. Called in the node's threads."""
         if (message._connection_header or {}).get("md5sum") == md5sum:
             self._inbox.put(partial(self._handle, handler, message._buff), len(message._buff))
 
@@ -115,12 +115,12 @@ class ProvidedAction:
         now = time.monotonic()
         self._do(self._goals.on_goal(name, stamp, goal, now, _ros_now()))
         if self._is_gone:
-            self._do(self._goals.lose(_GONE, now))
+            self._do(self._goals.on_lost(_GONE, now))
 
     def _on_cancel(self, body: bytes) -> None:
         self._do(self._goals.on_cancel(*ros1_messages.read_cancel(body), time.monotonic()))
 
-    # What comes from ROS 2 --------------------------------------------------------------------------------------------
+    # Messages from ROS 2 ----------------------------------------------------------------------------------------------
 
     def on_ros2(self, key: DataKey, body: bytes) -> None:
         """Handle feedback or statuses of the server."""
@@ -158,27 +158,27 @@ class ProvidedAction:
         try:
             _, goals = ros2_messages.read_cancel_response(_body_of(reply))
         except Error as error:
-            self._warn(f"the action {self.plan.name} in ROS 2 does not say whether it cancels a goal: %s", error)
+            self._warn(f"the action {self.plan.name} in ROS 2 did not respond to a request to cancel a goal: %s", error)
         self._do(self._goals.on_cancel_response(uuid, goals, time.monotonic()))
 
     def tick(self) -> None:
         """Do what is due."""
         self._do(self._goals.tick(time.monotonic()))
 
-    def lose(self) -> None:
+    def on_lost(self) -> None:
         """End all goals, since the server is gone."""
         self._is_gone = True
-        self._do(self._goals.lose(_GONE, time.monotonic()))
+        self._do(self._goals.on_lost(_GONE, time.monotonic()))
 
-    def find_again(self) -> None:
+    def on_found(self) -> None:
         """Take goals again, since the server is back."""
         self._is_gone = False
 
     def end(self) -> None:
         """End all goals, since the bridge ends."""
-        self._do(self._goals.lose("the bridge to ROS 2 ends", time.monotonic()))
+        self._do(self._goals.on_lost("the bridge to ROS 2 ends", time.monotonic()))
 
-    # What is done -----------------------------------------------------------------------------------------------------
+    # Effects ----------------------------------------------------------------------------------------------------------
 
     def _do(self, todo: list[Step]) -> None:
         for step in todo:

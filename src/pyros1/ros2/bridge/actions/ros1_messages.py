@@ -1,4 +1,4 @@
-"""Reads and writes the messages of ROS 1's action topics, as far as they are the same for all actions. The goals,
+"""Reads and writes the messages of ROS 1's action topics, the parts that are the same for all actions. The goals,
 results and feedback in them stay encoded. No I/O.
 """
 
@@ -30,7 +30,7 @@ class GoalStatus(NamedTuple):
         name: the goal's id.
         stamp: when it was sent.
         status: its status, see `pyros1.actions.states.Status`.
-        text: what the server says about that.
+        text: the server's explanation.
     """
 
     name: str

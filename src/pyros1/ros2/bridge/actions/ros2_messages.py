@@ -38,7 +38,7 @@ class Ros2Status(IntEnum):
 
 
 class CancelCode(IntEnum):
-    """What a server says to a request to cancel: the values of action_msgs/srv/CancelGoal."""
+    """A server's response to a request to cancel: the values of action_msgs/srv/CancelGoal."""
 
     NONE = 0
     REJECTED = 1

@@ -1,6 +1,6 @@
 """The parameters of a node of ROS 2 as a configuration of dynamic_reconfigure. No I/O.
 
-dynamic_reconfigure knows booleans, integers of 32 bits, doubles and strings. What has no counterpart is left out.
+dynamic_reconfigure has booleans, 32-bit integers, doubles and strings. Parameters of other types are left out.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ class Configuration:
     """Parameters of a node, and their values. Not thread-safe.
 
     Args:
-        descriptors: what the node says of its parameters.
+        descriptors: the node's descriptors of its parameters.
         values: the values of those that have one.
 
     Attributes:
@@ -92,7 +92,7 @@ class Configuration:
         return message
 
     def update(self, values: Mapping[str, Value | None]) -> bool:
-        """Note new values, and return whether they fit: if not, a parameter must be described anew.
+        """Record new values, and return whether they fit: if not, a parameter must be described again.
 
         Args:
             values: those that are known now; parameters that are not in the configuration are ignored.
@@ -157,7 +157,7 @@ def _entry(descriptor: Descriptor, value: Value | None) -> _Entry | str:
 
 
 def _problem(value: Value | None) -> str:
-    """Return why dynamic_reconfigure cannot have a value; empty if it can."""
+    """Return why dynamic_reconfigure cannot represent a value; empty if it can."""
     if value is None:
         return "without a value"
     if isinstance(value, list):

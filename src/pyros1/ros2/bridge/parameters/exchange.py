@@ -1,4 +1,4 @@
-"""The parameters of a bridge: which nodes of ROS 2 are servers of dynamic_reconfigure, and who is asked.
+"""The parameters of a bridge: which ROS 2 nodes it presents as dynamic_reconfigure servers, and which it queries.
 
 `make_plan` and `adjust` are for the master thread, `on_message` for the thread that takes messages; questions of
 `pyros1 bridge param ros2:` come in threads of their service.
@@ -19,8 +19,8 @@ from pyros1.ground.terminal_text import one_line
 from pyros1.msgs import AnyMsg
 from pyros1.node import Node
 from pyros1.node.services.workers import Workers
-from pyros1.ros2.bridge.parameters.asking import CALL_TIME, Asking
 from pyros1.ros2.bridge.parameters.nodes import EVENTS, ParameterNode, find_nodes
+from pyros1.ros2.bridge.parameters.parameter_client import CALL_TIME, ParameterClient
 from pyros1.ros2.bridge.parameters.questions import answer
 from pyros1.ros2.bridge.parameters.reconfigured import ReconfiguredNode
 from pyros1.ros2.bridge.rules import Ros2Rules
@@ -49,7 +49,7 @@ class Ros2Parameters:
         domain: the ROS domain.
         rules: which nodes are servers, and whose parameters may be read.
         call: calls a service of ROS 2, given its key, the encoded request and a number of seconds.
-        wake: has the master thread look at what is wanted.
+        wake: lets the master thread check what is wanted.
         call_time: seconds for the response of a node.
     """
 
@@ -66,7 +66,7 @@ class Ros2Parameters:
         self._domain = domain
         self._rules = rules
         self._wake = wake
-        self._asking = Asking(call, call_time)
+        self._parameter_client = ParameterClient(call, call_time)
         self._graph = Graph(node.master)
         self._workers = Workers(f"{node.name}:parameters", _MAX_THREADS)
         self._changed = threading.Condition()  # guards the following ones
@@ -87,15 +87,15 @@ class Ros2Parameters:
         """
         self._node.advertise_service(f"~{PARAMETER_SERVICE}", PARAMETERS_CLASS, self._on_question)
 
-    # What is wanted ---------------------------------------------------------------------------------------------------
+    # Demand -----------------------------------------------------------------------------------------------------------
 
     def make_plan(self, services: Mapping[str, Service]) -> None:
-        """Note which nodes there are.
+        """Record which nodes there are.
 
         Args:
             services: the services of ROS 2, without bridges of the same master.
         """
-        messages = self._asking.messages
+        messages = self._parameter_client.messages
         nodes, problems = find_nodes(self._domain, services, messages.hashes, messages.event_hash)
         self._problems = {name: text for name, text in problems.items() if self._rules.reconfigures(name)}
         with self._changed:
@@ -109,7 +109,7 @@ class Ros2Parameters:
             if known is not None and known.remote == nodes[name]:
                 servers[name] = known
             else:
-                servers[name] = ReconfiguredNode(self._node, self._graph, nodes[name], self._asking)
+                servers[name] = ReconfiguredNode(self._node, self._graph, nodes[name], self._parameter_client)
         self._gone += [each for name, each in self._servers.items() if servers.get(name) is not each]
         self._servers = servers
 
@@ -129,16 +129,16 @@ class Ros2Parameters:
         return self._wanted
 
     def on_declared(self) -> None:
-        """Note that what is wanted is declared."""
+        """Record that what is wanted is declared."""
         with self._changed:
             self._declared = self._wanted[1]
             self._changed.notify_all()
 
     def adjust(self) -> dict[str, str]:
-        """Be what the plan says in ROS 1, and have nodes asked. This waits for the master.
+        """Start and stop servers in ROS 1 as planned, and query nodes. This waits for the master.
 
         Returns:
-            Node -> why it is no server of dynamic_reconfigure.
+            Node -> why it has no dynamic_reconfigure server.
         """
         while self._gone:
             self._gone.pop().close()
@@ -146,7 +146,7 @@ class Ros2Parameters:
         for name, server in self._servers.items():
             is_declared = self._declared.issuperset(key for _, key in server.remote.services)
             if is_declared and server.begin() and not self._workers.submit(partial(self._ask, server)):
-                server.put_off()
+                server.cancel_query()
             try:
                 server.adjust()
             except Error as error:
@@ -158,15 +158,15 @@ class Ros2Parameters:
     def _ask(self, server: ReconfiguredNode) -> None:
         try:
             server.ask()
-        except Exception as error:  # noqa: BLE001 - zenoh's, or a mistake of ours: the thread goes on
+        except Exception as error:  # noqa: BLE001 - zenoh's, or a bug: the thread goes on
             if not self._is_closing:
                 self._node.log.internal_error(error)
         self._wake()
 
-    # What comes -------------------------------------------------------------------------------------------------------
+    # Incoming messages ------------------------------------------------------------------------------------------------
 
     def on_message(self, key: DataKey, body: bytes) -> bool:
-        """Take a message, and return whether it says which parameters have changed.
+        """Handle a message, and return whether it says which parameters have changed.
 
         Raises:
             MessageError: it is not valid.
@@ -174,21 +174,21 @@ class Ros2Parameters:
         if key.name != EVENTS:
             return False
         if servers := self._servers:
-            event = self._asking.messages.event(body)
+            event = self._parameter_client.messages.event(body)
             server = servers.get(event.node)
             if server is not None:
                 server.on_event(event)
         return True
 
     def _on_question(self, request: AnyMsg) -> AnyMsg:
-        """Answer a question about parameters. Called in a thread of the service; this waits for ROS 2.
+        """Answer a parameter query. Called in a thread of the service; this waits for ROS 2.
 
         Raises:
             ServiceRefusal: there is no answer.
         """
         with self._changed:
             nodes = {name: node for name, node in self._nodes.items() if self._rules.reads(name)}
-        return AnyMsg(answer(bytes(request._buff), nodes, self._asking, self._prepare))
+        return AnyMsg(answer(bytes(request._buff), nodes, self._parameter_client, self._prepare))
 
     def _prepare(self, node: ParameterNode) -> None:
         """Wait until there are clients for a node's services.
@@ -210,10 +210,10 @@ class Ros2Parameters:
             if not self._declared.issuperset(keys):
                 raise ServiceRefusal("the bridge has no connection to ROS 2")
 
-    # The end ----------------------------------------------------------------------------------------------------------
+    # Shutdown ---------------------------------------------------------------------------------------------------------
 
     def close(self) -> None:
-        """End all waits, and be nothing in ROS 1 any longer. The session must be closed before."""
+        """End all waits, and withdraw everything from ROS 1. The session must be closed before."""
         with self._changed:
             self._is_closing = True
             self._changed.notify_all()

@@ -74,7 +74,7 @@ _SCALARS: dict[type, Kind] = {bool: Kind.BOOL, int: Kind.INTEGER, float: Kind.DO
 
 
 class Descriptor(NamedTuple):
-    """What a node says of a parameter.
+    """A node's description of a parameter.
 
     Attributes:
         name: its name.

@@ -1,4 +1,4 @@
-"""Questions of `pyros1 bridge param ros2:` for parameters of nodes of ROS 2, and answers to them."""
+"""Answers the queries of `pyros1 bridge param ros2:` for parameters of ROS 2 nodes."""
 
 from __future__ import annotations
 
@@ -7,17 +7,17 @@ from collections.abc import Callable, Mapping
 from pyros1.bridge.parameters import ROS2_SITE, ParameterError, decode_question, encode_plain_answer
 from pyros1.ground.errors import ServiceRefusal
 from pyros1.ground.suggest import did_you_mean
-from pyros1.ros2.bridge.parameters.asking import Asking
 from pyros1.ros2.bridge.parameters.nodes import ParameterNode
+from pyros1.ros2.bridge.parameters.parameter_client import ParameterClient
 
 
 def answer(
     body: bytes,
     nodes: Mapping[str, ParameterNode],
-    asking: Asking,
+    parameter_client: ParameterClient,
     prepare: Callable[[ParameterNode], object],
 ) -> bytes:
-    """Return the answer to a question: the names of all nodes, all parameters of a node, or one of them. This waits for
+    """Return the answer to a query: the names of all nodes, all parameters of a node, or one of them. This waits for
     the node.
 
     Args:
@@ -41,8 +41,8 @@ def answer(
     node = nodes[name]
     prepare(node)
     if not parameter:
-        return encode_plain_answer(dict(sorted(asking.values(node, asking.names(node)).items())))
-    values = asking.values(node, [parameter]) if parameter in (names := asking.names(node)) else {}
+        return encode_plain_answer(dict(sorted(parameter_client.values(node, parameter_client.names(node)).items())))
+    values = parameter_client.values(node, [parameter]) if parameter in (names := parameter_client.names(node)) else {}
     if parameter not in values:
         what = "has no value" if parameter in names else f"is not there{did_you_mean(parameter, names)}"
         raise ServiceRefusal(

@@ -1,4 +1,4 @@
-"""A node of ROS 2 that is a server of dynamic_reconfigure in ROS 1.
+"""Presents a ROS 2 node as a dynamic_reconfigure server in ROS 1.
 
 It is asked for its parameters in a thread of a pool; the master thread then advertises them. Requests to change them
 come in threads of the service, and changes made in ROS 2 in the thread that takes messages. None of them waits with
@@ -24,18 +24,18 @@ from pyros1.node import Node
 from pyros1.node.log.levels import ERROR, INFO, WARN
 from pyros1.node.publishing.publisher import Publisher
 from pyros1.node.services.server import ServiceServer
-from pyros1.ros2.bridge.parameters.asking import MAX_PARAMETERS, Asking
 from pyros1.ros2.bridge.parameters.configuration import Configuration
 from pyros1.ros2.bridge.parameters.messages import Event, Value
 from pyros1.ros2.bridge.parameters.nodes import ParameterNode
+from pyros1.ros2.bridge.parameters.parameter_client import MAX_PARAMETERS, ParameterClient
 from pyros1.ros2.bridge.services import SITE
 
 REFRESH_PAUSE = 2.0
-"""Seconds at least from one question for all parameters of a node to the next one."""
+"""Minimum seconds between queries for all parameters of a node."""
 _GATHER_TIME = 0.3
-"""Seconds until a node is asked since it has other parameters now: they mostly come by several."""
+"""Seconds to wait before querying a node whose set of parameters has changed: they usually change several at a time."""
 RETRY_PAUSE = 5.0
-"""Seconds until a node that did not answer is asked again; each time twice as long."""
+"""Seconds until a node that did not answer is queried again; doubled each time."""
 _LONGEST_PAUSE = 300.0
 _MAX_LINES = 10
 """Maximum number of lines in the log about one request."""
@@ -55,12 +55,12 @@ class ReconfiguredNode:
         problem: why it is not a server of dynamic_reconfigure; empty if it is one, or may become one.
     """
 
-    def __init__(self, node: Node, graph: Graph, remote: ParameterNode, asking: Asking) -> None:
+    def __init__(self, node: Node, graph: Graph, remote: ParameterNode, parameter_client: ParameterClient) -> None:
         self.remote = remote
         self.problem = "" if is_legal_name(remote.name) else "ROS 1 does not allow its name"
         self._node = node
         self._graph = graph
-        self._asking = asking
+        self._parameter_client = parameter_client
         self._lock = threading.Lock()
         self._configuration: Configuration | None = None
         self._is_new = False  # whether the description is to be published
@@ -78,7 +78,7 @@ class ReconfiguredNode:
     # The parameters ---------------------------------------------------------------------------------------------------
 
     def begin(self) -> bool:
-        """Return whether the node is to be asked for its parameters now; then `ask` must be called."""
+        """Return whether to query the node's parameters now; if so, `ask` must be called."""
         with self._lock:
             if self._is_asking or self._due is None or monotonic() < self._due:
                 return False
@@ -86,17 +86,17 @@ class ReconfiguredNode:
             self._missed.clear()
             return True
 
-    def put_off(self) -> None:
-        """Take back what `begin` has said: nobody can ask now."""
+    def cancel_query(self) -> None:
+        """Undo `begin`: the node cannot be asked now."""
         with self._lock:
             self._is_asking, self._due = False, monotonic()
 
     def ask(self) -> None:
         """Ask the node for all parameters. This waits for it."""
         try:
-            names = self._asking.names(self.remote)
-            descriptors = self._asking.descriptors(self.remote, names)
-            configuration = Configuration(descriptors, self._asking.values(self.remote, names))
+            names = self._parameter_client.names(self.remote)
+            descriptors = self._parameter_client.descriptors(self.remote, names)
+            configuration = Configuration(descriptors, self._parameter_client.values(self.remote, names))
         except Error as error:
             with self._lock:
                 self._is_asking = False
@@ -114,12 +114,12 @@ class ReconfiguredNode:
                 self._ask_again()
 
     def on_event(self, event: Event) -> None:
-        """Note what has changed in ROS 2, and publish it."""
+        """Record what has changed in ROS 2, and publish it."""
         with self._lock:
             configuration = self._configuration
             if event.has_others:
                 self._ask_again()
-            if self._is_asking:  # what comes as an answer may be older
+            if self._is_asking:  # an answer may be older
                 self._missed |= event.changed
                 if len(self._missed) > MAX_PARAMETERS:
                     self._missed.clear()
@@ -136,7 +136,7 @@ class ReconfiguredNode:
             self._due = max(monotonic() + _GATHER_TIME, self._asked_at + REFRESH_PAUSE)
 
     def _apply(self, configuration: Configuration, values: Mapping[str, Value | None]) -> None:
-        """Note values, and publish them. Called with the lock; publishing only fills queues."""
+        """Record values, and publish them. Called with the lock; publishing only fills queues."""
         if not configuration.update(values):
             self._ask_again()
         if self._publishers is not None and not self._is_new:
@@ -145,7 +145,7 @@ class ReconfiguredNode:
     # At the side of ROS 1 ---------------------------------------------------------------------------------------------
 
     def adjust(self) -> None:
-        """Advertise what is known, and publish the description if it is new. This waits for the master.
+        """Start the server if the parameters are known, and publish a new description. This waits for the master.
 
         Raises:
             Error: another node is a server of this name, or the master does not respond.
@@ -154,7 +154,7 @@ class ReconfiguredNode:
             configuration = self._configuration if self._is_new else None
         if configuration is None:
             return
-        self._tell(configuration)
+        self._log_left_out(configuration)
         if configuration.names:
             self._advertise()
         elif self._publishers is not None:
@@ -194,8 +194,8 @@ class ReconfiguredNode:
         if self._service is None:
             self._service = self._node.advertise_service(FullName(service), Reconfigure, self._on_request)
 
-    def _tell(self, configuration: Configuration) -> None:
-        """Log what is left out, once."""
+    def _log_left_out(self, configuration: Configuration) -> None:
+        """Log the parameters that are left out, once."""
         left_out = configuration.left_out
         if (told := (len(configuration.names), left_out)) != self._told:
             self._told = told
@@ -225,15 +225,15 @@ class ReconfiguredNode:
         self._log(WARN, [f"{self.remote.name}: {problem}" for problem in problems])
         refused: Mapping[str, str] = {}
         if values:
-            refused = self._asking.set(self.remote, values)
+            refused = self._parameter_client.set(self.remote, values)
             self._log(
                 ERROR,
                 [
-                    f"{self.remote.name} of ROS 2 does not set {name} to {values[name]!r:.100}: {reason:.300}"
+                    f"{self.remote.name} of ROS 2 refuses to set {name} to {values[name]!r:.100}: {reason:.300}"
                     for name, reason in refused.items()
                 ],
             )
-            held = self._asking.values(self.remote, [*values])
+            held = self._parameter_client.values(self.remote, [*values])
         with self._lock:
             if values:
                 # What was changed by others meanwhile is known from the topic, and may be newer.
@@ -249,7 +249,7 @@ class ReconfiguredNode:
             self._node.log.peer_event(level, "%s: and %s more", self.remote.name, len(lines) - _MAX_LINES)
 
     def close(self) -> None:
-        """Be no server any longer. This waits for the master."""
+        """Stop being a server. This waits for the master."""
         service, self._service = self._service, None
         with self._lock:
             publishers, self._publishers = self._publishers, None

@@ -8,8 +8,8 @@ import weakref
 import pytest
 
 from pyros1.ground.errors import DefinitionError, UnknownTypeError
-from pyros1.ros2.pairs import remembered
-from pyros1.ros2.pairs.remembered import Budget, Remembered
+from pyros1.ros2.pairs import lookup_cache
+from pyros1.ros2.pairs.lookup_cache import LookupCache, TimeBudget
 
 
 class Lookup:
@@ -18,7 +18,7 @@ class Lookup:
     def __init__(self) -> None:
         self.now = self.spent = 0.0
         self.calls = 0
-        self.known = Remembered[str](Budget(5.0, 0.2, lambda: self.now, lambda: self.spent))
+        self.known = LookupCache[str](TimeBudget(5.0, 0.2, lambda: self.now, lambda: self.spent))
 
     def find(self) -> str:
         self.calls += 1
@@ -60,7 +60,7 @@ def test_only_so_much_time_is_spent_for_ros2() -> None:
 
 
 def test_failures_are_bounded_and_do_not_push_out_what_was_found(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(remembered, "MAX_FAILURES", 10)
+    monkeypatch.setattr(lookup_cache, "MAX_FAILURES", 10)
     lookup = Lookup()
     assert lookup.get("good") == "found"
     for number in range(11):

@@ -1,4 +1,4 @@
-"""The nodes of other sites that publish what this one wants: who they are, as long as they respond. No I/O.
+"""The responding nodes of other sites that publish the topics this site requests. No I/O.
 
 Each is represented here by a node of its name below that of its site, which lives as long as it does, so programs can
 watch it as any other node. A site names only nodes whose responses it checks, so none is represented that may be dead.
@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from pyros1.bridge.exchange.actions import Action, Represent
+from pyros1.bridge.exchange.actions import Action, RepresentNode
 from pyros1.bridge.names import MAX_NAME_LENGTH
 from pyros1.bridge.rules.rules import Rules
 
@@ -16,7 +16,7 @@ MAX_REPRESENTED = 200
 """Maximum number of nodes of all other sites together."""
 
 
-class FarNodes:
+class RemoteNodes:
     """The nodes of other sites that are represented here.
 
     Args:
@@ -28,7 +28,7 @@ class FarNodes:
         self._names: dict[str, dict[str, str]] = {}  # site -> name here -> name there
 
     def update(self, site: str, names: Sequence[str]) -> list[Action]:
-        """Note which nodes of a site respond, and return the actions that follow."""
+        """Record which nodes of a site respond, and return the actions that follow."""
         known = self._names.get(site, {})
         if set(names) == set(known.values()):
             return []
@@ -46,11 +46,11 @@ class FarNodes:
         self._names[site] = kept | {local: wanted[local] for local in new}
         if not self._names[site]:
             del self._names[site]
-        actions: list[Action] = [Represent(local, "", "") for local in known if local not in kept]
-        return actions + [Represent(local, site, wanted[local]) for local in new]
+        actions: list[Action] = [RepresentNode(local, "", "") for local in known if local not in kept]
+        return actions + [RepresentNode(local, site, wanted[local]) for local in new]
 
     def drop(self, site: str) -> list[Action]:
-        """Return the actions by which nodes of a site are represented no longer."""
+        """Return the actions that end the stand-ins for a site's nodes."""
         return self.update(site, ())
 
     def names(self, site: str) -> list[str]:

@@ -1,10 +1,10 @@
-"""How often something may be done for another site, which may ask for it as often as it likes. No I/O."""
+"""Rate limits for requests of other sites. No I/O."""
 
 from __future__ import annotations
 
 
-class Allowance:
-    """Allows something at a rate.
+class TokenBucket:
+    """A token bucket.
 
     Args:
         rate: how often per second.
@@ -18,7 +18,7 @@ class Allowance:
         self._at = float("-inf")
 
     def take(self, now: float) -> bool:
-        """Return whether it may be done now; it is then taken as done.
+        """Return whether it may be done now; if so, it counts as done.
 
         Args:
             now: the current time in seconds.

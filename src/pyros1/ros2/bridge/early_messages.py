@@ -1,4 +1,4 @@
-"""Latched messages of publishers that are so new that ROS 2 does not see them yet. No I/O."""
+"""Latched messages of publishers that ROS 2 has not discovered yet. No I/O."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ MAX_BYTES = 64 << 20
 
 
 class EarlyMessages:
-    """The last message of each such publisher. May be used in several threads."""
+    """The last message of each new latched publisher. May be used in several threads."""
 
     def __init__(self, max_bytes: int = MAX_BYTES) -> None:
         self._max_bytes = max_bytes

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from pyros1.bridge.exchange.actions import Send
-from pyros1.ros2.bridge import early
-from pyros1.ros2.bridge.early import EarlyMessages
+from pyros1.ros2.bridge import early_messages
+from pyros1.ros2.bridge.early_messages import EarlyMessages
 
 
 def test_the_last_message_of_each_publisher_waits() -> None:
@@ -27,7 +27,7 @@ def test_what_waits_is_bounded() -> None:
     waiting.put(Send("a", b"", bytes(10)))
     assert len(waiting.pop("a")) == 1
     many = EarlyMessages()
-    for number in range(early.MAX_MESSAGES + 3):
+    for number in range(early_messages.MAX_MESSAGES + 3):
         many.put(Send(str(number), b"", b""))
-    found = many.pop([str(number) for number in range(early.MAX_MESSAGES + 3)])
-    assert len(found) == early.MAX_MESSAGES and found[0].key == "3"
+    found = many.pop([str(number) for number in range(early_messages.MAX_MESSAGES + 3)])
+    assert len(found) == early_messages.MAX_MESSAGES and found[0].key == "3"

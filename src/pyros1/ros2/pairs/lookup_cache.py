@@ -1,7 +1,7 @@
-"""Remembers what was found, and what could not be found, since looking it up takes long. No I/O.
+"""Caches lookups of types, also those that failed, since they are slow. No I/O.
 
-A program of ROS 2 can name any number of types that nobody knows. So only so much time is spent on such names, and only
-so many of them are remembered; those that were found are remembered apart from them, and stay.
+A ROS 2 program can name any number of unknown types, so both the time spent on failed lookups and the number of
+failures that are cached are limited. Types that were found are cached separately, and stay.
 """
 
 from __future__ import annotations
@@ -22,14 +22,14 @@ _Found = TypeVar("_Found")
 _Key = tuple[str | None, ...]
 
 
-class Budget:
-    """How much of a thread's time may be spent.
+class TimeBudget:
+    """Limits how much of a thread's time may be spent.
 
     Args:
         seconds: how much at once, after a pause.
         rate: how much per second.
         clock: returns seconds.
-        spent: returns the seconds of the processor that this thread has taken.
+        spent: returns the CPU time of this thread in seconds.
     """
 
     def __init__(
@@ -46,14 +46,14 @@ class Budget:
         self._at = clock()
 
     @property
-    def is_left(self) -> bool:
-        """Whether some is left."""
+    def has_time_left(self) -> bool:
+        """Whether there is time left."""
         now = self._clock()
         self._left = min(self._seconds, self._left + (now - self._at) * self._rate)
         self._at = now
         return self._left > 0
 
-    def spend(self, find: Callable[[], _Found]) -> _Found:
+    def run(self, find: Callable[[], _Found]) -> _Found:
         """Call a function, and count the time that it takes."""
         start = self._spent()
         try:
@@ -62,17 +62,17 @@ class Budget:
             self._left -= self._spent() - start
 
 
-class Remembered(Generic[_Found]):
-    """Remembers by keys. For one thread.
+class LookupCache(Generic[_Found]):
+    """A cache of results and failures, by key. For one thread.
 
     Args:
         budget: the time for what is limited.
     """
 
-    def __init__(self, budget: Budget) -> None:
+    def __init__(self, budget: TimeBudget) -> None:
         self._budget = budget
         self._found: dict[_Key, _Found] = {}
-        # Only the texts: an exception holds all that its callers had, such as whole plans.
+        # Only the texts: an exception keeps its callers' frames alive, with whole plans.
         self._failures: dict[_Key, str] = {}
 
     def get(self, key: _Key, find: Callable[[], _Found], *, is_limited: bool) -> _Found:
@@ -89,10 +89,10 @@ class Remembered(Generic[_Found]):
         if key in self._found:
             return self._found[key]
         if key not in self._failures:
-            if is_limited and not self._budget.is_left:
+            if is_limited and not self._budget.has_time_left:
                 raise UnknownTypeError("ROS 2 has too many types that are not known here; it is looked up later")
             try:
-                found = self._budget.spend(find) if is_limited else find()
+                found = self._budget.run(find) if is_limited else find()
             except Error as error:
                 if len(self._failures) >= MAX_FAILURES:
                     del self._failures[next(iter(self._failures))]

@@ -2,27 +2,27 @@
 
 from __future__ import annotations
 
-from pyros1.bridge.exchange.actions import Represent
-from pyros1.bridge.exchange.far_nodes import MAX_REPRESENTED, FarNodes
+from pyros1.bridge.exchange.actions import RepresentNode
+from pyros1.bridge.exchange.remote_nodes import MAX_REPRESENTED, RemoteNodes
 from pyros1.bridge.rules.parsing import parse_config
 
 LONG = "/" + "a" * 254
 
 
-def make(text: str = "") -> FarNodes:
-    return FarNodes(parse_config(text, "f", "base").rules)
+def make(text: str = "") -> RemoteNodes:
+    return RemoteNodes(parse_config(text, "f", "base").rules)
 
 
 def test_nodes_come_and_go() -> None:
     nodes = make()
-    assert nodes.update("red", ["/talker"]) == [Represent("/red/talker", "red", "/talker")]
+    assert nodes.update("red", ["/talker"]) == [RepresentNode("/red/talker", "red", "/talker")]
     assert nodes.update("red", ["/talker"]) == []
     assert nodes.update("red", ["/other"]) == [
-        Represent("/red/talker", "", ""),
-        Represent("/red/other", "red", "/other"),
+        RepresentNode("/red/talker", "", ""),
+        RepresentNode("/red/other", "red", "/other"),
     ]
     assert nodes.names("red") == ["/red/other"]
-    assert nodes.drop("red") == [Represent("/red/other", "", "")]
+    assert nodes.drop("red") == [RepresentNode("/red/other", "", "")]
     assert nodes.drop("red") == [] and nodes.names("red") == []
 
 
@@ -37,7 +37,7 @@ def test_two_sites_with_one_name_here() -> None:
     assert nodes.update("red", ["/talker"])
     assert nodes.update("blue", ["/talker"]) == [], "the first one keeps the name"
     nodes.drop("red")
-    assert nodes.update("blue", ["/talker"]) == [Represent("/robots/talker", "blue", "/talker")]
+    assert nodes.update("blue", ["/talker"]) == [RepresentNode("/robots/talker", "blue", "/talker")]
 
 
 def test_there_are_not_too_many_and_not_with_names_that_are_too_long() -> None:

@@ -1,6 +1,6 @@
-"""Asks nodes of ROS 2 for their parameters, and sets them. Each method waits for the node.
+"""Reads and sets the parameters of ROS 2 nodes. Each method waits for the node.
 
-What a node says is checked: how much it is, and that it belongs to what was asked.
+A node's response is checked: its size, and that it matches the request.
 """
 
 from __future__ import annotations
@@ -28,15 +28,14 @@ MAX_PARAMETERS = 1000
 _Answer = TypeVar("_Answer")
 
 
-class Asking:
+class ParameterClient:
     """Calls the services for the parameters of nodes.
 
     Args:
         call: calls a service of ROS 2, given its key, the encoded request and a number of seconds.
         call_time: seconds for the response of a node.
 
-    All methods raise ServiceRefusal, which names the node, if it does not respond, or not in time, or says something
-    that is not valid.
+    All methods raise ServiceRefusal, which names the node, if it does not respond in time, or its response is invalid.
     """
 
     def __init__(self, call: Callable[[DataKey, bytes, float], bytes], call_time: float = CALL_TIME) -> None:
@@ -61,14 +60,14 @@ class Asking:
         return {name: value for name, value in zip(names, values, strict=True) if value is not None}
 
     def descriptors(self, node: ParameterNode, names: Sequence[str]) -> list[Descriptor]:
-        """Return what the node says of its parameters, in the order of the names."""
+        """Return the node's descriptors of its parameters, in the order of the names."""
         request = self.messages.names_request(DESCRIBE, names)
         descriptors = self._ask(node, DESCRIBE, request, self.messages.descriptors) if names else []
         self._check_number(node, names, descriptors)
         return [each._replace(name=name) for name, each in zip(names, descriptors, strict=True)]
 
     def set(self, node: ParameterNode, values: Mapping[str, bool | int | float | str]) -> dict[str, str]:
-        """Set parameters, and return for those that the node did not set why."""
+        """Set parameters; return why the node refused some of them, by name."""
         results = self._ask(node, SET, self.messages.set_request(values), self.messages.results)
         self._check_number(node, [*values], results)
         return {name: reason for name, reason in zip(values, results, strict=True) if reason is not None}

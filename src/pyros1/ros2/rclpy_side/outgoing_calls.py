@@ -1,4 +1,4 @@
-"""Calls of services in ROS 2 through rclpy: those that wait in the thread that makes them, and those that do not."""
+"""Calls of services in ROS 2 through rclpy, blocking and non-blocking."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ READY_TIME = 5.0
 _READY_PERIOD = 0.02
 
 
-class OwnCalls:
+class OutgoingCalls:
     """The calls that a bridge makes. May be used in several threads.
 
     Args:
@@ -84,19 +84,21 @@ class OwnCalls:
             raise ServiceRefusal(f"the bridge cannot call it: {one_line(error, 200)}") from error
         call = _StartedCall(client, message, timeout, done, self._rclpy.serialize)
         self._started.add(call)
-        call.look()
+        call.poll()
         if self._closing.is_set():
             call.end(ServiceRefusal("the bridge ends"))
 
-    def look(self) -> None:
-        """Send what waits for its service, and end what has waited too long. To be called again and again."""
+    def poll(self) -> None:
+        """Send the calls that waited for their service, and end those that have waited too long. Call this
+        periodically.
+        """
         for call in [*self._started]:
-            call.look()
+            call.poll()
             if call.is_done:
                 self._started.discard(call)
 
-    def lose(self, client: Any) -> None:
-        """End the calls of a client that has ended: their responses would not come."""
+    def drop_client(self, client: Any) -> None:
+        """End the calls of a destroyed client, whose responses would never arrive."""
         for done, its_client in [*self._waiting.items()]:
             if its_client is client:
                 done.set()
@@ -120,7 +122,7 @@ class OwnCalls:
 
 
 class _StartedCall:
-    """A call for which nobody waits."""
+    """A non-blocking call."""
 
     def __init__(
         self,
@@ -141,7 +143,7 @@ class _StartedCall:
         self._future: Any = None
         self._lock = threading.Lock()
 
-    def look(self) -> None:
+    def poll(self) -> None:
         """Send the request if the service is there, and end if it is too late."""
         now, is_new = time.monotonic(), False
         try:
@@ -157,11 +159,11 @@ class _StartedCall:
             if now >= self._ready_deadline:
                 self.end(ServiceRefusal("the service in ROS 2 is not there"))
         elif is_new:
-            future.add_done_callback(self._end_with)
+            future.add_done_callback(self._on_response)
         elif now >= self._deadline:
             self.end(ServiceRefusal("the service in ROS 2 does not respond"))
 
-    def _end_with(self, future: Any) -> None:
+    def _on_response(self, future: Any) -> None:
         try:
             response = bytes(self._serialize(future.result()))
         except Exception as error:  # noqa: BLE001 - rclpy's own, of any kind
