@@ -278,11 +278,19 @@ def test_a_server_that_is_closed(make_node: Make) -> None:
         client.lookup_transform("map", "base")
 
 
-def test_a_lookup_is_answered_when_simulated_time_begins_again(make_node: Make) -> None:
+@pytest.mark.parametrize("checks_before", [True, False])
+def test_a_lookup_is_answered_when_simulated_time_begins_again(
+    make_node: Make, monkeypatch: pytest.MonkeyPatch, checks_before: bool
+) -> None:
+    check, may_check = BufferServer._check_goals, threading.Event()
+    monkeypatch.setattr(BufferServer, "_check_goals", lambda server: may_check.is_set() and check(server))
+    if checks_before:
+        may_check.set()
     world = make_node("world", rosout=False)
     world.params["/use_sim_time"] = True
     clock: Any = world.advertise("/clock", "rosgraph_msgs/Clock")
-    BufferServer(make_node("server", rosout=False), Buffer())
+    node = make_node("server", rosout=False)
+    BufferServer(node, Buffer())
     actor = Actor(world)
     assert clock.wait_for_subscribers(timeout=PATIENCE)
     ticks = iter(range(10**6))
@@ -298,5 +306,7 @@ def test_a_lookup_is_answered_when_simulated_time_begins_again(make_node: Make) 
     play_until(lambda: not actor.statuses.empty(), 1000.0)
     actor.send("late", "nowhere", timeout=100_000.0)
     play_until(lambda: not actor.statuses.empty() and actor.statuses.get() == [("late", STATUS.ACTIVE)], 1000.0)
+    play_until(lambda: node.now() < Time(1000), 0.0)
+    may_check.set()
     play_until(lambda: not actor.results.empty(), 0.0)
     assert actor.results.get().result.error.error != 0
