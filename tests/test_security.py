@@ -54,6 +54,7 @@ ALLOWED = {
     "bag/export/extras.py: importlib.import_module": "the same",
     "bag/export/mcap_reader.py: importlib.import_module": "the same",
     "bridge/transport/certificates.py: importlib.import_module": "the same",
+    "robot_nodes/diagnostic_aggregator/match_ways.py: importlib.import_module": "the same",
     "launch/remote/agent.py: importlib.import_module": "the same",
     "ros2/rclpy_side/type_classes.py: importlib.import_module": "installed packages of ROS 2 that define the type",
     "drop_in/module_attributes.py: importlib.import_module": "the same",

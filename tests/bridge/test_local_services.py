@@ -70,7 +70,7 @@ def test_providers_that_do_not_say_their_type(
     make_node("robot").advertise_service("/add", Trigger, lambda _: (True, ""))
     services = LocalServices(graph, lambda name: name == "/add", lambda *_: header)
     assert services.services(graph.state(), ()) == []
-    assert services.problems == {"/add": "/robot does not say its type"}
+    assert services.problems == {"/add": "/robot does not report its type"}
     header.update(type="std_srvs/Trigger", md5sum="a" * 32)
     assert services.services(graph.state(), ()) == [], "it is not asked again at once"
     monkeypatch.setattr(local_services, "RETRY_PERIOD", 0.0)
