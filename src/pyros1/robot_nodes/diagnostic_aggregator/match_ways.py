@@ -39,7 +39,8 @@ def _count(operation: str, argument: Any) -> _Ways:
     """Return the ways of a part of an expression, if each character could match."""
     if operation in _REPEATS:
         low, high, body = argument
-        return _repeat(_count_sequence(body), int(low), min(int(high), MAX_NAME_LENGTH))
+        low = min(int(low), MAX_NAME_LENGTH)  # more repeats of what can be empty have no fewer ways
+        return _repeat(_count_sequence(body), low, min(int(high), MAX_NAME_LENGTH))
     if operation in ("BRANCH", "GROUPREF_EXISTS"):
         branches = argument[1] if operation == "BRANCH" else argument[1:]
         return _limited(
