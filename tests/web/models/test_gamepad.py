@@ -60,7 +60,7 @@ def test_whatever_happens_a_robot_that_was_driven_is_stopped() -> None:
             last = wanted
 
 
-NO_AXES: list[Any] = [1.001, -1e9, float("nan"), "0", None, True, [0]]
+NO_AXES: list[Any] = [1.001, -1e9, 10**400, float("nan"), "0", None, True, [0]]
 NO_BUTTONS: list[Any] = [2, -1, 0.5, "1", None, True, {}]
 NO_STATES: list[Any] = [5, [], "x", {}, {"axes": []}, {"axes": 1, "buttons": []}]
 NO_STATES += [{"axes": [axis], "buttons": []} for axis in NO_AXES]

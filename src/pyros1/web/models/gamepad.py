@@ -41,7 +41,7 @@ def read_state(value: Any) -> GamepadState | None:
     if len(axes) > MAX_AXES or len(buttons) > MAX_BUTTONS:
         raise RequestError(f"a gamepad can have at most {MAX_AXES} axes and {MAX_BUTTONS} buttons")
     for axis in axes:
-        if isinstance(axis, bool) or not isinstance(axis, (int, float)) or not math.fabs(axis) <= 1:
+        if isinstance(axis, bool) or not isinstance(axis, (int, float)) or not abs(axis) <= 1:
             raise RequestError("axes must be numbers from -1 to 1")
     if any(isinstance(button, bool) or button not in (0, 1) for button in buttons):
         raise RequestError("buttons must be 0 or 1")
