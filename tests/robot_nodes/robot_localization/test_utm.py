@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import atan2, cos, inf, nan, radians, sin, sqrt, tan
+from math import atan2, cos, inf, isnan, nan, radians, sin, sqrt, tan
 
 import numpy as np
 import pytest
@@ -93,3 +93,8 @@ def test_places_without_utm(place: tuple[float, float]) -> None:
 def test_places_too_far_from_a_grid(place: tuple[float, float]) -> None:
     with pytest.raises(UtmError):
         Grid(31, north=True).forward(*place)
+
+
+@pytest.mark.parametrize("easting", [2.6e7, 4e7, 1e9, -1e12, 1e300, inf, nan])
+def test_there_are_no_degrees_of_absurd_positions(easting: float) -> None:
+    assert all(map(isnan, Grid(31, north=True).inverse(easting, 0.0)))

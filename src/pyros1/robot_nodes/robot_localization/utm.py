@@ -11,7 +11,7 @@ from cmath import cos as complex_cos
 from cmath import phase
 from cmath import sin as complex_sin
 from dataclasses import dataclass
-from math import asin, asinh, atan2, atanh, cos, degrees, hypot, radians, sin, sinh, sqrt, tan, tanh
+from math import asin, asinh, atan2, atanh, cos, degrees, hypot, nan, radians, sin, sinh, sqrt, tan, tanh
 
 from pyros1.ground.errors import Error
 from pyros1.ground.terminal_text import one_line
@@ -37,6 +37,7 @@ _BETA = (
     17 * _N**3 / 480 - 37 * _N**4 / 840,
     4397 * _N**4 / 161280,
 )
+_MAX_AWAY = 6.0  # radians from the meridian: more than all places of which there are coordinates; sinh overflows later
 _LATITUDE_STEPS = 10  # each one makes the error 150 times smaller
 
 
@@ -105,9 +106,13 @@ class Grid:
         return _FALSE_EASTING + _UNIT * z.imag, (0.0 if self.north else _FALSE_NORTHING) + _UNIT * z.real
 
     def inverse(self, easting: float, northing: float) -> tuple[float, float]:
-        """Return latitude and longitude in degrees of an easting and northing in metres."""
+        """Return latitude and longitude in degrees of an easting and northing in metres; nan if they are absurd."""
         z = complex(northing - (0.0 if self.north else _FALSE_NORTHING), easting - _FALSE_EASTING) / _UNIT
+        if not abs(z.imag) <= _MAX_AWAY:  # for example, of a filter that has diverged
+            return nan, nan
         zeta = z - sum(factor * complex_sin(2 * number * z) for number, factor in enumerate(_BETA, 1))
+        if not abs(zeta.imag) <= _MAX_AWAY:
+            return nan, nan
         east = sinh(zeta.imag)
         conformal = asinh(sin(zeta.real) / hypot(east, cos(zeta.real)))
         sine = tanh(conformal)
