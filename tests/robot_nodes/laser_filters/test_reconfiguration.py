@@ -37,7 +37,7 @@ def test_a_range_filter_is_changed_for_the_next_scan(make_node: Callable[..., No
     user = make_node("user")
     params = {"upper_threshold": 5, "upper_replacement_value": math.inf}
     chain = [{"name": "limits", "type": "laser_filters/LaserScanRangeFilter", "params": params}]
-    user.params["/chain"] = {"scan_filter_chain": chain, "limits": {"upper_threshold": 70.0}}
+    user.params["/chain"] = {"scan_filter_chain": chain, "limits": {"upper_threshold": 70.0, "lower_threshold": 2.0}}
     running = FilterChain(make_node("chain"))
     scans: Queue[Any] = Queue()
     user.subscribe("/scan_filtered", LaserScan, lambda scan: scans.put(list(scan.ranges)))
@@ -51,6 +51,7 @@ def test_a_range_filter_is_changed_for_the_next_scan(make_node: Callable[..., No
     assert filtered(1.0, 7.0) == [1.0, math.inf]
     with closing(Client(user, "chain/limits")) as client:
         assert client.config(PATIENCE)["upper_threshold"] == 5.0, "not what an earlier run has left"
+        assert client.config(PATIENCE)["lower_threshold"] == 0.0, "which is what the filter uses"
         client.update({"upper_threshold": 8.0})
         assert filtered(1.0, 7.0, 9.0) == [1.0, 7.0, math.inf]
         client.update({"lower_threshold": 2.0, "lower_replacement_value": 0.5})

@@ -104,8 +104,8 @@ class FilterServer:
             self._names.append(name)
             parameters.add(name, default, minimum=minimum, maximum=maximum)
             value = _shown(self._params.get(name), default)
-            if value is not None:  # as in stock, what the chain says counts, and not what was changed in an earlier run
-                node.params[f"~{specification['name']}/{name}"] = value
+            # As in stock, what the chain says counts, and not what was changed in an earlier run.
+            node.params[f"~{specification['name']}/{name}"] = default if value is None else value
         self._server = Server(node, parameters, self._change, specification["name"])
 
     def _change(self, config: Any, level: int) -> Any:
