@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import random
+import tracemalloc
 from contextlib import suppress
 from time import process_time
 
@@ -85,3 +86,25 @@ def test_damaged_data() -> None:
             decode_rvl(bytes(damaged), 299)
     with pytest.raises(MessageError):
         decode_rvl(bytes(1000), 299)  # runs of no length
+
+
+def test_large_images_are_decoded_with_little_memory() -> None:
+    depths = np.random.default_rng(3).integers(1, 65536, 100_000).astype(np.uint16)
+    data = encode_rvl(depths)
+    tracemalloc.start()
+    try:
+        assert (decode_rvl(data, depths.size) == depths).all()
+        assert tracemalloc.get_traced_memory()[1] < 30 * len(data)
+    finally:
+        tracemalloc.stop()
+
+
+def test_what_follows_an_image_takes_no_memory() -> None:
+    depths = np.array([0, 65535, 0, 1, 65535, 1] * 10, np.uint16)
+    data = encode_rvl(depths) + bytes(8_000_000)
+    tracemalloc.start()
+    try:
+        assert decode_rvl(data, depths.size).tolist() == depths.tolist()
+        assert tracemalloc.get_traced_memory()[1] < 1_000_000
+    finally:
+        tracemalloc.stop()

@@ -14,6 +14,10 @@ from pyros1.ground.errors import MessageError
 
 _MAX_GROUPS = 11
 """Maximum number of groups of a number: 33 bits."""
+_BLOCK = 4096
+"""Words that are decoded at a time: each becomes up to eight numbers of 64 bits, several times."""
+_MAX_BYTES_PER_PIXEL = 4
+"""A run of one pixel: two groups for its lengths, and six for the difference. What follows the image is not read."""
 _SHIFTS = np.arange(28, -1, -4, dtype=np.uint32)
 
 
@@ -56,7 +60,7 @@ def decode_rvl(data: bytes, size: int) -> NDArray[np.uint16]:
     Raises:
         MessageError: the data is damaged.
     """
-    numbers = _unpack(data)
+    numbers = _unpack(data[: _MAX_BYTES_PER_PIXEL * size + 4])
     depths = np.zeros(size, np.uint16)
     at = place = previous = 0
     while at < size:
@@ -78,15 +82,19 @@ def decode_rvl(data: bytes, size: int) -> NDArray[np.uint16]:
 
 def _unpack(data: bytes) -> NDArray[np.int64]:
     words = np.frombuffer(data, "<u4", len(data) // 4)
-    groups = ((words[:, None] >> _SHIFTS) & 15).ravel().astype(np.int64)
-    ends = np.flatnonzero(groups < 8)
-    if not ends.size:
-        return np.zeros(0, np.int64)
-    counts = np.diff(ends, prepend=-1)
-    if counts.max() > _MAX_GROUPS:
-        raise MessageError("the RVL data is damaged")
-    values = (groups[: ends[-1] + 1] & 7) << (3 * _places(counts))
-    return np.add.reduceat(values, ends + 1 - counts)
+    parts, rest = [np.zeros(0, np.int64)], np.zeros(0, np.int64)
+    for start in range(0, words.size, _BLOCK):
+        block = (words[start : start + _BLOCK, None] >> _SHIFTS) & 15
+        groups = np.concatenate([rest, block.ravel().astype(np.int64)])
+        ends = np.flatnonzero(groups < 8)
+        if not ends.size:
+            break
+        counts = np.diff(ends, prepend=-1)
+        if counts.max() > _MAX_GROUPS:
+            raise MessageError("the RVL data is damaged")
+        groups, rest = np.split(groups, [ends[-1] + 1])
+        parts.append(np.add.reduceat((groups & 7) << (3 * _places(counts)), ends + 1 - counts))
+    return np.concatenate(parts)
 
 
 def _places(counts: NDArray[np.int64]) -> NDArray[np.int64]:
