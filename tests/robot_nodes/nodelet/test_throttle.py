@@ -5,13 +5,17 @@ Feature: nodelets named NodeletThrottleImage and the like run as a node that lim
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable
 from contextlib import closing
 from queue import Queue
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
 
 from pyros1.ground.timing import Time
+from pyros1.msgs import AnyMsg
 from pyros1.msgs.std_msgs.msg import Int32
 from pyros1.node import Node
 from pyros1.reconfigure import Client
@@ -59,4 +63,22 @@ def test_messages_pass_at_a_limited_rate(
     assert [passed.get(timeout=PATIENCE) for _ in range(2)] == [7, 8]
     subscriber.unregister()
     until(lambda: not numbers.num_connections)
+    del running
+
+
+def test_the_first_message_may_come_at_once(make_node: Callable[..., Node], monkeypatch: pytest.MonkeyPatch) -> None:
+    node, ended, threads = make_node("throttle"), threading.Event(), []
+    message = AnyMsg()
+    message._connection_header = {"type": "std_msgs/Int32", "md5sum": Int32._md5sum}
+
+    def subscribe(topic: str, cls: Any, callback: Callable[[Any], None], **options: Any) -> Any:
+        threads.append(threading.Thread(target=callback, args=[message]))
+        threads[0].start()
+        threads[0].join(0.1)  # the message is there before the subscription is returned
+        return SimpleNamespace(unregister=ended.set)
+
+    monkeypatch.setattr(node, "subscribe", subscribe)
+    running = Throttle(node)
+    assert ended.wait(PATIENCE), "the subscription remains"
+    threads[0].join(PATIENCE)
     del running

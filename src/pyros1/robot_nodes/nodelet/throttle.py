@@ -39,7 +39,8 @@ class Throttle:
         parameters = Parameters()
         parameters.add("update_rate", -1.0, "Maximum rate in Hz; 0 or less for no limit", minimum=-1.0)
         self._server = Server(node, parameters, self._configure)
-        self._first = node.subscribe("topic_in", AnyMsg, self._begin, queue_size=_QUEUE_SIZE)
+        with self._lock:  # the first message may come before this subscription is known
+            self._first = node.subscribe("topic_in", AnyMsg, self._begin, queue_size=_QUEUE_SIZE)
 
     def _configure(self, config: Any, level: int) -> Any:
         self._rate = config.update_rate
