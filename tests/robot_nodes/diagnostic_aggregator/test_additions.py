@@ -6,18 +6,21 @@ Feature: analyzers added to a running diagnostic_aggregator -- `pyros1 run diagn
 from __future__ import annotations
 
 import threading
+import time
 from collections.abc import Callable
 from pathlib import Path
 from queue import Queue
+from typing import Any
 
 import pytest
 
 from pyros1.ground.errors import SettingError, WaitTimeoutError
+from pyros1.msgs.bond.msg import Status
 from pyros1.msgs.diagnostic_msgs.msg import DiagnosticArray
 from pyros1.msgs.diagnostic_msgs.srv import AddDiagnostics
 from pyros1.node import Node
 from pyros1.robot_nodes.diagnostic_aggregator.add_analyzers import add_analyzers
-from pyros1.robot_nodes.diagnostic_aggregator.additions import SERVICE
+from pyros1.robot_nodes.diagnostic_aggregator.additions import BOND_TOPIC, SERVICE
 from pyros1.robot_nodes.diagnostic_aggregator.node import AggregatorNode
 
 PATIENCE = 20.0
@@ -76,6 +79,27 @@ def test_a_bond_breaks_with_the_aggregator(aggregator: Node, make_node: Callable
     aggregator.shutdown()
     assert "the bond with aggregator_node is broken" in errors.get(timeout=PATIENCE)
     adding.join(PATIENCE)
+
+
+def test_the_aggregator_waits_for_all_silent_nodes_at_once(aggregator: Node, make_node: Callable[..., Node]) -> None:
+    user, formed = make_node("user2"), threading.Semaphore(0)
+    namespaces = [f"/silent{number}" for number in range(9)]
+
+    def listen(line: Any) -> None:
+        if "added the analyzers of /silent" in line.msg:
+            formed.release()
+
+    user.subscribe("/rosout", "rosgraph_msgs/Log", listen)
+    for namespace in namespaces:
+        user.params[f"{namespace}/analyzers"] = IMU
+        user.advertise(f"{BOND_TOPIC}{namespace}", Status, latch=True).publish(
+            id=namespace, instance_id="silent", active=True
+        )
+        assert user.service(SERVICE, AddDiagnostics)(namespace).success
+    assert all(formed.acquire(timeout=PATIENCE) for _ in namespaces)
+    begin = time.monotonic()
+    aggregator.shutdown()
+    assert time.monotonic() - begin < 3.5
 
 
 @pytest.mark.parametrize(

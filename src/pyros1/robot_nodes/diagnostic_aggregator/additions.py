@@ -101,5 +101,7 @@ class Additions:
     def _close(self) -> None:
         with self._bonds_lock:
             links = [link for link in self._bonds.values() if link is not None]
+        for link in links:  # all at once, since a node that hangs or was killed does not answer
+            link.end()
         for link in links:
             link.close()

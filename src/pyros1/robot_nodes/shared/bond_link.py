@@ -56,12 +56,17 @@ class BondLink:
         self._thread = threading.Thread(target=self._run, name=f"{node.name}:bond", daemon=True)
         self._thread.start()
 
-    def close(self) -> None:
-        """End the bond, and tell the other side."""
+    def end(self) -> None:
+        """End the bond, and tell the other side, without waiting for it."""
         with self._changed:
-            self._is_closed = True
-            self._bond.end(monotonic())
-            self._changed.notify()
+            if not self._is_closed:
+                self._is_closed = True
+                self._bond.end(monotonic())
+                self._changed.notify()
+
+    def close(self) -> None:
+        """End the bond, tell the other side, and wait for it for a moment."""
+        self.end()
         if self._thread is not threading.current_thread():
             self._thread.join(_END_TIMEOUT)
 
