@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import queue
+import threading
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import pytest
@@ -72,6 +74,31 @@ def test_a_page_that_says_nothing_more_stops_the_robot(ear: Ear, watch: Make) ->
     ear.hear_until([0.0, 1.0])
     ear.hear_until([0.0, 0.0])  # after SILENCE, though the connection is there
     assert not ear.hears_more(0.1)
+
+
+def test_a_state_is_not_published_late(ear: Ear, watch: Make, robot: Robot, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The publisher has been closed, and to open it again takes longer than the page drives."""
+    idle = {**ARGS, "hz": 5}
+    watched = watch("gamepad", **idle)
+    for state, axes in ((DRIVE, [0.0, 1.0]), (None, [0.0, 0.0])):
+        watched.view.change({**idle, "state": state})
+        ear.hear_until(axes)
+    may_open, is_opening = threading.Event(), threading.Event()
+
+    def slowly(call: Callable[..., Any], *args: Any) -> Any:
+        is_opening.set()
+        assert may_open.wait(PATIENCE)
+        return call(*args)
+
+    monkeypatch.setattr(robot.publishing, "advertise", partial(slowly, robot.publishing.advertise))
+    monkeypatch.setattr(robot.publishing, "publish", partial(slowly, robot.publishing.publish))
+    watched.view.change({**idle, "state": DRIVE})
+    assert is_opening.wait(PATIENCE)
+    watched.view.change(idle)
+    may_open.set()
+    assert not ear.hears_more(0.2)
+    watched.view.change({**idle, "state": DRIVE})
+    ear.hear_until([0.0, 1.0])
 
 
 def test_one_page_at_a_time(watch: Make, robot: Robot) -> None:

@@ -87,6 +87,8 @@ class GamepadView(View):
         return read_state(args.get("state")), number_arg(args, "hz", _MIN_RATE, _MAX_RATE, 20.0)
 
     def _publish_due(self) -> int:
+        # It may have been closed. To wait for its subscribers takes seconds, after which a state would be old.
+        self.robot.publishing.advertise(self._topic, _JOY_TYPE)
         state = self._gamepad.take(monotonic())
         if state is not None:
             header = {"stamp": "now", "frame_id": self._frame_id}
