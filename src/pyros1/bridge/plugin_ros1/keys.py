@@ -3,7 +3,7 @@
 Messages of a topic and calls of a service have the key ``TYPE/MD5/NAMESPACE/NAME``, where TYPE is the hexadecimal form
 of the type's name, and NAMESPACE is ``*`` for bridges without one: as a key expression, that matches all namespaces.
 What a bridge has is announced by beacons, empty messages with the key
-``ros1_discovery_info/*/CLASS/TYPE/MD5/NAMESPACE/NAME``. bridges older than March 2025 have no NAMESPACE in the keys of
+``ros1_discovery_info/*/CLASS/TYPE/MD5/NAMESPACE/NAME``. Bridges older than March 2025 have no NAMESPACE in the keys of
 messages, but have it in those of beacons.
 """
 
