@@ -1,86 +1,124 @@
-"""Counts the ways in which a regular expression can match names of some length (no I/O)."""
+"""Counts the steps in which a regular expression tries to match names of some length (no I/O)."""
 
 from __future__ import annotations
 
 import importlib
 import sys
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 MAX_NAME_LENGTH = 500
 """Maximum length of a name that a regular expression is tried on."""
-_MAX_WAYS = 1e6  # well below a second
+_MAX_STEPS = 3e6  # well below a second
 _MANY = 1e12
 _REPEATS = ("MAX_REPEAT", "MIN_REPEAT", "POSSESSIVE_REPEAT")
-_Ways = NDArray[np.float64]  # in how many ways 0, 1, 2 ... characters can be matched
+_Numbers = NDArray[np.float64]  # for 0, 1, 2 ... characters
 
 
-def max_name_length(expression: str) -> int:
-    """Return for which length of names there are at most a million ways to match, up to `MAX_NAME_LENGTH`.
+class _Part(NamedTuple):
+    """What a part of an expression can do if each character could match.
+
+    Attributes:
+        ways: in how many ways it can match so many characters.
+        steps: how many of its steps end after so many characters. They count even if the part then does not match:
+            ``(a+)+b{450}`` matches no short names, and takes forever to see it.
+    """
+
+    ways: _Numbers
+    steps: _Numbers
+
+
+def max_name_length(expression: str, min_length: int = 0) -> int:
+    """Return for which length of names matching takes at most some million steps, up to `MAX_NAME_LENGTH`.
 
     Args:
         expression: a valid regular expression.
+        min_length: the least length that is of use. If a part of the expression alone takes too many steps for it, the
+            rest is not counted, which would take long, and the result is -1.
     """
     parser = importlib.import_module("re._parser" if sys.version_info >= (3, 11) else "sre_parse")
-    ways = _count_sequence(parser.parse(expression))
-    return int(np.searchsorted(np.cumsum(ways), _MAX_WAYS, side="right")) - 1
+    try:
+        steps = _Counter(min_length).count_sequence(parser.parse(expression)).steps
+    except _TooManyError:
+        return -1
+    return int(np.searchsorted(np.cumsum(steps), _MAX_STEPS, side="right")) - 1
 
 
-def _count_sequence(items: Any) -> _Ways:
-    ways = _no_characters()
-    for operation, argument in items:
-        ways = _join(ways, _count(str(operation), argument))
-    return ways
+class _TooManyError(Exception):
+    pass
 
 
-def _count(operation: str, argument: Any) -> _Ways:
-    """Return the ways of a part of an expression, if each character could match."""
-    if operation in _REPEATS:
-        low, high, body = argument
-        low = min(int(low), MAX_NAME_LENGTH)  # more repeats of what can be empty have no fewer ways
-        return _repeat(_count_sequence(body), low, min(int(high), MAX_NAME_LENGTH))
-    if operation in ("BRANCH", "GROUPREF_EXISTS"):
-        branches = argument[1] if operation == "BRANCH" else argument[1:]
-        return _limited(
-            sum((_count_sequence(branch or []) for branch in branches), start=np.zeros(MAX_NAME_LENGTH + 1))
-        )
-    if operation in ("SUBPATTERN", "ATOMIC_GROUP"):
-        return _count_sequence(argument[-1] if operation == "SUBPATTERN" else argument)
-    if operation in ("ASSERT", "ASSERT_NOT"):
-        return _limited(_no_characters() * _count_sequence(argument[1]).sum())
-    if operation in ("AT", "GROUPREF"):  # how long a reference is, is not known: none is the worst case
-        return _no_characters()
-    return np.roll(_no_characters(), 1)
+class _Counter:
+    """Counts until there are too many steps for names of some length."""
+
+    def __init__(self, min_length: int) -> None:
+        self._min_length = min_length
+
+    def count_sequence(self, items: Any) -> _Part:
+        ways, steps = _no_characters(), np.zeros(MAX_NAME_LENGTH + 1)
+        for operation, argument in items:
+            part = self._count(str(operation), argument)
+            steps = self._checked(steps + _join(ways, part.steps))
+            ways = _join(ways, part.ways)
+        return _Part(ways, steps)
+
+    def _count(self, operation: str, argument: Any) -> _Part:
+        if operation in _REPEATS:
+            low, high, body = argument
+            low = min(int(low), MAX_NAME_LENGTH)  # more repeats of what can be empty have no fewer ways
+            return self._repeat(self.count_sequence(body), low, min(int(high), MAX_NAME_LENGTH))
+        if operation in ("BRANCH", "GROUPREF_EXISTS"):
+            branches = argument[1] if operation == "BRANCH" else argument[1:]
+            parts = [self.count_sequence(branch or []) for branch in branches]
+            steps = self._checked(sum((part.steps for part in parts), start=_no_characters()))
+            return _Part(_limited(sum((part.ways for part in parts), start=np.zeros(MAX_NAME_LENGTH + 1))), steps)
+        if operation in ("SUBPATTERN", "ATOMIC_GROUP"):
+            return self.count_sequence(argument[-1] if operation == "SUBPATTERN" else argument)
+        if operation in ("ASSERT", "ASSERT_NOT"):  # tried once, and what it matches is then left again
+            direction, body = argument
+            steps = self.count_sequence(body).steps
+            if direction < 0:  # it goes back, where there are enough characters
+                steps = _no_characters() * steps.sum()
+            return _Part(_no_characters(), self._checked(_no_characters() + steps))
+        if operation in ("AT", "GROUPREF"):  # how long a reference is, is not known: none is the worst case
+            return _Part(_no_characters(), _no_characters())
+        return _Part(np.roll(_no_characters(), 1), np.roll(_no_characters(), 1))
+
+    def _repeat(self, body: _Part, low: int, high: int) -> _Part:
+        widths = np.flatnonzero(body.ways)
+        ways, before = np.zeros(MAX_NAME_LENGTH + 1), np.zeros(MAX_NAME_LENGTH + 1)
+        if len(widths) == 1 and widths[0] and body.ways[widths[0]] == 1.0:  # such as x*
+            ways[low * widths[0] : high * widths[0] + 1 : widths[0]] = 1.0
+            before[: high * widths[0] : widths[0]] = 1.0
+        else:
+            power = _no_characters()
+            for count in range(high + 1):
+                if count >= low:
+                    ways = _limited(ways + power)
+                if count == high or not power.any():
+                    break
+                before = self._checked(before + power)
+                power = _join(power, body.ways)
+        return _Part(ways, self._checked(_no_characters() + _join(before, body.steps)))
+
+    def _checked(self, steps: _Numbers) -> _Numbers:
+        if steps[: self._min_length + 1].sum() > _MAX_STEPS:
+            raise _TooManyError
+        return _limited(steps)
 
 
-def _repeat(body: _Ways, low: int, high: int) -> _Ways:
-    widths = np.flatnonzero(body)
-    ways = np.zeros(MAX_NAME_LENGTH + 1)
-    if len(widths) == 1 and widths[0] and body[widths[0]] == 1.0:  # such as x*
-        ways[low * widths[0] : high * widths[0] + 1 : widths[0]] = 1.0
-        return ways
-    power = _no_characters()
-    for count in range(high + 1):
-        if count >= low:
-            ways = _limited(ways + power)
-        if not power.any():
-            break
-        power = _join(power, body)
-    return ways
-
-
-def _join(first: _Ways, second: _Ways) -> _Ways:
-    """Return in how many ways two parts, one after the other, can match."""
+def _join(first: _Numbers, second: _Numbers) -> _Numbers:
+    """Return the numbers for two parts, one after the other, given those for each."""
     return _limited(np.convolve(first, second)[: MAX_NAME_LENGTH + 1])
 
 
-def _limited(ways: _Ways) -> _Ways:
-    return np.minimum(ways, _MANY)
+def _limited(numbers: _Numbers) -> _Numbers:
+    return np.minimum(numbers, _MANY)
 
 
-def _no_characters() -> _Ways:
-    ways = np.zeros(MAX_NAME_LENGTH + 1)
-    ways[0] = 1.0
-    return ways
+def _no_characters() -> _Numbers:
+    numbers = np.zeros(MAX_NAME_LENGTH + 1)
+    numbers[0] = 1.0
+    return numbers

@@ -1,7 +1,7 @@
 """Regular expressions for names that others choose, in bounded time (no I/O).
 
 Python tries all ways in which an expression can match, and lets no other thread run meanwhile: ``(a+)+`` needs years to
-see that it does not match 50 times ``a`` and a ``b``. So the ways are counted beforehand.
+see that it does not match 50 times ``a`` and a ``b``. So the steps are counted beforehand.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ class NamePattern:
 
         try:
             pattern = re.compile(expression)
-            self.max_length = max_name_length(expression)
+            self.max_length = max_name_length(expression, MIN_NAME_LENGTH)
         except (re.error, OverflowError, RecursionError) as error:
             raise PatternError(str(error)) from error
         if self.max_length < MIN_NAME_LENGTH:
