@@ -108,3 +108,9 @@ def test_what_follows_an_image_takes_no_memory() -> None:
         assert tracemalloc.get_traced_memory()[1] < 1_000_000
     finally:
         tracemalloc.stop()
+
+
+def test_many_short_runs() -> None:
+    depths = np.zeros(1 << 16, np.uint16)
+    depths[::2] = 7
+    assert (decode_rvl(encode_rvl(depths), depths.size) == depths).all()
