@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import partial
 from itertools import permutations
-from math import cos, nan, pi, sin
+from math import cos, inf, nan, pi, sin
 from typing import Any
 
 import numpy as np
@@ -232,3 +232,36 @@ def test_garbage_is_ignored_or_refused() -> None:
     far.longitude = -170.0
     with pytest.raises(UtmError, match="too far from UTM zone 32"):
         navsat.add_fix(far)
+
+
+@pytest.mark.parametrize("uses_plane", [False, True])
+def test_what_is_not_finite_or_far_from_the_earth_is_refused(uses_plane: bool) -> None:
+    navsat = make_navsat(uses_plane=uses_plane)
+    for altitude, w in ((nan, 1.0), (inf, 1.0), (1e308, 1.0), (0.0, nan)):
+        with pytest.raises(UtmError):
+            navsat.set_datum(LATITUDE, LONGITUDE, altitude, (0.0, 0.0, 0.0, w))
+    with pytest.raises(UtmError, match="too far away"):
+        navsat.add_fix(fix(altitude=1e308))
+    started(navsat, odometry(), imu(0.0), fix())
+    reference = navsat.georeference
+    assert reference is not None
+    for x in (1e12, 1e308, nan):
+        with pytest.raises(UtmError, match="too far away"):
+            reference.to_earth(x, 0.0, 0.0)
+    with pytest.raises(UtmError):
+        reference.to_world(LATITUDE, LONGITUDE, nan)
+    navsat.add_odometry(odometry(1e12))
+    with pytest.raises(UtmError):
+        navsat.make_fix()
+    navsat = make_navsat(uses_plane=uses_plane)
+    for add, message in ((navsat.add_odometry, odometry(1e12)), (navsat.add_imu, imu(0.0)), (navsat.add_fix, fix())):
+        add(message)
+    with pytest.raises(UtmError, match="too far away"):
+        navsat.start()
+
+
+def test_a_datum_far_from_the_chosen_zone_is_refused() -> None:
+    navsat = make_navsat()
+    navsat.set_zone("31U")
+    with pytest.raises(UtmError, match="too far from UTM zone 31"):
+        navsat.set_datum(LATITUDE, -170.0, 0.0, IDENTITY[3:])

@@ -18,7 +18,7 @@ from pyros1.robot_nodes.robot_localization.inputs import pose_tuple
 from pyros1.robot_nodes.robot_localization.local_plane import LocalPlane
 from pyros1.robot_nodes.robot_localization.motion import Array
 from pyros1.robot_nodes.robot_localization.sensors import FindFrame, Mount, matrix
-from pyros1.robot_nodes.robot_localization.utm import Grid, UtmError, check_degrees
+from pyros1.robot_nodes.robot_localization.utm import Grid, UtmError, check_degrees, check_metres
 from pyros1.tf.rotation import IDENTITY, Quaternion, Transform, from_angles, invert, multiply, to_angles
 
 _NO_FIX, _GBAS_FIX, _KNOWN = -1, 2, 3  # constants of NavSatStatus and NavSatFix
@@ -57,12 +57,18 @@ class Georeference:
         Raises:
             UtmError: see `Grid.forward`.
         """
+        check_metres(altitude)
         x, y, z, *_ = multiply(self.pose, (*self.grid.forward(latitude, longitude), altitude, *IDENTITY[3:]))
         return x, y, 0.0 if self.flat else z
 
     def to_earth(self, x: float, y: float, z: float) -> tuple[float, float, float]:
-        """Return latitude and longitude in degrees, and the altitude in metres, of a position in the world frame."""
+        """Return latitude and longitude in degrees, and the altitude in metres, of a position in the world frame.
+
+        Raises:
+            UtmError: it is too far away.
+        """
         easting, northing, altitude, *_ = multiply(invert(self.pose), (x, y, z, *IDENTITY[3:]))
+        check_metres(easting, northing, altitude)
         return (*self.grid.inverse(easting, northing), altitude)
 
 
@@ -133,6 +139,7 @@ class Navsat:
         """
         if fix.status.status == _NO_FIX or not all(map(isfinite, (fix.latitude, fix.longitude, fix.altitude))):
             return
+        check_metres(fix.altitude)
         place = fix.latitude, fix.longitude, fix.altitude
         grid = self._find_grid(*place) if self.georeference is None else self.georeference.grid
         grid.forward(fix.latitude, fix.longitude)
@@ -153,9 +160,12 @@ class Navsat:
         """Set where on Earth the origin of the world frame is, and the direction of its x axis, east of which is 0.
 
         Raises:
-            UtmError: there is no UTM there.
+            UtmError: there is no UTM there, or a number is not finite.
         """
-        self._find_grid(latitude, longitude, altitude)
+        check_metres(altitude)
+        if not all(map(isfinite, orientation)):
+            raise UtmError("the orientation of the datum is not finite")
+        self._find_grid(latitude, longitude, altitude).forward(latitude, longitude)
         self._has_datum, self.georeference = True, None
         self._datum = latitude, longitude, altitude, orientation
 
@@ -177,7 +187,11 @@ class Navsat:
         self._zone = zone
 
     def start(self) -> bool:
-        """Find the transform if all that it needs has been received. Return whether it was found by this call."""
+        """Find the transform if all that it needs has been received. Return whether it was found by this call.
+
+        Raises:
+            UtmError: the robot is too far from the zone of `set_zone`, or its odometry from the Earth.
+        """
         if self.georeference is not None:
             return False
         if self._has_datum:
@@ -220,7 +234,11 @@ class Navsat:
         return message
 
     def make_fix(self) -> Any:
-        """Return the last odometry as a sensor_msgs/NavSatFix; None if there is no new one."""
+        """Return the last odometry as a sensor_msgs/NavSatFix; None if there is no new one.
+
+        Raises:
+            UtmError: the odometry is too far away.
+        """
         if self.georeference is None or not self._odometry_is_new or self._odometry is None:
             return None
         self._odometry_is_new = False
@@ -259,4 +277,6 @@ class Navsat:
         x, y, z = position.tolist()
         on_grid = (x, y, z, *from_angles(0.0, 0.0, yaw))
         level = (*world[:3], *from_angles(0.0, 0.0, to_angles(world[3:])[2]))
-        return Georeference(grid, multiply(level, invert(on_grid)), self._flat)
+        reference = Georeference(grid, multiply(level, invert(on_grid)), self._flat)
+        reference.to_earth(0.0, 0.0, 0.0)  # not if the odometry is too far away
+        return reference

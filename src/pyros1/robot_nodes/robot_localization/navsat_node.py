@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import sys
 import threading
+from collections.abc import Callable
 from typing import Any
 
 from pyros1.ground.errors import ServiceRefusal
@@ -87,22 +88,25 @@ class NavsatNode:
                 self._started_at = self._node.now()
             if (self._node.now() - self._started_at).to_sec() < self._delay:
                 return
-            if self._navsat.start():
+            if self._attempt(self._navsat.start, "there is no transform yet: %s"):
                 self._is_new = True
             # With a datum, the transform is known before an odometry has named the frame.
             if self._is_new and self._navsat.has_odometry:
                 self._is_new = False
                 self._announce()
-            try:
-                odometry = self._navsat.make_odometry()
-            except UtmError as error:
-                odometry = None
-                self._node.log.error(_IGNORED, error, throttle=10)
-            fix = None if self._filtered is None else self._navsat.make_fix()
+            odometry = self._attempt(self._navsat.make_odometry, _IGNORED)
+            fix = None if self._filtered is None else self._attempt(self._navsat.make_fix, "an odometry is ignored: %s")
         if odometry is not None:
             self._odometry.publish(odometry)
         if fix is not None:
             self._filtered.publish(fix)
+
+    def _attempt(self, function: Callable[[], Any], text: str) -> Any:
+        try:
+            return function()
+        except UtmError as error:
+            self._node.log.error(text, error, throttle=10)
+            return None
 
     def _announce(self) -> None:
         """Log and broadcast the transform; the IMU is no longer needed."""
@@ -178,7 +182,10 @@ class NavsatNode:
 
     def _on_to_earth(self, request: Any) -> Any:
         response, point = ToLL._response_class(), request.map_point
-        place = self._reference().to_earth(point.x, point.y, point.z)
+        try:
+            place = self._reference().to_earth(point.x, point.y, point.z)
+        except UtmError as error:
+            raise ServiceRefusal(str(error)) from error
         response.ll_point.latitude, response.ll_point.longitude, response.ll_point.altitude = place
         return response
 

@@ -38,6 +38,7 @@ _BETA = (
     4397 * _N**4 / 161280,
 )
 _MAX_AWAY = 6.0  # radians from the meridian: more than all places of which there are coordinates; sinh overflows later
+_MAX_METRES = 2e7  # so `inverse` has a result
 _LATITUDE_STEPS = 10  # each one makes the error 150 times smaller
 
 
@@ -157,3 +158,9 @@ def check_degrees(latitude: float, longitude: float) -> None:
     """Raise a `UtmError` if it is no place on Earth."""
     if not (abs(latitude) <= 90.0 and abs(longitude) <= 540.0):  # nan, too
         raise UtmError(f"latitude {latitude}, longitude {longitude} are not degrees on Earth")
+
+
+def check_metres(*metres: float) -> None:
+    """Raise a `UtmError` if one of these is too large for the Earth, or nan."""
+    if not all(abs(each) <= _MAX_METRES for each in metres):
+        raise UtmError(f"{', '.join(f'{each:g}' for each in metres)} m is too far away from the Earth")
