@@ -101,6 +101,7 @@ def test_an_empty_chain_changes_nothing() -> None:
         ({"type": "ScanBlobFilter"}, "max_radius and min_points must be set"),
         ({"type": "LaserScanPolygonFilter", "params": {"polygon": "[]"}}, "polygon must be set, to a list of corners"),
         ({"type": "LaserScanPolygonFilter", "params": {"polygon": [[0, 0]] * 3}}, "polygon_frame must be set"),
+        ({"type": "LaserScanPolygonFilter", "params": {"polygon": [[0, 0]] * 1001}}, "1001 corners, and 1000 are"),
         ({"type": "LaserArrayFilter"}, "one of range_filter_chain and intensity_filter_chain must be set"),
         ({"type": "LaserArrayFilter", "params": {"range_filter_chain": 5}}, "must be a list of filters"),
         ({"type": "LaserArrayFilter", "params": {"range_filter_chain": [5]}}, "must have a type and params"),

@@ -79,10 +79,14 @@ def test_a_polygon_is_changed_unless_it_is_wrong(
         assert client.config(PATIENCE)["polygon"] == str(SQUARE)
         client.update({"polygon": "[[4, 4], [4, -4], [-4, -4], [-4, 4]]"})
         assert removed(0.5, 3.0, 5.0) == [True, True, False] and not lines
-        for wrong in ("[[1", "[[1, 2]]", "[]", "{}"):
+        for wrong in ("[[1", "[[1, 2]]", "[]", "{}", "[" + "[1, 2], " * 9000 + "]"):
             client.update({"polygon": wrong})
             assert removed(0.5, 3.0, 5.0) == [True, True, False]
-        assert len(lines) == 4 and all("the filter is not changed" in line for line in lines)
+        assert (
+            len(lines) == 5
+            and "longer than" in lines[-1]
+            and all("the filter is not changed" in line for line in lines)
+        )
         assert client.config(PATIENCE)["polygon"].startswith("[[4, 4]")
         client.update({"invert": True})
         assert removed(0.5, 3.0, 5.0) == [False, False, True]

@@ -18,6 +18,7 @@ from pyros1.robot_nodes.shared.parameters import is_number
 from pyros1.values.reading import YamlError, load_yaml
 
 _LARGE = 100000.0
+_MAX_POLYGON_LENGTH = 50_000  # reading longer ones as YAML would take seconds
 _Entry = tuple[str, Any, Any, Any]  # name, default, minimum, maximum
 
 
@@ -166,10 +167,12 @@ def _parsed(changes: Mapping[str, Any]) -> dict[str, Any]:
     """Return changes as values of the chain.
 
     Raises:
-        FilterError: a polygon is no list of corners.
+        FilterError: a polygon is no list of corners, or too long.
     """
     if "polygon" not in changes:
         return dict(changes)
+    if len(changes["polygon"]) > _MAX_POLYGON_LENGTH:
+        raise FilterError(f"polygon is longer than {_MAX_POLYGON_LENGTH} characters")
     try:
         return {**changes, "polygon": load_yaml(changes["polygon"])}
     except YamlError as error:

@@ -14,6 +14,9 @@ from pyros1.robot_nodes.shared.transforms import transform_points
 
 _Points = NDArray[np.float64]
 
+MAX_CORNERS = 1000
+"""Maximum number of a polygon's corners, each of which takes time with each scan."""
+
 
 class ShapeFilter:
     """Removes the rays that end inside of a shape; their ranges become NaN.
@@ -133,11 +136,13 @@ class PolygonFilter(ShapeFilter):
         """Return the filter that a chain's parameters describe.
 
         Raises:
-            FilterError: the polygon, or its frame, is not set.
+            FilterError: the polygon, or its frame, is not set, or it has too many corners.
         """
         polygon = parameters.value("polygon")
         if not isinstance(polygon, list) or len(polygon) < 3 or not all(map(_is_corner, polygon)):
             raise FilterError("polygon must be set, to a list of corners: [[x, y], [x, y], [x, y]]")
+        if len(polygon) > MAX_CORNERS:
+            raise FilterError(f"the polygon has {len(polygon)} corners, and {MAX_CORNERS} are the most")
         if not parameters.text("polygon_frame", ""):
             raise FilterError("polygon_frame must be set")
         return cls(
