@@ -310,6 +310,46 @@ def test_a_subscriber_that_cannot_be_reached_is_told_of_once() -> None:
     assert len(told) == 2
 
 
+def test_a_subscriber_that_is_just_closing_is_not_told_of() -> None:
+    """At Ctrl-C all nodes of a launch unregister and close at once: notices of the one reach the other too late."""
+    caller, told, later = SlowCaller(), list[str](), list[Callable[[], object]]()
+    registry = Registry()
+
+    def call_later(seconds: float, function: Callable[..., object], *args: Any) -> None:
+        later.append(lambda: function(*args))
+
+    notifier = Notifier(caller, lambda level, text: None, told.append, registry.is_subscribed, call_later)  # type: ignore[arg-type] # a stand-in
+
+    def fail() -> None:
+        notifier.send([Notice("http://here:5/", "/scan", "publisherUpdate", "/t", ([],))])
+        caller.calls[-1][3](None, UnknownHostError("here", None))
+
+    registry.register_subscriber("/scan", "/t", "p/T", "http://here:5/")
+    fail()
+    registry.unregister_subscriber("/scan", "/t", "http://here:5/")
+    later.pop()()
+    assert told == [] and later == []
+
+    registry.register_subscriber("/scan", "/t", "p/T", "http://here:6/")  # started again, on another port
+    fail()
+    later.pop()()
+    assert told == []
+
+    registry.register_subscriber("/scan", "/t", "p/T", "http://here:5/")
+    fail()
+    assert told == []
+    later.pop()()
+    assert len(told) == 1
+
+    notifier.send([Notice("http://here:5/", "/scan", "publisherUpdate", "/t", ([],))])
+    caller.calls[-1][3]([1, "", 0], None)  # reached again
+    fail()
+    notifier.send([Notice("http://here:5/", "/scan", "publisherUpdate", "/t", ([],))])
+    caller.calls[-1][3]([1, "", 0], None)
+    later.pop()()
+    assert len(told) == 1, "it was out of reach for less than the time of the check"
+
+
 def test_a_node_that_subscribes_again_hears_the_latest_last() -> None:
     """An update under way is older than the answer to registerSubscriber, and may come after it."""
     caller = SlowCaller()

@@ -18,6 +18,9 @@ from pyros1.net.hosts import parse_uri
 from pyros1.net.rpc_caller import RpcCaller
 
 MASTER_NAME: Final = "/master"
+RECHECK_S: Final = 1.0
+"""Seconds after which a subscriber that could not be reached must still be registered, for a warning to be due."""
+
 MAX_QUEUED: Final = 1000
 """Maximum number of notices queued for one node; the oldest are dropped."""
 
@@ -31,7 +34,11 @@ class Notifier:
         caller: makes the calls; its timeout limits how long a node that does not respond delays its other notices.
         log: ``log(level, text)``.
         warn: called with a message when a subscriber cannot be reached, once per outage. A subscriber that receives no
-            notices does not connect to new publishers, and cannot find out why.
+            notices does not connect to new publishers, and cannot find out why. Subscribers that are just closing,
+            and unregister within `RECHECK_S`, cause no warning.
+        is_subscribed: ``is_subscribed(node, topic, api)``, whether a node is registered as subscriber of a topic at
+            this API URI.
+        call_later: ``call_later(seconds, function, *args)``, which does not wait.
     """
 
     def __init__(
@@ -39,10 +46,14 @@ class Notifier:
         caller: RpcCaller,
         log: Callable[[str, str], object],
         warn: Callable[[str], object] = lambda text: None,
+        is_subscribed: Callable[[str, str, str], bool] = lambda node, topic, api: True,
+        call_later: Callable[..., object] = lambda seconds, function, *args: function(*args),
     ) -> None:
         self._caller = caller
         self._log = log
         self._warn = warn
+        self._is_subscribed = is_subscribed
+        self._call_later = call_later
         self._reported_apis: set[str] = set()
         self._in_flight: dict[str, _Key] = {}  # API URI -> key of the notice being sent
         self._queued: dict[str, dict[_Key, Notice]] = {}  # API URI -> queued notices
@@ -93,6 +104,14 @@ class Notifier:
         if len(self._reported_apis) >= MAX_QUEUED:
             self._reported_apis.clear()
         self._reported_apis.add(notice.api)
+        self._call_later(RECHECK_S, self._warn_unless_gone, notice, error)
+
+    def _warn_unless_gone(self, notice: Notice, error: TransportError) -> None:
+        if notice.api not in self._reported_apis:
+            return  # it has been reached meanwhile
+        if not self._is_subscribed(notice.node, notice.subject, notice.api):
+            self._reported_apis.discard(notice.api)
+            return
         try:
             host, _ = parse_uri(notice.api)
         except ProtocolError:

@@ -135,6 +135,10 @@ class Registry:
         """Return the API URIs of a topic's subscribers."""
         return list(self._subscribers.get(topic, {}).values())
 
+    def is_subscribed(self, node: str, topic: str, api: str) -> bool:
+        """Return whether a node is registered as subscriber of a topic at this API URI."""
+        return self._subscribers.get(topic, {}).get(node) == api
+
     # ---- changes
 
     def register_publisher(self, node: str, topic: str, topic_type: str, api: str) -> list[Notice]:

@@ -82,7 +82,7 @@ class Master:
         self._allowlist = allowlist
         self._loop = Loop("master", on_error, SPIN_TIME)
         self._caller = RpcCaller(self._loop, timeout=notify_timeout)
-        self._notifier = Notifier(self._caller, self._log, warn)
+        self._notifier = Notifier(self._caller, self._log, warn, self._is_subscribed, self._loop.call_later)
         self._api = MasterApi(
             notify=self._notifier.send,
             log=self._log,
@@ -169,6 +169,9 @@ class Master:
     def _on_problem(self, text: str) -> None:
         self._log("error", text)
         self._loop.warn(f"ERROR: the master {text}")
+
+    def _is_subscribed(self, node: str, topic: str, api: str) -> bool:
+        return self._api.registry.is_subscribed(node, topic, api)
 
     def _start_on_loop(self) -> None:
         if self._recovery is not None:
