@@ -155,12 +155,14 @@ def _read_sensors(parameters: PrivateParameters, kind: str) -> list[SensorSettin
         if parameters.value(name) is None:
             break
         topic = parameters.text(name, "")
-        mask = np.array(_read_flags(parameters, f"{name}_config", [False] * SIZE))
+        config = parameters.value(f"{name}_config")
+        mask = np.array(_as_flags(config, SIZE) or [False] * SIZE)
         unused = np.ones(SIZE, bool)
         unused[_USED_BY_KIND[kind]] = False
         mask[unused] = False
         if not topic or not mask.any():
-            parameters.reject(f"{name}_config", parameters.value(f"{name}_config"), f"what to use of {name}", "nothing")
+            expected = f"a list of {SIZE} bools, true for what to use of {name}"
+            parameters.reject(f"{name}_config", config, expected, f"nothing of {name}")
             continue
         sensors.append(_read_sensor(parameters, kind, name, topic, mask))
     return sensors
@@ -206,9 +208,14 @@ def _read_flags(parameters: PrivateParameters, name: str, default: list[bool]) -
     value = parameters.value(name)
     if value is None:
         return default
-    if _is_list(value, len(default)) and all(isinstance(flag, int) for flag in value):
+    flags = _as_flags(value, len(default))
+    return parameters.reject(name, value, f"a list of {len(default)} bools", default) if flags is None else flags
+
+
+def _as_flags(value: object, size: int) -> list[bool] | None:
+    if _is_list(value, size) and all(isinstance(flag, int) for flag in value):
         return [bool(flag) for flag in value]
-    return parameters.reject(name, value, f"a list of {len(default)} bools", default)
+    return None
 
 
 def _read_numbers(parameters: PrivateParameters, name: str, default: list[float]) -> Array:
