@@ -132,3 +132,12 @@ def test_a_plane_instead_of_utm(make_node: Callable[..., Node]) -> None:
 )
 def test_a_datum_from_a_parameter(make_node: Callable[..., Node], datum: object, text: str) -> None:
     Robot(make_node, {"wait_for_datum": True, "datum": datum, "delay": 0.05}).until_logged(text)
+
+
+def test_angles_that_seem_to_be_in_degrees(make_node: Callable[..., Node], capfd: pytest.CaptureFixture[str]) -> None:
+    make_node("user").params["/navsat"] = {"magnetic_declination_radians": -10.5, "yaw_offset": 1.5707963}
+    NavsatNode(make_node("navsat"))
+    written = capfd.readouterr()
+    lines = (written.out + written.err).splitlines()
+    (line,) = (line for line in lines if "[WARN]" in line)
+    assert "/navsat/magnetic_declination_radians is in radians: -10.5 is more than a turn. Degrees?" in line

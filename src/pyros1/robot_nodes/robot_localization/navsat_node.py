@@ -8,6 +8,7 @@ from __future__ import annotations
 import sys
 import threading
 from collections.abc import Callable
+from math import tau
 from typing import Any
 
 from pyros1.ground.errors import ServiceRefusal
@@ -52,7 +53,7 @@ class NavsatNode:
         self._is_parent = _either(parameters, "broadcast_{}_transform_as_parent_frame")
         prefix = find_prefix(node)
         self._navsat = Navsat(
-            Heading(parameters.number("magnetic_declination_radians", 0.0), parameters.number("yaw_offset", 0.0)),
+            Heading(_angle(node, parameters, "magnetic_declination_radians"), _angle(node, parameters, "yaw_offset")),
             Frames(node, parameters.number("transform_timeout", 0.0, 0.0)).find,
             flat=self._flat,
             uses_odometry_yaw=uses_odometry_yaw,
@@ -211,6 +212,14 @@ class NavsatNode:
 def _either(parameters: PrivateParameters, name: str) -> bool:
     """Return a flag that has an old name, with utm, and a new one, with cartesian."""
     return parameters.flag(name.format("utm"), parameters.flag(name.format("cartesian"), False))
+
+
+def _angle(node: Node, parameters: PrivateParameters, name: str) -> float:
+    """Return an angle in radians; warn if it seems to be in degrees, with which the robot would drive anywhere."""
+    angle = parameters.number(name, 0.0)
+    if abs(angle) > tau:
+        node.log.warn("the parameter %s/%s is in radians: %g is more than a turn. Degrees?", node.name, name, angle)
+    return angle
 
 
 def main(argv: list[str]) -> int:
