@@ -47,6 +47,12 @@ def test_commands_are_limited_and_stopped(
     next_of(came, lambda twist: not (twist.linear.x or twist.angular.z))
 
 
+def test_feedback_that_does_not_exist(make_node: Make, wait_for_line: Callable[[str], None]) -> None:
+    make_node("user").params["/smoother"] = {**LIMITS, "robot_feedback": 7}
+    VelocitySmoother(make_node("smoother"))
+    wait_for_line("/smoother/robot_feedback must be an integer from 0 to 2, not 7: using 0")
+
+
 @pytest.mark.parametrize(
     ("values", "problem"),
     [

@@ -75,7 +75,7 @@ class VelocitySmoother:
         check_limits(values, node.name)
         node.params["~decel_factor"] = values.number("decel_factor", 1.0, 0.0, _MAX_LIMIT)
         frequency = values.number("frequency", 20.0, _MIN_FREQUENCY, _MAX_FREQUENCY)
-        feedback = Feedback(values.integer("robot_feedback", Feedback.NONE, min(Feedback), max(Feedback)))
+        feedback = Feedback(values.integer("robot_feedback", 0, min(Feedback), max(Feedback)))
         self._node = node
         self._clock = NodeClock(node)
         self._lock = threading.Lock()
