@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import sys
 
-from pyros1.finding.nodelet_programs import NodeletError, is_throttle, locate_nodelet
+from pyros1.finding.nodelet_programs import OPERANDS, NodeletError, check_arguments, is_throttle, locate_nodelet
 from pyros1.finding.packages import PackageIndex
 from pyros1.ground import names
 
@@ -15,7 +15,6 @@ Usage: nodelet manager                      - Run a manager, which loads nothing
        nodelet standalone pkg/Type          - The same
        nodelet unload name manager          - Shut down such a node
 """
-_NUM_OPERANDS = {"manager": 0, "load": 2, "standalone": 1, "unload": 2}
 
 
 def main(argv: list[str]) -> int:
@@ -28,10 +27,12 @@ def main(argv: list[str]) -> int:
     # roslaunch adds arguments at the end, so those of nodelet come first.
     remaps = [arg for arg in argv[1:] if arg not in rest]
     words = [arg for arg in rest if arg != "--no-bond"]
-    verb = words[0] if words else ""
-    if len(words) - 1 < _NUM_OPERANDS.get(verb, len(words)):
-        sys.stderr.write(USAGE)
+    try:
+        check_arguments(words)
+    except NodeletError as error:
+        sys.stderr.write(f"{USAGE}ERROR: nodelet: {error}\n")
         return 1
+    verb = words[0]
     if verb == "manager":
         from pyros1.robot_nodes.nodelet.manager import main as run_manager  # noqa: PLC0415 - not for `load`
 
@@ -44,10 +45,10 @@ def main(argv: list[str]) -> int:
         if is_throttle(words[1]):
             from pyros1.robot_nodes.nodelet.throttle import main as run_throttle  # noqa: PLC0415 - not for others
 
-            return run_throttle([argv[0], *words[1 + _NUM_OPERANDS[verb] :], *remaps])
+            return run_throttle([argv[0], *words[1 + len(OPERANDS[verb]) :], *remaps])
         sys.stderr.write(f"ERROR: nodelet: {error}\n")
         return 1
-    return _dispatch("run", package, program, *words[1 + _NUM_OPERANDS[verb] :], *remaps)
+    return _dispatch("run", package, program, *words[1 + len(OPERANDS[verb]) :], *remaps)
 
 
 def _dispatch(*words: str) -> int:

@@ -3,11 +3,18 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping, Sequence
 
 from pyros1.ground.errors import Error, PackageNotFoundError
 from pyros1.ground.terminal_text import one_line
 
+OPERANDS: Mapping[str, tuple[str, ...]] = {
+    "manager": (),
+    "load": ("pkg/Type", "manager"),
+    "standalone": ("pkg/Type",),
+    "unload": ("name", "manager"),
+}
+"""The commands of the program ``nodelet``, and what each needs after it."""
 _OTHER_NAMES = {
     "RobotLocalization/EkfNodelet": ("robot_localization", "ekf_localization_node"),
     "RobotLocalization/UkfNodelet": ("robot_localization", "ukf_localization_node"),
@@ -72,6 +79,21 @@ def locate_nodelet(class_name: str, executables: Callable[[str], Iterable[str]])
     if not program:
         raise NodeletError(f"no node here does what the nodelet {shown} does: {hint}")
     return package, program
+
+
+def check_arguments(words: Sequence[str]) -> None:
+    """Check the arguments of the program ``nodelet``, without remappings and ``--no-bond``.
+
+    Raises:
+        NodeletError: they are too few, or the first is no command.
+    """
+    verb = words[0] if words else ""
+    operands = OPERANDS.get(verb)
+    if operands is None:
+        found = f"not {one_line(repr(verb), 50)}" if verb else "but there is none"
+        raise NodeletError(f"the first argument must be manager, load, standalone or unload, {found}")
+    if len(words) <= len(operands):
+        raise NodeletError(f"too few arguments: {' '.join((verb, *operands))} is expected")
 
 
 def _plain(name: str) -> str:

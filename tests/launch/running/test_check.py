@@ -221,8 +221,11 @@ def test_programs_in_python_that_cannot_run_are_named_with_their_nodes(tmp_path:
         ("standalone robot/Swim", "no node here does what the nodelet robot/Swim does: "),
         ("load camera/NodeletThrottleImage manager", ""),
         ("load camera/Driver manager", "no package camera for the nodelet camera/Driver: "),
-        ("load", ""),
-        ("", ""),
+        ("load", "too few arguments: load pkg/Type manager is expected"),
+        ("--no-bond load camera/NodeletThrottleImage a:=b", "too few arguments: load pkg/Type manager is expected"),
+        ("a:=b manager _x:=1", ""),
+        ("lode robot/swim m", "the first argument must be manager, load, standalone or unload, not 'lode'"),
+        ("", "the first argument must be manager, load, standalone or unload, but there is none"),
     ],
 )
 def test_nodelets_without_a_program_are_found(args: str, problem: str) -> None:

@@ -8,8 +8,9 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from pyros1.finding.nodelet_programs import NodeletError, is_throttle, locate_nodelet
+from pyros1.finding.nodelet_programs import NodeletError, check_arguments, is_throttle, locate_nodelet
 from pyros1.ground.errors import Error, LaunchError, PackageNotFoundError, SerializationError
+from pyros1.ground.names import parse_arguments
 from pyros1.ground.suggest import did_you_mean
 from pyros1.ground.timing import Time
 from pyros1.launch.plan import NodePlan, Plan
@@ -88,19 +89,21 @@ def python_node_errors(plan: Plan, packages: PackageFinder, environ: Mapping[str
 
 
 def check_nodelet(node: NodePlan, executable: Path, packages: PackageFinder) -> None:
-    """Check that pyros1's program ``nodelet``, if a node runs it, has a program for the nodelet to load.
+    """Check that pyros1's program ``nodelet``, if a node runs it, has usable arguments, and a program for the nodelet
+    to load.
 
     Raises:
-        LaunchError: it has none.
+        LaunchError: it has not.
     """
-    verb, *words = [word for word in node.args if word != "--no-bond"] or [""]
-    if node.package != "nodelet" or not is_own(executable) or verb not in ("load", "standalone") or not words:
+    if node.package != "nodelet" or not is_own(executable):
         return
+    words = [word for word in parse_arguments(node.args).rest if word != "--no-bond"]
     try:
-        locate_nodelet(words[0], packages.executables)
+        check_arguments(words)
+        if words[0] in ("load", "standalone") and not is_throttle(words[1]):  # `nodelet` does their work itself
+            locate_nodelet(words[1], packages.executables)
     except NodeletError as error:
-        if not is_throttle(words[0]):  # the program `nodelet` does their work itself
-            raise LaunchError(str(error)) from error
+        raise LaunchError(str(error)) from error
 
 
 def check_on_death(node: NodePlan) -> None:
