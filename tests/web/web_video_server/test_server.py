@@ -23,6 +23,7 @@ from pyros1.topic_tools.image_encoding import compress
 from pyros1.web.web_video_server import handler as handler_module
 from pyros1.web.web_video_server import server as server_module
 from pyros1.web.web_video_server.node import ListenError, main, start
+from pyros1.web.web_video_server.requests import parse_request
 from pyros1.web.web_video_server.server import VideoServer
 
 PATIENCE = 20.0
@@ -122,6 +123,19 @@ def test_no_image_for_a_snapshot(serve: Any, get: Any, monkeypatch: pytest.Monke
     monkeypatch.setattr(handler_module, "SNAPSHOT_TIMEOUT", 0.01)
     response = get(serve(), "/snapshot?topic=/nothing")
     assert response.status == 504 and b"no image has arrived on /nothing within 0.01 s" in response.read()
+
+
+def test_a_compressed_topic_that_is_missing(
+    serve: Any, make_node: Callable[..., Node], capfd: pytest.CaptureFixture[str]
+) -> None:
+    server = serve()
+    make_node("camera").advertise("/image", Image)
+    for path in ("/stream?topic=/image", "/stream?topic=/none&default_transport=compressed"):
+        server.select_source(parse_request(path))
+    assert "/compressed" not in capfd.readouterr().err
+    request = parse_request("/stream?topic=/image&default_transport=compressed")
+    assert server.select_source(request) == ("/image/compressed", True, "mjpeg")
+    assert "waiting for /image/compressed, which nobody publishes" in capfd.readouterr().err
 
 
 def test_compressed_topics(serve: Any, get: Any, make_node: Callable[..., Node]) -> None:

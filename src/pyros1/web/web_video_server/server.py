@@ -129,6 +129,8 @@ class VideoServer(ThreadingHTTPServer):
         if stream_type == "ros_compressed" and not has_compressed:
             self.node.log.warn("there is no topic %s/compressed: sending mjpeg", one_line(topic, 200), throttle=10)
             stream_type = "mjpeg"
+        elif request.transport == "compressed" and not has_compressed and types.get(topic) == _IMAGE_TYPE:
+            self.node.log.warn("waiting for %s/compressed, which nobody publishes", one_line(topic, 200), throttle=10)
         if types.get(topic) == _COMPRESSED_TYPE:
             return topic, True, stream_type
         is_compressed = (
